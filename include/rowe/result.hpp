@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// Errors as values. Everything fallible returns result<T> (or status, when there is nothing to return); an error
+// has one code of a closed list, and the value and the limit that met. Nothing throws but value(), which is for
+// set-up code.
+#pragma once
+#include <cstdint>
+#include <cstdlib>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#if defined(__cpp_exceptions)
+#include <exception>
+#endif
+
+#include <rowe/rt/attributes.hpp>
+
+namespace rowe {
+
+// code, sentence. %v is replaced by the value, %l by the limit.
+#define ROWE_ERRORS(X)                                                                                       \
+  X(full, "the queue is full: all %l slots are taken")                                                       \
+  X(empty, "nothing has arrived yet")                                                                        \
+  X(no_peer, "nobody is listening")                                                                          \
+  X(closed, "the endpoint or the handle is closed")                                                          \
+  X(timed_out, "nothing happened within %l ns")                                                              \
+  X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
+  X(malformed, "the text is not valid JSON (at byte %v)")                                                    \
+  X(bad_argument, "the argument is out of range: %v (limit %l)")                                             \
+  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                    \
+  X(bad_address, "the address cannot be listened on (errno %v)")                                             \
+  X(address_in_use, "port %v is in use by another program")                                                  \
+  X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
+  X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
+  X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
+  X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
+  X(type_conflict, "the topic exists with another type or is advertised already")                            \
+  X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
+  X(no_thread, "the service thread cannot be started (errno %v)")                                            \
+  X(misuse, "the handle is empty or was used in a way its documentation forbids")
+
+// The closed list of what can go wrong.
+enum class errc : std::uint8_t {
+#define ROWE_ERROR_NAME(name, text) name,
+  ROWE_ERRORS(ROWE_ERROR_NAME)
+#undef ROWE_ERROR_NAME
+};
+
+// An error: what, and the two numbers that matter (0 where there is none).
+struct error {
+  errc code;
+  std::int64_t value = 0;
+  std::int64_t limit = 0;
+
+  // The code's name, for logs and tests: "full". Never waits, never allocates.
+  ROWE_RT std::string_view name() const noexcept;
+  // The sentence, written into `buffer` and cut where it ends; returns the part written. Never allocates.
+  std::string_view text(std::span<char> buffer) const noexcept;
+
+  friend bool operator==(const error&, const error&) = default;
+};
+
+#if defined(__cpp_exceptions)
+// What value() throws.
+class bad_result : public std::exception {
+ public:
+  explicit bad_result(const error& reason) noexcept : reason_{reason} {
+    const std::span<char> room{text_, sizeof text_ - 1};
+    text_[reason.text(room).size()] = '\0';
+  }
+  const char* what() const noexcept override { return text_; }
+  const error& reason() const noexcept { return reason_; }
+
+ private:
+  error reason_;
+  char text_[192];
+};
+#endif
+
+namespace detail {
+[[noreturn]] inline void fail(const error& reason) {
+#if defined(__cpp_exceptions)
+  throw bad_result{reason};
+#else
+  (void)reason;  // without exceptions there is nobody to tell
+  std::abort();
+#endif
+}
+}  // namespace detail
+
+// A value or an error.
+template <class T>
+class [[nodiscard]] result {
+ public:
+  result(T value) noexcept : value_{std::move(value)} {}  // NOLINT(google-explicit-constructor): `return value;`
+  result(errc code) noexcept : error_{code} {}            // NOLINT(google-explicit-constructor): `return errc::full;`
+  result(const error& reason) noexcept : error_{reason} {}  // NOLINT(google-explicit-constructor)
+
+  ROWE_RT explicit operator bool() const noexcept { return value_.has_value(); }
+  ROWE_RT bool has_value() const noexcept { return value_.has_value(); }
+  // The value; undefined without one (checked by assertions of the standard library in dev builds).
+  ROWE_RT T& operator*() & noexcept { return *value_; }
+  ROWE_RT const T& operator*() const& noexcept { return *value_; }
+  ROWE_RT T* operator->() noexcept { return &*value_; }
+  ROWE_RT const T* operator->() const noexcept { return &*value_; }
+  // The error; meaningless when there is a value.
+  ROWE_RT const rowe::error& error() const noexcept { return error_; }
+  ROWE_RT errc code() const noexcept { return error_.code; }
+
+  // The value, or throws bad_result (aborts where exceptions are off). For set-up code.
+  T value() && {
+    if (!value_) detail::fail(error_);
+    return std::move(*value_);
+  }
+  const T& value() const& {
+    if (!value_) detail::fail(error_);
+    return *value_;
+  }
+
+ private:
+  std::optional<T> value_;
+  rowe::error error_{errc::misuse};
+};
+
+// Success, or an error.
+template <>
+class [[nodiscard]] result<void> {
+ public:
+  constexpr result() noexcept : ok_{true} {}
+  constexpr result(errc code) noexcept : error_{code} {}           // NOLINT(google-explicit-constructor)
+  constexpr result(const error& reason) noexcept : error_{reason} {}  // NOLINT(google-explicit-constructor)
+
+  ROWE_RT constexpr explicit operator bool() const noexcept { return ok_; }
+  ROWE_RT constexpr bool has_value() const noexcept { return ok_; }
+  ROWE_RT constexpr const rowe::error& error() const noexcept { return error_; }
+  ROWE_RT constexpr errc code() const noexcept { return error_.code; }
+  void value() const {
+    if (!ok_) detail::fail(error_);
+  }
+
+ private:
+  bool ok_ = false;
+  rowe::error error_{errc::misuse};
+};
+using status = result<void>;
+
+}  // namespace rowe

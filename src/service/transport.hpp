@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// The seam between the core and whatever carries bytes. The core calls a transport from one thread only, the
+// service thread; a transport calls its sink only from inside poll(). One transport serves one endpoint.
+//
+// A connection is an index below `connections_max` and a generation; the transport chooses the index, raises the
+// generation each time it is used again, and reports every connection with exactly one on_open and later exactly one
+// on_close, unless the transport itself is destroyed first. Calls that name a connection that is gone do nothing.
+//
+// What is carried is the byte stream *behind* the upgrade handshake: WebSocket frames, which the core reads and
+// writes itself. The transport does the handshake, HTTP and, later, TLS.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/rt/clock.hpp>
+
+namespace rowe::service {
+
+struct connection_id {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;  // never 0 for a connection that was reported
+  friend bool operator==(const connection_id&, const connection_id&) = default;
+};
+
+// What we are on a connection; decides who masks.
+enum class side : std::uint8_t { server, client };
+
+struct peer_info {
+  side ours = side::server;
+  std::string_view address;      // numeric, with port; valid during the call
+  std::string_view path;         // of the request, query removed; valid during the call
+  std::string_view subprotocol;  // the one that was chosen, or empty
+};
+
+// Why a connection ended, as far as the transport knows.
+enum class close_cause : std::uint8_t {
+  asked,      // the core called close()
+  peer,       // orderly end of the stream
+  reset,      // reset, or another socket error
+  timed_out,  // the write deadline passed
+};
+
+// Something that did not become a connection. `what` says what was wrong with its value, `remedy` what to change.
+struct refusal {
+  std::uint16_t http_status = 0;  // what was answered; 0 when the connection was closed without an answer
+  std::string_view peer;          // numeric address with port; empty where unknown
+  std::string_view what;
+  std::string_view remedy;
+};
+
+struct http_request {
+  std::string_view path;           // query removed
+  std::string_view if_none_match;  // empty when absent
+  bool accepts_gzip = false;
+};
+
+// An answer whose texts must outlive the writing of it (static assets, or memory of the core that does not change
+// before the next poll()).
+struct http_answer {
+  std::uint16_t status = 404;
+  std::string_view content_type = "text/plain; charset=utf-8";
+  std::string_view content_encoding;  // empty or "gzip"
+  std::string_view etag;              // quoted, or empty
+  std::string_view cache_control = "no-cache";
+  std::span<const std::byte> body;
+};
+
+// What a transport reports. Implemented by the core; called only inside transport::poll().
+class transport_sink {
+ public:
+  virtual void on_open(connection_id connection, const peer_info& peer) noexcept = 0;
+  // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
+  // The core may call transport::write() and close() from here, for this connection and for others.
+  virtual void on_bytes(connection_id connection, std::span<std::byte> bytes) noexcept = 0;
+  // write() took less than it was given before, and now there is room again.
+  virtual void on_writable(connection_id connection) noexcept = 0;
+  virtual void on_close(connection_id connection, close_cause cause) noexcept = 0;
+  // A handshake was refused (as server), or an attempt to connect failed (as client).
+  virtual void on_refused(const refusal& reason) noexcept = 0;
+  virtual http_answer on_http(const http_request& request) noexcept = 0;
+
+  static constexpr std::size_t tailroom_bytes = 64;
+
+ protected:
+  ~transport_sink() = default;
+};
+
+enum class close_how : std::uint8_t {
+  flushed,  // send what write() has taken, then close in an orderly way; a peer that does not read is cut
+  aborted,  // at once
+};
+
+class transport {
+ public:
+  virtual ~transport() = default;
+
+  // Reports everything that has happened since the last call. Never waits.
+  virtual void poll(rt::time_point now, transport_sink& sink) noexcept = 0;
+
+  // Waits until a descriptor is ready, wake() was called or `until` has come. Reports nothing.
+  virtual void wait(rt::time_point now, rt::time_point until) noexcept = 0;
+
+  // Ends a wait() early. The only call that any thread may make; it enters the kernel.
+  virtual void wake() noexcept = 0;
+
+  // Hands `pieces` to the connection in order, as one system call where the carrier has them. Returns the bytes
+  // taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers more than the
+  // carrier itself does, never waits.
+  virtual std::size_t write(connection_id connection,
+                            std::span<const std::span<const std::byte>> pieces) noexcept = 0;
+
+  // on_close follows in a later poll().
+  virtual void close(connection_id connection, close_how how) noexcept = 0;
+
+  // Stops (false) or resumes reading from a connection.
+  virtual void read_enabled(connection_id connection, bool enabled) noexcept = 0;
+
+  // Client only: begins one attempt to reach the configured remote. Ends in on_open() or on_refused().
+  virtual void connect() noexcept = 0;
+
+  // True while an attempt, a handshake or an HTTP answer is under way.
+  virtual bool busy() const noexcept = 0;
+};
+
+}  // namespace rowe::service
