@@ -26,6 +26,7 @@ namespace rowe {
   X(timed_out, "nothing happened within %l ns")                                                              \
   X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
   X(malformed, "the text is not valid JSON (at byte %v)")                                                    \
+  X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
   X(bad_argument, "the argument is out of range: %v (limit %l)")                                             \
   X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                    \
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
