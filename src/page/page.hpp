@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page that every endpoint serves: the files of this folder, embedded when the library is built. The core hands
-// its HTTP requests here; what comes back points to constant memory, so it may be written at any later time.
+// The page that every endpoint serves: the files of this folder, embedded when the library is built. The core
+// hands its HTTP requests here; what comes back points to constant memory, so it may be written at any later
+// time.
 //
-// Everything is served in two forms, gzip for those who accept it and identity for the others, each with its own
-// strong ETag. All answers are `no-cache`: a browser asks again each time and is told 304, so a robot that was
-// updated is never looked at through the files of its former version.
+// Everything is served in two forms, gzip for those who accept it and identity for the others, each with its
+// own strong ETag. All answers are `no-cache`: a browser asks again each time and is told 304, so a robot
+// that was updated is never looked at through the files of its former version.
 #pragma once
 #include "service/transport.hpp"
 
 namespace rowe::page {
 
 // The answer to a GET:
-//   /, /style.css, /app.js, …  the page's files: 200, or 304 when `if_none_match` names the form we would send
-//   /healthz                   "ok"
-//   anything else              404 with a sentence
+//   /, /style.css, /app.js, …  the page's files: 200, or 304 when `if_none_match` names the form we would
+//   send /healthz                   "ok" anything else              404 with a sentence
 // Service thread, or any other: a pure function. Never waits, never allocates.
 service::http_answer answer(const service::http_request& request) noexcept;
 
-}  // namespace rowe::page
+} // namespace rowe::page
