@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is counted, under which name, and what the name means. Written by the service thread alone (the two that
+// user threads cause are counted in their lanes and added when they are read), read by any thread.
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace rowe::service {
+
+// name, group, meaning. Groups: loss = a message did not arrive; chosen = thinned out as asked; flow = it went
+// through; refusal = somebody was told no; own = the service thread itself.
+#define ROWE_COUNTERS(X)                                                                                     \
+  X(full, loss, "refused: the handle's queue to the service thread was full")                                \
+  X(expired, loss, "its time to live passed before it was written")                                          \
+  X(outbox_full, loss, "dropped as the oldest: the peer does not read fast enough")                          \
+  X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
+  X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
+  X(malformed, loss, "not valid JSON")                                                                       \
+  X(inbox_full, loss, "dropped: the subscriber in this process does not take fast enough")                   \
+  X(lost_with_peer, loss, "queued for a peer that went away")                                                \
+  X(no_peer, chosen, "nobody listened")                                                                      \
+  X(replaced, chosen, "a newer value took its place")                                                        \
+  X(throttled, chosen, "within the throttle_rate a peer asked for")                                          \
+  X(messages_in, flow, "messages received")                                                                  \
+  X(messages_out, flow, "messages written, counted per peer")                                                \
+  X(bytes_in, flow, "bytes received")                                                                        \
+  X(bytes_out, flow, "bytes written")                                                                        \
+  X(nonfinite, flow, "NaN or infinity written as null")                                                      \
+  X(peers_joined, flow, "connections established")                                                           \
+  X(refused_handshakes, refusal, "connections refused before they were established")                         \
+  X(refused_requests, refusal, "requests answered with a status error")                                      \
+  X(violations, refusal, "connections closed because they broke the WebSocket protocol")                     \
+  X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \
+  X(unfinished_messages, refusal, "connections closed because a message was not finished in time")           \
+  X(stalled_peers, refusal, "connections closed because they did not read")                                  \
+  X(events_lost, own, "events nobody asked for in time")                                                     \
+  X(cycles, own, "cycles of the service thread")                                                             \
+  X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
+  X(queued_max, own, "messages waiting at one time, at most")
+
+enum class counter_group : std::uint8_t { loss, chosen, flow, refusal, own };
+
+enum class counter : std::uint8_t {
+#define ROWE_COUNTER_NAME(name, group, meaning) name,
+  ROWE_COUNTERS(ROWE_COUNTER_NAME)
+#undef ROWE_COUNTER_NAME
+};
+
+struct counter_description {
+  std::string_view name;
+  counter_group group;
+  std::string_view meaning;
+};
+
+inline constexpr std::array counter_descriptions{
+#define ROWE_COUNTER_ROW(name, group, meaning) counter_description{#name, counter_group::group, meaning},
+    ROWE_COUNTERS(ROWE_COUNTER_ROW)
+#undef ROWE_COUNTER_ROW
+};
+
+class counters {
+ public:
+  // Service thread.
+  void add(counter which, std::uint64_t by = 1) noexcept {
+    auto& word = words_[static_cast<std::size_t>(which)];
+    // relaxed, both: one writer; readers want the number only, nothing is published by it
+    word.store(word.load(std::memory_order_relaxed) + by, std::memory_order_relaxed);
+  }
+  void raise_to(counter which, std::uint64_t value) noexcept {
+    auto& word = words_[static_cast<std::size_t>(which)];
+    if (value > word.load(std::memory_order_relaxed)) word.store(value, std::memory_order_relaxed);  // one writer
+  }
+  // Any thread.
+  std::uint64_t read(counter which) const noexcept {
+    return words_[static_cast<std::size_t>(which)].load(std::memory_order_relaxed);  // a number, no more
+  }
+
+ private:
+  std::array<std::atomic<std::uint64_t>, counter_descriptions.size()> words_{};
+};
+
+}  // namespace rowe::service
