@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// The handshake filter: judges the header of the first and only request of a connection before anything else
+// sees it. The transport peeks at the socket until the header is whole, calls judge_request() on the service
+// thread, and then hands a page request or an upgrade to the HTTP library, or answers a refusal and closes.
+// Strict on purpose: what this file lets through has one meaning, and write_clean_request() writes that
+// meaning anew, so that the library behind it never parses a stranger's bytes.
+//
+// What it guards against: any page in a browser may open a WebSocket to localhost, hence the check of Origin;
+// a name that an attacker controls may be made to point here (DNS rebinding), hence the check of Host;
+// upgrades to h2c and CONNECT would slip past the library's own filter.
+//
+// Every function here: pure, any thread, never waits, never allocates; time is linear in the header.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+namespace rowe::wire {
+
+inline constexpr std::size_t http_header_bytes_max = 4096;
+
+// Room that always suffices for write_refusal() and for write_clean_request().
+inline constexpr std::size_t http_refusal_bytes_max = 1024;
+inline constexpr std::size_t http_clean_bytes_max = http_header_bytes_max + 256;
+
+// Where the header ends: one past its empty line, or 0 when that has not come yet. For a reader that peeks
+// again and again: `scanned` bytes were given before without an end and are not looked at twice. An empty
+// line counts however it ends, so that a header with bare line feeds is refused at once instead of running
+// into a deadline.
+std::size_t find_header_end(std::string_view bytes, std::size_t scanned = 0) noexcept;
+
+// What a transport allows. The views must outlive the calls only, except `subprotocols`, into which
+// judgements point.
+struct handshake_policy {
+  std::uint16_t port = 0; // the one we listen on
+  // Names besides localhost, 127.0.0.1 and [::1] under which we are reached: `robot.local` stands for itself
+  // with our port or with none, `robot.local:9000` for exactly that (a forwarded port).
+  std::span<const std::string_view> hosts;
+  bool any_host = false;
+  // Origins besides our own, as browsers write them: `http://lab.example:8000`. `null` is refused even when
+  // listed: every sandboxed frame of every page has it.
+  std::span<const std::string_view> origins;
+  // The ones we speak. None offered: none chosen. Offered and none known: refused.
+  std::span<const std::string_view> subprotocols;
+};
+
+// Why a request was refused. The texts are plain ASCII whatever the peer sent, and quote it shortened.
+class http_refusal {
+ public:
+  std::uint16_t status = 0; // HTTP
+  bool to_head = false;     // the request was HEAD: the answer has no body
+
+  std::string_view what() const noexcept { return {what_.data(), what_bytes_}; }       // names the value
+  std::string_view remedy() const noexcept { return {remedy_.data(), remedy_bytes_}; } // what to change
+
+  // Sets the texts; `%` in them stands for `value`, which is shortened and cleaned.
+  void set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
+           std::string_view value = {}) noexcept;
+
+ private:
+  std::array<char, 192> what_;
+  std::array<char, 192> remedy_;
+  std::uint8_t what_bytes_ = 0;
+  std::uint8_t remedy_bytes_ = 0;
+};
+
+enum class http_verdict : std::uint8_t {
+  page,    // GET or HEAD of a path
+  upgrade, // a WebSocket handshake that is right in every point
+  refused,
+};
+
+// The views point into the header that was judged, but `subprotocol`, which points into the policy.
+struct http_judgement {
+  http_verdict verdict = http_verdict::refused;
+  bool head = false;         // page: HEAD, not GET
+  bool accepts_gzip = false; // page
+  std::string_view target;   // as it stands in the request line
+  std::string_view path;     // the same without the query
+  std::string_view host;
+  std::string_view origin;        // empty when absent
+  std::string_view if_none_match; // page; empty when absent
+  std::string_view key;           // upgrade
+  std::string_view subprotocol;   // upgrade: the first one offered that we speak, or empty
+  http_refusal refusal;           // refused
+};
+
+// Judges a whole header, its empty line included. A text longer than http_header_bytes_max is refused with
+// 431, so a reader whose buffer of that size is full without an end passes it and one byte more, or calls
+// header_too_large().
+http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept;
+http_judgement header_too_large() noexcept;
+
+// Writes the complete HTTP/1.1 answer (Connection: close, a text body with what and remedy) and returns it;
+// empty when `out` is too small.
+std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept;
+
+// Writes the request anew with nothing but what was judged (Host and, for an upgrade, the handshake with the
+// one subprotocol chosen; for a page If-None-Match and Accept-Encoding) and returns it; empty when `out` is
+// too small.
+std::string_view write_clean_request(std::span<char> out, const http_judgement& judgement) noexcept;
+
+} // namespace rowe::wire

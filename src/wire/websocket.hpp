@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+// WebSocket frames (RFC 6455), both ways and both roles, behind the upgrade handshake. The service core calls
+// this on its thread with the bytes of one connection. There is one parser for a connection; it owns the
+// whole protocol: masks, fragments with control frames between them, UTF-8 across fragments, close codes,
+// limits. It is a state machine over bytes, without heap, clock or socket, so that the same input gives the
+// same events however it was cut into reads; tests and a fuzzer hold it to that.
+//
+// Why two places for a payload: a message that is one frame and came whole in one read, which is the rule, is
+// unmasked where it lies and not copied. Everything else is gathered in the assembly buffer that the caller
+// lends.
+//
+// Every function here: one thread, never waits, never allocates; time is linear in the bytes given.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "wire/utf8.hpp"
+
+namespace rowe::wire {
+
+// What we are on a connection: a server demands masked frames and sends none, a client the reverse (RFC
+// 6455 5.1).
+enum class role : std::uint8_t { server, client };
+
+enum class opcode : std::uint8_t { continuation = 0, text = 1, binary = 2, close = 8, ping = 9, pong = 10 };
+
+// The four bytes of a masking key in the order in which they stand on the wire.
+using mask_key = std::array<std::byte, 4>;
+
+inline constexpr std::size_t control_bytes_max = 125;      // RFC 6455 5.5
+inline constexpr std::size_t close_reason_bytes_max = 123; // what a close code leaves of it
+inline constexpr std::size_t frame_header_bytes_max = 14;  // 2, eight of length, four of key
+inline constexpr std::size_t frame_headroom_bytes = 16;    // what a slot keeps free in front of a payload
+static_assert(frame_headroom_bytes >= frame_header_bytes_max);
+
+// Codes of RFC 6455 7.4.1 that rowe sends or tells apart.
+namespace close_code {
+inline constexpr std::uint16_t normal = 1000;
+inline constexpr std::uint16_t going_away = 1001;
+inline constexpr std::uint16_t protocol_error = 1002;
+inline constexpr std::uint16_t unsupported_data = 1003;
+inline constexpr std::uint16_t none_given = 1005; // never on the wire: the peer's close frame was empty
+inline constexpr std::uint16_t invalid_text = 1007;
+inline constexpr std::uint16_t policy = 1008;
+inline constexpr std::uint16_t too_big = 1009;
+inline constexpr std::uint16_t internal_error = 1011;
+} // namespace close_code
+
+// True for the codes that may stand in a close frame: 1000 to 1003 and 1007 to 1014 (RFC 6455 7.4.1 and the
+// IANA registry), 3000 to 4999 (7.4.2).
+bool close_code_is_valid(std::uint16_t code) noexcept;
+
+enum class frame_event : std::uint8_t {
+  need_more, // all bytes are consumed and nothing is complete
+  text,      // a whole message, valid UTF-8
+  binary,    // a whole message
+  ping,
+  pong,
+  close,     // the peer closes; nothing follows
+  violation, // the peer broke the protocol or a limit; nothing follows
+};
+
+struct frame_limits {
+  std::size_t message_bytes_max =
+      0;                           // longer messages: violation 1009, before anything of the frame is copied
+  std::uint32_t fragments_max = 0; // messages in more frames: violation 1008
+};
+
+struct frame_step {
+  frame_event event = frame_event::need_more;
+  std::size_t consumed = 0;     // from the front of what was given
+  std::span<std::byte> payload; // unmasked; of a close: the body as it came, code included
+  std::uint16_t close_code = 0; // close: the peer's (1005 when it gave none); violation: the one to send
+  std::string_view reason;      // close: the peer's, valid UTF-8; violation: a static sentence to send
+};
+
+class frame_parser {
+ public:
+  // A parser that was not reset swallows everything.
+  frame_parser() noexcept = default;
+
+  // Begins a connection. `assembly` is lent until the next reset() and holds limits.message_bytes_max bytes
+  // (a shorter one lowers the limit); 64 bytes behind it must be readable, because the JSON parser reads
+  // ahead.
+  void reset(role ours, frame_limits limits, std::span<std::byte> assembly) noexcept;
+
+  // Consumes from the front of `bytes`, which may be written to, until one event or until all is consumed;
+  // the caller calls again with what was not consumed. The payload of a text or binary message lies in
+  // `bytes` when the message is one frame that lies whole in it, else in the assembly buffer; the payload of
+  // a control frame lies in `bytes` or in the parser. It stays valid until the next call, and while `bytes`
+  // does. After a close or a violation every byte is consumed and nothing more is reported.
+  //
+  // A violation is reported at the first byte that proves it: a bad header before its frame has come, bad
+  // UTF-8 before its fragment is complete.
+  frame_step next(std::span<std::byte> bytes) noexcept;
+
+  // True while a frame or a fragmented message has begun and is not complete: what a message deadline asks.
+  bool mid_message() const noexcept;
+
+  // True when the state is one that bytes can lead to; for tests and fuzzers.
+  bool check() const noexcept;
+
+ private:
+  struct header {
+    opcode what = opcode::continuation;
+    bool final = false;
+    std::uint64_t payload_bytes = 0;
+    mask_key key{}; // zeros where the frame is not masked
+  };
+  struct complaint {
+    std::uint16_t code;
+    const char* sentence;
+  };
+
+  std::optional<complaint> check_first_byte(std::byte first) const noexcept;
+  std::optional<complaint> check_second_byte(std::byte first, std::byte second) const noexcept;
+  std::optional<complaint> read_header(const std::byte* bytes, std::size_t count, header& out) const noexcept;
+  std::optional<complaint> take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept;
+  std::optional<complaint> begin_frame() noexcept;
+  frame_step take_control(std::span<std::byte> rest) noexcept;
+  frame_step take_data(std::span<std::byte> rest) noexcept;
+  frame_step deliver_control(std::span<std::byte> payload) noexcept;
+  frame_step deliver_close(std::span<std::byte> payload) noexcept;
+  frame_step end_data_frame(std::span<std::byte> message, std::size_t consumed) noexcept;
+  frame_step violate(complaint what) noexcept;
+
+  frame_limits limits_;
+  std::span<std::byte> assembly_;
+  role ours_ = role::server;
+  bool ended_ = true;       // a close or a violation was reported
+  bool in_frame_ = false;   // the header in frame_ is complete, its payload is not
+  bool in_message_ = false; // a fragmented message is open
+  opcode message_ = opcode::text;
+  std::uint32_t fragments_ = 0;    // frames of the open message so far
+  std::size_t message_bytes_ = 0;  // of them in the assembly buffer
+  std::uint64_t payload_done_ = 0; // bytes of the frame's payload taken so far
+  header frame_;
+  utf8_check text_;
+  std::uint8_t header_have_ = 0; // bytes in header_
+  std::array<std::byte, frame_header_bytes_max> header_{};
+  std::array<std::byte, control_bytes_max> control_{};
+};
+
+// Bytes of the header in front of a payload, by who we are (a client's frames carry a key).
+constexpr std::size_t frame_header_bytes(std::uint64_t payload_bytes, role ours) noexcept {
+  const std::size_t length = payload_bytes <= 125 ? 0 : payload_bytes <= 0xffff ? 2 : 8;
+  return 2 + length + (ours == role::client ? sizeof(mask_key) : 0);
+}
+
+// Writes the header of an unfragmented frame and returns its size, at most frame_header_bytes_max. With a key
+// the frame says that it is masked; masking the payload is the caller's.
+std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payload_bytes,
+                               std::optional<mask_key> key = std::nullopt) noexcept;
+
+// The same, ending where `payload` begins; frame_headroom_bytes in front of it must be writable. Returns
+// where the frame starts.
+std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint64_t payload_bytes,
+                                     std::optional<mask_key> key = std::nullopt) noexcept;
+
+// Masks or unmasks in place (the operation is its own inverse). `offset` is the position of data[0] in the
+// payload.
+void mask(std::span<std::byte> data, mask_key key, std::size_t offset = 0) noexcept;
+
+// Masks from `source` to `target`, which must not overlap and are equally long.
+void mask_copy(std::span<std::byte> target, std::span<const std::byte> source, mask_key key,
+               std::size_t offset = 0) noexcept;
+
+// The body of a close frame: code and reason, cut at a character's end where it is too long. `none_given`
+// gives an empty body. Returns its size.
+std::size_t close_payload(std::uint16_t code, std::string_view reason,
+                          std::span<std::byte, control_bytes_max> out) noexcept;
+
+} // namespace rowe::wire
