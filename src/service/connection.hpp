@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the core knows of one peer: the parser of its frames, what waits to be written to it, and when it was last
+// heard. Service thread only.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/rt/clock.hpp>
+
+#include "service/queues.hpp"
+#include "service/transport.hpp"
+#include "wire/rosbridge.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+// Bytes that are frames already: pongs, pings and the close frame, written before any message.
+struct control_frames {
+  // A pong, a ping and a close frame of full size each.
+  std::array<std::byte, 3 * (wire::frame_header_bytes_max + wire::control_bytes_max)> bytes;
+  std::size_t written = 0;
+  std::size_t size = 0;
+
+  std::span<const std::byte> rest() const noexcept { return {bytes.data() + written, size - written}; }
+};
+
+// The message whose first bytes a socket has already: it goes on before anything else.
+struct begun_frame {
+  std::uint32_t slot = no_index;
+  std::size_t written = 0;  // of header and payload together
+  wire::mask_key key{};     // client side: the rest is masked with the same key
+};
+
+// The subscriptions of one priority that have something to write, served in turn.
+struct ready_list {
+  std::uint32_t head = no_index;
+  std::uint32_t tail = no_index;
+};
+
+struct connection {
+  enum class phase : std::uint8_t { free, open, closing };
+
+  connection_id id;
+  phase state = phase::free;
+  side ours = side::server;
+  bool blocked = false;     // the carrier has no room; on_writable() comes
+  bool listed = false;      // on the core's list of connections with something to write
+  wire::rosbridge::level status_level = wire::rosbridge::level::error;
+  wire::frame_parser parser;
+  std::span<std::byte> assembly;
+
+  control_frames control;
+  begun_frame begun;
+  queue direct;  // answers to its own requests
+  std::array<ready_list, 3> ready;
+
+  std::uint32_t first_subscription = no_index;
+  std::uint32_t subscriptions = 0;
+  std::span<std::uint32_t> advertised;  // topics, `advertisements` of them in use
+  std::uint32_t advertisements = 0;
+
+  rt::time_point heard_at{};
+  rt::time_point pinged_at{};
+  rt::time_point message_began_at = rt::never;
+  bool ping_unanswered = false;
+
+  std::array<char, 64> address{};
+  std::size_t address_bytes = 0;
+
+  std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
+  bool open() const noexcept { return state == phase::open; }
+};
+
+}  // namespace rowe::service

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/wire_slots.hpp"
+
+#include <cassert>
+
+namespace rowe::service {
+namespace {
+
+// Head room, the text, and what a JSON parser may read behind it, rounded so that slots start on lines of their own.
+constexpr std::size_t stride(std::size_t bytes) noexcept {
+  constexpr std::size_t tailroom_bytes = 64;
+  const std::size_t whole = wire_slots::headroom_bytes + bytes + tailroom_bytes;
+  return (whole + rt::line_bytes - 1) / rt::line_bytes * rt::line_bytes;
+}
+
+// A relayed message gains the envelope around it, and its topic's name may have to be escaped.
+constexpr std::size_t envelope_bytes_max(const limits& bounds) noexcept { return 64 + 6 * std::size_t{bounds.topic_bytes_max}; }
+
+std::size_t large_slot_bytes(const limits& bounds) noexcept {
+  return bounds.message_bytes_max + envelope_bytes_max(bounds);
+}
+
+}  // namespace
+
+std::size_t wire_slots::footprint_bytes(const limits& bounds) noexcept {
+  return bounds.small_slots * (sizeof(slot) + stride(bounds.small_slot_bytes)) +
+         bounds.large_slots * (sizeof(slot) + stride(large_slot_bytes(bounds))) + 2 * rt::line_bytes;
+}
+
+wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
+    : slots_{memory.carve<slot>(bounds.small_slots + bounds.large_slots)},
+      memory_{memory.carve_bytes(bounds.small_slots * stride(bounds.small_slot_bytes) +
+                                     bounds.large_slots * stride(large_slot_bytes(bounds)),
+                                 rt::line_bytes)},
+      small_bytes_{bounds.small_slot_bytes},
+      large_bytes_{large_slot_bytes(bounds)},
+      small_count_{bounds.small_slots} {
+  for (std::uint32_t i = count(); i-- > 0;) {
+    auto& list = small(i) ? free_small_ : free_large_;
+    slots_[i].next_free = list;
+    list = i;
+  }
+}
+
+char* wire_slots::base(std::uint32_t index) const noexcept {
+  const std::size_t at = small(index) ? index * stride(small_bytes_)
+                                      : small_count_ * stride(small_bytes_) +
+                                            (index - small_count_) * stride(large_bytes_);
+  return reinterpret_cast<char*>(memory_.data() + at + headroom_bytes);
+}
+
+std::optional<std::uint32_t> wire_slots::take(std::size_t bytes) noexcept {
+  auto& list = bytes <= small_bytes_ ? free_small_ : free_large_;
+  if (bytes > large_bytes_ || list == no_index) return std::nullopt;
+  const std::uint32_t index = list;
+  slot& taken = slots_[index];
+  list = taken.next_free;
+  taken.references = 1;
+  taken.bytes = taken.body_at = taken.body_bytes = 0;
+  taken.expires = rt::never;
+  ++in_use_;
+  return index;
+}
+
+std::span<char> wire_slots::room(std::uint32_t index) noexcept {
+  return {base(index), small(index) ? small_bytes_ : large_bytes_};
+}
+
+void wire_slots::finish(std::uint32_t index, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
+                        rt::time_point expires) noexcept {
+  assert(bytes <= room(index).size() && body_at + body_bytes <= bytes);
+  slot& filled = slots_[index];
+  filled.bytes = static_cast<std::uint32_t>(bytes);
+  filled.body_at = static_cast<std::uint32_t>(body_at);
+  filled.body_bytes = static_cast<std::uint32_t>(body_bytes);
+  filled.expires = expires;
+}
+
+std::span<char> wire_slots::text(std::uint32_t index) noexcept { return {base(index), slots_[index].bytes}; }
+
+std::span<const char> wire_slots::body(std::uint32_t index) const noexcept {
+  return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
+}
+
+void wire_slots::free(std::uint32_t index) noexcept {
+  slot& freed = slots_[index];
+  assert(freed.begun == 0 && in_use_ > 0);
+  freed.references = 0;
+  if (++freed.generation == 0) freed.generation = 1;
+  auto& list = small(index) ? free_small_ : free_large_;
+  freed.next_free = list;
+  list = index;
+  --in_use_;
+}
+
+bool wire_slots::release(std::uint32_t index) noexcept {
+  assert(slots_[index].references > 0);
+  if (--slots_[index].references != 0) return false;
+  free(index);
+  return true;
+}
+
+std::uint32_t wire_slots::expire(std::uint32_t index) noexcept {
+  if (slots_[index].begun != 0) return 0;
+  const std::uint32_t references = slots_[index].references;
+  free(index);
+  return references;
+}
+
+bool wire_slots::check() const noexcept {
+  std::uint32_t free_count = 0;
+  for (std::uint32_t list : {free_small_, free_large_}) {
+    for (; list != no_index; list = slots_[list].next_free) {
+      if (slots_[list].references != 0 || slots_[list].begun != 0 || ++free_count > count()) return false;
+    }
+  }
+  return free_count + in_use_ == count();
+}
+
+}  // namespace rowe::service

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// Encoded messages on their way out. A message is encoded once into one slot, however many peers get it; each peer's
+// queue holds the slot's number and generation. Service thread only, so slots are counted with plain integers.
+//
+// Two sizes, because most messages are small and a few are not: a message is encoded into a small slot and, if it
+// does not fit, again into a large one. Each slot has room in front for a frame header and one node on the wheel;
+// when its time is over it is freed whoever still has it queued, and those find a newer generation in its place. A
+// slot that a socket has been given the first bytes of is held until the last one is out.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+namespace rowe::service {
+
+inline constexpr std::uint32_t no_index = UINT32_MAX;
+
+struct slot_ref {
+  std::uint32_t index = no_index;
+  std::uint32_t generation = 0;
+};
+
+class wire_slots {
+ public:
+  static constexpr std::size_t headroom_bytes = 16;  // the longest frame header is 14
+
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  wire_slots(rt::arena& memory, const limits& bounds) noexcept;
+
+  std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
+
+  // A free slot of at least `bytes`, with one reference; nothing when all of that size are taken.
+  std::optional<std::uint32_t> take(std::size_t bytes) noexcept;
+  std::size_t small_bytes() const noexcept { return small_bytes_; }
+  std::size_t large_bytes() const noexcept { return large_bytes_; }
+
+  // The whole room of a slot, to encode into; finish() says what of it was used and where the body lies in it.
+  std::span<char> room(std::uint32_t index) noexcept;
+  void finish(std::uint32_t index, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
+              rt::time_point expires) noexcept;
+
+  slot_ref ref(std::uint32_t index) const noexcept { return {index, slots_[index].generation}; }
+  // False once the slot was freed, whether used again or not.
+  bool alive(slot_ref slot) const noexcept { return slots_[slot.index].generation == slot.generation; }
+  rt::time_point expires(std::uint32_t index) const noexcept { return slots_[index].expires; }
+  std::span<char> text(std::uint32_t index) noexcept;
+  std::span<const char> body(std::uint32_t index) const noexcept;
+
+  void retain(std::uint32_t index) noexcept { ++slots_[index].references; }
+  // True when that was the last reference, and the slot is free again.
+  bool release(std::uint32_t index) noexcept;
+
+  // A socket has the first bytes: expire() must not free the slot under it.
+  void begin(std::uint32_t index) noexcept { ++slots_[index].begun; }
+  void end(std::uint32_t index) noexcept { --slots_[index].begun; }
+
+  // Frees a slot before its references are released: they go stale. Returns how many there were; 0 and no change
+  // when a socket is in the middle of it.
+  std::uint32_t expire(std::uint32_t index) noexcept;
+
+  std::uint32_t in_use() const noexcept { return in_use_; }
+  // True when the free lists and the counts agree. For tests and assertions.
+  bool check() const noexcept;
+
+ private:
+  struct slot {
+    std::uint32_t generation = 1;
+    std::uint32_t references = 0;
+    std::uint32_t begun = 0;
+    std::uint32_t next_free = no_index;
+    std::uint32_t bytes = 0;
+    std::uint32_t body_at = 0;
+    std::uint32_t body_bytes = 0;
+    rt::time_point expires = rt::never;
+  };
+
+  bool small(std::uint32_t index) const noexcept { return index < small_count_; }
+  char* base(std::uint32_t index) const noexcept;
+  void free(std::uint32_t index) noexcept;
+
+  std::span<slot> slots_;
+  std::span<std::byte> memory_;
+  std::size_t small_bytes_;
+  std::size_t large_bytes_;
+  std::uint32_t small_count_;
+  std::uint32_t free_small_ = no_index;
+  std::uint32_t free_large_ = no_index;
+  std::uint32_t in_use_ = 0;
+};
+
+}  // namespace rowe::service
