@@ -11,10 +11,9 @@
 
 namespace rowe::page {
 
-// The answer to a GET:
-//   /, /style.css, /app.js, …  the page's files: 200, or 304 when `if_none_match` names the form we would
-//   send /healthz                   "ok" anything else              404 with a sentence
-// Service thread, or any other: a pure function. Never waits, never allocates.
+// The answer to a GET of `request.path`: a file of the page is 200, or 304 when `if_none_match` names the
+// form we would send; /healthz is "ok"; anything else is 404 with a sentence. Service thread, or any other: a
+// pure function. Never waits, never allocates.
 service::http_answer answer(const service::http_request& request) noexcept;
 
 } // namespace rowe::page
