@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: Apache-2.0
+// How rowe/schema.hpp turns types into descriptions. Nothing here is for users; every way to get a schema
+// wrong ends in one of the static_assert sentences below.
+#pragma once
+#include <rowe/schema.hpp>
+
+namespace rowe::detail {
+
+template <class T>
+consteval value_description describe_value() noexcept;
+
+// One object for each type, so that descriptions can point to each other.
+template <class T>
+inline constexpr value_description value_description_of = describe_value<T>();
+
+template <class T>
+inline constexpr bool is_optional = false;
+template <class T>
+inline constexpr bool is_optional<std::optional<T>> = true;
+template <class T>
+inline constexpr bool is_std_array = false;
+template <class T, std::size_t N>
+inline constexpr bool is_std_array<std::array<T, N>> = true;
+template <class T>
+inline constexpr bool is_bounded_array = false;
+template <class T, std::size_t N>
+inline constexpr bool is_bounded_array<bounded_array<T, N>> = true;
+template <class T>
+inline constexpr bool is_fixed_string = false;
+template <std::size_t N>
+inline constexpr bool is_fixed_string<fixed_string<N>> = true;
+template <class T>
+inline constexpr bool is_character =
+    std::same_as<T, char> || std::same_as<T, wchar_t> || std::same_as<T, char8_t> ||
+    std::same_as<T, char16_t> || std::same_as<T, char32_t>;
+
+template <class>
+inline constexpr bool unsupported = false;
+
+template <std::integral T>
+consteval value_kind integer_kind() noexcept {
+  static_assert(sizeof(T) <= 8, "rowe::schema: integers have at most 64 bits");
+  constexpr bool is_signed = std::is_signed_v<T>;
+  switch (sizeof(T)) {
+  case 1: return is_signed ? value_kind::int8 : value_kind::uint8;
+  case 2: return is_signed ? value_kind::int16 : value_kind::uint16;
+  case 4: return is_signed ? value_kind::int32 : value_kind::uint32;
+  default: return is_signed ? value_kind::int64 : value_kind::uint64;
+  }
+}
+
+template <class Array>
+const void* elements_of(const void* array) noexcept {
+  const Array& a = *static_cast<const Array*>(array);
+  if constexpr (std::is_array_v<Array>) {
+    return &a[0];
+  } else {
+    return a.data();
+  }
+}
+
+// Arrays of every sort; `Array` is the type in memory.
+template <class Array, class Element>
+consteval value_description describe_array(std::size_t count_max) noexcept {
+  static_assert(
+      !is_character<Element>,
+      "rowe::schema: an array of characters is neither text nor numbers; use rowe::fixed_string<N> for "
+      "text, or an array of std::int8_t or std::uint8_t for numbers");
+  value_description d;
+  d.kind = value_kind::array;
+  d.bytes = sizeof(Array);
+  d.count_max = count_max;
+  d.element = &value_description_of<Element>;
+  d.elements = &elements_of<Array>;
+  if constexpr (is_bounded_array<Array>) {
+    d.count = [](const void* array) noexcept { return static_cast<const Array*>(array)->size(); };
+  }
+  return d;
+}
+
+template <class T>
+consteval value_description describe_value() noexcept {
+  static_assert(std::same_as<T, std::remove_cv_t<T>>);
+  if constexpr (std::is_array_v<T>) {
+    return describe_array<T, std::remove_cv_t<std::remove_extent_t<T>>>(std::extent_v<T>);
+  } else if constexpr (is_std_array<T>) {
+    static_assert(std::tuple_size_v<T> > 0, "rowe::schema: a std::array of no elements has nothing to write");
+    return describe_array<T, typename T::value_type>(std::tuple_size_v<T>);
+  } else if constexpr (is_bounded_array<T>) {
+    return describe_array<T, typename T::value_type>(T::capacity());
+  } else {
+    value_description d;
+    d.bytes = sizeof(T);
+    if constexpr (std::same_as<T, bool>) {
+      d.kind = value_kind::boolean;
+    } else if constexpr (is_character<T>) {
+      static_assert(
+          unsupported<T>,
+          "rowe::schema: a character is neither text nor a number; use rowe::fixed_string<N> for text, "
+          "std::int8_t or std::uint8_t for a number");
+    } else if constexpr (std::integral<T>) {
+      d.kind = integer_kind<T>();
+    } else if constexpr (std::same_as<T, float>) {
+      d.kind = value_kind::float32;
+    } else if constexpr (std::same_as<T, double>) {
+      d.kind = value_kind::float64;
+    } else if constexpr (std::is_enum_v<T>) {
+      d = describe_value<std::underlying_type_t<T>>();
+    } else if constexpr (is_fixed_string<T>) {
+      d.kind = value_kind::text;
+      d.count_max = T::capacity();
+      d.text = [](const void* string) noexcept { return static_cast<const T*>(string)->view(); };
+    } else if constexpr (is_optional<T>) {
+      d.kind = value_kind::optional;
+      d.element = &value_description_of<typename T::value_type>;
+      d.engaged = [](const void* optional) noexcept -> const void* {
+        const T& o = *static_cast<const T*>(optional);
+        return o ? std::addressof(*o) : nullptr;
+      };
+    } else if constexpr (described<T>) {
+      d.kind = value_kind::object;
+      d.object = &describe<T>();
+    } else {
+      static_assert(
+          unsupported<T>,
+          "rowe::schema: this type cannot be written as JSON. Members may be bool, integers, float, "
+          "double, enums, types with a schema of their own (template <> inline constexpr auto "
+          "rowe::schema<T> = rowe::fields<...>{}; at global scope, before the first use), std::array or C "
+          "arrays, rowe::bounded_array, rowe::fixed_string and std::optional of these");
+    }
+    return d;
+  }
+}
+
+// ---- members ----
+
+constexpr bool is_integer(value_kind k) noexcept { return k >= value_kind::int8 && k <= value_kind::uint64; }
+constexpr bool is_real(value_kind k) noexcept { return k == value_kind::float32 || k == value_kind::float64; }
+
+// What the member's form applies to: the value itself, or the elements of arrays and optionals.
+constexpr value_kind innermost_kind(const value_description& d) noexcept {
+  return d.element == nullptr ? d.kind : innermost_kind(*d.element);
+}
+
+template <class T, auto Member>
+const void* address_of(const void* object) noexcept {
+  return std::addressof(static_cast<const T*>(object)->*Member);
+}
+
+template <class T, auto Count>
+std::size_t count_of(const void* object) noexcept {
+  const auto count = static_cast<const T*>(object)->*Count;
+  if constexpr (std::is_signed_v<decltype(count)>) {
+    if (count < 0) return 0;
+  }
+  return static_cast<std::size_t>(count);
+}
+
+template <class T, auto Member>
+consteval member_description describe_member(std::string_view name) noexcept {
+  using pointer = member_pointer<decltype(Member)>;
+  static_assert(
+      pointer::value,
+      "rowe::fields: list pointers to data members (&odometry::x), rowe::field<...> or rowe::counted<...>");
+  static_assert(std::derived_from<T, typename pointer::class_type>,
+                "rowe::schema: a member listed in the schema belongs to another type");
+  member_description m;
+  constexpr literal_piece spelled = spelled_name<Member>();
+  m.name = name.empty() ? std::string_view{spelled.begin, spelled.end} : name;
+  m.type = &value_description_of<typename pointer::value_type>;
+  m.address = &address_of<T, Member>;
+  return m;
+}
+
+template <class T, auto Entry>
+consteval member_description describe_entry() noexcept {
+  return describe_member<T, Entry>({});
+}
+
+template <class T, auto Entry>
+requires is_field_spec<std::remove_cv_t<decltype(Entry)>>
+consteval member_description describe_entry() noexcept {
+  return []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) consteval {
+    constexpr field_spec<Member, Name, Count> spec = Entry;
+    member_description m = describe_member<T, Member>(Name.view());
+    constexpr value_description type =
+        value_description_of<typename member_pointer<decltype(Member)>::value_type>;
+    static_assert(!spec.quoted || is_integer(innermost_kind(type)),
+                  "rowe::field: as_string() is for integers and arrays of integers");
+    static_assert(spec.digits == -1 || is_real(innermost_kind(type)),
+                  "rowe::field: decimals() is for float, double and arrays of these");
+    static_assert(spec.digits >= -1 && spec.digits <= 9, "rowe::field: decimals() takes 0 to 9");
+    m.as_string = spec.quoted;
+    m.decimals = spec.digits;
+    if constexpr (!std::same_as<std::remove_cv_t<decltype(Count)>, std::nullptr_t>) {
+      using pointer = member_pointer<decltype(Count)>;
+      static_assert(type.kind == value_kind::array && type.count == nullptr,
+                    "rowe::counted: the first argument must be a std::array or C array member");
+      static_assert(std::integral<typename pointer::value_type> &&
+                        std::derived_from<T, typename pointer::class_type>,
+                    "rowe::counted: the second argument must be an integer member of the same type");
+      m.count = &count_of<T, Count>;
+    }
+    return m;
+  }
+  (Entry);
+}
+
+template <std::size_t N>
+consteval bool names_differ(const std::array<member_description, N>& members) noexcept {
+  for (std::size_t i = 0; i < N; ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (members[i].name == members[j].name) return false;
+    }
+  }
+  return true;
+}
+
+// The members as a static array; a class template, because the list has to be taken out of the schema's type.
+template <class T, class Fields>
+struct members_of {
+  static_assert(unsupported<T>, "rowe::schema: a schema must read `= rowe::fields<&T::member, ...>{}`");
+};
+template <class T, auto... Entries>
+struct members_of<T, fields<Entries...>> {
+  static constexpr std::array<member_description, sizeof...(Entries)> list{describe_entry<T, Entries>()...};
+  static_assert(names_differ(list),
+                "rowe::schema: two members have the same name; rename one with rowe::field");
+};
+
+template <class T>
+consteval schema_description describe_schema() noexcept {
+  using fields_type = std::remove_cv_t<decltype(schema<T>)>;
+  schema_description d;
+  d.type_name = schema<T>.type_name;
+  d.bytes = sizeof(T);
+  d.alignment = alignof(T);
+  d.members = members_of<T, fields_type>::list;
+  return d;
+}
+
+template <class T>
+inline constexpr schema_description schema_description_of = describe_schema<T>();
+// Stands in where a static_assert has already said what is wrong, so that nobody reads a second error.
+inline constexpr schema_description nothing_described{};
+
+} // namespace rowe::detail
+
+namespace rowe {
+
+template <class T>
+constexpr const schema_description& describe() noexcept {
+  static_assert(described<T>,
+                "rowe: this type has no schema. Write, at global scope and before the first use: "
+                "template <> inline constexpr auto rowe::schema<T> = rowe::fields<&T::member, ...>{};");
+  static_assert(
+      std::is_trivially_copyable_v<T>,
+      "rowe: a type with a schema must be trivially copyable, because real-time loops copy it bit by bit; "
+      "use rowe::fixed_string and rowe::bounded_array instead of std::string and std::vector");
+  if constexpr (described<T> && std::is_trivially_copyable_v<T>) {
+    return detail::schema_description_of<T>;
+  } else {
+    return detail::nothing_described;
+  }
+}
+
+} // namespace rowe

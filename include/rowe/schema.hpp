@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a struct looks like as JSON. A schema lists the members, in the order in which they are written; their
+// names follow from the members themselves:
+//
+//   struct odometry { double stamp, x, y, heading; };
+//   template <> inline constexpr auto rowe::schema<odometry> =                    // at global scope
+//       rowe::fields<&odometry::stamp, &odometry::x, &odometry::y, &odometry::heading>{};
+//
+// Where the name or the form of a member should differ:
+//
+//   rowe::fields<&scan::stamp,
+//                rowe::field<&scan::frame, "frame_id">,           // renamed
+//                rowe::field<&scan::serial>.as_string(),          // "9007199254740993": beyond 2^53 browsers
+//                round rowe::field<&scan::angle>.decimals(4),           // fixed precision: shorter and
+//                faster rowe::counted<&scan::ranges, &scan::range_count> // only the first `range_count`
+//                elements
+//               >{}.type("sensor_msgs/LaserScan")                 // the type's name for ROS and others
+//
+// A member may be a bool, an integer, a float or a double, an enum (written as its number), a type with a
+// schema of its own, a std::array or C array of these, a rowe::bounded_array, a rowe::fixed_string, or a
+// std::optional (left out of the text while empty; null inside an array). Anything else does not compile, and
+// the message says why.
+//
+// Everything here is evaluated at compile time. At run time there is describe<T>(): a constant table, the
+// same type for all T, which is what the library works with.
+#pragma once
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include <rowe/bounded_array.hpp>
+#include <rowe/fixed_string.hpp>
+
+namespace rowe {
+
+// ---- the description, without types ----
+
+// clang-format off
+enum class value_kind : std::uint8_t {
+  boolean, int8, int16, int32, int64, uint8, uint16, uint32, uint64, float32, float64,
+  text,      // fixed_string
+  object,    // a type with a schema
+  array,     // `count_max` elements, of which count() are in use where there is such a function
+  optional,  // one element, or none
+};
+// clang-format on
+
+struct schema_description;
+
+// A type of value: what it is, and how to reach what is inside. Functions take the address of such a value;
+// they read nothing but the value, and never allocate or fail.
+struct value_description {
+  value_kind kind{};
+  std::size_t bytes = 0;                                         // its size in memory
+  std::size_t count_max = 0;                                     // array: elements; text: bytes
+  const value_description* element = nullptr;                    // array, optional
+  const schema_description* object = nullptr;                    // object
+  const void* (*elements)(const void* array) noexcept = nullptr; // array: the first element; the rest follow
+  std::size_t (*count)(const void* array) noexcept = nullptr;    // array: elements in use; null: all
+  const void* (*engaged)(const void* optional) noexcept = nullptr; // optional: the element, or null
+  std::string_view (*text)(const void* string) noexcept = nullptr; // text
+};
+
+// A member of a struct.
+struct member_description {
+  std::string_view name;
+  const value_description* type = nullptr;
+  const void* (*address)(const void* object) noexcept = nullptr; // of the member; reads nothing
+  std::size_t (*count)(const void* object) noexcept =
+      nullptr;            // counted: elements in use, may exceed the array
+  bool as_string = false; // integers are written in quotes
+  int decimals = -1;      // digits behind the point; -1: as many as are needed to read back the same value
+};
+
+// A struct.
+struct schema_description {
+  std::string_view type_name; // "nav_msgs/Odometry"; empty where none was given
+  std::size_t bytes = 0;
+  std::size_t alignment = 0;
+  std::span<const member_description> members;
+};
+
+// ---- writing a schema ----
+
+namespace detail {
+
+struct no_schema {};
+
+// A string literal as a template argument.
+template <std::size_t N>
+struct name_literal {
+  char text[N] = {};
+  consteval name_literal(const char (&literal)[N]) noexcept { // NOLINT(google-explicit-constructor)
+    for (std::size_t i = 0; i < N; ++i) text[i] = literal[i];
+  }
+  constexpr std::string_view view() const noexcept { return {text, N - 1}; }
+};
+
+// A piece of a string literal. Not std::string_view, because g++ spells out what alias a return type is.
+struct literal_piece {
+  const char* begin;
+  const char* end;
+};
+
+// The member's own name, cut from the compiler's spelling of this function: g++ writes
+// `... [with auto Member = &robot::x]`, clang `... [Member = &robot::x]`, and both end in the name.
+template <auto Member>
+consteval literal_piece spelled_name() noexcept {
+  const char* const begin = __PRETTY_FUNCTION__;
+  const char* last = begin + sizeof __PRETTY_FUNCTION__ - 1;
+  while (last > begin && (last[-1] == ']' || last[-1] == ')')) --last;
+  const char* first = last;
+  while (first > begin && first[-1] != ':' && first[-1] != '&' && first[-1] != ' ') --first;
+  return {first, last};
+}
+
+template <class T>
+struct member_pointer : std::false_type {};
+template <class Value, class Class>
+struct member_pointer<Value Class::*> : std::bool_constant<!std::is_function_v<Value>> {
+  using value_type = std::remove_cv_t<Value>;
+  using class_type = Class;
+};
+
+// A member with what is said about it; what rowe::field and rowe::counted make. Its data members are public
+// because a template argument's must be.
+template <auto Member, auto Name, auto Count>
+struct field_spec {
+  static_assert(member_pointer<decltype(Member)>::value,
+                "rowe::field: the first argument must be a pointer to a data member, such as &odometry::x");
+  bool quoted = false;
+  int digits = -1;
+
+  // An integer is written in quotes, because a browser rounds numbers beyond 2^53.
+  consteval field_spec as_string() const noexcept { return {true, digits}; }
+  // Numbers are rounded to `count` digits (0 to 9) behind the point; trailing zeros are not written. Numbers
+  // too large for that (|x| x 10^count >= 2^53) keep the digits they need.
+  consteval field_spec decimals(int count) const noexcept { return {quoted, count}; }
+};
+
+template <class T>
+inline constexpr bool is_field_spec = false;
+template <auto Member, auto Name, auto Count>
+inline constexpr bool is_field_spec<field_spec<Member, Name, Count>> = true;
+
+} // namespace detail
+
+// A member, by another name or in another form.
+template <auto Member, detail::name_literal Name = "">
+inline constexpr detail::field_spec<Member, Name, nullptr> field{};
+
+// An array of which only the first `Count` elements are in use; Count is an integer member of the same
+// struct. (It is not itself written unless it is listed too. Negative is none; more than the array has is
+// all.)
+template <auto Array, auto Count, detail::name_literal Name = "">
+inline constexpr detail::field_spec<Array, Name, Count> counted{};
+
+// The members of a struct, in the order in which they are written.
+template <auto... Members>
+struct fields {
+  std::string_view type_name{};
+
+  // Names the type as others know it: "nav_msgs/Odometry". `name` must outlive the program (a literal).
+  consteval fields type(std::string_view name) const noexcept { return {name}; }
+};
+
+// A type's schema: specialise it, at global scope, for each type that is published, subscribed or served.
+template <class T>
+inline constexpr detail::no_schema schema{};
+
+template <class T>
+concept described = !std::same_as<std::remove_cv_t<decltype(schema<T>)>, detail::no_schema>;
+
+// The description of T; static, the same object each time. T must have a schema and be trivially copyable.
+template <class T>
+constexpr const schema_description& describe() noexcept;
+
+} // namespace rowe
+
+#include <rowe/detail/schema.hpp> // how a description is made

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading JSON that others wrote. Two steps, never mixed: a reader *validates* a whole text, once, in the
+// service thread; after that the text is known good, and whoever holds it *walks* it lazily, where it lies,
+// without a tree, a copy or an allocation. So malformed text never leaves the service thread, and nobody pays
+// for members that nobody reads.
+//
+// Validation is simdjson's DOM parse into a document allocated beforehand. (Its on-demand parser does not
+// validate what it does not visit.) One matter is decided differently: the DOM refuses integers beyond 64
+// bits, which browsers write (2^64 is 18446744073709552000 there) and JSON allows; on such a complaint
+// fault.hpp's scan decides, for which every number is a double, and only what no double can hold is refused.
+//
+// What is accepted is RFC 8259 with these decisions: UTF-8 only, no byte order mark, no unpaired surrogate in
+// an escape, no number beyond the range of a double; duplicate names are accepted (codecs refuse them for the
+// names they reserve).
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include <rowe/result.hpp>
+
+namespace rowe::json {
+
+enum class kind : std::uint8_t { object, array, string, number, boolean, null };
+
+// A value inside a validated text. Valid as long as the text is.
+struct value {
+  kind type = kind::null;
+  std::string_view raw; // as written: quotes included for strings, brackets for objects and arrays
+};
+
+// A member of an object.
+struct member {
+  std::string_view name_raw; // without quotes, still escaped: compare with name_is()
+  value what;
+};
+
+// Validates texts. Belongs to one thread at a time.
+class reader {
+ public:
+  // Bytes behind every text that must be readable (their values do not matter).
+  static constexpr std::size_t tailroom_bytes = 64;
+  static constexpr std::size_t depth_max_default = 64;
+
+  // Allocates everything that validating texts of up to `bytes_max` bytes will ever need; about 14 bytes for
+  // each of them. For set-up. bad_argument when bytes_max is not in [1, 4 GiB) or depth_max not in [1, 1024];
+  // no_memory.
+  [[nodiscard]] static result<reader> create(std::size_t bytes_max,
+                                             std::size_t depth_max = depth_max_default);
+
+  reader(reader&&) noexcept;
+  reader& operator=(reader&&) noexcept;
+  ~reader();
+
+  // Is `text` one JSON value, whole and valid? Never waits, never allocates; about 1.5 ns a byte. Errors:
+  // too_big (value: its bytes, limit: bytes_max); too_deep (limit: depth_max, the number of objects and
+  // arrays that may be open at once); malformed (value: the index of the first byte that is wrong, or the
+  // length when the text ends too early).
+  [[nodiscard]] status validate(std::string_view text) noexcept;
+
+  std::size_t bytes_max() const noexcept { return bytes_max_; }
+  std::size_t depth_max() const noexcept { return depth_max_; }
+
+ private:
+  struct parser;
+  reader(std::unique_ptr<parser> p, std::size_t bytes_max, std::size_t depth_max) noexcept;
+
+  std::unique_ptr<parser> parser_;
+  std::size_t bytes_max_;
+  std::size_t depth_max_;
+};
+
+// All that follows works on text that validate() accepted, on any thread. Nothing waits, allocates or writes
+// but into the scratch that is given. Text that was not validated is never read beyond its end, and every
+// walk of it ends; what is then found means nothing.
+
+// The value that `validated` consists of, white space around it removed.
+ROWE_RT value root(std::string_view validated) noexcept;
+
+// Walks the members of an object, in the order of the text.
+class object_walk {
+ public:
+  // Of anything but an object there are no members.
+  ROWE_RT explicit object_walk(std::string_view validated_object) noexcept;
+  // The next member; false, and `into` untouched, when there is none.
+  ROWE_RT bool next(member& into) noexcept;
+
+ private:
+  const char* at_;
+  const char* end_;
+};
+
+// Walks the elements of an array.
+class array_walk {
+ public:
+  // Of anything but an array there are no elements.
+  ROWE_RT explicit array_walk(std::string_view validated_array) noexcept;
+  // The next element; false, and `into` untouched, when there is none.
+  ROWE_RT bool next(value& into) noexcept;
+
+ private:
+  const char* at_;
+  const char* end_;
+};
+
+// Is this the member's name? Escapes are understood: {"\u006fp":1} has a member "op".
+ROWE_RT bool name_is(const member& m, std::string_view name) noexcept;
+// Is this value a string that says `text`? Escapes are understood ("\/odom" says "/odom").
+ROWE_RT bool text_is(const value& v, std::string_view text) noexcept;
+
+// The first member with this name, searched from the start of the object each time.
+ROWE_RT std::optional<value> find(std::string_view validated_object, std::string_view name) noexcept;
+
+// Escapes resolved. `escaped` is what stands between the quotes. The answer is `escaped` itself when there is
+// no backslash in it, else it lies in `scratch`; nothing when scratch is too small (escaped.size() bytes
+// always suffice).
+ROWE_RT std::optional<std::string_view> unescape(std::string_view escaped, std::span<char> scratch) noexcept;
+
+// The string's text, as unescape(). Nothing when the value is no string.
+ROWE_RT std::optional<std::string_view> to_string(const value& v, std::span<char> scratch) noexcept;
+// The number's nearest double; -0.0 keeps its sign. Nothing when the value is no number.
+ROWE_RT std::optional<double> to_double(const value& v) noexcept;
+// Nothing when the value is no number, has a fraction or an exponent, or lies outside the type.
+ROWE_RT std::optional<std::int64_t> to_integer(const value& v) noexcept;
+ROWE_RT std::optional<std::uint64_t> to_unsigned(const value& v) noexcept;
+ROWE_RT std::optional<bool> to_boolean(const value& v) noexcept;
+
+} // namespace rowe::json

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// JSON text into a span of the caller's. The writer never allocates and never writes outside the span: when a
+// piece does not fit, nothing more is written and overflowed() says so. It places commas and escapes strings,
+// so callers name only keys and values; whether they nest rightly is theirs to know, since one bit (is a
+// comma due?) is all the state there is. Used by the codecs and the core on the service thread, and by
+// whatever a user's thread writes in place; one writer belongs to one thread at a time.
+//
+// Every number is exact: doubles and floats are written with the fewest digits that read back to the same
+// value (digits.hpp).
+#pragma once
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include <rowe/rt/attributes.hpp>
+
+namespace rowe::json {
+
+// What number() takes as an integer: every integer type but bool and the character types, which are not
+// numbers.
+template <class T>
+concept integer =
+    std::integral<T> && !std::same_as<T, bool> && !std::same_as<T, char> && !std::same_as<T, wchar_t> &&
+    !std::same_as<T, char8_t> && !std::same_as<T, char16_t> && !std::same_as<T, char32_t> && sizeof(T) <= 8;
+
+// No call waits, allocates or fails; each takes steps in proportion to what it writes.
+class writer {
+ public:
+  // Writes into `room`, which must outlive the writer.
+  ROWE_RT explicit writer(std::span<char> room) noexcept
+      : begin_{room.data()}, at_{room.data()}, end_{room.data() + room.size()} {}
+
+  ROWE_RT void begin_object() noexcept { open('{'); }
+  ROWE_RT void end_object() noexcept { close('}'); }
+  ROWE_RT void begin_array() noexcept { open('['); }
+  ROWE_RT void end_array() noexcept { close(']'); }
+
+  // The name of the member whose value is written next; quoted and escaped like a string.
+  ROWE_RT void key(std::string_view name) noexcept;
+
+  // A string value: quoted, and escaped where JSON demands it ('"', '\\', control characters). Each maximal
+  // piece of `utf8` that is not UTF-8 is written as U+FFFD and counted in invalid_utf8().
+  ROWE_RT void string(std::string_view utf8) noexcept;
+
+  // A number. NaN and the infinities, which JSON cannot say, are written as null and counted in nonfinite().
+  ROWE_RT void number(double x) noexcept;
+  ROWE_RT void number(float x) noexcept;
+  template <integer T>
+  ROWE_RT void number(T x) noexcept {
+    if constexpr (std::is_signed_v<T>) {
+      number_signed(x);
+    } else {
+      number_unsigned(x);
+    }
+  }
+
+  ROWE_RT void boolean(bool b) noexcept { raw(b ? std::string_view{"true"} : std::string_view{"false"}); }
+  ROWE_RT void null() noexcept { raw("null"); }
+
+  // A complete value that is JSON already, written as it is; the comma before it is placed.
+  ROWE_RT void raw(std::string_view json) noexcept;
+
+  // A piece of text that is no value of its own: nothing is placed before it, and it does not count as a
+  // value.
+  ROWE_RT void append(std::string_view text) noexcept;
+
+  // True once something did not fit. Nothing is written from then on; bytes() and text() are meaningless.
+  ROWE_RT bool overflowed() const noexcept { return overflowed_; }
+
+  ROWE_RT std::size_t bytes() const noexcept { return static_cast<std::size_t>(at_ - begin_); }
+  ROWE_RT std::string_view text() const noexcept { return {begin_, bytes()}; }
+
+  // NaN and infinities written as null since construction or reset().
+  ROWE_RT std::uint64_t nonfinite() const noexcept { return nonfinite_; }
+  // Pieces that were not UTF-8, written as U+FFFD since construction or reset().
+  ROWE_RT std::uint64_t invalid_utf8() const noexcept { return invalid_utf8_; }
+
+  // Starts again at the beginning of the same room, with nothing counted.
+  ROWE_RT void reset() noexcept { *this = writer{std::span<char>{begin_, end_}}; }
+
+ private:
+  friend class encoder;
+
+  void open(char bracket) noexcept;
+  void close(char bracket) noexcept;
+  void place_comma() noexcept;
+  void put(char c) noexcept;
+  void overflow() noexcept;
+  void number_signed(std::int64_t x) noexcept;
+  void number_unsigned(std::uint64_t x) noexcept;
+
+  char* begin_;
+  char* at_; // where the next byte goes
+  char* end_;
+  bool comma_ = false; // a value precedes the next one in the same object or array
+  bool overflowed_ = false;
+  std::uint64_t nonfinite_ = 0;
+  std::uint64_t invalid_utf8_ = 0;
+};
+
+} // namespace rowe::json
