@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Time: one monotonic clock, nanoseconds, as a type that cannot be mixed up with a duration. Everything that
-// depends on time takes `now` as an argument or a clock as a template parameter, so that tests and the simulation
-// pass a fake one.
+// depends on time takes `now` as an argument or a clock as a template parameter, so that tests and the
+// simulation pass a fake one.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -32,10 +32,11 @@ struct monotonic_clock {
 
 using time_point = monotonic_clock::time_point;
 
-inline constexpr time_point never = time_point::max();      // later than everything
+inline constexpr time_point never = time_point::max(); // later than everything
 inline constexpr duration for_ever = duration::max();
 
-// `now + wait`, but never past `never`: a wait that is not finite has no end. A negative wait is for ever too.
+// `now + wait`, but never past `never`: a wait that is not finite has no end. A negative wait is for ever
+// too.
 ROWE_RT constexpr time_point deadline_after(time_point now, duration wait) noexcept {
   if (wait < duration::zero() || wait >= never - now) return never;
   return now + wait;
@@ -43,6 +44,19 @@ ROWE_RT constexpr time_point deadline_after(time_point now, duration wait) noexc
 
 // Nanoseconds since the clock's origin; times on the wire and in shared words are written so.
 ROWE_RT constexpr std::int64_t nanoseconds_of(time_point t) noexcept { return t.time_since_epoch().count(); }
+
+// What a reading of the clock costs on this machine.
+struct clock_cost {
+  duration read{};        // one monotonic_clock::now()
+  duration system_call{}; // the same asked of the kernel directly, for comparison
+  char source[32]{};      // the kernel's clock source: "tsc", "hpet", ...; "" when it cannot be read
+  bool cheap = false;     // the source is tsc or arch_sys_counter, and a reading is no system call
+
+  explicit operator bool() const noexcept { return cheap; }
+};
+
+// Measures it; takes about a millisecond. Set-up: makes system calls, reads /sys.
+clock_cost clock_is_cheap() noexcept;
 
 // A clock that moves only when told to. One thread.
 class fake_clock {
@@ -59,4 +73,4 @@ class fake_clock {
   time_point now_{std::chrono::seconds{1000}};
 };
 
-}  // namespace rowe::rt
+} // namespace rowe::rt

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: Apache-2.0
+// The way home for slot numbers: whoever has finished with a slot gives its number back here, and the slots'
+// owner takes it out again. It differs from a ring in one thing that makes it simpler and cheaper: it has at
+// least as many places as there are slots, so giving never tests for full and the taker publishes no head
+// index at all.
+//
+// Why that is sound. A number is in at most one place: at home, with the owner, on its way in the ring that
+// leads out, or with the borrower. The owner takes a number out of place p here before it sends the slot out;
+// the send is a release and the borrower's receipt an acquire (of the other ring); only then can the borrower
+// give a number. For place p to be written again, as many numbers as there are places must have been given
+// since, so the number that lay in p was among those taken and sent out before. The chain of the other ring
+// orders that reading of p before this writing. It holds only for numbers that truly went through such a
+// ring, one give for each take.
+//
+// Wait-free on both sides, as spsc_ring is. All numbers are at home when it is built.
+#pragma once
+#include <bit>
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include <rowe/rt/atomics.hpp>
+#include <rowe/rt/attributes.hpp>
+
+namespace rowe::rt {
+
+// Numbers 0 to slots - 1. Neither copied nor moved; nothing to destroy.
+template <class Atomics = std_atomics>
+class home_ring {
+  using word = typename Atomics::template variable<std::uint64_t>;
+
+ public:
+  using number = std::uint32_t;
+  using entry = typename Atomics::template plain<number>;
+
+  // How many entries a home for `slots` numbers needs: the next power of two.
+  static constexpr std::size_t places_for(std::size_t slots) noexcept { return std::bit_ceil(slots); }
+
+  // Set-up. `entries` are a power of two, at least `slots`, and outlive this. Indices begin at `first_index`.
+  home_ring(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index = 0) noexcept
+      : producer_{*this, entries, slots, first_index + slots},
+        consumer_{*this, entries, slots, first_index},
+        tail_{first_index + slots} {
+    assert(std::has_single_bit(entries.size()) && entries.size() >= slots);
+    for (std::uint32_t slot = 0; slot < slots; ++slot)
+      entries[(first_index + slot) & (entries.size() - 1)].store(slot);
+  }
+  home_ring(const home_ring&) = delete;
+  home_ring& operator=(const home_ring&) = delete;
+
+  // The borrower's end. One thread at a time.
+  class producer {
+   public:
+    // Gives back a number that was sent out, once. Never waits, never allocates, cannot fail.
+    ROWE_RT void give(number slot) noexcept {
+      assert(slot < slots_);
+      entries_[tail_ & mask_].store(slot);
+      ++tail_;
+      ring_.tail_.store(tail_, std::memory_order_release); // pairs with the acquire in consumer::look
+    }
+
+    producer(const producer&) = delete;
+    producer& operator=(const producer&) = delete;
+
+   private:
+    friend class home_ring;
+    producer(home_ring& ring, std::span<entry> entries, std::uint32_t slots,
+             std::uint64_t first_index) noexcept
+        : tail_{first_index},
+          mask_{entries.size() - 1},
+          entries_{entries.data()},
+          ring_{ring},
+          slots_{slots} {}
+
+    std::uint64_t tail_; // the index of the next give; what the shared word says, without loading it
+    std::uint64_t mask_;
+    entry* entries_;
+    home_ring& ring_;
+    std::uint32_t slots_;
+  };
+
+  // The owner's end. One thread at a time.
+  class consumer {
+   public:
+    // A slot that is free now. Never waits, never allocates. Nothing when all slots are out.
+    [[nodiscard]] ROWE_RT std::optional<number> try_take() noexcept {
+      if (head_ == seen_tail_) {
+        look();
+        if (head_ == seen_tail_) return std::nullopt;
+      }
+      const number slot = entries_[head_ & mask_].load();
+      ++head_;
+      return slot;
+    }
+
+    // So many takes will succeed; more may. Never waits.
+    ROWE_RT std::size_t home_at_least() noexcept {
+      look();
+      return static_cast<std::size_t>(seen_tail_ - head_);
+    }
+
+    // Whether every slot is at home: nobody holds one, so their memory may be used for something else. Once
+    // true it stays so until the owner takes one. Never waits.
+    ROWE_RT bool all_home() noexcept { return home_at_least() == slots_; }
+
+    consumer(const consumer&) = delete;
+    consumer& operator=(const consumer&) = delete;
+
+   private:
+    friend class home_ring;
+    consumer(home_ring& ring, std::span<entry> entries, std::uint32_t slots,
+             std::uint64_t first_index) noexcept
+        : head_{first_index},
+          seen_tail_{first_index + slots},
+          mask_{entries.size() - 1},
+          entries_{entries.data()},
+          ring_{ring},
+          slots_{slots} {}
+
+    void look() noexcept {
+      seen_tail_ = ring_.tail_.load(std::memory_order_acquire); // pairs with the release in give
+      assert(seen_tail_ - head_ <= slots_);                     // else a number was given twice
+    }
+
+    std::uint64_t head_;
+    std::uint64_t seen_tail_;
+    std::uint64_t mask_;
+    entry* entries_;
+    home_ring& ring_;
+    std::uint32_t slots_;
+  };
+
+  // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
+  // is.
+  producer* take_producer() noexcept {
+    return producer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &producer_;
+  }
+  consumer* take_consumer() noexcept {
+    return consumer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &consumer_;
+  }
+
+  ROWE_RT std::uint32_t slots() const noexcept { return consumer_.slots_; }
+
+  // The invariant that is broken, or nullptr. Only while no thread is inside either end. Looks at each pair
+  // of numbers at home, so it takes time in the square of `slots`.
+  const char* check() const noexcept {
+    const std::uint64_t tail = tail_.load(std::memory_order_acquire); // pairs with the release in give
+    const std::uint64_t head = consumer_.head_;
+    const std::uint64_t mask = consumer_.mask_;
+    if (!std::has_single_bit(mask + 1) || mask + 1 < slots()) return "there is a place for every slot";
+    if (tail != producer_.tail_) return "the tail that is shared is the producer's own";
+    if (tail - head > slots()) return "no more numbers are at home than there are slots";
+    if (consumer_.seen_tail_ - head > tail - head)
+      return "the consumer has seen no tail ahead of the real one";
+    for (std::uint64_t i = head; i != tail; ++i) {
+      const number slot = consumer_.entries_[i & mask].load();
+      if (slot >= slots()) return "a number at home is that of a slot";
+      for (std::uint64_t j = head; j != i; ++j)
+        if (consumer_.entries_[j & mask].load() == slot) return "no number is at home twice";
+    }
+    return nullptr;
+  }
+
+ private:
+  alignas(line_bytes) producer producer_;
+  typename Atomics::template variable<bool> producer_taken_{false};
+  alignas(line_bytes) consumer consumer_;
+  typename Atomics::template variable<bool> consumer_taken_{false};
+  alignas(line_bytes) word tail_; // written by the producer
+};
+
+} // namespace rowe::rt

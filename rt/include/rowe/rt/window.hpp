@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// The newest value from one thread to one other: a write never finds it full, a read never finds it torn. It
+// is the other opening in the wall, for state of which only the latest matters. Simpson's four-slot mechanism
+// (Four-slot fully asynchronous communication mechanism, IEE Proceedings E, 1990): two pairs of two slots;
+// the writer goes to the pair the reader is not in, and there to the slot that was not written last; the
+// reader goes to the pair written last, says so, and takes that pair's newest slot.
+//
+// Why no slot is written while it is read. The reader stores `reading`, then loads `newest` of that pair; the
+// writer stores `newest`, then (at its next write) loads `reading`. These four accesses are seq_cst, so of
+// the two threads at least one sees the other: either the writer sees the reader's pair and keeps out of it,
+// or it looked earlier, and then it is at work in the slot of the pair that `newest` does not name, while the
+// reader takes the one it does. With any of the four weakened both may miss each other.
+//
+// Wait-free on both sides: no loop, and no instruction that loops in hardware either (loads, stores and, on
+// x86, one exchange a side). The numbers of values are kept with the slots, so the reader knows exactly which
+// value it has, never takes one twice and never goes back.
+//
+// window_core deals in slot numbers and leaves the payload to its caller, who may keep slots of a size known
+// only at run time; window<T> adds the slots.
+#pragma once
+#include <cassert>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+
+#include <rowe/rt/atomics.hpp>
+#include <rowe/rt/attributes.hpp>
+
+namespace rowe::rt {
+
+// What a reader found.
+enum class freshness : std::uint8_t {
+  empty,     // nothing has been written yet
+  unchanged, // what was read last is still the newest
+  fresh,     // a value not read before
+};
+
+// Which of four slots to write and to read. Neither copied nor moved; nothing to destroy.
+template <class Atomics = std_atomics>
+class window_core {
+  using bit = typename Atomics::template variable<std::uint8_t>;
+  using word = typename Atomics::template variable<std::uint64_t>;
+
+ public:
+  static constexpr std::uint32_t slots = 4;
+
+  window_core() noexcept : writer_{*this}, reader_{*this} {}
+  window_core(const window_core&) = delete;
+  window_core& operator=(const window_core&) = delete;
+
+  // The end that writes. One thread at a time.
+  class writer {
+   public:
+    // The slot, 0 to 3, that may be written until end_write(). Never waits, never allocates, cannot fail.
+    [[nodiscard]] ROWE_RT std::uint32_t begin_write() noexcept {
+      pair_ = core_.reading_.load(std::memory_order_seq_cst) ^ 1U;
+      const std::uint32_t slot = 2 * pair_ + (newest_[pair_] ^ 1U);
+      return slot;
+    }
+
+    // Makes `slot`, the one begin_write() gave, the newest. Never waits, never allocates, cannot fail.
+    ROWE_RT void end_write([[maybe_unused]] std::uint32_t slot) noexcept {
+      assert(slot == 2 * pair_ + (newest_[pair_] ^ 1U));
+      newest_[pair_] ^= 1U;
+      ++sequence_;
+      core_.sequence_of_[2 * pair_ + newest_[pair_]].store(sequence_);
+      core_.newest_[pair_].store(static_cast<std::uint8_t>(newest_[pair_]), std::memory_order_seq_cst);
+      core_.latest_.store(static_cast<std::uint8_t>(pair_),
+                          std::memory_order_release);              // pairs with begin_read
+      core_.sequence_.store(sequence_, std::memory_order_release); // pairs with begin_read
+    }
+
+    // How many values were written.
+    ROWE_RT std::uint64_t sequence() const noexcept { return sequence_; }
+
+    writer(const writer&) = delete;
+    writer& operator=(const writer&) = delete;
+
+   private:
+    friend class window_core;
+    explicit writer(window_core& core) noexcept : core_{core} {}
+
+    window_core& core_;
+    std::uint64_t sequence_ = 0;
+    std::uint32_t newest_[2] = {0, 0}; // what the shared words say, without loading them
+    std::uint32_t pair_ = 0;
+  };
+
+  // Which slot to read. `slot` is meaningless when empty. `sequence` is the number of its value, counted from
+  // 1; two that are not neighbours mean that values in between were overwritten unread.
+  struct view {
+    freshness state;
+    std::uint32_t slot;
+    std::uint64_t sequence;
+  };
+
+  // The end that reads. One thread at a time.
+  class reader {
+   public:
+    // The slot of the newest value. It stays as it is until begin_read() next answers `fresh`, so `unchanged`
+    // names the slot of before, still readable. Never waits, never allocates.
+    [[nodiscard]] ROWE_RT view begin_read() noexcept {
+      // pairs with the release in end_write: what is seen here makes the words below at least as new
+      const std::uint64_t sequence = core_.sequence_.load(std::memory_order_acquire);
+      // A value may be read before its number arrives here, so the word can lag behind what was read.
+      if (sequence <= sequence_)
+        return {sequence_ == 0 ? freshness::empty : freshness::unchanged, slot_, sequence_};
+      const std::uint8_t pair =
+          core_.latest_.load(std::memory_order_acquire); // pairs with the release in end_write
+      core_.reading_.store(pair, std::memory_order_seq_cst);
+      slot_ = 2U * pair + core_.newest_[pair].load(std::memory_order_seq_cst);
+      sequence_ = core_.sequence_of_[slot_].load();
+      return {freshness::fresh, slot_, sequence_};
+    }
+
+    reader(const reader&) = delete;
+    reader& operator=(const reader&) = delete;
+
+   private:
+    friend class window_core;
+    explicit reader(window_core& core) noexcept : core_{core} {}
+
+    window_core& core_;
+    std::uint64_t sequence_ = 0; // of the value read last
+    std::uint32_t slot_ = 0;
+  };
+
+  // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
+  // is.
+  writer* take_writer() noexcept {
+    return writer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &writer_;
+  }
+  reader* take_reader() noexcept {
+    return reader_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &reader_;
+  }
+
+  // The invariant that is broken, or nullptr. Only while no thread is inside either end.
+  const char* check() const noexcept {
+    const std::uint64_t sequence =
+        sequence_.load(std::memory_order_acquire); // pairs with the release in end_write
+    const std::uint8_t latest =
+        latest_.load(std::memory_order_acquire); // pairs with the release in end_write
+    if (latest > 1 || reading_.load(std::memory_order_seq_cst) > 1) return "a pair is 0 or 1";
+    for (unsigned pair = 0; pair < 2; ++pair)
+      if (newest_[pair].load(std::memory_order_seq_cst) != writer_.newest_[pair])
+        return "the newest slot that is shared is the writer's own";
+    if (sequence != writer_.sequence_) return "the number that is shared is the writer's own";
+    if (reader_.sequence_ > sequence) return "nothing was read that was not written";
+    if (sequence != 0 && sequence_of_[2U * latest + writer_.newest_[latest]].load() != sequence)
+      return "the newest slot holds the newest value";
+    if (reader_.sequence_ != 0 && sequence_of_[reader_.slot_].load() != reader_.sequence_)
+      return "the slot that was read last is as it was";
+    return nullptr;
+  }
+
+ private:
+  alignas(line_bytes) writer writer_;
+  typename Atomics::template variable<bool> writer_taken_{false};
+  alignas(line_bytes) reader reader_;
+  typename Atomics::template variable<bool> reader_taken_{false};
+  // Written by the writer. They stand together because they are always stored and loaded together.
+  alignas(line_bytes) typename Atomics::template plain<std::uint64_t> sequence_of_[slots];
+  bit newest_[2];                        // the slot written last, of each pair
+  bit latest_{0};                        // the pair written last
+  alignas(line_bytes) word sequence_{0}; // written by the writer, last; all that a reader polls
+  alignas(line_bytes) bit reading_{0};   // the pair being read; written by the reader
+};
+
+// The newest T. Neither copied nor moved; nothing to destroy.
+template <class T, class Atomics = std_atomics>
+class window {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+  // Apart, so that the reader's copying of one does not slow the writer's filling of the next.
+  struct alignas(line_bytes) slot {
+    typename Atomics::template plain<T> payload;
+  };
+
+ public:
+  using value_type = T;
+  using core = window_core<Atomics>;
+
+  window() noexcept : writer_{*this}, reader_{*this} {}
+  window(const window&) = delete;
+  window& operator=(const window&) = delete;
+
+  // The end that writes. One thread at a time.
+  class writer {
+   public:
+    // Never waits, never allocates, cannot fail.
+    ROWE_RT void write(const T& value) noexcept {
+      const std::uint32_t slot = core_.begin_write();
+      slots_[slot].payload.store(value);
+      core_.end_write(slot);
+    }
+
+    // How many values were written.
+    ROWE_RT std::uint64_t sequence() const noexcept { return core_.sequence(); }
+
+    writer(const writer&) = delete;
+    writer& operator=(const writer&) = delete;
+
+   private:
+    friend class window;
+    explicit writer(window& shared) noexcept : core_{*shared.core_.take_writer()}, slots_{shared.slots_} {}
+
+    typename core::writer& core_;
+    slot* slots_;
+  };
+
+  // The end that reads. One thread at a time.
+  class reader {
+   public:
+    // Copies the newest value to `value` when it is fresh, else leaves `value` alone. Never waits, never
+    // allocates.
+    [[nodiscard]] ROWE_RT freshness read(T& value) noexcept {
+      const auto found = core_.begin_read();
+      if (found.state == freshness::fresh) value = slots_[found.slot].payload.load();
+      sequence_ = found.sequence;
+      return found.state;
+    }
+
+    // The number of the value read last, counted from 1; 0 before the first.
+    ROWE_RT std::uint64_t sequence() const noexcept { return sequence_; }
+
+    reader(const reader&) = delete;
+    reader& operator=(const reader&) = delete;
+
+   private:
+    friend class window;
+    explicit reader(window& shared) noexcept : core_{*shared.core_.take_reader()}, slots_{shared.slots_} {}
+
+    typename core::reader& core_;
+    const slot* slots_;
+    std::uint64_t sequence_ = 0;
+  };
+
+  // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
+  // is.
+  writer* take_writer() noexcept {
+    return writer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &writer_;
+  }
+  reader* take_reader() noexcept {
+    return reader_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &reader_;
+  }
+
+  // The invariant that is broken, or nullptr. Only while no thread is inside either end.
+  const char* check() const noexcept { return core_.check(); }
+
+ private:
+  core core_;
+  slot slots_[core::slots];
+  alignas(line_bytes) writer writer_;
+  typename Atomics::template variable<bool> writer_taken_{false};
+  alignas(line_bytes) reader reader_;
+  typename Atomics::template variable<bool> reader_taken_{false};
+};
+
+} // namespace rowe::rt
