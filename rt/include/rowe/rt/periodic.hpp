@@ -24,7 +24,7 @@
 namespace rowe::rt {
 
 struct periodic_options {
-  std::optional<int> cpu; // as in thread_options, applied to the thread that constructs the loop
+  std::optional<int> cpu = {}; // as in thread_options, applied to the thread that constructs the loop
   int priority = 0;
   std::uint64_t cycles_max = 0; // wait() returns nothing after so many cycles; 0: no such end
   std::string_view name = {};

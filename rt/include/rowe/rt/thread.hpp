@@ -19,9 +19,9 @@
 namespace rowe::rt {
 
 struct thread_options {
-  std::string_view name;  // as `ps -L` and debuggers show it; the kernel keeps 15 bytes of it
-  std::optional<int> cpu; // nothing: wherever the starting thread may run
-  int priority = 0;       // 1 to 99: SCHED_FIFO with it; 0: an ordinary thread
+  std::string_view name = {};  // as `ps -L` and debuggers show it; the kernel keeps 15 bytes of it
+  std::optional<int> cpu = {}; // nothing: wherever the starting thread may run
+  int priority = 0;            // 1 to 99: SCHED_FIFO with it; 0: an ordinary thread
   std::size_t stack_bytes =
       256 * 1024; // of which all is touched and locked; at least PTHREAD_STACK_MIN is taken
 };
