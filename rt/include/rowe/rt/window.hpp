@@ -54,8 +54,7 @@ class window_core {
     // The slot, 0 to 3, that may be written until end_write(). Never waits, never allocates, cannot fail.
     [[nodiscard]] ROWE_RT std::uint32_t begin_write() noexcept {
       pair_ = core_.reading_.load(std::memory_order_seq_cst) ^ 1U;
-      const std::uint32_t slot = 2 * pair_ + (newest_[pair_] ^ 1U);
-      return slot;
+      return 2 * pair_ + (newest_[pair_] ^ 1U);
     }
 
     // Makes `slot`, the one begin_write() gave, the newest. Never waits, never allocates, cannot fail.
@@ -65,9 +64,9 @@ class window_core {
       ++sequence_;
       core_.sequence_of_[2 * pair_ + newest_[pair_]].store(sequence_);
       core_.newest_[pair_].store(static_cast<std::uint8_t>(newest_[pair_]), std::memory_order_seq_cst);
-      core_.latest_.store(static_cast<std::uint8_t>(pair_),
-                          std::memory_order_release);              // pairs with begin_read
-      core_.sequence_.store(sequence_, std::memory_order_release); // pairs with begin_read
+      // release, both: pair with the acquires in begin_read
+      core_.latest_.store(static_cast<std::uint8_t>(pair_), std::memory_order_release);
+      core_.sequence_.store(sequence_, std::memory_order_release);
     }
 
     // How many values were written.
@@ -100,13 +99,13 @@ class window_core {
     // The slot of the newest value. It stays as it is until begin_read() next answers `fresh`, so `unchanged`
     // names the slot of before, still readable. Never waits, never allocates.
     [[nodiscard]] ROWE_RT view begin_read() noexcept {
-      // pairs with the release in end_write: what is seen here makes the words below at least as new
+      // acquire, both: pair with the releases in end_write, so that the words below are at least as new. The
+      // number is stored last, so the value may have been read before its number arrives, which then lags
+      // behind.
       const std::uint64_t sequence = core_.sequence_.load(std::memory_order_acquire);
-      // A value may be read before its number arrives here, so the word can lag behind what was read.
       if (sequence <= sequence_)
         return {sequence_ == 0 ? freshness::empty : freshness::unchanged, slot_, sequence_};
-      const std::uint8_t pair =
-          core_.latest_.load(std::memory_order_acquire); // pairs with the release in end_write
+      const std::uint8_t pair = core_.latest_.load(std::memory_order_acquire);
       core_.reading_.store(pair, std::memory_order_seq_cst);
       slot_ = 2U * pair + core_.newest_[pair].load(std::memory_order_seq_cst);
       sequence_ = core_.sequence_of_[slot_].load();
