@@ -103,8 +103,7 @@ class spsc_ring {
       }
       const T item = entries_[head_ & mask_].load();
       ++head_;
-      ring_.head_.store(head_,
-                        std::memory_order_release); // pairs with the acquires in producer: read, then reused
+      ring_.head_.store(head_, std::memory_order_release); // pairs with the acquires in producer
       return item;
     }
 
