@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The transport over TCP. It owns an epoll, a listening socket and every established connection;
+// libwebsockets serves pages, answers upgrades as server and makes them as client, and is let go of once the
+// upgrade is done (docs/decisions/0001-frames-are-ours.md). Made at set-up on any thread, used from then on
+// by the service thread alone, except wake().
+//
+// What a turn costs: poll() is one epoll_wait and one recv for each readable connection, whatever the number
+// of idle ones; a turn that follows a wait() takes the events which that wait found. After a connection is
+// open nothing here allocates for it.
+//
+// Process-wide effects, all at set-up: libwebsockets' log is silenced (its level is global); SIGPIPE's
+// disposition is saved and restored around the creation of its context, so no other thread should change it
+// meanwhile. The limit of open files is left alone: libwebsockets' tables are sized by `handshakes_max`, not
+// by that limit. Needed are connections_max + 2 × handshakes_max + 10 descriptors.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include <rowe/result.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/transport.hpp"
+
+namespace rowe::net {
+
+struct socket_limits {
+  // Established connections; an upgrade beyond them is answered 503, pages are served all the same. 1 to
+  // 65536.
+  std::uint32_t connections_max = 64;
+  // Connections and handshakes from one address that is not loopback; beyond them 503. At least 1.
+  std::uint32_t connections_per_address_max = 8;
+  // Sockets on their way to a connection, on a page or being refused. Beyond them 503. 1 to 1024.
+  std::uint32_t handshakes_max = 32;
+  // The whole header of a request (server) or of the answer to ours (client). 256 to 4096.
+  std::uint32_t header_bytes_max = 4096;
+  // What one connection may deliver in a turn while others are readable too, and while it is alone. A stop
+  // waits behind one quantum of each other connection, which is why it is small. 512 to 65536; alone is not
+  // less.
+  std::uint32_t read_quantum_bytes = 4096;
+  std::uint32_t read_alone_bytes = 65536;
+  // SO_SNDBUF, which the kernel doubles; 0 leaves the kernel's. For links with a round trip below 2 ms only:
+  // elsewhere a small buffer caps the rate.
+  std::uint32_t send_buffer_bytes = 0;
+  // TCP_NOTSENT_LOWAT: what the kernel may hold without having sent it.
+  std::uint32_t unsent_bytes_max = 16384;
+
+  rt::duration header_timeout = std::chrono::seconds{5};  // accepted until the request's header is whole
+  rt::duration page_timeout = std::chrono::seconds{10};   // a page written whole
+  rt::duration connect_timeout = std::chrono::seconds{5}; // client: one attempt, resolving the name included
+  rt::duration write_timeout = std::chrono::seconds{1};   // a write refused, and nothing acknowledged since
+  rt::duration close_timeout = std::chrono::seconds{1};   // waiting for the peer's end of a flushed close
+};
+
+struct listen_options {
+  std::string_view address = "127.0.0.1"; // numeric, IPv4 or IPv6; an IPv6 address never takes IPv4 as well
+  std::uint16_t port = 0;                 // 0: any free one, see port()
+  // Allows addresses beyond loopback. There is neither encryption nor a password: everybody who reaches the
+  // port may speak.
+  bool insecure = false;
+  // Origins besides our own from which pages may connect, as browsers write them: "http://lab.example:8000".
+  std::span<const std::string_view> allow_origins;
+  // Names under which we are reached besides localhost, 127.0.0.1 and [::1]. With `insecure` the host's name
+  // and the addresses it has at that moment are added. "*" allows every name, and with it DNS rebinding.
+  std::span<const std::string_view> allow_hosts;
+  // The WebSocket subprotocols we speak. None offered: none chosen; offered and none known: refused.
+  std::span<const std::string_view> subprotocols;
+  socket_limits limits;
+};
+
+struct connect_options {
+  std::string_view host; // a name or a numeric address, IPv6 without brackets; ≤ 100 bytes
+  std::uint16_t port = 80;
+  std::string_view path = "/";                    // with its query; begins with "/"; ≤ 1024 bytes
+  std::span<const std::string_view> subprotocols; // offered in this order
+  socket_limits limits;
+};
+
+// How often the costly parts ran, for tests and `stats`. Service thread.
+struct socket_counters {
+  std::uint64_t polls = 0;          // poll() calls
+  std::uint64_t waits = 0;          // wait() calls that entered the kernel
+  std::uint64_t lws_turns = 0;      // calls of lws_service()
+  std::uint64_t accepted = 0;       // sockets taken from the listener
+  std::uint64_t opened = 0;         // connections reported by on_open
+  std::uint64_t accept_pauses = 0;  // the process ran out of descriptors or memory
+  std::uint64_t handshakes_cut = 0; // refused on the spot because `handshakes_max` were under way
+};
+
+class socket_transport : public service::transport {
+ public:
+  // Binds, checks with getsockname that what was asked is what was bound, and listens. Set-up: allocates,
+  // enters the kernel, does not wait. Errors:
+  //   not_loopback    the address is not loopback and `insecure` is not set
+  //   address_in_use  value: the port
+  //   bad_address     value: errno; EINVAL for a text that is not a numeric address
+  //   bad_argument    a limit out of its range; value: what was given, limit: the bound it broke
+  //   no_memory       value: the bytes that could not be had, 0 where unknown
+  static result<std::unique_ptr<socket_transport>> listen(const listen_options& options) noexcept;
+
+  // Prepares only; transport::connect() begins an attempt, which tries each address of the name in turn. Each
+  // attempt resolves the name anew, on a helper thread of its own unless it is numeric. Errors: bad_argument
+  // and no_memory as above; bad_url (host empty or with bytes that do not belong there, path without "/" or
+  // with blanks); too_big (host, path; value and limit in bytes); no_thread (value: errno).
+  static result<std::unique_ptr<socket_transport>> connect(const connect_options& options) noexcept;
+  using service::transport::connect;
+
+  // The port we listen on; 0 for a client. Any thread, never waits.
+  virtual std::uint16_t port() const noexcept = 0;
+
+  virtual const socket_counters& counters() const noexcept = 0;
+};
+
+} // namespace rowe::net
