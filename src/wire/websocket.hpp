@@ -65,17 +65,16 @@ enum class frame_event : std::uint8_t {
 };
 
 struct frame_limits {
-  std::size_t message_bytes_max =
-      0;                           // longer messages: violation 1009, before anything of the frame is copied
-  std::uint32_t fragments_max = 0; // messages in more frames: violation 1008
+  std::size_t message_bytes_max = 0; // longer messages: violation 1009, before anything is copied
+  std::uint32_t fragments_max = 0;   // messages in more frames: violation 1008
 };
 
 struct frame_step {
   frame_event event = frame_event::need_more;
-  std::size_t consumed = 0;     // from the front of what was given
-  std::span<std::byte> payload; // unmasked; of a close: the body as it came, code included
-  std::uint16_t close_code = 0; // close: the peer's (1005 when it gave none); violation: the one to send
-  std::string_view reason;      // close: the peer's, valid UTF-8; violation: a static sentence to send
+  std::size_t consumed = 0;       // from the front of what was given
+  std::span<std::byte> payload{}; // unmasked; of a close: the body as it came, code included
+  std::uint16_t close_code = 0;   // close: the peer's (1005 when it gave none); violation: the one to send
+  std::string_view reason{};      // close: the peer's, valid UTF-8; violation: a static sentence to send
 };
 
 class frame_parser {
@@ -113,19 +112,20 @@ class frame_parser {
   };
   struct complaint {
     std::uint16_t code;
-    const char* sentence;
+    std::string_view sentence;
   };
+
+  static constexpr complaint not_utf8{close_code::invalid_text, "the text is not UTF-8"};
 
   std::optional<complaint> check_first_byte(std::byte first) const noexcept;
   std::optional<complaint> check_second_byte(std::byte first, std::byte second) const noexcept;
-  std::optional<complaint> read_header(const std::byte* bytes, std::size_t count, header& out) const noexcept;
+  std::optional<complaint> read_length(const std::byte* bytes) noexcept;
   std::optional<complaint> take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept;
   std::optional<complaint> begin_frame() noexcept;
   frame_step take_control(std::span<std::byte> rest) noexcept;
   frame_step take_data(std::span<std::byte> rest) noexcept;
-  frame_step deliver_control(std::span<std::byte> payload) noexcept;
-  frame_step deliver_close(std::span<std::byte> payload) noexcept;
-  frame_step end_data_frame(std::span<std::byte> message, std::size_t consumed) noexcept;
+  frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;
+  frame_step read_close(std::span<std::byte> body) noexcept;
   frame_step violate(complaint what) noexcept;
 
   frame_limits limits_;

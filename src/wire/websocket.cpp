@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/websocket.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+
+namespace rowe::wire {
+namespace {
+
+constexpr std::uint8_t final_bit = 0x80;
+constexpr std::uint8_t reserved_bits = 0x70;
+constexpr std::uint8_t opcode_bits = 0x0f;
+constexpr std::uint8_t control_bit = 0x08; // of an opcode
+constexpr std::uint8_t mask_bit = 0x80;
+constexpr std::uint8_t length_bits = 0x7f;
+constexpr std::uint8_t length_16 = 126; // two bytes of length follow
+constexpr std::uint8_t length_64 = 127; // eight
+
+constexpr std::uint8_t number_of(std::byte b) noexcept { return std::to_integer<std::uint8_t>(b); }
+
+constexpr bool is_control(opcode what) noexcept {
+  return (static_cast<std::uint8_t>(what) & control_bit) != 0;
+}
+
+std::uint64_t read_big_endian(const std::byte* at, std::size_t count) noexcept {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < count; ++i) number = number << 8 | number_of(at[i]);
+  return number;
+}
+
+void write_big_endian(std::byte* at, std::size_t count, std::uint64_t number) noexcept {
+  for (std::size_t i = count; i-- > 0; number >>= 8) at[i] = static_cast<std::byte>(number & 0xff);
+}
+
+// Bytes of the length that follows a header's second byte.
+constexpr std::size_t length_bytes(std::byte second) noexcept {
+  const std::uint8_t length = number_of(second) & length_bits;
+  return length == length_16 ? 2 : length == length_64 ? 8 : 0;
+}
+
+constexpr std::size_t header_bytes(std::byte second) noexcept {
+  return 2 + length_bytes(second) + ((number_of(second) & mask_bit) != 0 ? sizeof(mask_key) : 0);
+}
+
+// The key as it meets data that begins at `offset` of the payload, twice.
+std::array<std::byte, 8> turned(mask_key key, std::size_t offset) noexcept {
+  std::array<std::byte, 8> pattern;
+  for (std::size_t i = 0; i < pattern.size(); ++i) pattern[i] = key[(offset + i) % key.size()];
+  return pattern;
+}
+
+std::uint64_t load_word(const std::byte* at) noexcept {
+  std::uint64_t word;
+  std::memcpy(&word, at, sizeof word);
+  return word;
+}
+
+void store_word(std::byte* at, std::uint64_t word) noexcept { std::memcpy(at, &word, sizeof word); }
+
+} // namespace
+
+bool close_code_is_valid(std::uint16_t code) noexcept {
+  return (code >= 1000 && code <= 1003) || (code >= 1007 && code <= 1014) || (code >= 3000 && code <= 4999);
+}
+
+// The header.
+
+auto frame_parser::check_first_byte(std::byte first) const noexcept -> std::optional<complaint> {
+  const std::uint8_t bits = number_of(first);
+  const std::uint8_t code = bits & opcode_bits;
+  if ((bits & reserved_bits) != 0) return complaint{close_code::protocol_error, "a reserved bit is set"};
+  if ((code & ~control_bit) > 2) return complaint{close_code::protocol_error, "the opcode is reserved"};
+  if ((code & control_bit) != 0) {
+    if ((bits & final_bit) == 0)
+      return complaint{close_code::protocol_error, "a control frame is fragmented"};
+    return std::nullopt;
+  }
+  const bool continues = code == static_cast<std::uint8_t>(opcode::continuation);
+  if (continues && !in_message_) {
+    return complaint{close_code::protocol_error, "a continuation frame continues nothing"};
+  }
+  if (!continues && in_message_) {
+    return complaint{close_code::protocol_error, "a message begins inside a fragmented one"};
+  }
+  return std::nullopt;
+}
+
+auto frame_parser::check_second_byte(std::byte first, std::byte second) const noexcept
+    -> std::optional<complaint> {
+  const bool masked = (number_of(second) & mask_bit) != 0;
+  if (ours_ == role::server && !masked) {
+    return complaint{close_code::protocol_error, "a client's frame is not masked"};
+  }
+  if (ours_ == role::client && masked) {
+    return complaint{close_code::protocol_error, "a server's frame is masked"};
+  }
+  if ((number_of(first) & control_bit) != 0 && (number_of(second) & length_bits) > control_bytes_max) {
+    return complaint{close_code::protocol_error, "a control frame is longer than 125 bytes"};
+  }
+  return std::nullopt;
+}
+
+auto frame_parser::read_length(const std::byte* bytes) noexcept -> std::optional<complaint> {
+  const std::size_t count = length_bytes(bytes[1]);
+  if (count == 0) {
+    frame_.payload_bytes = number_of(bytes[1]) & length_bits;
+    return std::nullopt;
+  }
+  const std::uint64_t length = read_big_endian(bytes + 2, count);
+  if (length >> 63 != 0) return complaint{close_code::protocol_error, "the top bit of a length is set"};
+  if (length <= (count == 2 ? 125U : 0xffffU)) {
+    return complaint{close_code::protocol_error, "a length is not written in its shortest form"};
+  }
+  frame_.payload_bytes = length;
+  return std::nullopt;
+}
+
+// Takes a header, or what there is of it, from the front of `bytes`; in_frame_ says that it is complete.
+auto frame_parser::take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept
+    -> std::optional<complaint> {
+  const std::byte* from = bytes.data();
+  std::size_t have = bytes.size();
+  if (header_have_ >
+      0) { // some of it came earlier: put the two together; what is copied too much does no harm
+    const std::size_t added = std::min(bytes.size(), header_.size() - header_have_);
+    if (added > 0) std::memcpy(header_.data() + header_have_, bytes.data(), added);
+    from = header_.data();
+    have = header_have_ + added;
+  }
+  if (have >= 1) {
+    if (const auto wrong = check_first_byte(from[0])) return wrong;
+  }
+  if (have >= 2) {
+    if (const auto wrong = check_second_byte(from[0], from[1])) return wrong;
+  }
+  const std::size_t size = have < 2 ? 2 : header_bytes(from[1]);
+  if (have < size) {
+    if (header_have_ == 0 && have > 0) std::memcpy(header_.data(), bytes.data(), have);
+    header_have_ = static_cast<std::uint8_t>(have);
+    consumed = bytes.size();
+    return std::nullopt;
+  }
+  if (const auto wrong = read_length(from)) return wrong;
+  frame_.what = static_cast<opcode>(number_of(from[0]) & opcode_bits);
+  frame_.final = (number_of(from[0]) & final_bit) != 0;
+  if (ours_ == role::server) std::memcpy(frame_.key.data(), from + size - sizeof(mask_key), sizeof(mask_key));
+  consumed = size - header_have_;
+  header_have_ = 0;
+  return begin_frame();
+}
+
+auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
+  in_frame_ = true;
+  payload_done_ = 0;
+  if (is_control(frame_.what)) return std::nullopt;
+  if (frame_.what == opcode::continuation) {
+    if (fragments_ >= limits_.fragments_max) return complaint{close_code::policy, "too many fragments"};
+    ++fragments_;
+  } else {
+    message_ = frame_.what;
+    message_bytes_ = 0;
+    fragments_ = 1;
+    text_.reset();
+  }
+  if (frame_.payload_bytes > limits_.message_bytes_max - message_bytes_) {
+    return complaint{close_code::too_big, "the message is too big"};
+  }
+  return std::nullopt;
+}
+
+// The payload. Both functions take it, or what there is of it, from the front of `rest`; in_frame_ says that
+// more of it must come.
+
+frame_step frame_parser::take_control(std::span<std::byte> rest) noexcept {
+  const auto size = static_cast<std::size_t>(frame_.payload_bytes);
+  const auto done = static_cast<std::size_t>(payload_done_);
+  const std::size_t taken = std::min(size - done, rest.size());
+  std::span<std::byte> payload;
+  if (taken == size) {
+    payload = rest.first(size);
+  } else {
+    if (taken > 0) std::memcpy(control_.data() + done, rest.data(), taken);
+    payload_done_ += taken;
+    if (payload_done_ < size) return {.consumed = taken};
+    payload = std::span{control_}.first(size);
+  }
+  mask(payload, frame_.key);
+  in_frame_ = false;
+  frame_step step =
+      frame_.what == opcode::close
+          ? read_close(payload)
+          : frame_step{.event = frame_.what == opcode::ping ? frame_event::ping : frame_event::pong,
+                       .payload = payload};
+  step.consumed = taken;
+  return step;
+}
+
+frame_step frame_parser::take_data(std::span<std::byte> rest) noexcept {
+  if (payload_done_ == 0 && !in_message_ && frame_.final && rest.size() >= frame_.payload_bytes) {
+    const std::span<std::byte> payload = rest.first(static_cast<std::size_t>(frame_.payload_bytes));
+    mask(payload, frame_.key);
+    if (message_ == opcode::text && !text_.feed(payload)) return violate(not_utf8);
+    return end_message(payload, payload.size());
+  }
+  const auto taken =
+      static_cast<std::size_t>(std::min<std::uint64_t>(frame_.payload_bytes - payload_done_, rest.size()));
+  const std::span<std::byte> piece = assembly_.subspan(message_bytes_, taken);
+  mask_copy(piece, rest.first(taken), frame_.key, static_cast<std::size_t>(payload_done_));
+  if (message_ == opcode::text && !text_.feed(piece)) return violate(not_utf8);
+  message_bytes_ += taken;
+  payload_done_ += taken;
+  if (payload_done_ < frame_.payload_bytes) return {.consumed = taken};
+  if (frame_.final) return end_message(assembly_.first(message_bytes_), taken);
+  in_frame_ = false;
+  in_message_ = true;
+  return {.consumed = taken};
+}
+
+frame_step frame_parser::end_message(std::span<std::byte> message, std::size_t consumed) noexcept {
+  if (message_ == opcode::text && !text_.complete()) return violate(not_utf8);
+  in_frame_ = false;
+  in_message_ = false;
+  return {.event = message_ == opcode::text ? frame_event::text : frame_event::binary,
+          .consumed = consumed,
+          .payload = message};
+}
+
+frame_step frame_parser::read_close(std::span<std::byte> body) noexcept {
+  std::uint16_t code = close_code::none_given;
+  std::span<std::byte> reason;
+  if (body.size() == 1) return violate({close_code::protocol_error, "a close frame has half a code"});
+  if (body.size() >= 2) {
+    code = static_cast<std::uint16_t>(read_big_endian(body.data(), 2));
+    reason = body.subspan(2);
+    if (!close_code_is_valid(code))
+      return violate({close_code::protocol_error, "the close code is not valid"});
+    if (!is_utf8(reason)) return violate({close_code::invalid_text, "the close reason is not UTF-8"});
+  }
+  ended_ = true;
+  return {.event = frame_event::close,
+          .payload = body,
+          .close_code = code,
+          .reason = {reinterpret_cast<const char*>(reason.data()), reason.size()}};
+}
+
+frame_step frame_parser::violate(complaint what) noexcept {
+  ended_ = true;
+  return {.event = frame_event::violation, .close_code = what.code, .reason = what.sentence};
+}
+
+void frame_parser::reset(role ours, frame_limits limits, std::span<std::byte> assembly) noexcept {
+  assert(assembly.size() >= limits.message_bytes_max);
+  *this = frame_parser{};
+  ours_ = ours;
+  limits_ = limits;
+  limits_.message_bytes_max = std::min(limits.message_bytes_max, assembly.size());
+  assembly_ = assembly;
+  ended_ = false;
+}
+
+frame_step frame_parser::next(std::span<std::byte> bytes) noexcept {
+  std::size_t consumed = 0;
+  while (!ended_) { // one turn a frame; a frame without an event is a fragment, and takes at least a header
+    if (!in_frame_) {
+      std::size_t taken = 0;
+      const auto wrong = take_header(bytes.subspan(consumed), taken);
+      consumed += taken;
+      if (wrong) {
+        frame_step step = violate(*wrong);
+        step.consumed = bytes.size();
+        return step;
+      }
+      if (!in_frame_) return {.consumed = consumed};
+    }
+    const std::span<std::byte> rest = bytes.subspan(consumed);
+    frame_step step = is_control(frame_.what) ? take_control(rest) : take_data(rest);
+    consumed += step.consumed;
+    step.consumed = ended_ ? bytes.size() : consumed;
+    if (step.event != frame_event::need_more || in_frame_) return step;
+  }
+  return {.consumed = bytes.size()};
+}
+
+bool frame_parser::mid_message() const noexcept {
+  return !ended_ && (in_frame_ || in_message_ || header_have_ > 0);
+}
+
+bool frame_parser::check() const noexcept {
+  if (ended_) return true;
+  if (header_have_ >= header_.size() || (in_frame_ && header_have_ > 0)) return false;
+  if (limits_.message_bytes_max > assembly_.size() || message_bytes_ > limits_.message_bytes_max)
+    return false;
+  if (in_message_ && (fragments_ == 0 || fragments_ > std::max(limits_.fragments_max, 1U))) return false;
+  if (!in_frame_) return true;
+  if (is_control(frame_.what))
+    return frame_.payload_bytes <= control_bytes_max && payload_done_ < frame_.payload_bytes;
+  return payload_done_ < frame_.payload_bytes &&
+         frame_.payload_bytes - payload_done_ <= limits_.message_bytes_max - message_bytes_;
+}
+
+// Writing.
+
+std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payload_bytes,
+                               std::optional<mask_key> key) noexcept {
+  assert(!is_control(what) || payload_bytes <= control_bytes_max);
+  const std::size_t size = frame_header_bytes(payload_bytes, key ? role::client : role::server);
+  const std::size_t count = size - 2 - (key ? sizeof(mask_key) : 0);
+  const std::uint64_t length = count == 0 ? payload_bytes : count == 2 ? length_16 : length_64;
+  out[0] = static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(what));
+  out[1] = static_cast<std::byte>((key ? mask_bit : 0) | length);
+  write_big_endian(out + 2, count, payload_bytes);
+  if (key) std::memcpy(out + 2 + count, key->data(), sizeof(mask_key));
+  return size;
+}
+
+std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint64_t payload_bytes,
+                                     std::optional<mask_key> key) noexcept {
+  std::byte* const start = payload - frame_header_bytes(payload_bytes, key ? role::client : role::server);
+  write_frame_header(start, what, payload_bytes, key);
+  return start;
+}
+
+void mask(std::span<std::byte> data, mask_key key, std::size_t offset) noexcept {
+  if (key == mask_key{}) return;
+  const std::array<std::byte, 8> pattern = turned(key, offset);
+  const std::uint64_t word = load_word(pattern.data());
+  std::byte* at = data.data();
+  std::size_t left = data.size();
+  for (; left >= 8; left -= 8, at += 8) store_word(at, load_word(at) ^ word);
+  for (std::size_t i = 0; i < left; ++i) at[i] ^= pattern[i];
+}
+
+void mask_copy(std::span<std::byte> target, std::span<const std::byte> source, mask_key key,
+               std::size_t offset) noexcept {
+  assert(target.size() == source.size());
+  if (source.empty()) return;
+  if (key == mask_key{}) {
+    std::memcpy(target.data(), source.data(), source.size());
+    return;
+  }
+  const std::array<std::byte, 8> pattern = turned(key, offset);
+  const std::uint64_t word = load_word(pattern.data());
+  const std::byte* from = source.data();
+  std::byte* to = target.data();
+  std::size_t left = source.size();
+  for (; left >= 8; left -= 8, from += 8, to += 8) store_word(to, load_word(from) ^ word);
+  for (std::size_t i = 0; i < left; ++i) to[i] = from[i] ^ pattern[i];
+}
+
+std::size_t close_payload(std::uint16_t code, std::string_view reason,
+                          std::span<std::byte, control_bytes_max> out) noexcept {
+  if (code == close_code::none_given) return 0;
+  assert(close_code_is_valid(code));
+  std::size_t bytes = reason.size();
+  if (bytes > close_reason_bytes_max) {
+    bytes = close_reason_bytes_max;
+    while (bytes > 0 && (static_cast<std::uint8_t>(reason[bytes]) & 0xc0) == 0x80)
+      --bytes; // inside a character
+  }
+  write_big_endian(out.data(), 2, code);
+  if (bytes > 0) std::memcpy(out.data() + 2, reason.data(), bytes);
+  return 2 + bytes;
+}
+
+} // namespace rowe::wire
