@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page's files as the linker placed them, and which of them answers a request. The bytes are those of the
+// assembler files that embed.cmake writes when the library is built.
+#include "page/page.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+// The file's name with _ for its dot, as CMakeLists.txt has it; where it is served; what it is.
+#define ROWE_PAGE_ASSETS(X)                                                                                  \
+  X(index_html, "/", html)                                                                                   \
+  X(style_css, "/style.css", css)                                                                            \
+  X(app_js, "/app.js", javascript)                                                                           \
+  X(link_js, "/link.js", javascript)                                                                         \
+  X(path_js, "/path.js", javascript)                                                                         \
+  X(pose_js, "/pose.js", javascript)                                                                         \
+  X(stats_js, "/stats.js", javascript)                                                                       \
+  X(text_js, "/text.js", javascript)                                                                         \
+  X(favicon_svg, "/favicon.svg", svg)
+
+extern "C" {
+#define ROWE_PAGE_SYMBOLS(id, path, type)                                                                    \
+  extern const std::byte rowe_asset_##id[], rowe_asset_##id##_end[];                                         \
+  extern const std::byte rowe_asset_##id##_gzip[], rowe_asset_##id##_gzip_end[];                             \
+  extern const char rowe_asset_##id##_etag[], rowe_asset_##id##_gzip_etag[];
+ROWE_PAGE_ASSETS(ROWE_PAGE_SYMBOLS)
+#undef ROWE_PAGE_SYMBOLS
+}
+
+namespace rowe::page {
+namespace {
+
+constexpr std::string_view html = "text/html; charset=utf-8";
+constexpr std::string_view css = "text/css; charset=utf-8";
+constexpr std::string_view javascript = "text/javascript; charset=utf-8";
+constexpr std::string_view svg = "image/svg+xml";
+
+constexpr std::size_t etag_chars = 34; // 32 hexadecimal digits between quotes; embed.cmake writes them
+
+struct form {
+  const std::byte* begin;
+  const std::byte* end;
+  const char* etag;
+};
+
+struct asset {
+  std::string_view path;
+  std::string_view type;
+  form identity;
+  form gzip;
+};
+
+constexpr asset assets[] = {
+#define ROWE_PAGE_ROW(id, path, type)                                                                        \
+  {path,                                                                                                     \
+   type,                                                                                                     \
+   {rowe_asset_##id, rowe_asset_##id##_end, rowe_asset_##id##_etag},                                         \
+   {rowe_asset_##id##_gzip, rowe_asset_##id##_gzip_end, rowe_asset_##id##_gzip_etag}},
+    ROWE_PAGE_ASSETS(ROWE_PAGE_ROW)
+#undef ROWE_PAGE_ROW
+};
+#undef ROWE_PAGE_ASSETS
+
+service::http_answer plain(std::uint16_t status, std::string_view words) noexcept {
+  service::http_answer answer;
+  answer.status = status;
+  answer.body = std::as_bytes(std::span{words});
+  return answer;
+}
+
+// If-None-Match is `*` or a list of tags, some with W/ before them. A tag holds no quote, so ours, with its
+// quotes, is found in the list only where it is an element of it.
+bool is_named(std::string_view if_none_match, std::string_view etag) noexcept {
+  return if_none_match == "*" || if_none_match.find(etag) != std::string_view::npos;
+}
+
+service::http_answer serve(const asset& found, const service::http_request& request) noexcept {
+  const form& chosen = request.accepts_gzip ? found.gzip : found.identity;
+  service::http_answer answer;
+  answer.content_type = found.type;
+  answer.etag = {chosen.etag, etag_chars};
+  if (is_named(request.if_none_match, answer.etag)) {
+    answer.status = 304;
+    return answer;
+  }
+  answer.status = 200;
+  if (request.accepts_gzip) answer.content_encoding = "gzip";
+  answer.body = {chosen.begin, chosen.end};
+  return answer;
+}
+
+} // namespace
+
+service::http_answer answer(const service::http_request& request) noexcept {
+  for (const asset& each : assets) {
+    if (each.path == request.path) return serve(each, request);
+  }
+  if (request.path == "/healthz") return plain(200, "ok");
+  return plain(404, "There is nothing here. The page is at /, a sign of life at /healthz.\n");
+}
+
+} // namespace rowe::page

@@ -1,0 +1,276 @@
+// SPDX-License-Identifier: Apache-2.0
+// The path: a fixed memory of where the robot has been, and its drawing on a square canvas with equal axes.
+//
+// A point is kept when it lies `spacing` from the last one kept, so that a robot that stands still does not use the
+// memory up; the newest `points_max` remain. The view either holds the whole path, and then moves only when it must,
+// or keeps the robot in its middle. Nothing is allocated per frame, and nothing is drawn unless something changed.
+
+const points_max = 2000;
+const spacing = 0.01;      // metres
+const leap = 5;            // metres between two messages that no robot drives: the path is broken there
+const margin = 0.1;        // of the view's width, kept free around the whole path
+const span_min = 2;        // metres, the narrowest view
+const follow_share = 0.4;  // of the whole path's width that is seen while following
+const settle_ms = 110;     // time constant of the view's movement
+
+// A ring of points. A set `broken` bit says that what lies between a point and the one before it is not known.
+export class trail {
+  constructor(capacity = points_max) {
+    this.capacity = capacity;
+    this.xs = new Float64Array(capacity);
+    this.ys = new Float64Array(capacity);
+    this.broken = new Uint8Array(capacity);
+    this.clear();
+  }
+
+  clear() {
+    this.first = 0;
+    this.size = 0;
+  }
+
+  // The place in xs, ys and broken of point `index`, 0 being the oldest.
+  at(index) {
+    return (this.first + index) % this.capacity;
+  }
+
+  // Keeps the point if it is far enough from the last; `apart` when messages were missed before it.
+  add(x, y, apart) {
+    if (this.size > 0) {
+      const last = this.at(this.size - 1);
+      const distance = Math.hypot(x - this.xs[last], y - this.ys[last]);
+      if (distance < spacing) return;
+      apart ||= distance > leap;
+    }
+    if (this.size === this.capacity) this.first = (this.first + 1) % this.capacity;
+    else this.size += 1;
+    const place = this.at(this.size - 1);
+    this.xs[place] = x;
+    this.ys[place] = y;
+    this.broken[place] = apart ? 1 : 0;
+  }
+}
+
+// The largest of 1, 2, 5 times a power of ten that is not above `length`.
+export function round_length(length) {
+  const power = 10 ** Math.floor(Math.log10(length));
+  const step = [5, 2, 1].find((each) => each * power <= length * (1 + 1e-9));
+  return Number((step * power).toPrecision(1));
+}
+
+export class path_view {
+  // `words` write what stands in the corners: bar_metres(length) and axes. `still` turns the view's movement into
+  // jumps.
+  constructor(canvas, words, still) {
+    this.canvas = canvas;
+    this.pen = canvas.getContext("2d");
+    this.words = words;
+    this.still = still;
+    this.trail = new trail();
+    this.pose = null;
+    this.following = false;
+    this.colours = {};
+    this.goal = { x: 0, y: 0, span: 4 };
+    this.view = { ...this.goal };
+    this.settled = false;  // the first pose is jumped to
+    this.dirty = true;
+    this.drawn_at = 0;
+    new ResizeObserver(() => this.#resize()).observe(canvas);
+    this.recolour();
+  }
+
+  // To be called when the page's colours changed.
+  recolour() {
+    const style = getComputedStyle(this.canvas);
+    for (const name of ["surface", "grid", "axis", "path", "ink", "quiet"]) {
+      this.colours[name] = style.getPropertyValue(`--${name}`).trim();
+    }
+    this.dirty = true;
+  }
+
+  clear() {
+    this.trail.clear();
+    this.pose = null;
+    this.settled = false;
+    this.dirty = true;
+  }
+
+  add(pose, apart) {
+    this.trail.add(pose.x, pose.y, apart);
+    this.pose = pose;
+    this.dirty = true;
+  }
+
+  follow(following) {
+    this.following = following;
+    this.dirty = true;
+  }
+
+  // Draws if something changed since the last call; `now` is the time of the animation frame.
+  draw(now) {
+    if (!this.dirty || this.canvas.width === 0) return;
+    this.dirty = false;
+    this.#aim();
+    this.#move(now);
+    const { pen, canvas } = this;
+    const dots = canvas.width / canvas.clientWidth;
+    pen.setTransform(dots, 0, 0, dots, 0, 0);
+    pen.clearRect(0, 0, canvas.clientWidth, canvas.clientWidth);
+    this.side = canvas.clientWidth;
+    this.scale = this.side / this.view.span;
+    const cell = round_length(this.view.span / 4.5);
+    this.#draw_grid(cell);
+    this.#draw_trail();
+    if (this.pose) this.#draw_robot();
+    this.#draw_scale(cell);
+  }
+
+  #resize() {
+    const side = Math.round(this.canvas.clientWidth * devicePixelRatio);
+    if (side === this.canvas.width) return;
+    this.canvas.width = this.canvas.height = side;
+    this.dirty = true;
+  }
+
+  #left(x) {
+    return this.side / 2 + (x - this.view.x) * this.scale;
+  }
+
+  #top(y) {
+    return this.side / 2 - (y - this.view.y) * this.scale;
+  }
+
+  // Chooses the view to move to. The one that holds the whole path stays as it is while the path fits well.
+  #aim() {
+    if (!this.pose) return;
+    let [left, right, low, high] = [this.pose.x, this.pose.x, this.pose.y, this.pose.y];
+    for (let index = 0; index < this.trail.size; index += 1) {
+      const place = this.trail.at(index);
+      left = Math.min(left, this.trail.xs[place]);
+      right = Math.max(right, this.trail.xs[place]);
+      low = Math.min(low, this.trail.ys[place]);
+      high = Math.max(high, this.trail.ys[place]);
+    }
+    const wanted = Math.max(span_min, Math.max(right - left, high - low) / (1 - 2 * margin));
+    if (this.following) {
+      this.goal = { x: this.pose.x, y: this.pose.y, span: Math.max(span_min, wanted * follow_share) };
+      return;
+    }
+    const reach = this.goal.span * (0.5 - margin / 2);
+    const fits =
+      left >= this.goal.x - reach && right <= this.goal.x + reach &&
+      low >= this.goal.y - reach && high <= this.goal.y + reach && wanted * 1.7 >= this.goal.span;
+    if (!fits || !this.settled) this.goal = { x: (left + right) / 2, y: (low + high) / 2, span: wanted * 1.15 };
+  }
+
+  #move(now) {
+    const { view, goal } = this;
+    const jump = this.still || !this.settled;
+    const share = jump ? 1 : 1 - Math.exp(-Math.min(100, now - this.drawn_at) / settle_ms);
+    this.drawn_at = now;
+    if (this.pose) this.settled = true;
+    for (const name of ["x", "y", "span"]) view[name] += (goal[name] - view[name]) * share;
+    const far = Math.max(Math.abs(goal.x - view.x), Math.abs(goal.y - view.y), Math.abs(goal.span - view.span));
+    if (far > goal.span / 2000) this.dirty = true;  // still moving: one more frame
+    else Object.assign(view, goal);
+  }
+
+  #draw_grid(cell) {
+    const { pen, view, side, colours } = this;
+    const half = view.span / 2;
+    pen.lineWidth = 1;
+    const line = (index, horizontal) => {
+      const at = Math.round(horizontal ? this.#top(index * cell) : this.#left(index * cell)) + 0.5;
+      pen.strokeStyle = index === 0 ? colours.axis : colours.grid;
+      pen.beginPath();
+      pen.moveTo(horizontal ? 0 : at, horizontal ? at : 0);
+      pen.lineTo(horizontal ? side : at, horizontal ? at : side);
+      pen.stroke();
+    };
+    for (const horizontal of [false, true]) {
+      const middle = horizontal ? view.y : view.x;
+      const last = Math.floor((middle + half) / cell);
+      for (let index = Math.ceil((middle - half) / cell); index <= last; index += 1) line(index, horizontal);
+    }
+  }
+
+  // In a few strokes of growing strength, so that one sees which end is old.
+  #draw_trail() {
+    const { pen, trail: path } = this;
+    pen.strokeStyle = this.colours.path;
+    pen.lineWidth = 2.25;
+    pen.lineJoin = "round";
+    pen.lineCap = "butt";  // round ends of translucent strokes would show as dots where they meet
+    const strokes = 16;
+    for (let stroke = 0; stroke < strokes; stroke += 1) {
+      const begin = Math.floor((path.size * stroke) / strokes);
+      const end = Math.floor((path.size * (stroke + 1)) / strokes);
+      if (begin === end) continue;
+      pen.globalAlpha = 0.2 + (0.8 * (stroke + 1)) / strokes;
+      pen.beginPath();
+      for (let index = Math.max(0, begin - 1); index < end; index += 1) {
+        const place = path.at(index);
+        const apart = path.broken[place] || index === Math.max(0, begin - 1);
+        pen[apart ? "moveTo" : "lineTo"](this.#left(path.xs[place]), this.#top(path.ys[place]));
+      }
+      if (end === path.size) pen.lineTo(this.#left(this.pose.x), this.#top(this.pose.y));
+      pen.stroke();
+    }
+    pen.globalAlpha = 1;
+  }
+
+  // An arrow head along the heading; a disc where no heading is known.
+  #draw_robot() {
+    const { pen, colours, pose } = this;
+    pen.save();
+    pen.translate(this.#left(pose.x), this.#top(pose.y));
+    pen.beginPath();
+    if (Number.isFinite(pose.heading)) {
+      pen.rotate(-pose.heading);
+      pen.moveTo(14, 0);
+      pen.lineTo(-9, 9);
+      pen.lineTo(-4.5, 0);
+      pen.lineTo(-9, -9);
+      pen.closePath();
+    } else {
+      pen.arc(0, 0, 6, 0, 2 * Math.PI);
+    }
+    pen.lineWidth = 4;
+    pen.strokeStyle = colours.surface;
+    pen.stroke();
+    pen.fillStyle = colours.ink;
+    pen.fill();
+    pen.restore();
+  }
+
+  // One cell of the grid with its length, and which way x and y point.
+  #draw_scale(cell) {
+    const { pen, side, colours } = this;
+    const [left, bottom, length] = [14.5, side - 14.5, Math.round(cell * this.scale)];
+    pen.lineJoin = "miter";
+    pen.beginPath();
+    pen.moveTo(left, bottom - 7);
+    pen.lineTo(left, bottom);
+    pen.lineTo(left + length, bottom);
+    pen.lineTo(left + length, bottom - 7);
+    for (const [width, colour] of [[5, colours.surface], [1.5, colours.quiet]]) {
+      pen.lineWidth = width;
+      pen.strokeStyle = colour;
+      pen.stroke();
+    }
+    this.#write(this.words.bar_metres(cell), left + length + 8, bottom + 0.5, "left");
+    this.#write(this.words.axes, side - 14, bottom + 0.5, "right");
+  }
+
+  #write(words, x, y, align) {
+    const { pen, colours } = this;
+    pen.font = "12px system-ui, sans-serif";
+    pen.textAlign = align;
+    pen.textBaseline = "alphabetic";
+    pen.lineJoin = "round";
+    pen.lineWidth = 4;
+    pen.strokeStyle = colours.surface;
+    pen.fillStyle = colours.quiet;
+    pen.strokeText(words, x, y);
+    pen.fillText(words, x, y);
+  }
+}

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// The two tables filled from /rowe/stats: what runs at which rate, and what was lost. Whatever the endpoint does not
+// say is shown as a dash.
+
+import { count, fixed, losses, rate, text, thinned } from "./text.js";
+
+const names_max = 32;       // counters and topics shown; the message of a stranger cannot grow the page without end
+const window_seconds = 2;   // over which a count becomes a rate
+
+// Turns a count that only grows into a rate over the last `window_seconds`. Memory is fixed.
+export class rate_meter {
+  constructor() {
+    this.samples = [];
+  }
+
+  // `at` in seconds. Returns the rate, or NaN until two samples are there. A count that fell was started anew.
+  rate(at, value) {
+    const { samples } = this;
+    const last = samples.at(-1);
+    if (last && (value < last.value || at < last.at)) samples.length = 0;
+    if (!last || at > last.at || samples.length === 0) samples.push({ at, value });
+    while (samples.length > 2 && at - samples[1].at >= window_seconds) samples.shift();
+    if (samples.length > 64) samples.splice(1, 1);
+    const [oldest] = samples;
+    return at > oldest.at ? (value - oldest.value) / (at - oldest.at) : NaN;
+  }
+}
+
+// Makes `parent` hold one row per key, in order, each of `cells` cells; rows that stay are kept as they are.
+function rows_of(parent, keys, cells) {
+  for (const row of [...parent.children]) if (!keys.includes(row.dataset.key)) row.remove();
+  return keys.map((key, index) => {
+    let row = [...parent.children].find((each) => each.dataset.key === key);
+    if (!row) {
+      row = document.createElement("tr");
+      row.dataset.key = key;
+      row.append(Object.assign(document.createElement("th"), { scope: "row" }));
+      for (let cell = 1; cell < cells; cell += 1) row.append(document.createElement("td"));
+    }
+    if (parent.children[index] !== row) parent.insertBefore(row, parent.children[index] ?? null);
+    return row;
+  });
+}
+
+const write = (cell, words) => {
+  if (cell.textContent !== words) cell.textContent = words;
+};
+
+// The topic of a row, a link to its path where it has one, over its type.
+function write_topic(cell, { topic, type }, drawable) {
+  const tag = drawable ? "A" : "SPAN";
+  if (cell.firstChild?.tagName !== tag) {
+    cell.replaceChildren(document.createElement(tag), document.createElement("small"));
+    if (drawable) cell.firstChild.href = `#${encodeURI(topic)}`;
+  }
+  write(cell.firstChild, topic);
+  write(cell.lastChild, type || text.untyped);
+  cell.title = `${topic} ${type ?? ""}`;
+}
+
+export class rate_table {
+  constructor(body) {
+    this.body = body;
+  }
+
+  // `shown` is the topic whose path is drawn, `drawable(topic)` whether a topic has a path.
+  show(topics, shown, drawable) {
+    const listed = topics.slice(0, names_max);
+    const rows = rows_of(this.body, listed.map(({ topic }) => topic), 6);
+    listed.forEach((entry, index) => {
+      const row = rows[index];
+      const cells = row.children;
+      write_topic(cells[0], entry, drawable(entry));
+      write(cells[1], rate(entry.rate_hz));
+      write(cells[2], fixed(entry.gap_ms_max, entry.gap_ms_max < 1000 ? 1 : 0));
+      write(cells[3], count(entry.bytes));
+      write(cells[4], count(entry.subscribers));
+      write(cells[5], count(entry.messages));
+      cells[4].className = cells[5].className = "wide";
+      if (entry.topic === shown) row.setAttribute("aria-current", "true");
+      else row.removeAttribute("aria-current");
+    });
+  }
+}
+
+// One group of counters.
+export class loss_table {
+  constructor(body, labels) {
+    this.body = body;
+    this.labels = labels;
+    this.meters = new Map();
+  }
+
+  // `counters` maps names to counts since start, `at` is the endpoint's time in seconds. Known counters that the
+  // endpoint does not mention are shown with a dash, those that the page does not know by their own name.
+  show(counters, at) {
+    const strangers = Object.keys(counters).filter((name) => !(name in losses) && !(name in thinned));
+    const names = Object.keys(this.labels).concat(this.labels === losses ? strangers : []).slice(0, names_max);
+    for (const name of this.meters.keys()) if (!names.includes(name)) this.meters.delete(name);
+    const rows = rows_of(this.body, names, 3);
+    names.forEach((name, index) => {
+      const value = counters[name];
+      if (!this.meters.has(name)) this.meters.set(name, new rate_meter());
+      const per_second = typeof value === "number" ? this.meters.get(name).rate(at, value) : NaN;
+      const [label, total, each] = rows[index].children;
+      write(label, this.labels[name] ?? name.replaceAll("_", " "));
+      write(total, count(value));
+      write(each, rate(per_second));
+      rows[index].toggleAttribute("data-some", per_second > 0);
+    });
+  }
+}
+
+// The line under the robot's name.
+export const real_time_words = (real_time) =>
+  typeof real_time?.text === "string" ? real_time.text : real_time ? text.real_time(real_time) : "";
