@@ -19,6 +19,7 @@
 // compares its expiry with `now` at the point of use, and leaves it to the wheel that the thing is given
 // back.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
@@ -59,8 +60,9 @@ class basic_timer_wheel {
   // Takes an entry off; does nothing when it is not on the wheel. Constant time.
   ROWE_RT void cancel(std::uint32_t node) noexcept;
   // Takes one entry off whose expiry has passed and returns it; `none` when there is no more. Call until
-  // `none`. Entries come in the order of their ticks. `now` before an earlier `now` counts as that one.
-  // Usually a few steps; when time reaches a slot of a higher level, as many as that slot has entries.
+  // `none`. Entries come in the order of their ticks, those that were inserted after their time behind what
+  // was due then. `now` before an earlier `now` counts as that one. Usually a few steps; when time reaches a
+  // slot of a higher level, as many as that slot has entries.
   ROWE_RT std::uint32_t expire(time_point now) noexcept;
   // The earliest time at which expire() can have something to do: never later than the truth, exact when it
   // is in the current 64 ticks, else the beginning of the slot in which the next entry lies (so that one who
@@ -80,10 +82,11 @@ class basic_timer_wheel {
  private:
   static constexpr unsigned digit_bits = 6;
   static constexpr unsigned slots = 1u << digit_bits;
-  static constexpr unsigned levels =
-      (63 - TickBits + digit_bits - 1) / digit_bits;   // enough for every time_point
+  // Enough for every time_point: rounding up, a tick number has up to 64 - TickBits bits.
+  static constexpr unsigned levels = (64 - TickBits + digit_bits - 1) / digit_bits;
   static constexpr unsigned due_list = levels * slots; // the list of what is due already
   using tick_number = std::uint64_t;
+  static constexpr tick_number no_tick = ~tick_number{0}; // after every time_point
 
   // Rounded up: at the beginning of this tick the expiry has passed.
   static constexpr tick_number tick_at_or_after(time_point t) noexcept {
@@ -100,20 +103,194 @@ class basic_timer_wheel {
     return at > end ? never : time_point{duration{static_cast<std::int64_t>(at << TickBits)}};
   }
 
+  // Where an entry lies that expires then.
   unsigned list_of(time_point expiry) const noexcept;
+  // The tick at which time next reaches a slot that holds anything, and that slot's list; no_tick when none
+  // does.
+  tick_number next_slot(unsigned& list) const noexcept;
   void link(std::uint32_t node, unsigned list) noexcept;
   void unlink(std::uint32_t node, unsigned list) noexcept;
   void move_down(unsigned list) noexcept;
-  tick_number next_slot(unsigned& list) const noexcept;
+  void mark_empty(unsigned list) noexcept;
+  std::string_view check_list(unsigned list, std::uint32_t& counted) const noexcept;
 
   std::span<timer_node> nodes_;
   tick_number now_; // the tick that time has reached
   std::uint32_t size_ = 0;
   std::uint32_t occupied_levels_ = 0;            // bit L: occupied_[L] is not 0
   std::array<std::uint64_t, levels> occupied_{}; // bit s of level L: that slot's list is not empty
-  std::array<std::uint32_t, due_list + 1>
-      first_; // circular lists: the first one's `previous` is the last one
+  // The first entry of each list, or none. The lists are circular: the first one's `previous` is the last
+  // one.
+  std::array<std::uint32_t, due_list + 1> first_;
 };
+
+template <unsigned TickBits>
+basic_timer_wheel<TickBits>::basic_timer_wheel(std::span<timer_node> nodes, time_point start) noexcept
+    : nodes_{nodes}, now_{tick_at_or_before(start)} {
+  assert(nodes.size() < none);
+  for (timer_node& node : nodes) node = timer_node{};
+  first_.fill(none);
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::insert(std::uint32_t node, time_point expiry) noexcept {
+  cancel(node);
+  if (expiry == never) return;
+  nodes_[node].expiry = expiry;
+  link(node, list_of(expiry));
+  ++size_;
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::cancel(std::uint32_t node) noexcept {
+  assert(node < nodes_.size());
+  if (!contains(node)) return;
+  unlink(node, list_of(nodes_[node].expiry));
+  nodes_[node].expiry = never;
+  --size_;
+}
+
+template <unsigned TickBits>
+std::uint32_t basic_timer_wheel<TickBits>::expire(time_point now) noexcept {
+  const tick_number target = std::max(now_, tick_at_or_before(now));
+  // Each turn but the last reaches a slot that holds something, and moves its entries at least one level
+  // down.
+  while (first_[due_list] == none) {
+    unsigned list = due_list;
+    const tick_number at = next_slot(list);
+    if (at > target) {
+      now_ = target; // everything lies beyond it, so no entry's list changes
+      return none;
+    }
+    now_ = at;
+    move_down(list);
+  }
+  const std::uint32_t node = first_[due_list];
+  unlink(node, due_list);
+  nodes_[node].expiry = never;
+  --size_;
+  return node;
+}
+
+template <unsigned TickBits>
+time_point basic_timer_wheel<TickBits>::next_wake() const noexcept {
+  unsigned list = due_list;
+  return time_of(first_[due_list] != none ? now_ : next_slot(list));
+}
+
+template <unsigned TickBits>
+unsigned basic_timer_wheel<TickBits>::list_of(time_point expiry) const noexcept {
+  const tick_number at = tick_at_or_after(expiry);
+  if (at <= now_) return due_list;
+  const unsigned level = (static_cast<unsigned>(std::bit_width(at ^ now_)) - 1) / digit_bits;
+  const auto slot = static_cast<unsigned>(at >> (level * digit_bits)) % slots;
+  return level * slots + slot;
+}
+
+template <unsigned TickBits>
+auto basic_timer_wheel<TickBits>::next_slot(unsigned& list) const noexcept -> tick_number {
+  // Entries of a level share all higher digits with the current tick and are ahead in the level's own: the
+  // lowest level that holds anything comes first, and on it the lowest slot.
+  if (occupied_levels_ == 0) return no_tick;
+  const auto level = static_cast<unsigned>(std::countr_zero(occupied_levels_));
+  const auto slot = static_cast<unsigned>(std::countr_zero(occupied_[level]));
+  list = level * slots + slot;
+  const unsigned shift = level * digit_bits;
+  return (((now_ >> shift) & ~tick_number{slots - 1}) | slot) << shift;
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::link(std::uint32_t node, unsigned list) noexcept {
+  const std::uint32_t first = first_[list];
+  if (first != none) { // behind the last one
+    const std::uint32_t last = nodes_[first].previous;
+    nodes_[node].next = first;
+    nodes_[node].previous = last;
+    nodes_[last].next = node;
+    nodes_[first].previous = node;
+    return;
+  }
+  nodes_[node].next = nodes_[node].previous = node;
+  first_[list] = node;
+  if (list == due_list) return;
+  occupied_[list / slots] |= std::uint64_t{1} << (list % slots);
+  occupied_levels_ |= 1u << (list / slots);
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::unlink(std::uint32_t node, unsigned list) noexcept {
+  const auto [next, previous, expiry] = nodes_[node];
+  if (next == node) {
+    mark_empty(list);
+    return;
+  }
+  nodes_[previous].next = next;
+  nodes_[next].previous = previous;
+  if (first_[list] == node) first_[list] = next;
+}
+
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::mark_empty(unsigned list) noexcept {
+  first_[list] = none;
+  if (list == due_list) return;
+  std::uint64_t& level = occupied_[list / slots];
+  level &= ~(std::uint64_t{1} << (list % slots));
+  if (level == 0) occupied_levels_ &= ~(1u << (list / slots));
+}
+
+// Spreads the list that time has just reached over the lower levels, in its order. Only while nothing is due.
+template <unsigned TickBits>
+void basic_timer_wheel<TickBits>::move_down(unsigned list) noexcept {
+  const std::uint32_t first = first_[list];
+  mark_empty(list);
+  if (list < slots) { // one tick: all of it is due
+    first_[due_list] = first;
+    return;
+  }
+  std::uint32_t node = first;
+  do {
+    const std::uint32_t next = nodes_[node].next; // link() overwrites it
+    link(node, list_of(nodes_[node].expiry));
+    node = next;
+  } while (node != first);
+}
+
+template <unsigned TickBits>
+std::string_view basic_timer_wheel<TickBits>::check() const noexcept {
+  std::uint32_t counted = 0;
+  for (unsigned list = 0; list <= due_list; ++list) {
+    if (const std::string_view broken = check_list(list, counted); !broken.empty()) return broken;
+  }
+  for (unsigned level = 0; level < levels; ++level) {
+    const bool marked = (occupied_levels_ >> level & 1) != 0;
+    if (marked != (occupied_[level] != 0)) return "a level's mark differs from its bitmap";
+  }
+  if (counted != size_) return "the lists hold another number of entries than size() says";
+  std::uint32_t inserted = 0;
+  for (const timer_node& node : nodes_) inserted += node.expiry != never;
+  return inserted == size_ ? "" : "an entry has an expiry and is in no list";
+}
+
+template <unsigned TickBits>
+std::string_view basic_timer_wheel<TickBits>::check_list(unsigned list,
+                                                         std::uint32_t& counted) const noexcept {
+  const std::uint32_t first = first_[list];
+  if (list != due_list && (occupied_[list / slots] >> (list % slots) & 1) != (first != none)) {
+    return "a slot's mark differs from its list";
+  }
+  if (first == none) return {};
+  std::uint32_t node = first;
+  do {
+    if (node >= nodes_.size()) return "a list leads out of the array";
+    if (++counted > nodes_.size()) return "a list does not close";
+    const auto [next, previous, expiry] = nodes_[node];
+    if (expiry == never) return "an entry in a list has no expiry";
+    if (list_of(expiry) != list) return "an entry lies in another list than its expiry says";
+    if (next >= nodes_.size() || nodes_[next].previous != node) return "an entry's neighbours disagree";
+    node = next;
+  } while (node != first);
+  return {};
+}
 
 using timer_wheel = basic_timer_wheel<>;
 
