@@ -70,23 +70,13 @@ service::http_answer plain(std::uint16_t status, std::string_view words) noexcep
   return answer;
 }
 
-// If-None-Match is `*` or a list of tags, some with W/ before them. A tag holds no quote, so ours, with its
-// quotes, is found in the list only where it is an element of it.
-bool is_named(std::string_view if_none_match, std::string_view etag) noexcept {
-  return if_none_match == "*" || if_none_match.find(etag) != std::string_view::npos;
-}
-
-service::http_answer serve(const asset& found, const service::http_request& request) noexcept {
-  const form& chosen = request.accepts_gzip ? found.gzip : found.identity;
+service::http_answer serve(const asset& found, bool gzip) noexcept {
+  const form& chosen = gzip ? found.gzip : found.identity;
   service::http_answer answer;
-  answer.content_type = found.type;
-  answer.etag = {chosen.etag, etag_chars};
-  if (is_named(request.if_none_match, answer.etag)) {
-    answer.status = 304;
-    return answer;
-  }
   answer.status = 200;
-  if (request.accepts_gzip) answer.content_encoding = "gzip";
+  answer.content_type = found.type;
+  if (gzip) answer.content_encoding = "gzip";
+  answer.etag = {chosen.etag, etag_chars};
   answer.body = {chosen.begin, chosen.end};
   return answer;
 }
@@ -95,7 +85,7 @@ service::http_answer serve(const asset& found, const service::http_request& requ
 
 service::http_answer answer(const service::http_request& request) noexcept {
   for (const asset& each : assets) {
-    if (each.path == request.path) return serve(each, request);
+    if (each.path == request.path) return serve(each, request.accepts_gzip);
   }
   if (request.path == "/healthz") return plain(200, "ok");
   return plain(404, "There is nothing here. The page is at /, a sign of life at /healthz.\n");

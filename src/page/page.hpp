@@ -4,16 +4,15 @@
 // time.
 //
 // Everything is served in two forms, gzip for those who accept it and identity for the others, each with its
-// own strong ETag. All answers are `no-cache`: a browser asks again each time and is told 304, so a robot
-// that was updated is never looked at through the files of its former version.
+// own strong ETag, from which the transport answers 304. All answers are `no-cache`: a browser asks again
+// each time, so a robot that was updated is never looked at through the files of its former version.
 #pragma once
 #include "service/transport.hpp"
 
 namespace rowe::page {
 
-// The answer to a GET of `request.path`: a file of the page is 200, or 304 when `if_none_match` names the
-// form we would send; /healthz is "ok"; anything else is 404 with a sentence. Service thread, or any other: a
-// pure function. Never waits, never allocates.
+// The answer to a GET of `request.path`: a file of the page; /healthz, which is "ok"; or 404 with a sentence.
+// Service thread, or any other: a pure function. Never waits, never allocates.
 service::http_answer answer(const service::http_request& request) noexcept;
 
 } // namespace rowe::page

@@ -106,11 +106,14 @@ export const text = {
 
 // The counters of /rowe/stats in plain words, in the order in which they are shown.
 export const losses = {
-  full: "ring full, not taken",
-  outbox_full: "slow peer, queue full",
+  full: "refused, queue full",
   expired: "too old to be sent",
-  malformed: "received, not valid",
-  too_big: "received, too big",
+  outbox_full: "slow peer, oldest dropped",
+  no_slot: "no slot free",
+  inbox_full: "slow subscriber in the robot",
+  lost_with_peer: "gone with its peer",
+  too_big: "larger than its slot",
+  malformed: "not valid JSON",
 };
 
 // Counters of messages that somebody chose not to have.

@@ -24,12 +24,8 @@ std::string_view text_of(const http_answer& from) {
   return {reinterpret_cast<const char*>(from.body.data()), from.body.size()};
 }
 
-http_answer plain(std::string_view path, std::string_view if_none_match = {}) {
-  return answer({path, if_none_match, false});
-}
-http_answer compressed(std::string_view path, std::string_view if_none_match = {}) {
-  return answer({path, if_none_match, true});
-}
+http_answer plain(std::string_view path) { return answer({path, {}, false}); }
+http_answer compressed(std::string_view path) { return answer({path, {}, true}); }
 
 // What stands between `before` and the next quote, at each place where it occurs in `text`.
 std::vector<std::string> quoted_after(std::string_view text, std::string_view before) {
@@ -130,28 +126,6 @@ TEST(page, gives_each_form_of_each_file_a_quoted_tag_of_its_own) {
       EXPECT_TRUE(tags.insert(form.etag).second) << path;
     }
   }
-}
-
-TEST(page, answers_304_without_a_body_to_a_client_that_has_this_form) {
-  const http_answer first = compressed("/app.js");
-  const http_answer again = compressed("/app.js", first.etag);
-  EXPECT_EQ(again.status, 304);
-  EXPECT_EQ(again.etag, first.etag);
-  EXPECT_EQ(again.cache_control, first.cache_control);
-  EXPECT_TRUE(again.body.empty());
-  EXPECT_EQ(again.content_encoding, "");
-}
-
-TEST(page, finds_its_tag_in_a_list_and_behind_a_weak_mark) {
-  const std::string list = "\"other\", W/" + std::string{plain("/app.js").etag};
-  EXPECT_EQ(plain("/app.js", list).status, 304);
-  EXPECT_EQ(plain("/app.js", "*").status, 304);
-}
-
-TEST(page, sends_the_file_to_a_client_that_has_another_form_or_another_version) {
-  const std::string_view other = compressed("/app.js").etag;
-  EXPECT_EQ(plain("/app.js", other).status, 200);
-  EXPECT_EQ(plain("/app.js", "\"0123\"").status, 200);
 }
 
 TEST(page, gives_a_sign_of_life) {
