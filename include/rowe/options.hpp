@@ -29,20 +29,20 @@ struct endpoint_options {
   int service_priority = 0;  // its SCHED_FIFO priority; 0: an ordinary thread
 
   // Peers.
-  std::string name;    // shown to them; empty: the host's name
+  std::string name = {};    // shown to them; empty: the host's name
   bool relay = false;  // a hub: what one peer publishes reaches every peer that subscribed
   duration ping_period = std::chrono::seconds{3};       // one that is silent this long is pinged
   duration silence_max = std::chrono::seconds{8};       // and cut when it is silent this long
   duration message_time_max = std::chrono::seconds{5};  // from a message's first byte to its last
   duration stats_period = std::chrono::milliseconds{100};  // of the topic /rowe/stats; 100 ms or more
-  rowe::limits limits;
+  rowe::limits limits = {};
 
   // endpoint::listen only.
   std::string address = "127.0.0.1";       // numeric; beyond loopback only with `insecure`
   bool insecure = false;                   // whoever reaches the address may read and publish
   bool page = true;                        // serve the page at /
-  std::vector<std::string> allow_origins;  // pages of these origins may connect, besides our own
-  std::vector<std::string> allow_hosts;    // names this endpoint may be called by, besides localhost
+  std::vector<std::string> allow_origins = {};  // pages of these origins may connect, besides our own
+  std::vector<std::string> allow_hosts = {};    // names this endpoint may be called by, besides localhost
 
   // endpoint::connect only. An attempt that fails is repeated until the endpoint is closed: first after `retry_min`,
   // then after twice that and so on up to `retry_max`, each time shortened by up to a quarter at random.
@@ -65,7 +65,7 @@ struct topic_options {
   std::uint32_t depth = 64;     // values (keep::all) between this thread and the service thread; 1 to 4096
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;         // a late subscriber gets the last value
-  std::string_view type;        // the type's name on the wire; empty: the schema's, or none
+  std::string_view type = {};   // the type's name on the wire; empty: the schema's, or none
   std::uint32_t text_bytes_max = 4096;  // publisher<json_text>, subscriber<json_text>: the longest text
 };
 

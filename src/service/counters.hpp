@@ -3,10 +3,11 @@
 // user threads cause are counted in their lanes and added when they are read), read by any thread.
 #pragma once
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+
+#include <rowe/rt/counter.hpp>
 
 namespace rowe::service {
 
@@ -64,22 +65,17 @@ inline constexpr std::array counter_descriptions{
 class counters {
  public:
   // Service thread.
-  void add(counter which, std::uint64_t by = 1) noexcept {
-    auto& word = words_[static_cast<std::size_t>(which)];
-    // relaxed, both: one writer; readers want the number only, nothing is published by it
-    word.store(word.load(std::memory_order_relaxed) + by, std::memory_order_relaxed);
-  }
+  void add(counter which, std::uint64_t by = 1) noexcept { at(which).add(by); }
   void raise_to(counter which, std::uint64_t value) noexcept {
-    auto& word = words_[static_cast<std::size_t>(which)];
-    if (value > word.load(std::memory_order_relaxed)) word.store(value, std::memory_order_relaxed);  // one writer
+    if (value > at(which).get()) at(which).set(value);
   }
   // Any thread.
-  std::uint64_t read(counter which) const noexcept {
-    return words_[static_cast<std::size_t>(which)].load(std::memory_order_relaxed);  // a number, no more
-  }
+  std::uint64_t read(counter which) const noexcept { return counts_[static_cast<std::size_t>(which)].get(); }
 
  private:
-  std::array<std::atomic<std::uint64_t>, counter_descriptions.size()> words_{};
+  rt::counter& at(counter which) noexcept { return counts_[static_cast<std::size_t>(which)]; }
+
+  std::array<rt::counter, counter_descriptions.size()> counts_{};
 };
 
 }  // namespace rowe::service

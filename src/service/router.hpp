@@ -60,6 +60,7 @@ struct subscription {
   queue waiting;
   std::uint32_t depth = 0;
   bool ready = false;     // on its connection's list of those that may be written now
+  bool served = false;    // something of it was written in the batch that is being settled
   bool timed = false;     // on the wheel until next_due
   bool merges = false;    // a newer value takes the place of an older one
   bool discards = false;  // what comes within the throttle period is not even queued

@@ -56,6 +56,7 @@ std::optional<std::uint32_t> wire_slots::take(std::size_t bytes) noexcept {
   slot& taken = slots_[index];
   list = taken.next_free;
   taken.references = 1;
+  taken.kept = false;
   taken.bytes = taken.body_at = taken.body_bytes = 0;
   taken.expires = rt::never;
   ++in_use_;
@@ -100,11 +101,12 @@ bool wire_slots::release(std::uint32_t index) noexcept {
   return true;
 }
 
-std::uint32_t wire_slots::expire(std::uint32_t index) noexcept {
-  if (slots_[index].begun != 0) return 0;
-  const std::uint32_t references = slots_[index].references;
+std::optional<std::uint32_t> wire_slots::expire(std::uint32_t index) noexcept {
+  const slot& dead = slots_[index];
+  if (dead.begun != 0) return std::nullopt;
+  const std::uint32_t deliveries = dead.references - (dead.kept ? 1 : 0);
   free(index);
-  return references;
+  return deliveries;
 }
 
 bool wire_slots::check() const noexcept {

@@ -46,12 +46,17 @@ class wire_slots {
 
   slot_ref ref(std::uint32_t index) const noexcept { return {index, slots_[index].generation}; }
   // False once the slot was freed, whether used again or not.
-  bool alive(slot_ref slot) const noexcept { return slots_[slot.index].generation == slot.generation; }
+  bool alive(slot_ref ref) const noexcept { return slots_[ref.index].generation == ref.generation; }
   rt::time_point expires(std::uint32_t index) const noexcept { return slots_[index].expires; }
   std::span<char> text(std::uint32_t index) noexcept;
   std::span<const char> body(std::uint32_t index) const noexcept;
 
   void retain(std::uint32_t index) noexcept { ++slots_[index].references; }
+  // A reference that is no delivery: a latched topic's last value. expire() does not count it.
+  void keep(std::uint32_t index) noexcept {
+    retain(index);
+    slots_[index].kept = true;
+  }
   // True when that was the last reference, and the slot is free again.
   bool release(std::uint32_t index) noexcept;
 
@@ -59,9 +64,9 @@ class wire_slots {
   void begin(std::uint32_t index) noexcept { ++slots_[index].begun; }
   void end(std::uint32_t index) noexcept { --slots_[index].begun; }
 
-  // Frees a slot before its references are released: they go stale. Returns how many there were; 0 and no change
-  // when a socket is in the middle of it.
-  std::uint32_t expire(std::uint32_t index) noexcept;
+  // Frees a slot before its references are released: they go stale. Returns how many deliveries there were; nothing,
+  // and no change, when a socket is in the middle of it.
+  std::optional<std::uint32_t> expire(std::uint32_t index) noexcept;
 
   std::uint32_t in_use() const noexcept { return in_use_; }
   // True when the free lists and the counts agree. For tests and assertions.
@@ -72,6 +77,7 @@ class wire_slots {
     std::uint32_t generation = 1;
     std::uint32_t references = 0;
     std::uint32_t begun = 0;
+    bool kept = false;
     std::uint32_t next_free = no_index;
     std::uint32_t bytes = 0;
     std::uint32_t body_at = 0;

@@ -67,7 +67,7 @@ class arena {
   // `count` objects, value-initialised. Empty when they do not fit. Nothing is ever destroyed.
   template <class T>
   std::span<T> carve(std::size_t count) noexcept {
-    static_assert(std::is_trivially_destructible_v<T> && std::is_nothrow_default_constructible_v<T>);
+    static_assert(std::is_trivially_destructible_v<T> && std::is_default_constructible_v<T>);
     if (count > bytes_total_ / sizeof(T)) return {};
     const std::span<std::byte> bytes = carve_bytes(count * sizeof(T), alignof(T));
     if (bytes.empty()) return {};

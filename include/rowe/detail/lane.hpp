@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// A lane: the pair of paths between one handle, on one user thread, and the service thread. It lives in the
+// endpoint's memory. Set-up builds it and offers it; the service thread answers; afterwards the two threads meet only
+// in its rings, its window and the few words named here. Slots travel as numbers: the owner of a path takes a free
+// one out of the home ring, fills it, and sends its number; the other side gives the number back home.
+//
+//   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> free (service thread)
+//
+// This header is part of the interface only because the calls of a loop are inline; use publisher and subscriber.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <rowe/options.hpp>
+#include <rowe/result.hpp>
+#include <rowe/rt/atomics.hpp>
+#include <rowe/rt/attributes.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/counter.hpp>
+#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/notification.hpp>
+#include <rowe/rt/spsc_ring.hpp>
+#include <rowe/rt/window.hpp>
+
+namespace rowe::json {
+class encoder;
+}
+
+namespace rowe::detail {
+
+enum class lane_state : std::uint32_t { free, offered, active, refused, closing };
+enum class lane_kind : std::uint8_t { publish_value, publish_text, subscribe_text };
+
+// Whether publishing reaches anybody.
+enum class audience : std::uint32_t { nobody, somebody, closed };
+
+// In front of every value in a slot. The value behind it is aligned to value_alignment.
+struct value_header {
+  std::int64_t stamped_ns = 0;  // when it was published, or arrived
+  std::int64_t expires_ns = 0;
+  std::uint64_t bytes = 0;
+};
+inline constexpr std::size_t value_alignment = 32;
+inline constexpr std::size_t value_offset = 32;
+static_assert(sizeof(value_header) <= value_offset);
+
+// Slots of one stride.
+struct lane_slots {
+  std::byte* base = nullptr;
+  std::size_t stride = 0;
+  std::size_t bytes_max = 0;  // of a value
+
+  ROWE_RT value_header* header(std::uint32_t slot) const noexcept {
+    return reinterpret_cast<value_header*>(base + slot * stride);
+  }
+  ROWE_RT std::byte* value(std::uint32_t slot) const noexcept { return base + slot * stride + value_offset; }
+};
+
+using number_ring = rt::spsc_ring<std::uint32_t>;
+using numbers_home = rt::home_ring<>;
+using newest_window = rt::window_core<>;
+
+// What the thread that fills slots holds of a path.
+struct filling_end {
+  number_ring::producer* out = nullptr;     // keep::all
+  numbers_home::consumer* home = nullptr;   // keep::all
+  newest_window::writer* newest = nullptr;  // keep::newest
+  lane_slots slots;
+};
+
+// And what the thread that empties them holds.
+struct emptying_end {
+  number_ring::consumer* out = nullptr;
+  numbers_home::producer* home = nullptr;
+  newest_window::reader* newest = nullptr;
+  lane_slots slots;
+};
+
+struct lane {
+  static constexpr std::size_t name_bytes_max = 255;
+
+  // The hand-over of the lane itself.
+  alignas(rt::line_bytes) rt::std_atomics::variable<lane_state> state{lane_state::free};
+  error answer{errc::misuse};  // why it was refused; written before `refused` is stored
+
+  // Written by set-up before `offered` is stored, constant while the lane is not free.
+  alignas(rt::line_bytes) lane_kind kind = lane_kind::publish_value;
+  rowe::keep keep = rowe::keep::all;
+  rowe::priority priority = rowe::priority::normal;
+  bool latched = false;
+  std::uint8_t name_bytes = 0;
+  std::uint8_t type_bytes = 0;
+  std::array<char, name_bytes_max> name_text{};
+  std::array<char, name_bytes_max> type_text{};
+  const json::encoder* encoder = nullptr;  // publish_value
+  duration ttl = rt::for_ever;
+  std::span<std::byte> memory;  // of the rings and slots; stays with the lane when it is free
+
+  // The handle's side.
+  alignas(rt::line_bytes) filling_end publisher;
+  emptying_end subscriber;
+  rt::counter published;     // values accepted
+  rt::counter refused_full;  // errc::full
+  rt::counter no_peer;       // errc::no_peer
+
+  // The service thread's side.
+  alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
+  alignas(rt::line_bytes) emptying_end published_end;
+  filling_end subscriber_end;
+
+  // Rung by the service thread: the lane was answered, or something arrived.
+  rt::notification<> news;
+
+  std::string_view name() const noexcept { return {name_text.data(), name_bytes}; }
+  std::string_view type() const noexcept { return {type_text.data(), type_bytes}; }
+};
+
+// Everything behind an endpoint: its memory, its service thread, its transport.
+class endpoint_state;
+// Gives a lane back. Not real-time: it wakes the service thread.
+void close_lane(endpoint_state& of, lane& gone) noexcept;
+
+// Owns a lane and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its calls then say
+// errc::closed. Move-only; made and destroyed outside of the loop.
+class lane_handle {
+ public:
+  lane_handle() noexcept = default;
+  lane_handle(std::shared_ptr<endpoint_state> of, lane& owned) noexcept : state_{std::move(of)}, lane_{&owned} {}
+  lane_handle(lane_handle&& from) noexcept
+      : state_{std::move(from.state_)}, lane_{std::exchange(from.lane_, nullptr)} {}
+  lane_handle& operator=(lane_handle&& from) noexcept {
+    if (this != &from) {
+      reset();
+      state_ = std::move(from.state_);
+      lane_ = std::exchange(from.lane_, nullptr);
+    }
+    return *this;
+  }
+  ~lane_handle() { reset(); }
+
+  ROWE_RT explicit operator bool() const noexcept { return lane_ != nullptr; }
+  ROWE_RT lane* operator->() const noexcept { return lane_; }
+  ROWE_RT lane& operator*() const noexcept { return *lane_; }
+
+ private:
+  void reset() noexcept {
+    if (lane_ != nullptr) close_lane(*state_, *lane_);
+    lane_ = nullptr;
+    state_.reset();
+  }
+
+  std::shared_ptr<endpoint_state> state_;
+  lane* lane_ = nullptr;
+};
+
+// Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every publisher.
+template <class Fill>
+ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
+  // relaxed: advice of the service thread (update_wanted); nothing is read on the strength of it, and a value that
+  // goes out a moment after the last listener left is counted there
+  switch (on.heard_by.load(std::memory_order_relaxed)) {
+  case audience::nobody: on.no_peer.add(); return errc::no_peer;
+  case audience::closed: return errc::closed;
+  case audience::somebody: break;
+  }
+  const filling_end& path = on.publisher;
+  if (bytes > path.slots.bytes_max) {
+    return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(path.slots.bytes_max)};
+  }
+  std::uint32_t slot;
+  if (path.newest != nullptr) {
+    slot = path.newest->begin_write();
+  } else if (const auto free = path.home->try_take()) {
+    slot = *free;
+  } else {
+    on.refused_full.add();
+    return errc::full;
+  }
+  *path.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)), bytes};
+  fill(path.slots.value(slot));
+  on.published.add();
+  if (path.newest != nullptr) {
+    path.newest->end_write(slot);
+  } else if (!path.out->try_push(slot)) {
+    return errc::misuse;  // the ring has a place for every slot: only a second thread in this handle leads here
+  }
+  return {};
+}
+
+}  // namespace rowe::detail

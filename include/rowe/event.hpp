@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happened on an endpoint. The library never prints; whoever wants to know asks endpoint::try_event().
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+namespace rowe {
+
+struct event {
+  enum class kind : std::uint8_t {
+    peer_joined,        // a connection is established
+    peer_left,          // and has ended; `what` says why
+    refused_handshake,  // a peer was refused before it became one; `remedy` says what would let it in
+    cannot_connect,     // an attempt of endpoint::connect failed; it is repeated
+    refused_request,    // a peer asked for something that was answered with a status error
+    status_from_peer,   // a server we are connected to sent a status
+    limit,              // something did not fit; `remedy` names the limit
+    warning,            // the endpoint works, but not as promised
+  };
+
+  // A text of its own, cut at what fits.
+  template <std::size_t Bytes>
+  class text {
+   public:
+    text& operator=(std::string_view from) noexcept {
+      bytes_ = static_cast<std::uint16_t>(std::min(from.size(), Bytes));
+      std::memcpy(room_.data(), from.data(), bytes_);
+      return *this;
+    }
+    operator std::string_view() const noexcept { return {room_.data(), bytes_}; }  // NOLINT(google-explicit-constructor)
+
+   private:
+    std::array<char, Bytes> room_{};
+    std::uint16_t bytes_ = 0;
+  };
+
+  kind what_kind = kind::warning;
+  text<64> peer;    // its numeric address and port; empty where there is none
+  text<224> what;   // a sentence
+  text<192> remedy; // what to change; empty where nothing can be
+};
+
+}  // namespace rowe

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cycle, its timers, and how a connection comes and goes.
+#include "service/core.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cstring>
+
+namespace rowe::service {
+namespace {
+
+// Scratch for the longest names a request may have.
+wire::rosbridge::name_limits name_limits_of(const limits& bounds) noexcept {
+  return {.topic_bytes_max = bounds.topic_bytes_max};
+}
+
+std::size_t assembly_bytes(const limits& bounds) noexcept {
+  return bounds.message_bytes_max + transport_sink::tailroom_bytes;
+}
+
+// A batch of masked frames holds the largest message and its header.
+std::size_t masked_bytes(const limits& bounds) noexcept {
+  return bounds.message_bytes_max + 6 * std::size_t{bounds.topic_bytes_max} + 128;
+}
+
+std::size_t node_count(const limits& bounds) noexcept {
+  return bounds.small_slots + bounds.large_slots + bounds.subscriptions_max + bounds.connections_max + 2;
+}
+
+constexpr std::size_t mask_bytes = 4096;  // keys are drawn a thousand at a time: one system call for all of them
+
+// A silent peer is found this much later than promised, at most; and so much may a look at an unfinished message be
+// late.
+constexpr rt::duration care_period = std::chrono::milliseconds{500};
+
+}  // namespace
+
+std::size_t core::footprint_bytes(const limits& bounds) noexcept {
+  using rt::arena;
+  return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
+         router::footprint_bytes(bounds) +                                                      //
+         arena::bytes_for<connection>(bounds.connections_max) +                                 // peers,
+         bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) +                    // their messages,
+         arena::bytes_for<std::uint32_t>(bounds.connections_max * bounds.advertisements_per_connection_max) +
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) +                              // who has to write
+         arena::bytes_for<lane_view>(bounds.lanes_max) +                                        //
+         arena::bytes_for<rt::timer_node>(node_count(bounds)) +                                 //
+         arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) +                //
+         arena::bytes_for(wire::rosbridge::scratch_bytes(name_limits_of(bounds)));
+}
+
+core::core(rt::arena& memory, const endpoint_options& options, std::string_view name, side ours,
+           std::span<detail::lane> lanes, board& shown, core_seams seams, rt::time_point start) noexcept
+    : options_{options},
+      bounds_{options.limits},
+      ours_{ours},
+      name_bytes_{std::min(name.size(), name_.size())},
+      carrier_{seams.carrier},
+      random_{seams.random},
+      validator_{seams.validator},
+      page_{seams.page},
+      shown_{shown},
+      slots_{memory, bounds_},
+      entries_{memory, bounds_},
+      router_{memory, bounds_},
+      connections_{memory.carve<connection>(bounds_.connections_max)},
+      listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
+      lanes_{lanes},
+      views_{memory.carve<lane_view>(bounds_.lanes_max)},
+      nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
+      wheel_{nodes_, start},
+      masked_{memory.carve_bytes(masked_bytes(bounds_))},
+      masks_{memory.carve_bytes(mask_bytes)},
+      masks_used_{mask_bytes},
+      scratch_{memory.carve<char>(wire::rosbridge::scratch_bytes(name_limits_of(bounds_)))},
+      now_{start},
+      opened_at_{start} {
+  std::memcpy(name_.data(), name.data(), name_bytes_);
+  const auto advertised =
+      memory.carve<std::uint32_t>(connections_.size() * bounds_.advertisements_per_connection_max);
+  for (std::size_t i = 0; i < connections_.size(); ++i) {
+    connections_[i].assembly = memory.carve_bytes(assembly_bytes(bounds_));
+    connections_[i].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
+                                                    bounds_.advertisements_per_connection_max);
+  }
+  statistics_topic_ = router_.find_or_add("/rowe/stats");
+  router_.hold(statistics_topic_);
+  router_.at(statistics_topic_).keep = keep::newest;
+  if (ours_ == side::client) arm(timer::reconnect, 0, start);
+}
+
+// ---- timers
+
+std::uint32_t core::node_of(timer what, std::uint32_t index) const noexcept {
+  const std::uint32_t subscriptions_at = slots_.count();
+  const std::uint32_t connections_at = subscriptions_at + router_.subscription_places();
+  const std::uint32_t single_at = connections_at + static_cast<std::uint32_t>(connections_.size());
+  switch (what) {
+  case timer::slot: return index;
+  case timer::subscription: return subscriptions_at + index;
+  case timer::connection: return connections_at + index;
+  case timer::statistics: return single_at;
+  case timer::reconnect: break;
+  }
+  return single_at + 1;
+}
+
+core::timer_name core::name_of(std::uint32_t node) const noexcept {
+  for (const timer what : {timer::reconnect, timer::statistics, timer::connection, timer::subscription}) {
+    if (const std::uint32_t first = node_of(what); node >= first) return {what, node - first};
+  }
+  return {timer::slot, node};
+}
+
+void core::arm(timer what, std::uint32_t index, rt::time_point when) noexcept { wheel_.insert(node_of(what, index), when); }
+void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node_of(what, index)); }
+
+// ---- the cycle
+
+rt::time_point core::cycle(rt::time_point now) noexcept {
+  now_ = now;
+  carrier_.poll(now, *this);
+  take_from_lanes();
+  expire();
+  offer_all();
+  shown_.counts.raise_to(counter::queued_max, entries_.in_use());
+  return wheel_.next_wake();
+}
+
+void core::record_cycle(rt::duration took) noexcept {
+  add(counter::cycles);
+  shown_.counts.raise_to(counter::cycle_ns_max, static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
+}
+
+void core::expire() noexcept {
+  for (std::uint32_t node = wheel_.expire(now_); node != rt::timer_wheel::none; node = wheel_.expire(now_)) {
+    const auto [what, index] = name_of(node);
+    switch (what) {
+    case timer::slot: expire_slot(index); break;
+    case timer::subscription:
+      router_.subscription_at(index).timed = false;
+      make_ready(index);
+      break;
+    case timer::connection: look_after(connections_[index]); break;
+    case timer::statistics: publish_statistics(); break;
+    case timer::reconnect: carrier_.connect(); break;
+    }
+  }
+}
+
+bool core::drained() const noexcept {
+  if (entries_.in_use() != 0) return false;
+  for (const connection& c : connections_) {
+    if (c.state != connection::phase::free && c.begun.slot != no_index) return false;
+  }
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    if (!views_[i].attached) continue;
+    const detail::lane& lane = lanes_[i];
+    if (lane.kind == detail::lane_kind::subscribe_text) continue;
+    if (lane.published_end.out != nullptr && lane.published_end.out->waiting_at_least() != 0) return false;
+  }
+  return true;
+}
+
+void core::close_all(rt::time_point now) noexcept {
+  now_ = now;
+  closing_ = true;
+  disarm(timer::reconnect, 0);
+  for (connection& c : connections_) {
+    if (c.open()) close(c, wire::close_code::going_away, "the endpoint is closing");
+  }
+}
+
+// ---- a connection's life
+
+connection* core::find(connection_id id) noexcept {
+  if (id.index >= connections_.size()) return nullptr;
+  connection& c = connections_[id.index];
+  return c.state != connection::phase::free && c.id == id ? &c : nullptr;
+}
+
+void core::on_open(connection_id id, const peer_info& peer) noexcept {
+  assert(id.index < connections_.size() && connections_[id.index].state == connection::phase::free);
+  connection& c = connections_[id.index];
+  const auto assembly = c.assembly;
+  const auto advertised = c.advertised;
+  c = connection{};
+  c.assembly = assembly;
+  c.advertised = advertised;
+  c.id = id;
+  c.state = connection::phase::open;
+  c.ours = peer.ours;
+  c.heard_at = now_;
+  c.address_bytes = std::min(peer.address.size(), c.address.size());
+  std::memcpy(c.address.data(), peer.address.data(), c.address_bytes);
+  c.parser.reset(peer.ours == side::server ? wire::role::server : wire::role::client,
+                 {.message_bytes_max = bounds_.message_bytes_max, .fragments_max = bounds_.fragments_max},
+                 c.assembly.first(bounds_.message_bytes_max));
+  add(counter::peers_joined);
+  report(event::kind::peer_joined, c.peer(), "connected");
+  shown_.set_peers(++peers_);
+  arm(timer::connection, id.index, now_ + care_period);
+  attempts_failed_ = 0;
+  if (closing_) return close(c, wire::close_code::going_away, "the endpoint is closing");
+  if (c.ours == side::client) announce_all(c);
+}
+
+void core::on_close(connection_id id, close_cause cause) noexcept {
+  connection* const c = find(id);
+  if (c == nullptr) return;
+  if (cause == close_cause::timed_out) add(counter::stalled_peers);
+  constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
+                                        "the peer does not read"};
+  report(event::kind::peer_left, c->peer(), words[static_cast<std::size_t>(cause)]);
+  forget(*c);
+  shown_.set_peers(--peers_);
+  if (ours_ == side::client) reconnect_later();
+}
+
+void core::on_writable(connection_id id) noexcept {
+  connection* const c = find(id);
+  if (c == nullptr) return;
+  c->blocked = false;
+  list(*c);
+}
+
+// Gives back everything that a connection holds.
+void core::forget(connection& c) noexcept {
+  if (c.begun.slot != no_index) {
+    slots_.end(c.begun.slot);
+    release(c.begun.slot);
+    add(counter::lost_with_peer);
+    c.begun.slot = no_index;
+  }
+  drop_all(c.direct, counter::lost_with_peer);
+  while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
+  while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements]);
+  disarm(timer::connection, c.id.index);
+  c.state = connection::phase::free;
+}
+
+void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
+  if (!c.open()) return;
+  c.state = connection::phase::closing;  // from here on only control frames are written
+  // A close frame cannot stand in the middle of another one.
+  if (c.begun.slot == no_index) {
+    std::array<std::byte, wire::control_bytes_max> body;
+    const std::size_t bytes = wire::close_payload(code, reason, body);
+    send_control(c, wire::opcode::close, std::span{body}.first(bytes));
+    offer(c);
+  }
+  carrier_.close(c.id, close_how::flushed);
+}
+
+// Runs every care_period for each connection: pings whoever is silent, cuts whoever stays so or does not finish what
+// it began.
+void core::look_after(connection& c) noexcept {
+  if (!c.open()) return;
+  arm(timer::connection, c.id.index, now_ + care_period);
+  if (c.message_began_at != rt::never && now_ - c.message_began_at > options_.message_time_max) {
+    add(counter::unfinished_messages);
+    return close(c, wire::close_code::policy, "a message was not finished in time");
+  }
+  const rt::duration silence = now_ - c.heard_at;
+  if (silence > options_.silence_max) {
+    add(counter::silent_peers);
+    return close(c, wire::close_code::policy, "nothing was heard for too long");
+  }
+  if (silence > options_.ping_period && !c.ping_unanswered) {
+    c.ping_unanswered = true;
+    send_control(c, wire::opcode::ping, {});
+  }
+}
+
+// ---- as a client
+
+void core::on_refused(const refusal& reason) noexcept {
+  if (ours_ == side::server) {
+    add(counter::refused_handshakes);
+    return report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);
+  }
+  report(event::kind::cannot_connect, reason.peer, reason.what, reason.remedy);
+  reconnect_later();
+}
+
+// Exponential back-off, each wait shortened by up to a quarter at random, so that the clients of a server that comes
+// back do not come all at once.
+void core::reconnect_later() noexcept {
+  if (closing_) return;
+  rt::duration wait = options_.retry_min;
+  for (std::uint32_t i = 0; i < attempts_failed_ && wait < options_.retry_max; ++i) wait *= 2;
+  wait = std::min(wait, options_.retry_max);
+  ++attempts_failed_;
+  std::array<std::byte, 2> dice;
+  random_.fill(dice);
+  const auto share = std::to_integer<std::int64_t>(dice[0]) * 256 + std::to_integer<std::int64_t>(dice[1]);
+  arm(timer::reconnect, 0, now_ + wait - wait / 4 * share / 65536);
+}
+
+// ---- the rest
+
+http_answer core::on_http(const http_request& request) noexcept { return page_(request); }
+
+void core::report(event::kind kind, std::string_view peer, std::string_view what, std::string_view remedy) noexcept {
+  event happened;
+  happened.what_kind = kind;
+  happened.peer = peer;
+  happened.what = what;
+  happened.remedy = remedy;
+  shown_.post(happened);
+}
+
+bool core::check() const noexcept {
+  std::uint32_t open = 0;
+  for (const connection& c : connections_) open += c.state != connection::phase::free;
+  return open == peers_ && slots_.check() && router_.check() && wheel_.check().empty();
+}
+
+}  // namespace rowe::service

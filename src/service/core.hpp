@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core: everything the service thread does, as a function of state, time and what the transport reports. It has
+// no thread, clock, socket or randomness of its own, so a simulation can run hours of bad network in seconds from one
+// seed, a fuzzer can feed it bytes, and libwebsockets is one transport among others.
+//
+// One cycle, in this order:
+//   transport events in: requests are carried out as they are read, inbound before outbound
+//   take from lanes, a stated budget each
+//   expire: messages, throttled subscriptions that are due, peers to ping or cut, the statistics
+//   offer frames to every connection that has something to write, urgent first
+//
+// core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is written to
+// them, lanes.cpp what this process publishes and takes.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/options.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/thread.hpp>
+#include <rowe/rt/timer_wheel.hpp>
+
+#include "json/reader.hpp"
+#include "json/writer.hpp"
+#include "service/board.hpp"
+#include "service/connection.hpp"
+#include "service/queues.hpp"
+#include "service/router.hpp"
+#include "service/transport.hpp"
+#include "service/wire_slots.hpp"
+
+namespace rowe::service {
+
+// Where random bytes come from: the kernel, or a seed. Masks of a client's frames must be unpredictable (RFC 6455
+// 10.3); the back-off of reconnecting wants jitter.
+class entropy {
+ public:
+  virtual void fill(std::span<std::byte> bytes) noexcept = 0;
+
+ protected:
+  ~entropy() = default;
+};
+
+struct core_seams {
+  transport& carrier;
+  entropy& random;
+  json::reader& validator;
+  http_answer (*page)(const http_request&) noexcept;  // what is served over HTTP
+};
+
+class core final : public transport_sink {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+
+  // `lanes` and `shown` are shared with other threads; everything else of the core is the service thread's.
+  // `ours` says whether the endpoint listens or connects.
+  core(rt::arena& memory, const endpoint_options& options, std::string_view name, side ours,
+       std::span<detail::lane> lanes, board& shown, core_seams seams, rt::time_point start) noexcept;
+
+  // Does everything there is to do at `now` and returns when the next cycle is needed at the latest, provided that
+  // the transport has nothing to report and no handle publishes before. Bounded by the limits; never waits.
+  rt::time_point cycle(rt::time_point now) noexcept;
+
+  // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
+  void describe_thread(const rt::grants& granted, bool memory_locked) noexcept;
+
+  // How long the last cycle took, by the clock of whoever runs the core.
+  void record_cycle(rt::duration took) noexcept;
+
+  // True while a handle of this process may publish something that a peer waits for: lanes must be looked at every
+  // poll_period.
+  bool lanes_wanted() const noexcept { return wanted_lanes_ != 0; }
+  // True when nothing that was published waits to be written.
+  bool drained() const noexcept;
+  // Says goodbye to every peer (close code 1001) and refuses further work.
+  void close_all(rt::time_point now) noexcept;
+
+  // transport_sink
+  void on_open(connection_id id, const peer_info& peer) noexcept override;
+  void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override;
+  void on_writable(connection_id id) noexcept override;
+  void on_close(connection_id id, close_cause cause) noexcept override;
+  void on_refused(const refusal& reason) noexcept override;
+  http_answer on_http(const http_request& request) noexcept override;
+
+  // True when every structure is consistent and no slot is lost. For tests, after every step.
+  bool check() const noexcept;
+  std::uint32_t slots_in_use() const noexcept { return slots_.in_use(); }
+
+ private:
+  // One node of the wheel for each thing that has a time.
+  enum class timer : std::uint8_t { slot, subscription, connection, statistics, reconnect };
+  struct timer_name {
+    timer what;
+    std::uint32_t index;
+  };
+  std::uint32_t node_of(timer what, std::uint32_t index = 0) const noexcept;
+  timer_name name_of(std::uint32_t node) const noexcept;
+  void arm(timer what, std::uint32_t index, rt::time_point when) noexcept;
+  void disarm(timer what, std::uint32_t index) noexcept;
+
+  // core.cpp
+  connection* find(connection_id id) noexcept;
+  void expire() noexcept;
+  void look_after(connection& c) noexcept;
+  void close(connection& c, std::uint16_t code, std::string_view reason) noexcept;
+  void forget(connection& c) noexcept;
+  void reconnect_later() noexcept;
+  void report(event::kind kind, std::string_view peer, std::string_view what, std::string_view remedy = {}) noexcept;
+  void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
+
+  // inbound.cpp
+  void take(connection& c, const wire::frame_step& step) noexcept;
+  void take_text(connection& c, std::span<const std::byte> payload) noexcept;
+  void carry_out(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void subscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void unsubscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void advertise(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void unadvertise(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void relay(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
+                    std::string_view option) noexcept;
+
+  // outbound.cpp
+  struct batch;
+  template <class WriteBody>  // publishing.hpp has these two
+  std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
+  template <class WriteBody>
+  void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires, WriteBody&& write_body) noexcept;
+  void finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
+              rt::time_point expires) noexcept;
+  void deliver(std::uint32_t topic, std::uint32_t slot) noexcept;
+  bool accepts(subscription& s) noexcept;
+  void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
+  void make_ready(std::uint32_t subscription) noexcept;
+  void send_direct(connection& c, std::string_view text) noexcept;
+  void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
+  void drop_front(queue& from) noexcept;
+  void drop_all(queue& from, counter as) noexcept;
+  void release(std::uint32_t slot) noexcept;
+  void expire_slot(std::uint32_t slot) noexcept;
+  bool front_is_dead(const queue& of) noexcept;
+  void list(connection& c) noexcept;
+  void offer_all() noexcept;
+  void offer(connection& c) noexcept;
+  bool gather(connection& c, batch& into) noexcept;
+  bool gather_begun(connection& c, batch& into) noexcept;
+  bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
+  bool gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip, batch& into) noexcept;
+  void settle(connection& c, batch& sent, std::size_t taken) noexcept;
+  void settle_sent(subscription& of) noexcept;
+  void settle_ready(connection& c) noexcept;
+  wire::mask_key next_mask() noexcept;
+  void remove_subscription(connection& c, std::uint32_t index) noexcept;
+  void let_go_topic(std::uint32_t topic) noexcept;
+
+  // lanes.cpp
+  struct lane_view {
+    bool attached = false;
+    std::uint32_t topic = no_index;
+    std::uint32_t next_inbox = no_index;
+    std::uint64_t sequence = 0;  // of the newest value taken from a window
+  };
+  void take_from_lanes() noexcept;
+  void attach(std::uint32_t lane) noexcept;
+  void detach(std::uint32_t lane) noexcept;
+  void take_from(std::uint32_t lane) noexcept;
+  void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
+  bool has_unsent(std::uint32_t lane) noexcept;
+  void note(topic& on, rt::time_point published) noexcept;
+  bool wanted_now(const topic& on) noexcept;
+  void deliver_inbox(std::uint32_t lane, std::span<const char> body) noexcept;
+  void update_wanted(std::uint32_t topic) noexcept;
+  void announce(connection& c, std::uint32_t lane, bool begins) noexcept;
+  void announce_all(connection& c) noexcept;
+
+  // statistics.cpp
+  void publish_statistics() noexcept;
+  void write_statistics(json::writer& into, rt::duration since) noexcept;
+  void write_topics(json::writer& into, rt::duration since) noexcept;
+  void write_losses(json::writer& into) noexcept;
+
+  const endpoint_options options_;
+  const limits bounds_;
+  const side ours_;
+  std::array<char, 64> name_{};
+  std::size_t name_bytes_ = 0;
+  transport& carrier_;
+  entropy& random_;
+  json::reader& validator_;
+  http_answer (*page_)(const http_request&) noexcept;
+  board& shown_;
+
+  wire_slots slots_;
+  queue_entries entries_;
+  router router_;
+  std::span<connection> connections_;
+  std::span<std::uint32_t> listed_;  // connections with something to write
+  std::uint32_t listed_count_ = 0;
+  std::span<detail::lane> lanes_;
+  std::span<lane_view> views_;
+  std::span<rt::timer_node> nodes_;
+  rt::timer_wheel wheel_;
+  std::span<std::byte> masked_;   // client side: a batch of masked frames
+  std::span<std::byte> masks_;    // client side: keys not used yet
+  std::size_t masks_used_ = 0;
+  std::span<char> scratch_;       // names unescaped while a request is carried out
+
+  rt::time_point now_{};
+  rt::time_point opened_at_ = rt::never;
+  rt::time_point statistics_at_{};
+  std::uint32_t statistics_topic_ = no_index;
+  std::uint32_t peers_ = 0;
+  std::uint32_t wanted_lanes_ = 0;
+  std::uint32_t attempts_failed_ = 0;
+  bool closing_ = false;
+  rt::grants granted_;
+  bool memory_locked_ = false;
+};
+
+}  // namespace rowe::service

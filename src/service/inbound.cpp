@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: Apache-2.0
+// What peers say: frames to messages, messages to requests, requests to what is done. Everything that is refused is
+// answered with a status that names the value and the limit, and counted.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <cstring>
+
+#include "service/core.hpp"
+
+namespace rowe::service {
+namespace {
+
+namespace rosbridge = wire::rosbridge;
+
+std::string_view text_of(std::span<const std::byte> bytes) noexcept {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// Topics that the endpoint itself publishes.
+bool reserved(std::string_view topic) noexcept { return topic.starts_with("/rowe/"); }
+
+rt::duration throttle_of(const rosbridge::request& asked) noexcept {
+  return std::chrono::milliseconds{asked.throttle_ms};
+}
+
+std::uint32_t queue_length_of(const rosbridge::request& asked) noexcept {
+  return static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX));
+}
+
+}  // namespace
+
+void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
+  connection* const c = find(id);
+  if (c == nullptr) return;
+  add(counter::bytes_in, bytes.size());
+  c->heard_at = now_;
+  c->ping_unanswered = false;
+  while (c->open()) {
+    const wire::frame_step step = c->parser.next(bytes);
+    bytes = bytes.subspan(step.consumed);
+    if (step.event == wire::frame_event::need_more) break;
+    const bool ends_message = step.event == wire::frame_event::text || step.event == wire::frame_event::binary;
+    if (ends_message) c->message_began_at = rt::never;
+    take(*c, step);
+  }
+  if (!c->parser.mid_message()) {
+    c->message_began_at = rt::never;
+  } else if (c->message_began_at == rt::never) {
+    c->message_began_at = now_;
+  }
+}
+
+void core::take(connection& c, const wire::frame_step& step) noexcept {
+  switch (step.event) {
+  case wire::frame_event::text: take_text(c, step.payload); break;
+  case wire::frame_event::binary:
+    add(counter::refused_requests);
+    close(c, wire::close_code::unsupported_data, "binary messages have no meaning here");
+    break;
+  case wire::frame_event::ping: send_control(c, wire::opcode::pong, step.payload); break;
+  case wire::frame_event::close:
+    close(c, step.close_code == wire::close_code::none_given ? wire::close_code::normal : step.close_code, "");
+    break;
+  case wire::frame_event::violation:
+    add(counter::violations);
+    report(event::kind::peer_left, c.peer(), step.reason);
+    close(c, step.close_code, step.reason);
+    break;
+  case wire::frame_event::pong:  // having been heard is all it is for
+  case wire::frame_event::need_more: break;
+  }
+}
+
+void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
+  add(counter::messages_in);
+  const std::string_view text = text_of(payload);
+  if (const status valid = validator_.validate(text); !valid) {
+    add(counter::malformed);
+    std::array<char, 160> why;
+    return refuse(c, {}, valid.error().text(why));
+  }
+  rosbridge::request asked;
+  const rosbridge::name_limits names{.topic_bytes_max = bounds_.topic_bytes_max};
+  if (const auto refusal = rosbridge::decode(text, scratch_, names, asked)) {
+    std::array<char, rosbridge::refusal_text_bytes_max> why;
+    return refuse(c, asked.id_raw, refusal->text(why));
+  }
+  carry_out(c, asked);
+}
+
+void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
+  using rosbridge::op;
+  if (c.ours == side::client && asked.what != op::publish && asked.what != op::status) {
+    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could only start
+    // a quarrel of two programs.
+    return add(counter::refused_requests);
+  }
+  switch (asked.what) {
+  case op::subscribe: return subscribe(c, asked);
+  case op::unsubscribe: return unsubscribe(c, asked);
+  case op::advertise: return advertise(c, asked);
+  case op::unadvertise: return unadvertise(c, asked);
+  case op::publish: return relay(c, asked);
+  case op::status: return report(event::kind::status_from_peer, c.peer(), asked.msg_raw);
+  case op::set_level: c.status_level = asked.level; return;
+  case op::unsupported:
+  case op::unknown: break;
+  }
+  std::array<char, rosbridge::refusal_text_bytes_max> why;
+  refuse(c, asked.id_raw, rosbridge::refuse_op(asked).text(why));
+}
+
+void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
+  const std::uint32_t topic = router_.find_or_add(asked.topic);
+  if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
+  std::uint32_t index = router_.find_subscription(topic, c.first_subscription);
+  if (index == no_index) {
+    router_.hold(topic);  // until the subscription does
+    const bool too_many = c.subscriptions >= bounds_.subscriptions_per_connection_max;
+    if (!too_many) index = router_.add_subscription(topic, c.id.index, c.first_subscription);
+    let_go_topic(topic);
+    if (too_many) {
+      return refuse_limit(c, asked.id_raw, "subscriptions of one peer", bounds_.subscriptions_per_connection_max,
+                          "subscriptions_per_connection_max");
+    }
+    if (index == no_index) {
+      return refuse_limit(c, asked.id_raw, "subscriptions", bounds_.subscriptions_max, "subscriptions_max");
+    }
+    ++c.subscriptions;
+  }
+  subscription& s = router_.subscription_at(index);
+  const std::uint64_t id = hash_of(asked.id_raw);
+  std::uint8_t place = 0;
+  while (place < s.request_count && s.requests[place].id_hash != id) ++place;
+  if (place == s.requests.size()) {
+    return refuse_limit(c, asked.id_raw, "subscriptions of one peer to one topic", s.requests.size(), "ids");
+  }
+  if (place == s.request_count) ++s.request_count;
+  s.requests[place] = {.id_hash = id, .throttle = throttle_of(asked), .queue_length = queue_length_of(asked)};
+  router_.merge(s, bounds_.queue_depth_max);
+  update_wanted(topic);
+  if (topic == statistics_topic_ && !wheel_.contains(node_of(timer::statistics))) {
+    statistics_at_ = now_;
+    arm(timer::statistics, 0, now_ + options_.stats_period);
+  }
+  const slot_ref last = router_.at(topic).last;
+  if (last.index != no_index && slots_.alive(last)) push(index, last.index);
+}
+
+void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
+  const std::uint32_t topic = router_.find(asked.topic);
+  const std::uint32_t index = topic == no_index ? no_index : router_.find_subscription(topic, c.first_subscription);
+  if (index == no_index) return refuse(c, asked.id_raw, "unsubscribe: there is no such subscription");
+  subscription& s = router_.subscription_at(index);
+  if (!asked.id_raw.empty()) {
+    const std::uint64_t id = hash_of(asked.id_raw);
+    std::uint8_t place = 0;
+    while (place < s.request_count && s.requests[place].id_hash != id) ++place;
+    if (place == s.request_count) return refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
+    s.requests[place] = s.requests[--s.request_count];
+    if (s.request_count > 0) return router_.merge(s, bounds_.queue_depth_max);
+  }
+  remove_subscription(c, index);
+}
+
+void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
+  if (reserved(asked.topic)) return refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
+  const std::uint32_t topic = router_.find_or_add(asked.topic);
+  if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
+  const auto mine = c.advertised.first(c.advertisements);
+  const bool known = std::find(mine.begin(), mine.end(), topic) != mine.end();
+  router_.hold(topic);  // the advertisement's
+  if (!router_.set_type(topic, asked.type)) {
+    std::array<char, 192> why;
+    const std::string_view type = router_.type(topic);
+    const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
+                                    static_cast<int>(std::min<std::size_t>(type.size(), 128)), type.data());
+    let_go_topic(topic);
+    return refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
+  }
+  if (asked.latch) router_.at(topic).latched = true;
+  if (known) return let_go_topic(topic);
+  if (c.advertisements == c.advertised.size()) {
+    let_go_topic(topic);
+    return refuse_limit(c, asked.id_raw, "topics advertised by one peer", c.advertised.size(),
+                        "advertisements_per_connection_max");
+  }
+  c.advertised[c.advertisements++] = topic;
+}
+
+void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept {
+  const std::uint32_t topic = router_.find(asked.topic);
+  for (std::uint32_t i = 0; topic != no_index && i < c.advertisements; ++i) {
+    if (c.advertised[i] != topic) continue;
+    c.advertised[i] = c.advertised[--c.advertisements];
+    return let_go_topic(topic);
+  }
+  refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
+}
+
+void core::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
+  add(counter::refused_requests);
+  report(event::kind::refused_request, c.peer(), why);
+  if (c.ours == side::client || c.status_level == rosbridge::level::none) return;
+  std::array<char, 6 * rosbridge::refusal_text_bytes_max + 512> text;
+  send_direct(c, rosbridge::encode_status(text, rosbridge::level::error, id_raw, why));
+}
+
+void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
+                        std::string_view option) noexcept {
+  std::array<char, 224> why;
+  const int bytes = std::snprintf(why.data(), why.size(), "all %llu %.*s are taken (limit %.*s)",
+                                  static_cast<unsigned long long>(limit), static_cast<int>(what.size()), what.data(),
+                                  static_cast<int>(option.size()), option.data());
+  refuse(c, id_raw, {why.data(), static_cast<std::size_t>(bytes)});
+}
+
+}  // namespace rowe::service

@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+// What this process publishes and takes: the service thread's side of the lanes, and relaying.
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "json/encoder.hpp"
+#include "service/core.hpp"
+#include "service/publishing.hpp"
+
+namespace rowe::service {
+namespace {
+
+using detail::audience;
+using detail::lane_kind;
+using detail::lane_state;
+namespace rosbridge = wire::rosbridge;
+
+constexpr std::size_t lane_budget = 64;  // values taken from one lane in one cycle
+
+rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
+
+}  // namespace
+
+void core::take_from_lanes() noexcept {
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
+    switch (lanes_[i].state.load(std::memory_order_acquire)) {
+    case lane_state::free:
+    case lane_state::refused: break;
+    case lane_state::offered: attach(i); break;
+    case lane_state::active: take_from(i); break;
+    case lane_state::closing:
+      take_from(i);
+      if (!has_unsent(i)) detach(i);
+      break;
+    }
+  }
+}
+
+// Answers a lane that set-up offers. The topic's place may be gone to a peer since set-up looked, so the answer is
+// given here, where topics are.
+void core::attach(std::uint32_t index) noexcept {
+  detail::lane& lane = lanes_[index];
+  lane_view& view = views_[index];
+  const auto answer = [&](lane_state state) {
+    lane.state.store(state, std::memory_order_release);  // release: pairs with the acquire in open_lane()
+    lane.news.notify();
+  };
+  const std::uint32_t topic_index = router_.find_or_add(lane.name());
+  if (topic_index == no_index) {
+    lane.answer = {errc::too_many_topics, router_.topic_count(), bounds_.topics_max};
+    return answer(lane_state::refused);
+  }
+  router_.hold(topic_index);
+  if (!router_.set_type(topic_index, lane.type())) {
+    lane.answer = {errc::type_conflict};
+    let_go_topic(topic_index);
+    return answer(lane_state::refused);
+  }
+  topic& on = router_.at(topic_index);
+  view = {.attached = true, .topic = topic_index};
+  if (lane.kind == lane_kind::subscribe_text) {
+    view.next_inbox = on.first_inbox;
+    on.first_inbox = index;
+  } else {
+    on.keep = lane.keep;
+    on.priority = lane.priority;
+    on.latched = on.latched || lane.latched;
+  }
+  for (connection& c : connections_) {
+    if (c.open() && c.ours == side::client) announce(c, index, true);
+  }
+  answer(lane_state::active);
+  update_wanted(topic_index);
+}
+
+// Whether a server still has to get something that a closing handle published.
+bool core::has_unsent(std::uint32_t index) noexcept {
+  if (!views_[index].attached || lanes_[index].kind == lane_kind::subscribe_text) return false;
+  for (connection& c : connections_) {
+    if (!c.open() || c.ours != side::client) continue;
+    const std::uint32_t s = router_.find_subscription(views_[index].topic, c.first_subscription);
+    if (s != no_index && !router_.subscription_at(s).waiting.empty()) return true;
+  }
+  return false;
+}
+
+// A handle is gone, and what it published is taken. Nobody but the service thread knows the lane now.
+void core::detach(std::uint32_t index) noexcept {
+  detail::lane& lane = lanes_[index];
+  lane_view& view = views_[index];
+  if (view.attached) {
+    if (lane.kind == lane_kind::subscribe_text) {
+      std::uint32_t* link = &router_.at(view.topic).first_inbox;
+      while (*link != index) link = &views_[*link].next_inbox;
+      *link = view.next_inbox;
+    }
+    for (connection& c : connections_) {
+      if (c.open() && c.ours == side::client) announce(c, index, false);
+    }
+    if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_;  // ours alone
+    add(counter::full, lane.refused_full.get());
+    add(counter::no_peer, lane.no_peer.get());
+    const std::uint32_t topic_index = view.topic;
+    view = {};
+    update_wanted(topic_index);
+    let_go_topic(topic_index);
+  }
+  lane.heard_by.store(audience::nobody, std::memory_order_relaxed);  // relaxed: the store below publishes it
+  lane.state.store(lane_state::free, std::memory_order_release);     // release: pairs with the acquire in open_lane()
+}
+
+// ---- out
+
+void core::take_from(std::uint32_t index) noexcept {
+  detail::lane& lane = lanes_[index];
+  const detail::emptying_end& path = lane.published_end;
+  if (path.newest != nullptr) {
+    const auto found = path.newest->begin_read();
+    if (found.state != rt::freshness::fresh) return;
+    lane_view& view = views_[index];
+    const std::uint64_t passed_over = found.sequence - view.sequence - 1;
+    view.sequence = found.sequence;
+    router_.at(view.topic).messages += passed_over;
+    add(counter::replaced, passed_over);
+    take_value(index, found.slot);
+  } else if (path.out != nullptr) {
+    // A closing lane is emptied, however much there is: nobody adds to it.
+    const bool closing = lane.state.load(std::memory_order_relaxed) == lane_state::closing;  // acquired by the caller
+    const std::size_t budget = closing ? SIZE_MAX : lane_budget;
+    path.out->drain(
+        [&](std::uint32_t slot) {
+          take_value(index, slot);
+          path.home->give(slot);
+        },
+        budget);
+  }
+}
+
+void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
+  const detail::lane& lane = lanes_[index];
+  const detail::value_header& header = *lane.published_end.slots.header(slot);
+  const std::byte* const value = lane.published_end.slots.value(slot);
+  const rt::time_point published = time_of(header.stamped_ns);
+  const rt::time_point expires = time_of(header.expires_ns);
+  const std::uint32_t topic_index = views_[index].topic;
+  if (lane.kind == lane_kind::publish_value) {
+    return publish(topic_index, published, expires, [&](json::writer& into) { lane.encoder->encode(value, into); });
+  }
+  const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
+  if (!validator_.validate(text)) return add(counter::malformed);
+  publish(topic_index, published, expires, [&](json::writer& into) { into.raw(text); });
+}
+
+// For the statistics: how many, and how far apart.
+void core::note(topic& on, rt::time_point published) noexcept {
+  if (on.messages != 0) on.gap_max = std::max(on.gap_max, published - on.newest_at);
+  on.newest_at = published;
+  ++on.messages;
+}
+
+// Whether anybody takes a message of this topic at the moment; counts why not.
+bool core::wanted_now(const topic& on) noexcept {
+  if (on.latched || on.first_inbox != no_index) return true;
+  if (on.first_subscription == no_index) {
+    add(counter::no_peer);
+    return false;
+  }
+  for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
+    const subscription& s = router_.subscription_at(i);
+    if (!s.discards || now_ >= s.next_due) return true;
+  }
+  add(counter::throttled, on.subscriptions);
+  return false;
+}
+
+// Tells the publishers of a topic whether anybody listens.
+void core::update_wanted(std::uint32_t topic_index) noexcept {
+  const topic& on = router_.at(topic_index);
+  const bool wanted = on.first_subscription != no_index || on.first_inbox != no_index || on.latched;
+  const audience now = wanted ? audience::somebody : audience::nobody;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if (!views_[i].attached || views_[i].topic != topic_index || lanes_[i].kind == lane_kind::subscribe_text) continue;
+    const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed);  // ours alone
+    if (before == now) continue;
+    wanted ? ++wanted_lanes_ : --wanted_lanes_;
+    lanes_[i].heard_by.store(now, std::memory_order_relaxed);  // relaxed: advice, see publish_into()
+  }
+}
+
+// ---- in
+
+// A peer published: to the handles of this process that subscribed and, in a hub, to the peers that did.
+void core::relay(connection& c, const rosbridge::request& asked) noexcept {
+  if (asked.topic.starts_with("/rowe/") && c.ours == side::server) {
+    return refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
+  }
+  const std::uint32_t topic_index = router_.find(asked.topic);
+  if (topic_index == no_index) return add(counter::no_peer);  // nobody has asked for it
+  const auto write_body = [&](json::writer& into) { into.raw(asked.msg_raw); };
+  if (options_.relay && c.ours == side::server) return publish(topic_index, now_, rt::never, write_body);
+  topic& on = router_.at(topic_index);
+  note(on, now_);
+  on.bytes = asked.msg_raw.size();
+  if (on.first_inbox == no_index) return add(counter::no_peer);
+  for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox) {
+    deliver_inbox(i, asked.msg_raw);
+  }
+}
+
+void core::deliver_inbox(std::uint32_t index, std::span<const char> body) noexcept {
+  detail::lane& lane = lanes_[index];
+  const detail::filling_end& path = lane.subscriber_end;
+  if (body.size() > path.slots.bytes_max) return add(counter::too_big);
+  const auto slot = path.home->try_take();
+  if (!slot) return add(counter::inbox_full);
+  *path.slots.header(*slot) = {rt::nanoseconds_of(now_), rt::nanoseconds_of(rt::never), body.size()};
+  std::memcpy(path.slots.value(*slot), body.data(), body.size());
+  if (path.out->try_push(*slot)) lane.news.notify();  // there is a place for every slot
+}
+
+// ---- as a client
+
+// Tells a server what this process wants or offers, or no longer does. What it publishes goes to the server as if
+// that had subscribed.
+void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
+  const detail::lane& lane = lanes_[index];
+  const std::uint32_t topic_index = views_[index].topic;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    const bool reader = lanes_[i].kind == lane_kind::subscribe_text;
+    if (i != index && views_[i].attached && views_[i].topic == topic_index &&
+        reader == (lane.kind == lane_kind::subscribe_text)) {
+      if (!begins || i < index) return;  // another handle of the same kind said so, or goes on
+    }
+  }
+  std::array<char, 8192> text;  // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then
+  if (lane.kind == lane_kind::subscribe_text) {
+    return send_direct(c, begins ? rosbridge::encode_subscribe(text, {.topic = lane.name(), .type = lane.type()})
+                                 : rosbridge::encode_unsubscribe(text, lane.name(), 1));
+  }
+  std::uint32_t subscribed = router_.find_subscription(topic_index, c.first_subscription);
+  if (begins) {
+    send_direct(c, rosbridge::encode_advertise(text, {.topic = lane.name(), .type = lane.type(), .latch = lane.latched}));
+    if (subscribed == no_index) subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
+    if (subscribed == no_index) return add(counter::no_slot);
+    ++c.subscriptions;
+    router_.merge(router_.subscription_at(subscribed), bounds_.queue_depth_max);
+  } else {
+    send_direct(c, rosbridge::encode_unadvertise(text, lane.name(), 1));
+    if (subscribed != no_index) remove_subscription(c, subscribed);
+  }
+  update_wanted(topic_index);
+}
+
+void core::announce_all(connection& c) noexcept {
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if (views_[i].attached) announce(c, i, true);
+  }
+}
+
+}  // namespace rowe::service

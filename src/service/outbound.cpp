@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is written to peers. A message is encoded once into a slot; each subscription queues the slot's number; each
+// connection writes what its subscriptions have ready, several frames in one call of the transport, urgent first and
+// the subscriptions of one priority in turn. Whether a message may still be sent is decided here, by the clock, when
+// it is handed over; the wheel only gives the slots of those back that nobody came to send.
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstring>
+#include <utility>
+
+#include "service/core.hpp"
+
+namespace rowe::service {
+namespace {
+
+constexpr std::size_t pieces_max = 64;      // of one batch
+constexpr std::size_t batch_bytes_max = 64 * 1024;  // a batch ends with the frame that reaches it
+constexpr unsigned batches_max = 8;         // to one connection in one cycle
+constexpr std::uint32_t direct_depth = 64;  // answers to one peer that it has not read yet
+
+}  // namespace
+
+// What one call of the transport is given, and where each piece came from.
+struct core::batch {
+  struct source {
+    queue* from = nullptr;  // null: control frames, or the rest of the frame that was begun
+    std::uint32_t subscription = no_index;
+    std::uint32_t slot = no_index;
+    std::size_t bytes = 0;
+    wire::mask_key key{};
+  };
+
+  std::array<std::span<const std::byte>, pieces_max> pieces;
+  std::array<source, pieces_max> sources;
+  std::size_t count = 0;
+  std::size_t bytes = 0;
+  std::size_t masked = 0;  // bytes of the core's masking room in use
+  bool more = false;       // something was left out because the batch is full
+
+  bool full() const noexcept { return count == pieces_max || bytes >= batch_bytes_max; }
+  void add(std::span<const std::byte> piece, const source& of) noexcept {
+    pieces[count] = piece;
+    sources[count] = of;
+    sources[count].bytes = piece.size();
+    ++count;
+    bytes += piece.size();
+  }
+};
+
+// ---- towards the queues
+
+void core::deliver(std::uint32_t topic_index, std::uint32_t slot) noexcept {
+  topic& on = router_.at(topic_index);
+  if (on.latched) {
+    if (on.last.index != no_index && slots_.alive(on.last)) release(on.last.index);
+    slots_.keep(slot);
+    on.last = slots_.ref(slot);
+  }
+  for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
+    if (accepts(router_.subscription_at(i))) push(i, slot);
+  }
+}
+
+// rosbridge's throttle: what comes within the period of the last one written is discarded, unless the peer asked for
+// a queue.
+bool core::accepts(subscription& s) noexcept {
+  if (!s.discards || now_ >= s.next_due) return true;
+  add(counter::throttled);
+  return false;
+}
+
+void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
+  subscription& s = router_.subscription_at(index);
+  while (!s.waiting.empty() && front_is_dead(s.waiting)) drop_front(s.waiting);
+  if (s.waiting.count >= s.depth) {
+    add(s.merges || s.discards ? counter::replaced : counter::outbox_full);
+    drop_front(s.waiting);
+  }
+  if (!entries_.push(s.waiting, slots_.ref(slot))) return add(counter::outbox_full);
+  slots_.retain(slot);
+  make_ready(index);
+}
+
+void core::make_ready(std::uint32_t index) noexcept {
+  subscription& s = router_.subscription_at(index);
+  if (s.ready || s.timed || s.waiting.empty()) return;
+  if (now_ < s.next_due) {
+    s.timed = true;
+    return arm(timer::subscription, index, s.next_due);
+  }
+  connection& c = connections_[s.connection];
+  ready_list& on = c.ready[static_cast<std::size_t>(router_.at(s.topic).priority)];
+  s.ready = true;
+  s.next_ready = no_index;
+  (on.head == no_index ? on.head : router_.subscription_at(on.tail).next_ready) = index;
+  on.tail = index;
+  list(c);
+}
+
+void core::send_direct(connection& c, std::string_view text) noexcept {
+  if (!c.open()) return;
+  while (!c.direct.empty() && front_is_dead(c.direct)) drop_front(c.direct);
+  if (text.empty() || c.direct.count >= direct_depth) return add(counter::outbox_full);
+  const auto slot = slots_.take(text.size());
+  if (!slot) return add(counter::no_slot);
+  std::memcpy(slots_.room(*slot).data(), text.data(), text.size());
+  finish(*slot, text.size(), 0, 0, rt::never);
+  if (entries_.push(c.direct, slots_.ref(*slot))) {
+    list(c);
+  } else {
+    release(*slot);
+    add(counter::outbox_full);
+  }
+}
+
+void core::send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept {
+  control_frames& out = c.control;
+  if (out.written == out.size) out.written = out.size = 0;
+  const wire::role ours = c.ours == side::client ? wire::role::client : wire::role::server;
+  const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
+  // A pong that finds no room was preceded by others the peer has not read; one for the latest ping is all that
+  // RFC 6455 5.5.3 asks for, and a peer that pings without reading gets none.
+  if (out.bytes.size() - out.size < bytes) return;
+  std::byte* const at = out.bytes.data() + out.size;
+  if (ours == wire::role::client) {
+    const wire::mask_key key = next_mask();
+    const std::size_t header = wire::write_frame_header(at, what, payload.size(), key);
+    wire::mask_copy({at + header, payload.size()}, payload, key);
+  } else {
+    const std::size_t header = wire::write_frame_header(at, what, payload.size());
+    if (!payload.empty()) std::memcpy(at + header, payload.data(), payload.size());
+  }
+  out.size += bytes;
+  list(c);
+}
+
+wire::mask_key core::next_mask() noexcept {
+  wire::mask_key key;
+  if (masks_used_ + key.size() > masks_.size()) {
+    random_.fill(masks_);
+    masks_used_ = 0;
+  }
+  std::memcpy(key.data(), masks_.data() + masks_used_, key.size());
+  masks_used_ += key.size();
+  return key;
+}
+
+// A slot's text is complete: the frame header goes in front of it, and the wheel learns when it ends.
+void core::finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
+                  rt::time_point expires) noexcept {
+  slots_.finish(slot, bytes, body_at, body_bytes, expires);
+  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()), wire::opcode::text,
+                                        bytes);  // where it starts follows from `bytes`
+  if (expires != rt::never) arm(timer::slot, slot, expires + rt::duration{1});
+}
+
+// ---- giving back
+
+void core::release(std::uint32_t slot) noexcept {
+  if (slots_.release(slot)) disarm(timer::slot, slot);
+}
+
+// The clock decides; the wheel only noticed.
+void core::expire_slot(std::uint32_t slot) noexcept {
+  if (slots_.expires(slot) >= now_) return arm(timer::slot, slot, slots_.expires(slot) + rt::duration{1});
+  const auto deliveries = slots_.expire(slot);
+  // In the middle of being written: it goes when the socket has it all, or with its connection.
+  if (!deliveries) return arm(timer::slot, slot, now_ + std::chrono::milliseconds{10});
+  disarm(timer::slot, slot);
+  add(counter::expired, *deliveries);
+}
+
+// Whether the message at the front is gone, or its time is.
+bool core::front_is_dead(const queue& of) noexcept {
+  const slot_ref front = entries_.front(of);
+  if (!slots_.alive(front)) return true;
+  if (slots_.expires(front.index) >= now_) return false;
+  expire_slot(front.index);
+  return !slots_.alive(front);
+}
+
+void core::drop_front(queue& from) noexcept {
+  const slot_ref front = entries_.pop(from);
+  if (slots_.alive(front)) release(front.index);
+}
+
+void core::drop_all(queue& from, counter as) noexcept {
+  while (!from.empty()) {
+    if (!front_is_dead(from)) add(as);
+    drop_front(from);
+  }
+}
+
+void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
+  subscription& s = router_.subscription_at(index);
+  const std::uint32_t topic = s.topic;
+  drop_all(s.waiting, counter::lost_with_peer);
+  if (s.timed) {
+    disarm(timer::subscription, index);
+    s.timed = false;
+  }
+  if (s.ready) {
+    ready_list& on = c.ready[static_cast<std::size_t>(router_.at(topic).priority)];
+    std::uint32_t before = no_index;
+    for (std::uint32_t i = on.head; i != index; i = router_.subscription_at(i).next_ready) before = i;
+    (before == no_index ? on.head : router_.subscription_at(before).next_ready) = s.next_ready;
+    if (on.tail == index) on.tail = before;
+    s.ready = false;
+  }
+  router_.remove_subscription(index, c.first_subscription);
+  --c.subscriptions;
+  update_wanted(topic);
+  let_go_topic(topic);
+}
+
+void core::let_go_topic(std::uint32_t index) noexcept {
+  topic& held = router_.at(index);
+  if (held.holders == 1 && held.last.index != no_index && slots_.alive(held.last)) release(held.last.index);
+  (void)router_.let_go(index);  // whether it was the last one matters to nobody here
+}
+
+// ---- towards the socket
+
+void core::list(connection& c) noexcept {
+  if (c.listed || c.blocked) return;
+  c.listed = true;
+  listed_[listed_count_++] = c.id.index;
+}
+
+void core::offer_all() noexcept {
+  // Connections that have still more after their share are put on the list again, for the next cycle.
+  const std::uint32_t count = std::exchange(listed_count_, 0);
+  for (std::uint32_t i = 0; i < count; ++i) connections_[listed_[i]].listed = false;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    connection& c = connections_[listed_[i]];
+    if (c.state != connection::phase::free) offer(c);
+  }
+}
+
+void core::offer(connection& c) noexcept {
+  for (unsigned round = 0; round < batches_max && !c.blocked; ++round) {
+    batch next;
+    if (!gather(c, next)) return settle_ready(c);
+    const std::size_t taken = carrier_.write(c.id, std::span{next.pieces}.first(next.count));
+    add(counter::bytes_out, taken);
+    c.blocked = taken < next.bytes;
+    settle(c, next, taken);
+    if (!next.more) return;
+  }
+  if (!c.blocked) list(c);
+}
+
+bool core::gather(connection& c, batch& into) noexcept {
+  if (!gather_begun(c, into)) return into.count > 0;
+  if (!c.control.rest().empty()) into.add(c.control.rest(), {});
+  if (c.state != connection::phase::open) return into.count > 0;
+  // A server must know of a topic before anything is published on it; a client's answers are not urgent.
+  const priority direct = c.ours == side::client ? priority::urgent : priority::normal;
+  for (std::size_t p = 0; p < c.ready.size(); ++p) {
+    if (p == static_cast<std::size_t>(direct) && !gather_queue(c, c.direct, no_index, into)) break;
+    for (std::uint32_t i = c.ready[p].head; i != no_index; i = router_.subscription_at(i).next_ready) {
+      if (!gather_queue(c, router_.subscription_at(i).waiting, i, into)) break;
+    }
+    if (into.more) break;
+  }
+  return into.count > 0;
+}
+
+// The rest of the frame that a socket has the beginning of. Nothing may come before it. False when nothing may
+// follow either.
+bool core::gather_begun(connection& c, batch& into) noexcept {
+  if (c.begun.slot == no_index) return true;
+  return gather_frame(c, c.begun.slot, c.begun.key, c.begun.written, into);
+}
+
+// As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is full.
+bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
+  while (!from.empty() && front_is_dead(from)) drop_front(from);
+  const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
+  for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
+    const slot_ref slot = entries_.at(at);
+    if (!slots_.alive(slot) || slots_.expires(slot.index) < now_) continue;  // dropped when it comes to the front
+    if (into.full() || !gather_frame(c, slot.index, c.ours == side::client ? next_mask() : wire::mask_key{}, 0, into)) {
+      into.more = true;
+      return false;
+    }
+    into.sources[into.count - 1].from = &from;
+    into.sources[into.count - 1].subscription = of;
+    if (one) break;
+  }
+  return true;
+}
+
+// One frame, or what is left of it behind `skip` bytes. As a server the header stands in front of the text already,
+// for all peers alike; as a client the frame is masked into a room of the core's. False when that is full.
+bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
+                        batch& into) noexcept {
+  const std::span<char> text = slots_.text(slot);
+  const auto payload = std::as_writable_bytes(text);
+  if (c.ours == side::server) {
+    const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::server);
+    const std::span<const std::byte> frame{payload.data() - header, payload.size() + header};
+    into.add(frame.subspan(skip), {.from = nullptr, .slot = slot});
+    return true;
+  }
+  const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::client);
+  if (masked_.size() - into.masked < header + payload.size()) return false;
+  const auto frame = masked_.subspan(into.masked, header + payload.size());
+  (void)wire::write_frame_header(frame.data(), wire::opcode::text, payload.size(), key);  // its size is `header`
+  wire::mask_copy(frame.subspan(header), payload, key);
+  into.masked += frame.size();
+  into.add(frame.subspan(skip), {.from = nullptr, .slot = slot, .key = key});
+  return true;
+}
+
+// Books what the socket took: whole frames are done with, one may be begun, the rest stays queued where it is.
+void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
+  for (std::size_t i = 0; i < sent.count; ++i) {
+    const batch::source& piece = sent.sources[i];
+    const std::size_t part = std::min(taken, piece.bytes);
+    taken -= part;
+    const bool whole = part == piece.bytes;
+    if (piece.slot == no_index) {
+      c.control.written += part;
+    } else if (piece.from == nullptr) {
+      c.begun.written += part;
+      if (whole) {
+        slots_.end(c.begun.slot);
+        release(c.begun.slot);
+        c.begun = {};
+        add(counter::messages_out);
+      }
+    } else if (part > 0) {
+      // Dead entries in front of this one were passed over when it was gathered.
+      slot_ref popped = entries_.pop(*piece.from);
+      while (popped.index != piece.slot) {
+        if (slots_.alive(popped)) release(popped.index);
+        popped = entries_.pop(*piece.from);
+      }
+      if (piece.subscription != no_index) settle_sent(router_.subscription_at(piece.subscription));
+      if (whole) {
+        release(piece.slot);
+        add(counter::messages_out);
+      } else {
+        slots_.begin(piece.slot);
+        c.begun = {.slot = piece.slot, .written = part, .key = piece.key};
+      }
+    }
+    if (!whole) return settle_ready(c);
+  }
+  settle_ready(c);
+}
+
+// A throttled subscription's next message is due a period after this one was, or after now if that is long past.
+void core::settle_sent(subscription& of) noexcept {
+  of.served = true;
+  if (of.throttle == rt::duration{0}) return;
+  of.next_due = now_ - of.next_due < of.throttle ? of.next_due + of.throttle : now_ + of.throttle;
+}
+
+// Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served behind
+// those that were not, so that they take turns.
+void core::settle_ready(connection& c) noexcept {
+  for (ready_list& on : c.ready) {
+    std::uint32_t i = std::exchange(on, {}).head;
+    std::uint32_t served = no_index;
+    std::uint32_t* last_served = &served;
+    while (i != no_index) {
+      subscription& s = router_.subscription_at(i);
+      const std::uint32_t next = std::exchange(s.next_ready, no_index);
+      if (s.served) {
+        *last_served = i;
+        last_served = &s.next_ready;
+      } else {
+        s.ready = false;
+        make_ready(i);
+      }
+      i = next;
+    }
+    while (served != no_index) {
+      subscription& s = router_.subscription_at(served);
+      s.ready = s.served = false;
+      const std::uint32_t next = std::exchange(s.next_ready, no_index);
+      make_ready(served);
+      served = next;
+    }
+  }
+}
+
+}  // namespace rowe::service

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// The topic /rowe/stats: what the endpoint knows of itself, for the page and for tools, at most ten times a second
+// and only while somebody listens. docs/concepts.md describes its members.
+#include <array>
+#include <utility>
+
+#include "service/core.hpp"
+#include "service/publishing.hpp"
+
+namespace rowe::service {
+namespace {
+
+double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
+
+// Three digits are plenty for people, and short.
+double rounded(double value) noexcept { return static_cast<double>(static_cast<std::int64_t>(value * 1000 + 0.5)) / 1000; }
+
+}  // namespace
+
+void core::describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
+  granted_ = granted;
+  memory_locked_ = memory_locked;
+}
+
+void core::publish_statistics() noexcept {
+  const topic& on = router_.at(statistics_topic_);
+  if (on.first_subscription == no_index && on.first_inbox == no_index) return;  // armed again by the next subscriber
+  arm(timer::statistics, 0, now_ + options_.stats_period);
+  const rt::duration since = now_ - statistics_at_;
+  if (since <= rt::duration{0}) return;
+  publish(statistics_topic_, now_, rt::never, [&](json::writer& into) { write_statistics(into, since); });
+  statistics_at_ = now_;
+  for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
+    topic& t = router_.at(i);
+    t.messages_before = t.messages;
+    t.gap_max = rt::duration{0};
+  }
+}
+
+void core::write_statistics(json::writer& into, rt::duration since) noexcept {
+  into.begin_object();
+  into.key("name");
+  into.string({name_.data(), name_bytes_});
+  into.key("uptime_s");
+  into.number(rounded(seconds(now_ - opened_at_)));
+  into.key("peers");
+  into.number(peers_);
+  into.key("real_time");
+  into.begin_object();
+  into.key("fifo");
+  into.boolean(static_cast<bool>(granted_.fifo));
+  into.key("pinned");
+  into.boolean(static_cast<bool>(granted_.pinned));
+  into.key("locked");
+  into.boolean(memory_locked_);
+  into.end_object();
+  write_topics(into, since);
+  write_losses(into);
+  into.key("cycle_us_max");
+  into.number(rounded(static_cast<double>(shown_.counts.read(counter::cycle_ns_max)) / 1000));
+  into.end_object();
+}
+
+void core::write_topics(json::writer& into, rt::duration since) noexcept {
+  into.key("topics");
+  into.begin_array();
+  for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
+    const topic& t = router_.at(i);
+    if (t.holders == 0) continue;
+    into.begin_object();
+    into.key("topic");
+    into.string(router_.name(i));
+    into.key("type");
+    into.string(router_.type(i));
+    into.key("messages");
+    into.number(t.messages);
+    into.key("rate_hz");
+    into.number(rounded(static_cast<double>(t.messages - t.messages_before) / seconds(since)));
+    into.key("bytes");
+    into.number(t.bytes);
+    into.key("gap_ms_max");
+    into.number(rounded(seconds(t.gap_max) * 1000));
+    into.key("subscribers");
+    into.number(t.subscriptions);
+    into.end_object();
+  }
+  into.end_array();
+}
+
+void core::write_losses(json::writer& into) noexcept {
+  into.key("losses");
+  into.begin_object();
+  for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
+    const counter_description& what = counter_descriptions[i];
+    if (what.group != counter_group::loss && what.group != counter_group::chosen) continue;
+    into.key(what.name);
+    into.number(read_count(shown_, lanes_, static_cast<counter>(i)));
+  }
+  into.end_object();
+}
+
+}  // namespace rowe::service
