@@ -16,6 +16,8 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
+#include <type_traits>
+#include <utility>
 
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
@@ -32,8 +34,8 @@ class histogram {
   static constexpr unsigned precision_bits_min = 1;
   static constexpr unsigned precision_bits_max = 12;
 
-  // How many counters a precision needs: 5 bits (an error of at most 1/32, 3.2 %) take 992, that is 8 KiB; 7
-  // bits (0.8 %) take 3,840.
+  // How many counters a precision needs: 5 bits (an error of at most 1/32, 3.2 %) take 1,016, that is 8 KiB;
+  // 7 bits (0.8 %) take 3,808.
   static constexpr std::size_t counters_needed(unsigned precision_bits) noexcept {
     return index_of(static_cast<std::uint64_t>(value_max), precision_bits) + 1;
   }
@@ -132,6 +134,8 @@ class histogram {
   }
   void write_percentiles(put write, void* sink, duration unit) const;
   void write_bars(put write, void* sink) const;
+  double highest_within(std::size_t index) const noexcept; // of a counter's values, none above max()
+  std::pair<double, double> mean_and_deviation() const noexcept;
   static constexpr std::int64_t signed_of(std::uint64_t value) noexcept {
     return static_cast<std::int64_t>(value);
   }
