@@ -37,13 +37,13 @@ struct handshake_policy {
   std::uint16_t port = 0; // the one we listen on
   // Names besides localhost, 127.0.0.1 and [::1] under which we are reached: `robot.local` stands for itself
   // with our port or with none, `robot.local:9000` for exactly that (a forwarded port).
-  std::span<const std::string_view> hosts;
+  std::span<const std::string_view> hosts{};
   bool any_host = false;
   // Origins besides our own, as browsers write them: `http://lab.example:8000`. `null` is refused even when
   // listed: every sandboxed frame of every page has it.
-  std::span<const std::string_view> origins;
+  std::span<const std::string_view> origins{};
   // The ones we speak. None offered: none chosen. Offered and none known: refused.
-  std::span<const std::string_view> subprotocols;
+  std::span<const std::string_view> subprotocols{};
 };
 
 // Why a request was refused. The texts are plain ASCII whatever the peer sent, and quote it shortened.
@@ -55,13 +55,14 @@ class http_refusal {
   std::string_view what() const noexcept { return {what_.data(), what_bytes_}; }       // names the value
   std::string_view remedy() const noexcept { return {remedy_.data(), remedy_bytes_}; } // what to change
 
-  // Sets the texts; `%` in them stands for `value`, which is shortened and cleaned.
+  // Sets the texts. `%` in them stands for a value, which is shortened and cleaned; in the remedy for
+  // `remedy_value` where there is one.
   void set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
-           std::string_view value = {}) noexcept;
+           std::string_view value = {}, std::string_view remedy_value = {}) noexcept;
 
  private:
-  std::array<char, 192> what_;
-  std::array<char, 192> remedy_;
+  std::array<char, 224> what_{};
+  std::array<char, 224> remedy_{};
   std::uint8_t what_bytes_ = 0;
   std::uint8_t remedy_bytes_ = 0;
 };

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/http_request.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "wire/http_fields.hpp"
+#include "wire/text_out.hpp"
+
+namespace rowe::wire {
+namespace {
+
+struct field_value {
+  std::string_view text;
+  bool given = false;
+};
+
+// What of a header decides, as it stands there.
+struct fields {
+  std::string_view method;
+  std::string_view protocol;
+  field_value host, origin, upgrade, key, version, content_length, transfer_encoding;
+  bool connection_upgrade = false; // Connection says Upgrade
+  bool offers = false;             // a subprotocol was offered
+  std::string_view offered;        // the last of the offers, for the sentence
+  unsigned if_none_match_count = 0;
+};
+
+struct authority {
+  std::string_view host; // an IPv6 address with its brackets
+  std::optional<std::uint16_t> port;
+};
+
+// `host`, `host:port` or `[address]:port`; nothing when it is none of them.
+std::optional<authority> to_authority(std::string_view text) noexcept {
+  const bool bracketed = text.starts_with('[');
+  const std::size_t closing = text.find(']');
+  if (bracketed && closing == std::string_view::npos) return std::nullopt;
+  const std::size_t host_end = bracketed ? closing + 1 : std::min(text.find(':'), text.size());
+  authority out{.host = text.substr(0, host_end), .port = std::nullopt};
+  constexpr std::string_view never_in_a_host = "/?#@\\\" \t,";
+  if (out.host.empty() || out.host.find_first_of(never_in_a_host) != std::string_view::npos)
+    return std::nullopt;
+  if (host_end == text.size()) return out;
+  const auto port = text[host_end] == ':' ? to_number(text.substr(host_end + 1)) : std::nullopt;
+  if (!port || *port == 0 || *port > 65535) return std::nullopt;
+  out.port = static_cast<std::uint16_t>(*port);
+  return out;
+}
+
+// Is this a name of ours? A name without a port of its own stands for our port.
+bool is_ours(const authority& asked, const handshake_policy& policy) noexcept {
+  constexpr std::string_view loopback[] = {"localhost", "127.0.0.1", "[::1]"};
+  const bool at_our_port = !asked.port || *asked.port == policy.port;
+  for (const std::string_view name : loopback) {
+    if (at_our_port && equal_ignoring_case(asked.host, name)) return true;
+  }
+  return std::any_of(policy.hosts.begin(), policy.hosts.end(), [&](std::string_view entry) {
+    const auto listed = to_authority(entry);
+    return listed && equal_ignoring_case(asked.host, listed->host) &&
+           (listed->port ? asked.port == listed->port : at_our_port);
+  });
+}
+
+// Is `origin` the page's that we serve ourselves: one of our names at our port, or what the request calls us?
+bool is_own_origin(std::string_view origin, std::string_view host, const handshake_policy& policy) noexcept {
+  const std::size_t separator = origin.find("://");
+  if (separator == std::string_view::npos) return false;
+  const std::string_view scheme = origin.substr(0, separator);
+  const bool encrypted = equal_ignoring_case(scheme, "https");
+  if (!encrypted && !equal_ignoring_case(scheme, "http")) return false;
+  const std::string_view rest = origin.substr(separator + 3);
+  auto page = to_authority(rest);
+  if (!page) return false;
+  if (equal_ignoring_case(rest, host)) return true;
+  if (!page->port) page->port = encrypted ? 443 : 80;
+  return is_ours(*page, policy);
+}
+
+bool is_listed_origin(std::string_view origin, const handshake_policy& policy) noexcept {
+  return std::any_of(policy.origins.begin(), policy.origins.end(), [origin](std::string_view entry) {
+    if (entry.ends_with('/')) entry.remove_suffix(1);
+    return equal_ignoring_case(entry, origin);
+  });
+}
+
+// Does the text decode to 16 bytes of base64: 22 digits and the padding?
+bool is_handshake_key(std::string_view text) noexcept {
+  const auto is_digit = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' || c == '/';
+  };
+  return text.size() == 24 && text.ends_with("==") && std::all_of(text.begin(), text.begin() + 22, is_digit);
+}
+
+// Does one element of Accept-Encoding say gzip, and not with a weight of zero?
+bool says_gzip(std::string_view element) noexcept {
+  const std::size_t semicolon = std::min(element.find(';'), element.size());
+  if (!equal_ignoring_case(trimmed(element.substr(0, semicolon)), "gzip")) return false;
+  const std::string_view weight = trimmed(element.substr(std::min(semicolon + 1, element.size())));
+  return !(weight.starts_with("q=0") && weight.find_first_not_of("0.", 3) == std::string_view::npos);
+}
+
+// One request under judgement. Each step returns false when it refused, with the refusal set.
+class judge {
+ public:
+  judge(const handshake_policy& policy, http_judgement& out) noexcept : policy_{policy}, out_{out} {}
+
+  bool read(std::string_view header) noexcept;
+  bool judge_request_line() noexcept;
+  bool judge_host() noexcept;
+  bool judge_origin() noexcept;
+  bool judge_body() noexcept;
+  bool wants_upgrade() const noexcept {
+    return seen_.upgrade.given || seen_.key.given || seen_.version.given;
+  }
+  bool judge_upgrade() noexcept;
+
+ private:
+  bool refuse(std::uint16_t status, std::string_view what, std::string_view remedy,
+              std::string_view value = {}, std::string_view remedy_value = {}) noexcept {
+    out_.refusal.set(status, what, remedy, value, remedy_value);
+    return false;
+  }
+  bool take_once(field_value& member, const http_field& field) noexcept;
+  bool take(const http_field& field) noexcept;
+  bool take_offer(std::string_view list) noexcept;
+
+  const handshake_policy& policy_;
+  http_judgement& out_;
+  fields seen_;
+};
+
+constexpr std::string_view check_the_client =
+    "this port speaks HTTP/1.1 and WebSocket; check what connects to it";
+
+bool judge::read(std::string_view header) noexcept {
+  http_lines lines{header};
+  const auto first = lines.request_line();
+  if (!first) return refuse(400, sentence_of(lines.fault()), check_the_client, lines.last_line());
+  const std::size_t method_end = std::min(first->find(' '), first->size());
+  const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
+  seen_.method = first->substr(0, method_end);
+  if (target_end == std::string_view::npos || !is_token(seen_.method)) {
+    return refuse(400, "the request line is malformed: %", check_the_client, *first);
+  }
+  out_.target = first->substr(method_end + 1, target_end - method_end - 1);
+  seen_.protocol = first->substr(target_end + 1);
+  while (const auto field = lines.next_field()) {
+    if (!take(*field)) return false;
+  }
+  if (lines.fault() == line_fault::none) return true;
+  return refuse(400, sentence_of(lines.fault()), check_the_client, lines.last_line());
+}
+
+bool judge::take_once(field_value& member, const http_field& field) noexcept {
+  if (member.given) return refuse(400, "the header % stands there twice", "send it once", field.name);
+  member = {.text = field.value, .given = true};
+  return true;
+}
+
+bool judge::take(const http_field& field) noexcept {
+  const auto is = [&field](std::string_view name) { return equal_ignoring_case(field.name, name); };
+  if (is("host")) return take_once(seen_.host, field);
+  if (is("origin")) return take_once(seen_.origin, field);
+  if (is("upgrade")) return take_once(seen_.upgrade, field);
+  if (is("sec-websocket-key")) return take_once(seen_.key, field);
+  if (is("sec-websocket-version")) return take_once(seen_.version, field);
+  if (is("content-length")) return take_once(seen_.content_length, field);
+  if (is("transfer-encoding")) return take_once(seen_.transfer_encoding, field);
+  if (is("sec-websocket-protocol")) return take_offer(field.value);
+  if (is("connection")) {
+    for (std::string_view list = field.value; !list.empty();) {
+      if (equal_ignoring_case(next_element(list), "upgrade")) seen_.connection_upgrade = true;
+    }
+  } else if (is("accept-encoding")) {
+    for (std::string_view list = field.value; !list.empty();) {
+      if (says_gzip(next_element(list))) out_.accepts_gzip = true;
+    }
+  } else if (is("if-none-match")) {
+    // twice: none counts, and the whole page is sent
+    out_.if_none_match = ++seen_.if_none_match_count == 1 ? field.value : std::string_view{};
+  }
+  return true;
+}
+
+// Subprotocols may be offered in several fields (RFC 6455 11.3.4), in the client's order of preference.
+bool judge::take_offer(std::string_view list) noexcept {
+  seen_.offered = list;
+  while (!list.empty()) {
+    const std::string_view name = next_element(list);
+    if (name.empty()) continue;
+    if (!is_token(name))
+      return refuse(400, "the subprotocol % is malformed", "offer names without blanks", name);
+    seen_.offers = true;
+    const auto known = std::find(policy_.subprotocols.begin(), policy_.subprotocols.end(), name);
+    if (out_.subprotocol.empty() && known != policy_.subprotocols.end()) out_.subprotocol = *known;
+  }
+  return true;
+}
+
+bool judge::judge_request_line() noexcept {
+  out_.refusal.to_head = out_.head = seen_.method == "HEAD";
+  if (!seen_.protocol.starts_with("HTTP/") || seen_.protocol.find_first_of(" \t") != std::string_view::npos) {
+    return refuse(400, "the request line is malformed: it ends in %", check_the_client, seen_.protocol);
+  }
+  if (seen_.protocol != "HTTP/1.1")
+    return refuse(505, "% is not spoken here", "use a client of HTTP/1.1", seen_.protocol);
+  if (seen_.method != "GET" && seen_.method != "HEAD") {
+    return refuse(405, "the method % is not offered here", "use GET", seen_.method);
+  }
+  const auto is_visible = [](char c) { return c > 0x20 && c < 0x7f && c != '#'; };
+  if (!out_.target.starts_with('/') || !std::all_of(out_.target.begin(), out_.target.end(), is_visible)) {
+    return refuse(400, "the request is not for a path: %", "ask for a path such as /", out_.target);
+  }
+  out_.path = out_.target.substr(0, out_.target.find('?'));
+  return true;
+}
+
+bool judge::judge_host() noexcept {
+  if (!seen_.host.given) return refuse(400, "the Host header is missing", "use a client of HTTP/1.1");
+  out_.host = seen_.host.text;
+  const auto asked = to_authority(out_.host);
+  if (!asked) return refuse(400, "the Host header is malformed: %", "send HOST or HOST:PORT", out_.host);
+  if (policy_.any_host || is_ours(*asked, policy_)) return true;
+  const bool at_our_port = !asked->port || *asked->port == policy_.port;
+  return refuse(403, "Host % is not a name of this endpoint", "start rowe serve with --allow-host %",
+                out_.host, at_our_port ? asked->host : out_.host);
+}
+
+bool judge::judge_origin() noexcept {
+  if (!seen_.origin.given) return true; // no browser
+  out_.origin = seen_.origin.text;
+  if (equal_ignoring_case(out_.origin, "null")) {
+    return refuse(403, "Origin null is not allowed here",
+                  "open the page over http://, not from a file or a sandbox");
+  }
+  if (is_own_origin(out_.origin, out_.host, policy_) || is_listed_origin(out_.origin, policy_)) return true;
+  return refuse(403, "Origin % is not allowed here", "start rowe serve with --allow-origin %", out_.origin);
+}
+
+bool judge::judge_body() noexcept {
+  if (seen_.transfer_encoding.given) {
+    return refuse(400, "a request body is not taken here: Transfer-Encoding %", "send no body",
+                  seen_.transfer_encoding.text);
+  }
+  if (seen_.content_length.given && to_number(seen_.content_length.text) != std::uint64_t{0}) {
+    return refuse(400, "a request body is not taken here: Content-Length %", "send no body",
+                  seen_.content_length.text);
+  }
+  return true;
+}
+
+bool judge::judge_upgrade() noexcept {
+  if (out_.head) return refuse(405, "a WebSocket handshake cannot be a HEAD request", "use GET");
+  if (!seen_.upgrade.given) return refuse(426, "the Upgrade header is missing", "send Upgrade: websocket");
+  if (!equal_ignoring_case(seen_.upgrade.text, "websocket")) {
+    return refuse(400, "an upgrade to % is not offered here", "ask for websocket, or leave Upgrade out",
+                  seen_.upgrade.text);
+  }
+  if (!seen_.connection_upgrade) {
+    return refuse(400, "the Connection header does not say Upgrade",
+                  "send Connection: Upgrade; a proxy in between must pass it on");
+  }
+  if (!seen_.version.given)
+    return refuse(426, "Sec-WebSocket-Version is missing", "send Sec-WebSocket-Version: 13");
+  if (seen_.version.text != "13") {
+    return refuse(426, "WebSocket version % is not spoken here", "send Sec-WebSocket-Version: 13",
+                  seen_.version.text);
+  }
+  if (!seen_.key.given) return refuse(400, "Sec-WebSocket-Key is missing", "send 16 random bytes in base64");
+  if (!is_handshake_key(seen_.key.text)) {
+    return refuse(400, "Sec-WebSocket-Key does not decode to 16 bytes: %", "send 16 random bytes in base64",
+                  seen_.key.text);
+  }
+  out_.key = seen_.key.text;
+  if (!seen_.offers || !out_.subprotocol.empty()) return true;
+  const bool none_known = policy_.subprotocols.empty();
+  return refuse(400, "no subprotocol offered is spoken here: %",
+                none_known ? "offer none" : "offer %, or no subprotocol at all", seen_.offered,
+                none_known ? std::string_view{} : policy_.subprotocols.front());
+}
+
+std::string_view phrase_of(std::uint16_t status) noexcept {
+  switch (status) {
+  case 400: return "Bad Request";
+  case 401: return "Unauthorized";
+  case 403: return "Forbidden";
+  case 404: return "Not Found";
+  case 405: return "Method Not Allowed";
+  case 408: return "Request Timeout";
+  case 426: return "Upgrade Required";
+  case 429: return "Too Many Requests";
+  case 431: return "Request Header Fields Too Large";
+  case 503: return "Service Unavailable";
+  case 505: return "HTTP Version Not Supported";
+  default: return "Refused";
+  }
+}
+
+// Writes `text` with `%` replaced by `value`, printable ASCII only, and returns the bytes written.
+std::uint8_t fill(std::span<char> room, std::string_view text, std::string_view value) noexcept {
+  constexpr std::size_t value_bytes_max = 96;
+  text_out out{room};
+  const std::size_t place = text.find('%');
+  out.add(text.substr(0, place));
+  if (place != std::string_view::npos) out.add_shortened(value, value_bytes_max).add(text.substr(place + 1));
+  const std::size_t bytes = out.text().size();
+  for (char& c : room.first(bytes)) {
+    if (c < 0x20 || c > 0x7e) c = '?';
+  }
+  return static_cast<std::uint8_t>(bytes);
+}
+
+} // namespace
+
+std::size_t find_header_end(std::string_view bytes, std::size_t scanned) noexcept {
+  constexpr std::size_t overlap =
+      2; // a line feed and a carriage return may have been seen without what follows
+  std::size_t at = bytes.find('\n', scanned - std::min(scanned, overlap));
+  for (; at != std::string_view::npos; at = bytes.find('\n', at + 1)) {
+    const std::string_view behind = bytes.substr(at + 1, 2);
+    if (behind.starts_with('\n')) return at + 2;
+    if (behind == "\r\n") return at + 3;
+  }
+  return 0;
+}
+
+void http_refusal::set(std::uint16_t http_status, std::string_view what, std::string_view remedy,
+                       std::string_view value, std::string_view remedy_value) noexcept {
+  status = http_status;
+  what_bytes_ = fill(what_, what, value);
+  remedy_bytes_ = fill(remedy_, remedy, remedy_value.empty() ? value : remedy_value);
+}
+
+http_judgement judge_request(std::string_view header, const handshake_policy& policy) noexcept {
+  if (header.size() > http_header_bytes_max) return header_too_large();
+  http_judgement out;
+  judge steps{policy, out};
+  const bool right = steps.read(header) && steps.judge_request_line() && steps.judge_host() &&
+                     steps.judge_origin() && steps.judge_body() &&
+                     (!steps.wants_upgrade() || steps.judge_upgrade());
+  if (!right) return out;
+  out.verdict = steps.wants_upgrade() ? http_verdict::upgrade : http_verdict::page;
+  return out;
+}
+
+http_judgement header_too_large() noexcept {
+  static_assert(http_header_bytes_max == 4096);
+  http_judgement out;
+  out.refusal.set(431, "the request header is larger than 4096 bytes",
+                  "delete the cookies of this host, or send fewer headers");
+  return out;
+}
+
+std::string_view write_refusal(std::span<char> out, const http_refusal& refusal) noexcept {
+  const std::string_view what = refusal.what();
+  const std::string_view remedy = refusal.remedy();
+  text_out answer{out};
+  answer.add("HTTP/1.1 ").add(refusal.status).add(" ").add(phrase_of(refusal.status)).add("\r\n");
+  answer.add("Content-Type: text/plain; charset=utf-8\r\nContent-Length: ");
+  answer.add(static_cast<std::int64_t>(what.size() + remedy.size() + 2));
+  answer.add("\r\nConnection: close\r\nCache-Control: no-store\r\nX-Content-Type-Options: nosniff\r\n");
+  if (refusal.status == 405) answer.add("Allow: GET, HEAD\r\n");
+  if (refusal.status == 426) answer.add("Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n");
+  answer.add("\r\n");
+  if (!refusal.to_head) answer.add(what).add("\n").add(remedy).add("\n");
+  return answer.cut() ? std::string_view{} : answer.text();
+}
+
+std::string_view write_clean_request(std::span<char> out, const http_judgement& judgement) noexcept {
+  text_out request{out};
+  request.add(judgement.head ? "HEAD " : "GET ").add(judgement.target).add(" HTTP/1.1\r\nHost: ");
+  request.add(judgement.host).add("\r\n");
+  if (judgement.verdict == http_verdict::upgrade) {
+    request.add(
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ");
+    request.add(judgement.key).add("\r\n");
+    if (!judgement.subprotocol.empty()) {
+      request.add("Sec-WebSocket-Protocol: ").add(judgement.subprotocol).add("\r\n");
+    }
+  } else {
+    request.add("Connection: close\r\n");
+    if (judgement.accepts_gzip) request.add("Accept-Encoding: gzip\r\n");
+    if (!judgement.if_none_match.empty())
+      request.add("If-None-Match: ").add(judgement.if_none_match).add("\r\n");
+  }
+  request.add("\r\n");
+  return request.cut() || judgement.verdict == http_verdict::refused ? std::string_view{} : request.text();
+}
+
+} // namespace rowe::wire

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Pieces of text put one behind the other into a caller's span, for the answers and sentences of this room.
+// What does not fit is cut, and cut() says so. One thread; never waits, never allocates.
+#pragma once
+#include <algorithm>
+#include <charconv>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string_view>
+
+namespace rowe::wire {
+
+class text_out {
+ public:
+  explicit text_out(std::span<char> room) noexcept : room_{room} {}
+
+  text_out& add(std::string_view piece) noexcept {
+    const std::size_t count = std::min(piece.size(), room_.size() - used_);
+    if (count > 0) std::memcpy(room_.data() + used_, piece.data(), count);
+    used_ += count;
+    cut_ = cut_ || count < piece.size();
+    return *this;
+  }
+
+  text_out& add(std::int64_t number) noexcept {
+    char digits[20];
+    const auto end = std::to_chars(digits, digits + sizeof digits, number).ptr;
+    return add({digits, static_cast<std::size_t>(end - digits)});
+  }
+
+  // At most `bytes_max` bytes of `piece`, never half a UTF-8 character, and an ellipsis where something is
+  // missing.
+  text_out& add_shortened(std::string_view piece, std::size_t bytes_max) noexcept {
+    if (piece.size() <= bytes_max) return add(piece);
+    std::size_t end = bytes_max;
+    while (end > 0 && (static_cast<std::uint8_t>(piece[end]) & 0xc0) == 0x80) --end;
+    return add(piece.substr(0, end)).add("...");
+  }
+
+  std::string_view text() const noexcept { return {room_.data(), used_}; }
+  bool cut() const noexcept { return cut_; }
+
+ private:
+  std::span<char> room_;
+  std::size_t used_ = 0;
+  bool cut_ = false;
+};
+
+} // namespace rowe::wire

@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/http_request.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <string_view>
+
+#include "wire/requests.hpp"
+
+namespace rowe::wire::test {
+namespace {
+
+using namespace std::string_view_literals;
+
+TEST(find_header_end, finds_the_end_wherever_the_reads_are_cut) {
+  const std::string request = upgrade();
+  const std::string bytes = request + "behind";
+  for (std::size_t first = 0; first <= bytes.size(); ++first) {
+    const std::size_t end = find_header_end(std::string_view{bytes}.substr(0, first));
+    ASSERT_EQ(end, first < request.size() ? 0 : request.size()) << first;
+    if (end == 0) {
+      ASSERT_EQ(find_header_end(bytes, first), request.size()) << first;
+    }
+  }
+}
+
+TEST(find_header_end, ends_a_header_of_bare_line_feeds_too) {
+  for (const std::string_view bytes :
+       {"GET / HTTP/1.1\n\n"sv, "GET / HTTP/1.1\n\r\n"sv, "GET / HTTP/1.1\r\n\n"sv}) {
+    EXPECT_EQ(find_header_end(bytes), bytes.size());
+    for (std::size_t scanned = 0; scanned < bytes.size(); ++scanned) {
+      EXPECT_EQ(find_header_end(bytes, scanned), bytes.size()) << scanned;
+    }
+  }
+  EXPECT_EQ(find_header_end("GET / HTTP/1.1\r\nA: b\r\n"), 0U);
+  EXPECT_EQ(find_header_end(""), 0U);
+}
+
+TEST(judge_request, takes_a_right_handshake) {
+  const std::string request = upgrade();
+  const http_judgement j = judge_request(request, policy_at(8080));
+  ASSERT_EQ(j.verdict, http_verdict::upgrade) << j.refusal.what();
+  EXPECT_EQ(j.target, "/x?y=1");
+  EXPECT_EQ(j.path, "/x");
+  EXPECT_EQ(j.host, "localhost:8080");
+  EXPECT_EQ(j.origin, "");
+  EXPECT_EQ(j.key, "dGhlIHNhbXBsZSBub25jZQ==");
+  EXPECT_EQ(j.subprotocol, "");
+}
+
+TEST(judge_request, takes_what_real_clients_send) {
+  // Chromium
+  EXPECT_TRUE(accepted(header(
+      {"GET / HTTP/1.1", "Host: localhost:8080", "Connection: Upgrade", "Pragma: no-cache",
+       "Cache-Control: no-cache", "User-Agent: Mozilla/5.0 (X11; Linux x86_64)", "Upgrade: websocket",
+       "Origin: http://localhost:8080", "Sec-WebSocket-Version: 13", "Accept-Encoding: gzip, deflate, br",
+       "Accept-Language: en-GB", "Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==",
+       "Sec-WebSocket-Extensions: permessage-deflate; client_max_window_bits"})));
+  // Firefox
+  EXPECT_TRUE(
+      accepted(header({"GET / HTTP/1.1", "Host: 127.0.0.1:8080", "Accept: */*", "Sec-WebSocket-Version: 13",
+                       "Origin: http://127.0.0.1:8080",
+                       "Sec-WebSocket-Key: +5vLUM9ErcSrmNYnVUVE/g==", "Connection: keep-alive, Upgrade",
+                       "Sec-Fetch-Mode: websocket", "Upgrade: websocket", "Cookie: a=\xc3\xa4"})));
+  // Python websockets; Hop spells the value its own way
+  EXPECT_TRUE(
+      accepted(header({"GET /hop/x HTTP/1.1", "host: [::1]:8080", "upgrade: WebSocket", "CONNECTION:Upgrade",
+                       "sec-websocket-key:\tx3JJHMbDL1EzLkh9GBhXDw== ", "sec-websocket-version: 13"})));
+}
+
+TEST(judge_request, takes_requests_for_pages) {
+  const std::string request =
+      header({"GET /app.js?v=2 HTTP/1.1", "Host: localhost:8080", "Connection: keep-alive",
+              "Accept-Encoding: br;q=1.0, gzip;q=0.8", "If-None-Match: \"abc\", W/\"d\""});
+  const http_judgement j = judge_request(request, policy_at(8080));
+  ASSERT_EQ(j.verdict, http_verdict::page) << j.refusal.what();
+  EXPECT_EQ(j.path, "/app.js");
+  EXPECT_FALSE(j.head);
+  EXPECT_TRUE(j.accepts_gzip);
+  EXPECT_EQ(j.if_none_match, "\"abc\", W/\"d\"");
+  EXPECT_TRUE(judge_request(header({"HEAD / HTTP/1.1", "Host: localhost"}), policy_at(8080)).head);
+}
+
+TEST(judge_request, takes_gzip_only_where_it_is_wanted) {
+  const auto gzip = [](std::string_view line) {
+    return judge_request(header({"GET / HTTP/1.1", "Host: localhost", line}), policy_at(8080)).accepts_gzip;
+  };
+  EXPECT_TRUE(gzip("Accept-Encoding: gzip"));
+  EXPECT_TRUE(gzip("Accept-Encoding: deflate , GZIP ; q=0.01"));
+  EXPECT_FALSE(gzip("Accept-Encoding: gzip;q=0"));
+  EXPECT_FALSE(gzip("Accept-Encoding: gzip; q=0.000"));
+  EXPECT_FALSE(gzip("Accept-Encoding: gzipped"));
+  EXPECT_FALSE(gzip("Accept: gzip"));
+}
+
+TEST(judge_request, ignores_entity_tags_that_come_in_two_fields) {
+  const http_judgement j = judge_request(
+      header({"GET / HTTP/1.1", "Host: localhost", "If-None-Match: \"a\"", "If-None-Match: \"b\""}),
+      policy_at(8080));
+  EXPECT_EQ(j.verdict, http_verdict::page);
+  EXPECT_EQ(j.if_none_match, "");
+}
+
+// The request line
+
+TEST(judge_request, refuses_methods_other_than_get_and_head) {
+  for (const std::string_view method : {"POST", "PUT", "DELETE", "OPTIONS", "TRACE", "get"}) {
+    const std::string first = std::string{method} + " / HTTP/1.1";
+    EXPECT_TRUE(refused(upgrade({}, first), 405, method, "use GET"));
+    EXPECT_TRUE(refused(header({first, "Host: localhost"}), 405, method, "use GET"));
+  }
+  EXPECT_TRUE(refused(header({"CONNECT localhost:22 HTTP/1.1", "Host: localhost"}), 405, "CONNECT"));
+  EXPECT_TRUE(refused(upgrade({}, "HEAD / HTTP/1.1"), 405, "HEAD", "use GET"));
+}
+
+TEST(judge_request, refuses_other_versions_of_http) {
+  for (const std::string_view version : {"HTTP/1.0", "HTTP/0.9", "HTTP/2.0", "HTTP/1.10"}) {
+    EXPECT_TRUE(refused(upgrade({}, "GET / " + std::string{version}), 505, version, "HTTP/1.1"));
+  }
+  EXPECT_TRUE(refused("PRI * HTTP/2.0\r\n\r\n", 505, "HTTP/2.0"));
+}
+
+TEST(judge_request, refuses_malformed_request_lines) {
+  for (const std::string_view first :
+       {"GET /", "GET", "", " GET / HTTP/1.1", "GET  / HTTP/1.1", "GET /a b HTTP/1.1", "GET / HTTP/1.1 ",
+        "GET / http/1.1", "G@T / HTTP/1.1", "\x16\x03\x01 / HTTP/1.1", "GET / FTP/1.1"}) {
+    EXPECT_TRUE(refused(header({first, "Host: localhost"}), 400, "")) << first;
+  }
+}
+
+TEST(judge_request, refuses_targets_that_are_no_path) {
+  for (const std::string_view target : {"http://localhost:8080/", "*", "x", "/#part", "/\xc3\xa4", "/\x7f"}) {
+    EXPECT_TRUE(refused(header({"GET " + std::string{target} + " HTTP/1.1", "Host: localhost"}), 400, ""))
+        << target;
+  }
+}
+
+// Header lines
+
+TEST(judge_request, refuses_malformed_lines_and_shows_them) {
+  EXPECT_TRUE(refused(upgrade({{"X", "no colon"}}), 400, "no colon"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Name : value"}}), 400, "Name : value"));
+  EXPECT_TRUE(refused(upgrade({{"X", ": value"}}), 400, ": value"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Na(me: value"}}), 400, "Na(me"));
+  EXPECT_TRUE(refused(upgrade({{"X", " folded: value"}}), 400, "folded"));
+  EXPECT_TRUE(refused(upgrade({{"X", "\tfolded"}}), 400, "folded"));
+  EXPECT_TRUE(refused(upgrade({{"X", "A: b\nC: d"}}), 400, "CR LF"));
+  EXPECT_TRUE(refused(upgrade({{"X", "A: b\rC: d"}}), 400, "CR LF"));
+  EXPECT_TRUE(refused(upgrade({{"X", "A: \x01"}}), 400, "control"));
+  EXPECT_TRUE(refused(upgrade({{"X", "A: \0"sv}}), 400, "control"));
+  EXPECT_TRUE(refused(upgrade({{"X", "A: \x7f"}}), 400, "control"));
+}
+
+TEST(judge_request, refuses_headers_that_do_not_end_where_they_should) {
+  EXPECT_TRUE(refused(upgrade() + "x", 400, "does not end"));
+  EXPECT_TRUE(refused("GET / HTTP/1.1\r\nHost: localhost\r\n", 400, "does not end"));
+  EXPECT_TRUE(refused("GET / HTTP/1.1\nHost: localhost\n\n", 400, "CR LF"));
+  EXPECT_TRUE(refused("", 400, "does not end"));
+}
+
+TEST(judge_request, refuses_headers_beyond_the_limit_whole_or_not) {
+  const auto padded = [](std::size_t size) {
+    const std::string bare = upgrade({{"X", "X: "}});
+    return upgrade({{"X", "X: " + std::string(size - bare.size(), 'x')}});
+  };
+  EXPECT_EQ(padded(http_header_bytes_max).size(), http_header_bytes_max);
+  EXPECT_TRUE(accepted(padded(http_header_bytes_max)));
+  EXPECT_TRUE(refused(padded(http_header_bytes_max + 1), 431, "4096", "cookies"));
+  EXPECT_TRUE(refused(std::string(http_header_bytes_max + 1, 'x'), 431, "4096"));
+  EXPECT_EQ(header_too_large().refusal.status, 431);
+}
+
+TEST(judge_request, refuses_fields_that_decide_and_stand_there_twice) {
+  for (const std::string_view line :
+       {"Host: localhost:8080", "Upgrade: websocket", "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ=="}) {
+    EXPECT_TRUE(refused(upgrade({{"X", line}}), 400, "twice")) << line;
+  }
+  EXPECT_TRUE(
+      refused(upgrade({{"A", "Origin: http://localhost:8080"}, {"B", "origin: http://localhost:8080"}}), 400,
+              "origin", "once"));
+  EXPECT_TRUE(refused(upgrade({{"A", "Content-Length: 0"}, {"B", "Content-Length: 0"}}), 400, "twice"));
+}
+
+// The upgrade
+
+TEST(judge_request, refuses_upgrades_to_anything_but_websocket) {
+  for (const std::string_view value :
+       {"h2c", "websocket, h2c", "h2c, websocket", "TLS/1.0", "websocket/13", ""}) {
+    EXPECT_TRUE(refused(upgrade({{"Upgrade", "Upgrade: " + std::string{value}}}), 400, "is not offered here"))
+        << value;
+  }
+  EXPECT_TRUE(refused(header({"GET / HTTP/1.1", "Host: localhost", "Connection: Upgrade, HTTP2-Settings",
+                              "Upgrade: h2c", "HTTP2-Settings: AAMAAABkAARAAAAAAAIAAAAA"}),
+                      400, "h2c"));
+}
+
+TEST(judge_request, refuses_a_handshake_without_upgrade_or_connection) {
+  EXPECT_TRUE(
+      refused(upgrade({{"Upgrade", ""}}), 426, "Upgrade header is missing", "send Upgrade: websocket"));
+  EXPECT_TRUE(refused(upgrade({{"Connection", ""}}), 400, "Connection", "proxy"));
+  EXPECT_TRUE(
+      refused(upgrade({{"Connection", "Connection: keep-alive, upgraded"}}), 400, "Connection", "proxy"));
+}
+
+TEST(judge_request, takes_a_connection_field_of_several_lines) {
+  EXPECT_TRUE(accepted(upgrade({{"Connection", "Connection: keep-alive"}, {"X", "Connection: ,, UPGRADE"}})));
+}
+
+TEST(judge_request, refuses_other_versions_of_websocket) {
+  EXPECT_TRUE(refused(upgrade({{"Version", ""}}), 426, "missing", "13"));
+  for (const std::string_view version : {"8", "12", "99", "013", "13, 8", ""}) {
+    EXPECT_TRUE(refused(upgrade({{"Version", "Sec-WebSocket-Version: " + std::string{version}}}), 426,
+                        version, "13"));
+  }
+}
+
+TEST(judge_request, refuses_keys_that_are_not_16_bytes) {
+  EXPECT_TRUE(refused(upgrade({{"Key", ""}}), 400, "Sec-WebSocket-Key is missing", "16 random bytes"));
+  for (const std::string_view key :
+       {"", "d3NhYmM=", "dGhlIHNhbXBsZSBub25jZQ=", "dGhlIHNhbXBsZSBub25jZQ===", "dGhlIHNhbXBsZSBub25jZTEy",
+        "dGhlIHNhbXBsZSBub25j!Q==", "dGhlIHNhbXBsZSBub25jZ==="}) {
+    EXPECT_TRUE(refused(upgrade({{"Key", "Sec-WebSocket-Key: " + std::string{key}}}), 400, key)) << key;
+  }
+}
+
+TEST(judge_request, refuses_bodies) {
+  EXPECT_TRUE(refused(upgrade({{"X", "Content-Length: 5"}}), 400, "Content-Length 5", "no body"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Content-Length: -1"}}), 400, "Content-Length -1"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Content-Length: 0x0"}}), 400, "Content-Length 0x0"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Content-Length:"}}), 400, "Content-Length"));
+  EXPECT_TRUE(refused(upgrade({{"X", "Transfer-Encoding: chunked"}}), 400, "Transfer-Encoding chunked"));
+  EXPECT_TRUE(
+      refused(header({"GET / HTTP/1.1", "Host: localhost", "Content-Length: 3"}), 400, "Content-Length 3"));
+  EXPECT_TRUE(accepted(upgrade({{"X", "Content-Length: 0"}})));
+}
+
+// Subprotocols
+
+TEST(judge_request, chooses_the_first_subprotocol_offered_that_it_speaks) {
+  const auto chosen = [](std::initializer_list<change> offers) {
+    const std::string request = upgrade(offers);
+    const http_judgement j = judge_request(request, policy_at(8080));
+    EXPECT_EQ(j.verdict, http_verdict::upgrade) << j.refusal.what();
+    return j.subprotocol;
+  };
+  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: rowe.v1"}}), "rowe.v1");
+  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: chat, foxglove.sdk.v1, rowe.v1"}}), "foxglove.sdk.v1");
+  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: chat"}, {"Q", "Sec-WebSocket-Protocol: rowe.v1"}}),
+            "rowe.v1");
+  EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol:"}}), "");
+  EXPECT_EQ(chosen({}), "");
+}
+
+TEST(judge_request, refuses_subprotocols_none_of_which_it_speaks) {
+  EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: chat, ROWE.V1"}}), 400, "chat, ROWE.V1",
+                      "offer rowe.v1"));
+  EXPECT_TRUE(
+      refused(upgrade({{"P", "Sec-WebSocket-Protocol: chat"}}), 400, "chat", "offer none", {.port = 8080}));
+  EXPECT_TRUE(refused(upgrade({{"P", "Sec-WebSocket-Protocol: a b"}}), 400, "malformed"));
+}
+
+} // namespace
+} // namespace rowe::wire::test
