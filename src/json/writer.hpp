@@ -11,6 +11,7 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string_view>
 #include <type_traits>
@@ -61,11 +62,20 @@ class writer {
   ROWE_RT void null() noexcept { raw("null"); }
 
   // A complete value that is JSON already, written as it is; the comma before it is placed.
-  ROWE_RT void raw(std::string_view json) noexcept;
+  ROWE_RT void raw(std::string_view json) noexcept {
+    place_comma();
+    append(json);
+    comma_ = true;
+  }
 
   // A piece of text that is no value of its own: nothing is placed before it, and it does not count as a
   // value.
-  ROWE_RT void append(std::string_view text) noexcept;
+  ROWE_RT void append(std::string_view text) noexcept {
+    if (text.empty()) return; // an empty view may point nowhere, which memcpy does not take
+    if (text.size() > static_cast<std::size_t>(end_ - at_)) return overflow();
+    std::memcpy(at_, text.data(), text.size());
+    at_ += text.size();
+  }
 
   // True once something did not fit. Nothing is written from then on; bytes() and text() are meaningless.
   ROWE_RT bool overflowed() const noexcept { return overflowed_; }
@@ -84,11 +94,30 @@ class writer {
  private:
   friend class encoder;
 
-  void open(char bracket) noexcept;
-  void close(char bracket) noexcept;
-  void place_comma() noexcept;
-  void put(char c) noexcept;
-  void overflow() noexcept;
+  void open(char bracket) noexcept {
+    place_comma();
+    put(bracket);
+    comma_ = false;
+  }
+  void close(char bracket) noexcept {
+    put(bracket);
+    comma_ = true;
+  }
+  void place_comma() noexcept {
+    if (comma_) put(',');
+  }
+  void put(char c) noexcept {
+    if (at_ == end_) return overflow();
+    *at_++ = c;
+  }
+  // The rest of the room is given up, so that no shorter piece is written behind a hole.
+  void overflow() noexcept {
+    overflowed_ = true;
+    at_ = end_;
+  }
+  void quoted(std::string_view utf8) noexcept;
+  template <class Write>
+  void number_with(Write write) noexcept;
   void number_signed(std::int64_t x) noexcept;
   void number_unsigned(std::uint64_t x) noexcept;
 

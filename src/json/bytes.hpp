@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Looking at eight bytes of text at once, in an ordinary register, which is the same on every machine.
+#pragma once
+#include <bit>
+#include <cstdint>
+#include <cstring>
+
+#include <rowe/rt/attributes.hpp>
+
+namespace rowe::json {
+
+static_assert(std::endian::native == std::endian::little,
+              "the first byte of a text must be the lowest of a word");
+
+ROWE_RT inline std::uint64_t load_eight(const char* at) noexcept {
+  std::uint64_t word;
+  std::memcpy(&word, at, 8);
+  return word;
+}
+
+inline constexpr std::uint64_t each_byte = 0x0101'0101'0101'0101;
+inline constexpr std::uint64_t high_bits = 0x8080'8080'8080'8080;
+
+// The high bit of every byte that equals `c` is set. Bits above the first (lowest) such byte may be wrong,
+// because the subtraction borrows; below it they are right, and there is none exactly when the answer is 0.
+ROWE_RT constexpr std::uint64_t bytes_equal(std::uint64_t word, char c) noexcept {
+  const std::uint64_t difference = word ^ each_byte * static_cast<std::uint8_t>(c);
+  return (difference - each_byte) & ~difference & high_bits;
+}
+
+// Likewise for bytes below `limit`, which is at most 128.
+ROWE_RT constexpr std::uint64_t bytes_below(std::uint64_t word, std::uint8_t limit) noexcept {
+  return (word - each_byte * limit) & ~word & high_bits;
+}
+
+// The index of the first byte marked by the functions above; the mask must not be 0.
+ROWE_RT constexpr int first_byte(std::uint64_t marks) noexcept { return std::countr_zero(marks) / 8; }
+
+} // namespace rowe::json

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// Digits are laid out left to right, two at a time from a table, with stores whose number does not depend on
+// the value where that can be had: branches that depend on random digits are what number formatting spends
+// its time on. Pure functions, on any thread.
+#include "digits.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+
+#include <dragonbox/dragonbox.h>
+
+namespace rowe::json {
+namespace {
+
+constexpr std::uint32_t ten_to_4 = 10'000;
+constexpr std::uint32_t ten_to_8 = 100'000'000;
+constexpr std::uint64_t ten_to_16 = std::uint64_t{ten_to_8} * ten_to_8;
+
+// "00" to "99".
+constexpr std::array<char, 200> pairs = [] {
+  std::array<char, 200> text{};
+  for (std::size_t i = 0; i < 100; ++i) {
+    text[2 * i] = static_cast<char>('0' + i / 10);
+    text[2 * i + 1] = static_cast<char>('0' + i % 10);
+  }
+  return text;
+}();
+
+constexpr std::array<std::uint64_t, 20> powers_of_ten = [] {
+  std::array<std::uint64_t, 20> powers{};
+  std::uint64_t power = 1;
+  for (std::uint64_t& p : powers) {
+    p = power;
+    power *= 10;
+  }
+  return powers;
+}();
+
+std::uint64_t power_of_ten(int exponent) noexcept {
+  assert(exponent >= 0 && exponent < 20);
+  return powers_of_ten[static_cast<std::size_t>(exponent)];
+}
+
+// Exactly so many digits, zeros in front included.
+void one_digit(char* at, std::uint32_t x) noexcept { *at = static_cast<char>('0' + x); }
+void two_digits(char* at, std::uint32_t x) noexcept { std::memcpy(at, &pairs[2 * x], 2); }
+void four_digits(char* at, std::uint32_t x) noexcept {
+  two_digits(at, x / 100);
+  two_digits(at + 2, x % 100);
+}
+void eight_digits(char* at, std::uint32_t x) noexcept {
+  four_digits(at, x / ten_to_4);
+  four_digits(at + 4, x % ten_to_4);
+}
+
+// As many digits as the number has.
+char* write_below_ten_to_4(char* at, std::uint32_t x) noexcept {
+  if (x < 10) {
+    one_digit(at, x);
+    return at + 1;
+  }
+  if (x < 100) {
+    two_digits(at, x);
+    return at + 2;
+  }
+  if (x < 1000) {
+    two_digits(at, x / 10);
+    one_digit(at + 2, x % 10);
+    return at + 3;
+  }
+  four_digits(at, x);
+  return at + 4;
+}
+
+char* write_below_ten_to_8(char* at, std::uint32_t x) noexcept {
+  if (x < ten_to_4) return write_below_ten_to_4(at, x);
+  at = write_below_ten_to_4(at, x / ten_to_4);
+  four_digits(at, x % ten_to_4);
+  return at + 4;
+}
+
+// x < 10^17 as 17 digits; those behind the first nine only where `count` says that they are wanted.
+void seventeen_digits(char* at, std::uint64_t x, int count) noexcept {
+  const auto first = static_cast<std::uint32_t>(x / ten_to_8);
+  one_digit(at, first / ten_to_8);
+  eight_digits(at + 1, first % ten_to_8);
+  if (count > 9) eight_digits(at + 9, static_cast<std::uint32_t>(x % ten_to_8));
+}
+
+int digit_count(std::uint64_t x) noexcept {
+  assert(x != 0);
+  // 1233 / 4096 is a little more than log10(2); the comparison corrects the guess.
+  const int guess = (static_cast<int>(std::bit_width(x)) * 1233) >> 12;
+  return guess + (x >= power_of_ten(guess));
+}
+
+// A decimal number: digits x 10^exponent.
+struct decimal {
+  std::uint64_t digits; // not 0, the last one not 0 either; at most 17
+  int exponent;
+};
+
+template <class Real>
+decimal shortest(Real x) noexcept {
+  namespace dragonbox = jkj::dragonbox;
+  const auto d =
+      dragonbox::to_decimal(x, dragonbox::policy::sign::ignore, dragonbox::policy::trailing_zero::remove);
+  return {d.significand, d.exponent};
+}
+
+// `whole`.`fraction`: the decimal d with its integer part known. d.exponent is in [-22, -1].
+char* write_plain(char* at, std::uint64_t whole, decimal d) noexcept {
+  // Up to 17 digits behind the point are laid out; where there are more, the first ones are zeros, since d
+  // has no more than 17 digits in all and `whole` is 0 then.
+  const int fraction_digits = -d.exponent;
+  const int zeros = std::max(fraction_digits - 17, 0);
+  const int count = fraction_digits - zeros;
+  const std::uint64_t fraction = d.digits - whole * power_of_ten(count);
+  at = write_unsigned(at, whole);
+  std::memcpy(at, ".000000", 8);
+  at += 1 + zeros;
+  seventeen_digits(at, fraction * power_of_ten(17 - count), count);
+  return at + count;
+}
+
+char* write_with_exponent(char* at, decimal d) noexcept {
+  const int count = digit_count(d.digits);
+  const int exponent = d.exponent + count - 1;
+  seventeen_digits(at + 1, d.digits * power_of_ten(17 - count), count);
+  at[0] = at[1];
+  if (count > 1) {
+    at[1] = '.';
+    ++at;
+  }
+  at += count;
+  *at++ = 'e';
+  *at = '-';
+  at += exponent < 0;
+  return write_below_ten_to_4(at, static_cast<std::uint32_t>(std::abs(exponent)));
+}
+
+// `integers_end`: the end of the integers that are all exact in a Real.
+template <class Real>
+char* write_real(char* at, Real x, Real integers_end) noexcept {
+  assert(std::isfinite(x));
+  *at = '-';
+  at += std::signbit(x);
+  const Real magnitude = std::fabs(x);
+  if (magnitude < integers_end) {
+    const auto whole = static_cast<std::int64_t>(magnitude);
+    if (static_cast<Real>(whole) == magnitude) {
+      at = write_unsigned(at, static_cast<std::uint64_t>(whole));
+      if (whole != 0 || !std::signbit(x)) return at;
+      std::memcpy(at, ".0", 2);
+      return at + 2;
+    }
+    // The integer part of the shortest decimal is that of x: were an integer between the two, it would be
+    // exact and nearer to the decimal than x is.
+    if (magnitude >= Real(1e-6))
+      return write_plain(at, static_cast<std::uint64_t>(whole), shortest(magnitude));
+  }
+  return write_with_exponent(at, shortest(magnitude));
+}
+
+} // namespace
+
+char* write_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
+char* write_float(char* at, float x) noexcept { return write_real(at, x, 0x1p24f); }
+
+char* write_unsigned(char* at, std::uint64_t x) noexcept {
+  if (x < ten_to_8) return write_below_ten_to_8(at, static_cast<std::uint32_t>(x));
+  if (x < ten_to_16) {
+    at = write_below_ten_to_8(at, static_cast<std::uint32_t>(x / ten_to_8));
+    eight_digits(at, static_cast<std::uint32_t>(x % ten_to_8));
+    return at + 8;
+  }
+  at = write_below_ten_to_4(at, static_cast<std::uint32_t>(x / ten_to_16));
+  eight_digits(at, static_cast<std::uint32_t>(x % ten_to_16 / ten_to_8));
+  eight_digits(at + 8, static_cast<std::uint32_t>(x % ten_to_8));
+  return at + 16;
+}
+
+char* write_signed(char* at, std::int64_t x) noexcept {
+  *at = '-';
+  at += x < 0;
+  const auto bits = static_cast<std::uint64_t>(x);
+  return write_unsigned(at, x < 0 ? 0 - bits : bits);
+}
+
+char* write_fixed(char* at, double x, int decimals) noexcept {
+  assert(std::isfinite(x) && decimals >= 0 && decimals <= decimals_max);
+  const std::uint64_t power = power_of_ten(decimals);
+  const double scaled = std::fabs(x) * static_cast<double>(power);
+  if (scaled >= 0x1p53) return write_double(at, x);
+  const auto units = static_cast<std::uint64_t>(scaled + 0.5);
+  *at = '-';
+  at += std::signbit(x) && units != 0;
+  at = write_unsigned(at, units / power);
+  std::uint64_t fraction = units % power;
+  if (fraction == 0) return at;
+  for (; fraction % 10 == 0; fraction /= 10) --decimals;
+  *at++ = '.';
+  seventeen_digits(at, fraction * power_of_ten(17 - decimals), decimals);
+  return at + decimals;
+}
+
+} // namespace rowe::json

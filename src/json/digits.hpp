@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers to text. Doubles and floats get the shortest digits that read back to the same value; dragonbox
+// (Jeon, "Dragonbox: A New Floating-Point Binary-to-Decimal Conversion Algorithm", 2020) finds them, the
+// layout is ours:
+//
+//   0  1  -2  1000000      integers without a point, below 2^53 (float: 2^24), where every integer is exact
+//   -0.0                   keeps its sign, which -0 would lose in readers that take it for an integer
+//   0.000001  12.75        plain down to 1e-6
+//   1e-7  1.5e300  1e16    otherwise with an exponent; so no integer text is longer than 16 digits, and none
+//   is
+//                          beyond 64 bits, which some parsers refuse
+//
+// Every function takes the place to write to and returns the place behind the text. It may scribble on
+// `number_room_bytes` there, because stores of fixed size are what makes it fast. Nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/rt/attributes.hpp>
+
+namespace rowe::json {
+
+inline constexpr std::size_t number_room_bytes = 40;      // what a call may touch
+inline constexpr std::size_t double_text_bytes_max = 25;  // -0.0000012345678901234567
+inline constexpr std::size_t float_text_bytes_max = 17;   // -0.00000123456789
+inline constexpr std::size_t integer_text_bytes_max = 20; // -9223372036854775808, 18446744073709551615
+inline constexpr int decimals_max = 9;
+
+// `x` must be finite.
+ROWE_RT char* write_double(char* at, double x) noexcept;
+ROWE_RT char* write_float(char* at, float x) noexcept;
+
+// Rounded to `decimals` (0 to decimals_max) digits behind the point, trailing zeros not written; what rounds
+// to zero is 0. Where |x| x 10^decimals reaches 2^53 the text is that of write_double. `x` must be finite.
+ROWE_RT char* write_fixed(char* at, double x, int decimals) noexcept;
+
+ROWE_RT char* write_unsigned(char* at, std::uint64_t x) noexcept;
+ROWE_RT char* write_signed(char* at, std::int64_t x) noexcept;
+
+} // namespace rowe::json

@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+// The lazy half of reader.hpp: a cursor that finds its way through text that is known to be JSON by looking
+// at brackets, quotes and commas only. It never checks what validate() has checked, but every step looks at
+// `end` first and moves forward, so that on any other text it stays inside and ends.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cstring>
+
+#include "bytes.hpp"
+#include "fault.hpp"
+#include "reader.hpp"
+#include "utf8.hpp"
+
+namespace rowe::json {
+namespace {
+
+std::string_view between(const char* begin, const char* end) noexcept {
+  return {begin, static_cast<std::size_t>(end - begin)};
+}
+
+bool is_space(char c) noexcept { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+const char* skip_space(const char* at, const char* end) noexcept {
+  while (at != end && is_space(*at)) ++at;
+  return at;
+}
+
+// From behind the opening quote to the closing one; `end` when there is none.
+const char* find_quote(const char* at, const char* end) noexcept {
+  for (;;) {
+    while (end - at >= 8) {
+      const std::uint64_t word = load_eight(at);
+      const std::uint64_t marks = bytes_equal(word, '"') | bytes_equal(word, '\\');
+      if (marks != 0) {
+        at += first_byte(marks);
+        break;
+      }
+      at += 8;
+    }
+    while (at != end && *at != '"' && *at != '\\') ++at;
+    if (at == end || *at == '"') return at;
+    if (end - at < 2) return end;
+    at += 2; // a backslash and what it escapes
+  }
+}
+
+// From a quote to behind the string that it opens.
+const char* skip_string(const char* at, const char* end) noexcept {
+  const char* const quote = find_quote(at + 1, end);
+  return quote == end ? end : quote + 1;
+}
+
+// From an opening bracket to behind the one that closes it.
+const char* skip_container(const char* at, const char* end) noexcept {
+  std::size_t depth = 0;
+  while (at != end) {
+    switch (*at) {
+    case '"': at = skip_string(at, end); continue;
+    case '{':
+    case '[': ++depth; break;
+    case '}':
+    case ']':
+      if (--depth == 0) return at + 1;
+      break;
+    default: break;
+    }
+    ++at;
+  }
+  return end;
+}
+
+const char* skip_scalar(const char* at, const char* end) noexcept {
+  while (at != end && *at != ',' && *at != '}' && *at != ']' && !is_space(*at)) ++at;
+  return at;
+}
+
+// The value that begins at `at`, which is before `end`; `at` moves behind it. False where no value begins.
+bool take_value(const char*& at, const char* end, value& into) noexcept {
+  const char* const begin = at;
+  kind type{};
+  switch (*at) {
+  case '{':
+    type = kind::object;
+    at = skip_container(at, end);
+    break;
+  case '[':
+    type = kind::array;
+    at = skip_container(at, end);
+    break;
+  case '"':
+    type = kind::string;
+    at = skip_string(at, end);
+    break;
+  case 't':
+  case 'f':
+    type = kind::boolean;
+    at = skip_scalar(at, end);
+    break;
+  case 'n':
+    type = kind::null;
+    at = skip_scalar(at, end);
+    break;
+  default:
+    if (*at != '-' && (*at < '0' || *at > '9')) return false;
+    type = kind::number;
+    at = skip_scalar(at, end);
+    break;
+  }
+  into = {type, between(begin, at)};
+  return true;
+}
+
+// Where the inside of a container that opens with `bracket` begins; `end` when the text is no such container.
+const char* enter(std::string_view text, char bracket) noexcept {
+  const char* const end = text.data() + text.size();
+  const char* const at = skip_space(text.data(), end);
+  return at != end && *at == bracket ? at + 1 : end;
+}
+
+// To the next name or element, over the comma before it.
+const char* skip_comma(const char* at, const char* end) noexcept {
+  at = skip_space(at, end);
+  if (at != end && *at == ',') at = skip_space(at + 1, end);
+  return at;
+}
+
+// ---- escapes ----
+
+std::uint32_t hex_value(char c) noexcept {
+  return static_cast<std::uint32_t>(c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10) & 15;
+}
+
+std::uint32_t code_unit(const char* four) noexcept {
+  return hex_value(four[0]) << 12 | hex_value(four[1]) << 8 | hex_value(four[2]) << 4 | hex_value(four[3]);
+}
+
+char unescaped(char c) noexcept {
+  switch (c) {
+  case 'b': return '\b';
+  case 'f': return '\f';
+  case 'n': return '\n';
+  case 'r': return '\r';
+  case 't': return '\t';
+  default: return c; // a quote, a slash or a backslash
+  }
+}
+
+// The character that an escape stands for, at `at` (a backslash), which moves behind it; the bytes written.
+// What only text that was not validated has, an unpaired surrogate or an escape that is cut off, is U+FFFD.
+std::size_t take_escape(const char*& at, const char* end, std::span<char, 4> into) noexcept {
+  constexpr std::uint32_t replacement = 0xfffd;
+  if (end - at >= 2 && at[1] != 'u') {
+    into[0] = unescaped(at[1]);
+    at += 2;
+    return 1;
+  }
+  if (end - at < 6) {
+    at = end;
+    return write_utf8(into.data(), replacement);
+  }
+  const std::uint32_t unit = code_unit(at + 2);
+  at += 6;
+  if (unit < 0xd800 || unit > 0xdfff) return write_utf8(into.data(), unit);
+  if (unit > 0xdbff || end - at < 6 || at[0] != '\\' || at[1] != 'u') {
+    return write_utf8(into.data(), replacement);
+  }
+  const std::uint32_t low = code_unit(at + 2);
+  if (low < 0xdc00 || low > 0xdfff) return write_utf8(into.data(), replacement);
+  at += 6;
+  return write_utf8(into.data(), 0x10000 + ((unit - 0xd800) << 10 | (low - 0xdc00)));
+}
+
+bool has_escape(std::string_view escaped) noexcept { return escaped.find('\\') != std::string_view::npos; }
+
+// Does the escaped text say `plain`?
+bool says(std::string_view escaped, std::string_view plain) noexcept {
+  if (!has_escape(escaped)) return escaped == plain;
+  const char* at = escaped.data();
+  const char* const end = at + escaped.size();
+  while (at != end) {
+    std::array<char, 4> character{*at};
+    const std::size_t bytes = *at == '\\' ? take_escape(at, end, character) : (++at, 1);
+    if (!plain.starts_with(std::string_view{character.data(), bytes})) return false;
+    plain.remove_prefix(bytes);
+  }
+  return plain.empty();
+}
+
+std::string_view inside_quotes(const value& v) noexcept {
+  return v.raw.size() < 2 ? std::string_view{} : v.raw.substr(1, v.raw.size() - 2);
+}
+
+template <class Integer>
+std::optional<Integer> whole_number(const value& v) noexcept {
+  if (v.type != kind::number) return std::nullopt;
+  Integer x = 0;
+  const char* const end = v.raw.data() + v.raw.size();
+  const auto read = std::from_chars(v.raw.data(), end, x);
+  if (read.ec != std::errc{} || read.ptr != end) return std::nullopt;
+  return x;
+}
+
+} // namespace
+
+value root(std::string_view validated) noexcept {
+  const char* const end = validated.data() + validated.size();
+  const char* at = skip_space(validated.data(), end);
+  value v;
+  if (at != end) take_value(at, end, v);
+  return v;
+}
+
+object_walk::object_walk(std::string_view validated_object) noexcept
+    : at_{enter(validated_object, '{')}, end_{validated_object.data() + validated_object.size()} {}
+
+bool object_walk::next(member& into) noexcept {
+  member found;
+  at_ = skip_comma(at_, end_);
+  if (at_ != end_ && *at_ == '"') {
+    const char* const name = at_ + 1;
+    const char* const quote = find_quote(name, end_);
+    found.name_raw = between(name, quote);
+    at_ = quote == end_ ? end_ : skip_space(quote + 1, end_);
+    if (at_ != end_ && *at_ == ':') at_ = skip_space(at_ + 1, end_);
+    if (at_ != end_ && take_value(at_, end_, found.what)) {
+      into = found;
+      return true;
+    }
+  }
+  at_ = end_;
+  return false;
+}
+
+array_walk::array_walk(std::string_view validated_array) noexcept
+    : at_{enter(validated_array, '[')}, end_{validated_array.data() + validated_array.size()} {}
+
+bool array_walk::next(value& into) noexcept {
+  at_ = skip_comma(at_, end_);
+  if (at_ != end_ && take_value(at_, end_, into)) return true;
+  at_ = end_;
+  return false;
+}
+
+bool name_is(const member& m, std::string_view name) noexcept { return says(m.name_raw, name); }
+
+bool text_is(const value& v, std::string_view text) noexcept {
+  return v.type == kind::string && says(inside_quotes(v), text);
+}
+
+std::optional<value> find(std::string_view validated_object, std::string_view name) noexcept {
+  object_walk members{validated_object};
+  for (member m; members.next(m);) {
+    if (name_is(m, name)) return m.what;
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string_view> unescape(std::string_view escaped, std::span<char> scratch) noexcept {
+  if (!has_escape(escaped)) return escaped;
+  const char* at = escaped.data();
+  const char* const end = at + escaped.size();
+  char* into = scratch.data();
+  char* const limit = into + scratch.size();
+  while (at != end) {
+    const char* const backslash = std::find(at, end, '\\');
+    if (backslash - at > limit - into) return std::nullopt;
+    into = std::copy(at, backslash, into);
+    at = backslash;
+    if (at == end) break;
+    std::array<char, 4> character;
+    const std::size_t bytes = take_escape(at, end, character);
+    if (bytes > static_cast<std::size_t>(limit - into)) return std::nullopt;
+    into = std::copy_n(character.data(), bytes, into);
+  }
+  return between(scratch.data(), into);
+}
+
+std::optional<std::string_view> to_string(const value& v, std::span<char> scratch) noexcept {
+  if (v.type != kind::string) return std::nullopt;
+  return unescape(inside_quotes(v), scratch);
+}
+
+std::optional<double> to_double(const value& v) noexcept {
+  if (v.type != kind::number) return std::nullopt;
+  return nearest_double(v.raw);
+}
+
+std::optional<std::int64_t> to_integer(const value& v) noexcept { return whole_number<std::int64_t>(v); }
+std::optional<std::uint64_t> to_unsigned(const value& v) noexcept { return whole_number<std::uint64_t>(v); }
+
+std::optional<bool> to_boolean(const value& v) noexcept {
+  if (v.type != kind::boolean) return std::nullopt;
+  return v.raw == "true";
+}
+
+} // namespace rowe::json
