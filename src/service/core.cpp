@@ -50,12 +50,12 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for(wire::rosbridge::scratch_bytes(name_limits_of(bounds)));
 }
 
-core::core(rt::arena& memory, const endpoint_options& options, std::string_view name, side ours,
-           std::span<detail::lane> lanes, board& shown, core_seams seams, rt::time_point start) noexcept
+core::core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown,
+           core_seams seams, rt::time_point start) noexcept
     : options_{options},
-      bounds_{options.limits},
-      ours_{ours},
-      name_bytes_{std::min(name.size(), name_.size())},
+      bounds_{options.bounds},
+      ours_{options.ours},
+      name_bytes_{std::min(options.name.size(), name_.size())},
       carrier_{seams.carrier},
       random_{seams.random},
       validator_{seams.validator},
@@ -76,7 +76,7 @@ core::core(rt::arena& memory, const endpoint_options& options, std::string_view 
       scratch_{memory.carve<char>(wire::rosbridge::scratch_bytes(name_limits_of(bounds_)))},
       now_{start},
       opened_at_{start} {
-  std::memcpy(name_.data(), name.data(), name_bytes_);
+  std::memcpy(name_.data(), options.name.data(), name_bytes_);
   const auto advertised =
       memory.carve<std::uint32_t>(connections_.size() * bounds_.advertisements_per_connection_max);
   for (std::size_t i = 0; i < connections_.size(); ++i) {

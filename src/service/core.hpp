@@ -46,6 +46,33 @@ class entropy {
   ~entropy() = default;
 };
 
+// What of an endpoint's options the core needs.
+struct core_options {
+  limits bounds;
+  side ours = side::server;
+  bool relay = false;
+  std::string_view name;  // copied
+  rt::duration ping_period;
+  rt::duration silence_max;
+  rt::duration message_time_max;
+  rt::duration stats_period;
+  rt::duration retry_min;
+  rt::duration retry_max;
+
+  static core_options from(const endpoint_options& options, side ours, std::string_view name) noexcept {
+    return {.bounds = options.limits,
+            .ours = ours,
+            .relay = options.relay,
+            .name = name,
+            .ping_period = options.ping_period,
+            .silence_max = options.silence_max,
+            .message_time_max = options.message_time_max,
+            .stats_period = options.stats_period,
+            .retry_min = options.retry_min,
+            .retry_max = options.retry_max};
+  }
+};
+
 struct core_seams {
   transport& carrier;
   entropy& random;
@@ -58,9 +85,9 @@ class core final : public transport_sink {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
 
   // `lanes` and `shown` are shared with other threads; everything else of the core is the service thread's.
-  // `ours` says whether the endpoint listens or connects.
-  core(rt::arena& memory, const endpoint_options& options, std::string_view name, side ours,
-       std::span<detail::lane> lanes, board& shown, core_seams seams, rt::time_point start) noexcept;
+  // `memory` must have footprint_bytes() left; time begins at `start`.
+  core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown, core_seams seams,
+       rt::time_point start) noexcept;
 
   // Does everything there is to do at `now` and returns when the next cycle is needed at the latest, provided that
   // the transport has nothing to report and no handle publishes before. Bounded by the limits; never waits.
@@ -75,6 +102,7 @@ class core final : public transport_sink {
   // True while a handle of this process may publish something that a peer waits for: lanes must be looked at every
   // poll_period.
   bool lanes_wanted() const noexcept { return wanted_lanes_ != 0; }
+  std::uint32_t peers() const noexcept { return peers_; }
   // True when nothing that was published waits to be written.
   bool drained() const noexcept;
   // Says goodbye to every peer (close code 1001) and refuses further work.
@@ -186,7 +214,7 @@ class core final : public transport_sink {
   void write_topics(json::writer& into, rt::duration since) noexcept;
   void write_losses(json::writer& into) noexcept;
 
-  const endpoint_options options_;
+  const core_options options_;
   const limits bounds_;
   const side ours_;
   std::array<char, 64> name_{};

@@ -25,7 +25,7 @@ struct queue {
 class queue_entries {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return bounds.queued_max * sizeof(entry) + rt::line_bytes;
+    return rt::arena::bytes_for<entry>(bounds.queued_max);
   }
 
   queue_entries(rt::arena& memory, const limits& bounds) noexcept : entries_{memory.carve<entry>(bounds.queued_max)} {

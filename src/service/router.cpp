@@ -20,8 +20,10 @@ std::size_t name_stride_of(const limits& bounds) noexcept { return 2 * bounds.to
 }  // namespace
 
 std::size_t router::footprint_bytes(const limits& bounds) noexcept {
-  return bounds.topics_max * (sizeof(topic) + name_stride_of(bounds)) + bucket_count(bounds) * sizeof(std::uint32_t) +
-         bounds.subscriptions_max * sizeof(subscription) + 4 * rt::line_bytes;
+  using rt::arena;
+  return arena::bytes_for<topic>(bounds.topics_max) + arena::bytes_for<std::uint32_t>(bucket_count(bounds)) +
+         arena::bytes_for(bounds.topics_max * name_stride_of(bounds)) +
+         arena::bytes_for<subscription>(bounds.subscriptions_max);
 }
 
 router::router(rt::arena& memory, const limits& bounds) noexcept

@@ -20,18 +20,19 @@ std::size_t large_slot_bytes(const limits& bounds) noexcept {
   return bounds.message_bytes_max + envelope_bytes_max(bounds);
 }
 
+std::size_t slots_bytes(const limits& bounds) noexcept {
+  return bounds.small_slots * stride(bounds.small_slot_bytes) + bounds.large_slots * stride(large_slot_bytes(bounds));
+}
+
 }  // namespace
 
 std::size_t wire_slots::footprint_bytes(const limits& bounds) noexcept {
-  return bounds.small_slots * (sizeof(slot) + stride(bounds.small_slot_bytes)) +
-         bounds.large_slots * (sizeof(slot) + stride(large_slot_bytes(bounds))) + 2 * rt::line_bytes;
+  return rt::arena::bytes_for<slot>(bounds.small_slots + bounds.large_slots) + rt::arena::bytes_for(slots_bytes(bounds));
 }
 
 wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
     : slots_{memory.carve<slot>(bounds.small_slots + bounds.large_slots)},
-      memory_{memory.carve_bytes(bounds.small_slots * stride(bounds.small_slot_bytes) +
-                                     bounds.large_slots * stride(large_slot_bytes(bounds)),
-                                 rt::line_bytes)},
+      memory_{memory.carve_bytes(slots_bytes(bounds))},
       small_bytes_{bounds.small_slot_bytes},
       large_bytes_{large_slot_bytes(bounds)},
       small_count_{bounds.small_slots} {

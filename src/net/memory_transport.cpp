@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/memory_transport.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace rowe::net {
+
+using service::close_cause;
+using service::close_how;
+using service::connection_id;
+
+memory_transport::memory_transport(std::uint32_t connections_max) : links_(connections_max) {}
+
+memory_transport::link* memory_transport::find(connection_id id) noexcept {
+  if (id.index >= links_.size()) return nullptr;
+  link& on = links_[id.index];
+  return on.state != phase::free && on.generation == id.generation ? &on : nullptr;
+}
+
+const memory_transport::link* memory_transport::find(connection_id id) const noexcept {
+  return const_cast<memory_transport*>(this)->find(id);
+}
+
+connection_id memory_transport::open(service::side ours, std::string_view address) {
+  for (std::uint32_t i = 0; i < links_.size(); ++i) {
+    link& on = links_[i];
+    if (on.state != phase::free) continue;
+    const std::uint32_t generation = on.generation + 1;
+    on = link{};
+    on.state = phase::opening;
+    on.generation = generation;
+    on.ours = ours;
+    on.address = address;
+    return {i, generation};
+  }
+  return {};
+}
+
+void memory_transport::arrive(connection_id id, std::span<const std::byte> bytes) {
+  if (link* const on = find(id); on != nullptr && !on->ending) {
+    on->inbound.insert(on->inbound.end(), bytes.begin(), bytes.end());
+  }
+}
+
+std::span<const std::byte> memory_transport::sent(connection_id id) const noexcept {
+  const link* const on = find(id);
+  if (on == nullptr) return {};
+  return std::span{on->outbound}.subspan(on->outbound_read);
+}
+
+void memory_transport::peer_reads(connection_id id, std::size_t bytes) {
+  link* const on = find(id);
+  if (on == nullptr) return;
+  on->outbound_read = std::min(on->outbound_read + bytes, on->outbound.size());
+  if (on->outbound_read == on->outbound.size()) {
+    on->outbound.clear();
+    on->outbound_read = 0;
+  }
+}
+
+void memory_transport::peer_closes(connection_id id, close_cause cause) {
+  if (link* const on = find(id)) {
+    on->ending = true;
+    on->cause = cause;
+  }
+}
+
+bool memory_transport::closed_by_us(connection_id id) const noexcept {
+  const link* const on = find(id);
+  return on == nullptr || on->asked;
+}
+
+void memory_transport::refuse(std::string_view what) { refusals_.emplace_back(what); }
+
+void memory_transport::poll(rt::time_point, service::transport_sink& sink) noexcept {
+  for (; !refusals_.empty(); refusals_.pop_front()) {
+    sink.on_refused({.http_status = 0, .peer = {}, .what = refusals_.front(), .remedy = {}});
+  }
+  for (std::uint32_t i = 0; i < links_.size(); ++i) {
+    link& on = links_[i];
+    const connection_id id{i, on.generation};
+    if (on.state == phase::opening) {
+      on.state = phase::open;
+      sink.on_open(id, {.ours = on.ours, .address = on.address, .path = "/", .subprotocol = {}});
+    }
+    if (on.state != phase::open) continue;
+    deliver(on, id, sink);
+    if (on.refused && on.outbound.size() - on.outbound_read < on.sky.room_bytes) {
+      on.refused = false;
+      sink.on_writable(id);
+    }
+    const bool drained = on.inbound_taken == on.inbound.size();
+    if (on.asked || (on.ending && (drained || on.cause == close_cause::reset))) {
+      sink.on_close(id, on.asked ? close_cause::asked : on.cause);
+      on.state = phase::ended;
+    }
+    if (on.state == phase::ended) on.state = phase::free;
+  }
+}
+
+void memory_transport::deliver(link& on, connection_id id, service::transport_sink& sink) {
+  std::size_t budget = on.sky.arrive_bytes_max;
+  while (budget > 0 && on.reading && !on.asked && on.inbound_taken < on.inbound.size()) {
+    const std::size_t bytes =
+        std::min({budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), on.inbound.size() - on.inbound_taken});
+    buffer_.assign(bytes + service::transport_sink::tailroom_bytes, std::byte{0});
+    std::memcpy(buffer_.data(), on.inbound.data() + on.inbound_taken, bytes);
+    on.inbound_taken += bytes;
+    budget -= bytes;
+    sink.on_bytes(id, std::span{buffer_}.first(bytes));
+  }
+  if (on.inbound_taken == on.inbound.size()) {
+    on.inbound.clear();
+    on.inbound_taken = 0;
+  }
+}
+
+std::size_t memory_transport::write(connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept {
+  link* const on = find(id);
+  if (on == nullptr || on->asked || on->state != phase::open) return 0;
+  const std::size_t waiting = on->outbound.size() - on->outbound_read;
+  std::size_t room = on->sky.room_bytes > waiting ? on->sky.room_bytes - waiting : 0;
+  std::size_t taken = 0;
+  for (const auto piece : pieces) {
+    const std::size_t bytes = std::min(room, piece.size());
+    on->outbound.insert(on->outbound.end(), piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(bytes));
+    taken += bytes;
+    room -= bytes;
+    if (bytes < piece.size()) {
+      on->refused = true;
+      break;
+    }
+  }
+  return taken;
+}
+
+void memory_transport::close(connection_id id, close_how how) noexcept {
+  link* const on = find(id);
+  if (on == nullptr) return;
+  on->asked = true;
+  if (how == close_how::aborted) on->outbound.clear();
+}
+
+void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {
+  if (link* const on = find(id)) on->reading = enabled;
+}
+
+}  // namespace rowe::net

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// A transport without sockets: bytes go through pipes of a fixed size in memory. For tests, the simulation and
+// benches, which hold the other ends and decide how badly the network behaves: how much a pipe takes at a time, how
+// the bytes are cut when they arrive, when a connection stalls or breaks. One thread; deterministic.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "service/transport.hpp"
+
+namespace rowe::net {
+
+class memory_transport final : public service::transport {
+ public:
+  // What the network does to one connection.
+  struct weather {
+    std::size_t arrive_bytes_max = SIZE_MAX;  // to our side in one poll()
+    std::size_t chunk_bytes_max = 64 * 1024;  // in one on_bytes()
+    std::size_t room_bytes = 256 * 1024;      // what the way to the peer holds before write() is refused
+  };
+
+  explicit memory_transport(std::uint32_t connections_max);
+
+  // ---- the other end, held by whoever tests
+
+  // A peer connects (ours: server), or the remote accepts us (ours: client). The next poll() reports it. No
+  // connection when all places are taken.
+  service::connection_id open(service::side ours, std::string_view address = "127.0.0.1:1");
+  // Bytes from the peer.
+  void arrive(service::connection_id id, std::span<const std::byte> bytes);
+  // What we have written and the peer has not read; and the peer reading so much of it.
+  std::span<const std::byte> sent(service::connection_id id) const noexcept;
+  void peer_reads(service::connection_id id, std::size_t bytes);
+  // The peer ends the stream, or it breaks.
+  void peer_closes(service::connection_id id, service::close_cause cause = service::close_cause::peer);
+  // The core has closed its side (the peer may still read what was sent).
+  bool closed_by_us(service::connection_id id) const noexcept;
+  weather& weather_of(service::connection_id id) noexcept { return links_[id.index].sky; }
+
+  // How attempts to connect end: nothing (they are open until open() or refuse() is called).
+  std::uint64_t attempts() const noexcept { return attempts_; }
+  void refuse(std::string_view what);
+
+  // What was asked of on_http by the last request.
+  service::http_answer get(const service::http_request& request, service::transport_sink& sink) noexcept {
+    return sink.on_http(request);
+  }
+
+  // ---- service::transport
+  void poll(rt::time_point now, service::transport_sink& sink) noexcept override;
+  void wait(rt::time_point, rt::time_point) noexcept override {}  // whoever tests moves the time
+  void wake() noexcept override {}
+  std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept override;
+  void close(service::connection_id id, service::close_how how) noexcept override;
+  void read_enabled(service::connection_id id, bool enabled) noexcept override;
+  void connect() noexcept override { ++attempts_; }
+  bool busy() const noexcept override { return false; }
+
+ private:
+  enum class phase : std::uint8_t { free, opening, open, ended };
+  struct link {
+    phase state = phase::free;
+    std::uint32_t generation = 0;
+    service::side ours = service::side::server;
+    std::string address;
+    weather sky;
+    std::vector<std::byte> inbound;
+    std::size_t inbound_taken = 0;
+    std::vector<std::byte> outbound;
+    std::size_t outbound_read = 0;
+    bool refused = false;  // write() took less than it was given
+    bool reading = true;
+    bool asked = false;  // we have closed
+    service::close_cause cause = service::close_cause::peer;
+    bool ending = false;
+  };
+
+  link* find(service::connection_id id) noexcept;
+  const link* find(service::connection_id id) const noexcept;
+  void deliver(link& on, service::connection_id id, service::transport_sink& sink);
+
+  std::vector<link> links_;
+  std::deque<std::string> refusals_;
+  std::vector<std::byte> buffer_;
+  std::uint64_t attempts_ = 0;
+};
+
+}  // namespace rowe::net

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/memory_plan.hpp"
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/board.hpp"
+#include "service/core.hpp"
+
+namespace rowe::service {
+
+memory_plan plan_memory(const limits& bounds) noexcept {
+  using rt::arena;
+  return {
+      .core = arena::bytes_for<core>() + core::footprint_bytes(bounds),
+      .board = arena::bytes_for<board>() + board::footprint_bytes(bounds),
+      .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
+      .lane_memory = arena::bytes_for(bounds.lane_bytes),
+  };
+}
+
+}  // namespace rowe::service
+
+namespace rowe {
+
+std::size_t limits::footprint_bytes() const noexcept { return service::plan_memory(*this).total(); }
+
+}  // namespace rowe

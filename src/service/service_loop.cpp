@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/service_loop.hpp"
+
+#include <algorithm>
+
+namespace rowe::service {
+namespace {
+
+using clock = rt::monotonic_clock;
+
+// An endpoint whose handles nobody listens to sleeps this long at a time; set-up and sockets wake it earlier.
+constexpr rt::duration rest_max = std::chrono::milliseconds{250};
+constexpr rt::duration goodbye_max = std::chrono::milliseconds{1500};  // the transport cuts slow peers after 1 s
+
+}  // namespace
+
+void service_loop::cycle() noexcept {
+  const rt::time_point began = clock::now();
+  next_ = core_.cycle(began);
+  core_.record_cycle(clock::now() - began);
+}
+
+void service_loop::run(bool fifo) noexcept {
+  for (;;) {
+    cycle();
+    // acquire: pairs with the release in stop()
+    const rt::time_point drain_until{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
+    if (drain_until != rt::never) {
+      drained_ = core_.drained();
+      if (drained_ || clock::now() >= drain_until) return say_goodbye();
+    }
+    idle_until(drain_until == rt::never ? next_ : std::min(next_, clock::now() + poll_period_), fifo);
+  }
+}
+
+void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
+  const rt::time_point now = clock::now();
+  switch (policy_) {
+  case idle::poll:
+    return carrier_.wait(now, std::min(next, now + (core_.lanes_wanted() ? poll_period_ : rest_max)));
+  case idle::spin:
+    if (const rt::duration nap = fifo ? naps_.due(now) : rt::duration{0}; nap > rt::duration{0}) {
+      carrier_.wait(now, now + nap);
+      naps_.napped(now, clock::now());
+    }
+  }
+}
+
+void service_loop::say_goodbye() noexcept {
+  const rt::time_point until = clock::now() + goodbye_max;
+  core_.close_all(clock::now());
+  while (core_.peers() != 0 && clock::now() < until) {
+    cycle();
+    carrier_.wait(clock::now(), std::min(until, clock::now() + std::chrono::milliseconds{10}));
+  }
+}
+
+void service_loop::stop(rt::time_point drain_until) noexcept {
+  // release: pairs with the acquire in run(); what was published before is seen there
+  drain_until_ns_.store(std::min(rt::nanoseconds_of(drain_until), rt::nanoseconds_of(rt::never) - 1),
+                        std::memory_order_release);
+  carrier_.wake();
+}
+
+}  // namespace rowe::service
