@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page in Chromium, served by the program itself and fed by its demo robot.
+import assert from "node:assert/strict";
+import { writeFileSync } from "node:fs";
+import { after, before, test } from "node:test";
+import { artefact, desk, new_page, phone, start_browser } from "../support/browser.js";
+import { robot } from "../support/robot.js";
+import { rosbridge_client } from "../support/rosbridge.js";
+import { until } from "../support/watchdog.js";
+
+const limit = { timeout: 180000 };
+let browser;
+let server;
+
+before(async () => {
+  browser = await start_browser();
+  server = await robot.start();
+});
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+const state_is = (page, name) =>
+  page.waitForFunction((wanted) => document.body.dataset.state === wanted, name);
+const words = (page, id) => page.locator(`#${id}`).textContent();
+
+// A page that is live.
+async function live_page(options) {
+  const page = await new_page(browser, options);
+  const answer = await page.goto(`${server.origin}/`);
+  await state_is(page, "live");
+  return { page, answer };
+}
+
+// How many different colours a picture holds, and the share of the most frequent one.
+async function colours_of(png) {
+  const page = await browser.newPage();  // without the robot's content policy
+  const result = await page.evaluate(async (address) => {
+    const image = new Image();
+    image.src = address;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const pen = canvas.getContext("2d");
+    pen.drawImage(image, 0, 0);
+    const dots = new Uint32Array(pen.getImageData(0, 0, canvas.width, canvas.height).data.buffer);
+    const counts = new Map();
+    for (const dot of dots) counts.set(dot, (counts.get(dot) ?? 0) + 1);
+    return { colours: counts.size, share: Math.max(...counts.values()) / dots.length };
+  }, `data:image/png;base64,${png.toString("base64")}`);
+  await page.close();
+  return result;
+}
+
+test("the page becomes live and shows a pose that moves", limit, async () => {
+  const { page } = await live_page();
+  const before = await words(page, "x");
+  assert.match(before, /^\u2212?\d+\.\d+$/);
+  await page.waitForFunction((then) => document.getElementById("x").textContent !== then, before);
+  for (const id of ["y", "heading", "speed"]) assert.match(await words(page, id), /^\u2212?\d+\.\d+$/, id);
+  assert.match(await words(page, "state"), /^live, \d+ ms old$/);
+  await page.context().close();
+});
+
+test("the title says live, with a mark and the robot's name", limit, async () => {
+  const { page } = await live_page();
+  await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0);  // then the name is known
+  const [title, name] = await page.evaluate(() => [document.title, document.getElementById("name").textContent]);
+  assert.equal(title, `\u25cf ${name} live`);
+  assert.ok(name.length > 0);
+  await page.context().close();
+});
+
+test("the rate shown is the robot's", limit, async () => {
+  const client = await rosbridge_client.connect(server.url);
+  client.send({ op: "subscribe", id: "s", topic: "/rowe/stats" });
+  const { page } = await live_page();
+  const odom = (message) => message.topics.find(({ topic }) => topic === "/odom");
+  const heard = () => client.published("/rowe/stats");
+  const [first, last] = await until("two seconds of statistics", () => {
+    const all = heard();
+    return all.length > 1 && all.at(-1).uptime_s - all[0].uptime_s > 2 && [all[0], all.at(-1)];
+  });
+  const wanted = (odom(last).messages - odom(first).messages) / (last.uptime_s - first.uptime_s);
+  const shown = await until("a rate", async () => {
+    const cell = page.locator("#rates tr[aria-current] td").first();
+    const value = Number((await cell.textContent()).replace("\u202f", ""));
+    return Number.isFinite(value) && Math.abs(value - wanted) < 0.2 * wanted && value;
+  });
+  assert.ok(shown > 0);
+  client.close();
+  await page.context().close();
+});
+
+test("losses are listed in words, none as zero", limit, async () => {
+  const { page } = await live_page();
+  const zeros = page.locator("#losses td", { hasText: /^0$/ });
+  await until("losses", async () => (await zeros.count()) > 4);
+  assert.match(await page.locator(".losses").textContent(), /too old to be sent.*thinned on purpose.*nobody listening/s);
+  await page.context().close();
+});
+
+test("a live page has no console error and asks nobody but the robot", limit, async () => {
+  const { page } = await live_page();
+  await until("statistics", async () => (await page.locator("#rates tr").count()) > 0);
+  assert.deepEqual(page.faults, []);
+  assert.ok(page.asked.length > 5);
+  for (const address of page.asked) {
+    assert.ok(address.startsWith(`${server.origin}/`) || address === server.url, address);
+  }
+  await page.context().close();
+});
+
+test("the page comes with a content policy that allows only itself", limit, async () => {
+  const { page, answer } = await live_page();
+  const headers = answer.headers();
+  const policy = headers["content-security-policy"];
+  for (const rule of ["default-src 'none'", "script-src 'self'", "style-src 'self'", "connect-src 'self'",
+    "frame-ancestors 'none'"]) {
+    assert.ok(policy?.includes(rule), `${rule} is not in ${policy}`);
+  }
+  assert.ok(!policy.includes("unsafe"));
+  assert.equal(headers["x-content-type-options"], "nosniff");
+  assert.equal(headers["cache-control"], "no-cache");
+  await page.context().close();
+});
+
+test("a file that has not changed is not sent again, and one without gzip is the same file", limit, async () => {
+  for (const encoding of ["gzip", "identity"]) {
+    const asked = { "accept-encoding": encoding };
+    const first = await fetch(`${server.origin}/app.js`, { headers: asked });
+    assert.equal(first.headers.get("content-encoding"), encoding === "gzip" ? "gzip" : null);
+    assert.match(await first.text(), /SPDX-License-Identifier/);
+    const tag = first.headers.get("etag");
+    const again = await fetch(`${server.origin}/app.js`, {
+      headers: { ...asked, "if-none-match": tag, "cache-control": "no-cache" },
+    });
+    assert.equal(again.status, 304);
+  }
+});
+
+test("a robot that stands still makes the page say STALE, and live when it goes on", limit, async () => {
+  const { page } = await live_page();
+  server.pause();
+  try {
+    await state_is(page, "stale");
+    assert.match(await words(page, "state"), /^STALE \d/);
+    assert.equal(await words(page, "veil"), "STALE");
+    assert.match(await page.title(), /^\u25b2 .* STALE$/);
+    writeFileSync(artefact("stale.png"), await page.screenshot());
+  } finally {
+    server.resume();
+  }
+  await state_is(page, "live");
+  await page.context().close();
+});
+
+test("a robot that died makes the page say disconnected, and live when it is back", limit, async () => {
+  const { page } = await live_page();
+  await server.kill();
+  try {
+    await state_is(page, "disconnected");
+    await page.waitForFunction(() => /^disconnected, retrying in [\d.]+ s$/.test(
+      document.getElementById("state").textContent));
+    assert.match(await page.title(), /^\u25cb .* disconnected$/);
+    writeFileSync(artefact("disconnected.png"), await page.screenshot());
+  } finally {
+    await server.restart();
+  }
+  await state_is(page, "live");
+  assert.match(await words(page, "state"), /^live/);
+  const others = page.faults.filter((fault) => !/WebSocket connection to .* failed/.test(fault));
+  assert.deepEqual(others, []);
+  await page.context().close();
+});
+
+for (const [name, size, scheme] of [["phone", phone, "light"], ["phone-dark", phone, "dark"], ["desk", desk, "light"]]) {
+  test(`a ${name} shows bar, path and numbers without scrolling`, limit, async () => {
+    const { page } = await live_page({ size, scheme });
+    const far = (id) => page.evaluate((of) => document.querySelector(of).getBoundingClientRect().bottom, id);
+    assert.ok((await far(".numbers")) <= size.height);
+    assert.ok((await far("#path")) <= size.height);
+    assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= size.width);
+    await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0);
+    const picture = await page.screenshot();
+    writeFileSync(artefact(`live-${name}.png`), picture);
+    const { colours, share } = await colours_of(picture);
+    assert.ok(colours > 50 && share < 0.95, `${colours} colours, one on ${share} of the picture`);
+    await page.context().close();
+  });
+}
+
+test("the path is drawn where the robot has been", limit, async () => {
+  const { page } = await live_page();
+  await until("a drawn path", () => page.evaluate(() => {
+    const canvas = document.getElementById("path");
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let blue = 0;
+    for (let at = 0; at < data.length; at += 4) blue += data[at + 2] > data[at] + 60 && data[at + 3] > 100;
+    return blue > 50;
+  }));
+  await page.context().close();
+});
+
+test("nothing jumps while the page fills", limit, async () => {
+  const page = await new_page(browser, { size: desk });
+  await page.addInitScript(() => {
+    window.jumped = 0;
+    new PerformanceObserver((list) => {
+      for (const entry of list.getEntries()) window.jumped += entry.value;
+    }).observe({ type: "layout-shift", buffered: true });
+  });
+  await page.goto(`${server.origin}/`);
+  await state_is(page, "live");
+  await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0);
+  const jumped = await page.evaluate(() => new Promise((done) => setTimeout(() => done(window.jumped), 500)));
+  assert.ok(jumped < 0.02, `layout shift ${jumped}`);
+  await page.context().close();
+});
+
+test("the keyboard reaches the follow button and works it", limit, async () => {
+  const { page } = await live_page();
+  for (let step = 0; step < 8; step += 1) {
+    await page.keyboard.press("Tab");
+    if (await page.evaluate(() => document.activeElement.id === "follow")) break;
+  }
+  await page.keyboard.press("Space");
+  assert.equal(await page.getAttribute("#follow", "aria-pressed"), "true");
+  await page.context().close();
+});
+
+test("the address chooses the topic shown", limit, async () => {
+  const page = await new_page(browser);
+  await page.goto(`${server.origin}/#/nothing/here`);
+  await state_is(page, "waiting");
+  assert.match(await words(page, "state"), /waiting for \/nothing\/here$/);
+  await page.evaluate(() => (location.hash = "/odom"));
+  await state_is(page, "live");
+  await page.context().close();
+});

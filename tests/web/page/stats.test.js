@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { load } from "./load.js";
+
+const { rate_meter, real_time_words } = await load("stats.js");
+
+test("one sample is no rate", () => assert.ok(Number.isNaN(new rate_meter().rate(1, 5))));
+
+test("a count that grows evenly has its rate", () => {
+  const meter = new rate_meter();
+  let shown;
+  for (let tick = 0; tick < 100; tick += 1) shown = meter.rate(tick / 10, tick * 3);
+  assert.ok(Math.abs(shown - 30) < 1e-9, String(shown));
+});
+
+test("what happened long ago is no rate any more", () => {
+  const meter = new rate_meter();
+  meter.rate(0, 0);
+  for (let tick = 1; tick < 50; tick += 1) meter.rate(tick / 10, 7);
+  assert.equal(meter.rate(5, 7), 0);
+});
+
+test("an endpoint that started anew does not lose a negative number of messages", () => {
+  const meter = new rate_meter();
+  meter.rate(100, 1000);
+  assert.ok(Number.isNaN(meter.rate(0.1, 0)));
+  assert.equal(meter.rate(1.1, 5), 5);
+});
+
+test("the memory of a meter is bounded", () => {
+  const meter = new rate_meter();
+  for (let tick = 0; tick < 10000; tick += 1) meter.rate(tick / 10000, tick);
+  assert.ok(meter.samples.length <= 64);
+});
+
+test("the endpoint's own words on real time come first", () => {
+  assert.equal(real_time_words({ fifo: true, text: "as it says" }), "as it says");
+  assert.match(real_time_words({ fifo: false, pinned: true, locked: true }), /^no real-time priority, pinned/);
+  assert.equal(real_time_words(undefined), "");
+});

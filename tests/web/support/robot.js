@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program under test, `rowe serve --demo`, on a port of its own; and how to hurt it.
+
+import { spawn } from "node:child_process";
+import { once } from "node:events";
+import { createServer } from "node:net";
+import { until } from "./watchdog.js";
+
+const alive = new Set();
+process.on("exit", () => alive.forEach((child) => child.kill("SIGKILL")));
+
+async function free_port() {
+  const server = createServer().listen(0, "127.0.0.1");
+  await once(server, "listening");
+  const { port } = server.address();
+  server.close();
+  await once(server, "close");
+  return port;
+}
+
+export class robot {
+  // Starts the program and resolves when it answers.
+  static async start() {
+    const made = new robot();
+    made.port = await free_port();
+    made.origin = `http://127.0.0.1:${made.port}`;
+    made.url = `ws://127.0.0.1:${made.port}/`;
+    await made.restart();
+    return made;
+  }
+
+  async restart() {
+    const child = spawn(process.env.ROWE_BIN, ["serve", "--demo", "--port", String(this.port)], {
+      stdio: ["ignore", "pipe", "pipe"],
+    });
+    this.child = child;
+    alive.add(child);
+    this.said = "";
+    for (const stream of [child.stdout, child.stderr]) {
+      stream.on("data", (words) => (this.said = (this.said + words).slice(-4000)));
+    }
+    child.on("error", (error) => (this.said += error));
+    child.on("exit", () => alive.delete(child));
+    await until("the robot answers", async () => {
+      if (child.exitCode !== null) throw new Error(`the robot ended with ${child.exitCode}: ${this.said}`);
+      try {
+        return (await fetch(`${this.origin}/healthz`)).ok;
+      } catch {
+        return false;
+      }
+    });
+  }
+
+  // Stands still as a machine does whose kernel hangs: the sockets stay, nothing moves.
+  pause() {
+    this.child.kill("SIGSTOP");
+  }
+
+  resume() {
+    this.child.kill("SIGCONT");
+  }
+
+  // Dies without a word.
+  async kill() {
+    const { child } = this;
+    if (child.exitCode !== null || child.signalCode !== null) return;
+    const gone = once(child, "exit");
+    child.kill("SIGKILL");
+    await gone;
+  }
+}
