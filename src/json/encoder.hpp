@@ -21,6 +21,11 @@ class encoder {
   // Schemas within schemas, arrays within arrays: how deep they may nest. Also the depth of the text.
   static constexpr std::size_t depth_max = 32;
 
+  // Out of line (encoder.cpp): only there `step` is complete.
+  encoder(encoder&&) noexcept;
+  encoder& operator=(encoder&&) noexcept;
+  ~encoder();
+
   // Flattens `schema`, which must outlive nothing: the encoder keeps no pointer to it but to its functions,
   // which are static. Allocates; for set-up. bad_argument when the schema nests deeper than depth_max or its
   // text could exceed 4 GiB; no_memory.
@@ -39,7 +44,7 @@ class encoder {
   class compiler;
   class run;
 
-  encoder() noexcept = default;
+  encoder() noexcept;
 
   std::vector<step> program_;
   std::vector<char> literals_;
