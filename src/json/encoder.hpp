@@ -7,7 +7,7 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include <rowe/result.hpp>
 #include <rowe/schema.hpp>
@@ -18,22 +18,22 @@ namespace rowe::json {
 
 class encoder {
  public:
-  // Schemas within schemas, arrays within arrays: how deep they may nest. Also the depth of the text.
+  // How deep objects, arrays and optionals may nest in a schema.
   static constexpr std::size_t depth_max = 32;
+  static constexpr std::size_t bytes_limit = std::size_t{1} << 31;
 
-  // Out of line (encoder.cpp): only there `step` is complete.
+  // Flattens `schema`; the encoder keeps nothing of it but its functions. Allocates; for set-up. bad_argument
+  // when it nests deeper than depth_max, or when the struct or its text can be longer than bytes_limit;
+  // no_memory.
+  [[nodiscard]] static result<encoder> compile(const schema_description& schema);
+
   encoder(encoder&&) noexcept;
   encoder& operator=(encoder&&) noexcept;
   ~encoder();
 
-  // Flattens `schema`, which must outlive nothing: the encoder keeps no pointer to it but to its functions,
-  // which are static. Allocates; for set-up. bad_argument when the schema nests deeper than depth_max or its
-  // text could exceed 4 GiB; no_memory.
-  [[nodiscard]] static result<encoder> compile(const schema_description& schema);
-
   // Writes `*object`, an object of the type that the schema describes, as one JSON value (the writer places
   // the comma). Never waits, never allocates; the steps are bounded by the schema. When it does not fit,
-  // into.overflowed().
+  // into.overflowed(); numbers that JSON cannot say are null and counted in into.nonfinite().
   ROWE_RT void encode(const void* object, writer& into) const noexcept;
 
   // No object's text is longer.
@@ -46,8 +46,9 @@ class encoder {
 
   encoder() noexcept;
 
-  std::vector<step> program_;
-  std::vector<char> literals_;
+  std::unique_ptr<step[]> program_;
+  std::size_t step_count_ = 0;
+  std::unique_ptr<char[]> literals_;
   std::size_t bytes_max_ = 0;
 };
 

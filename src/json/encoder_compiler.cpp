@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a schema to a program, at set-up. The compiler walks the schema twice with the same code: once to
+// count, once to write into memory of exactly that size. Literals grow until a value has to be written; so
+// brackets, names and commas of nested objects end up in one piece.
+#include <cstring>
+#include <limits>
+#include <new>
+
+#include "digits.hpp"
+#include "encoder_program.hpp"
+
+namespace rowe::json {
+namespace {
+
+static_assert(static_cast<int>(operation::boolean) == static_cast<int>(value_kind::boolean));
+static_assert(static_cast<int>(operation::int8) == static_cast<int>(value_kind::int8));
+static_assert(static_cast<int>(operation::uint64) == static_cast<int>(value_kind::uint64));
+static_assert(static_cast<int>(operation::float64) == static_cast<int>(value_kind::float64));
+static_assert(encoder::bytes_limit <= std::numeric_limits<std::uint32_t>::max());
+
+bool is_scalar(value_kind k) noexcept { return k <= value_kind::float64; }
+
+std::size_t scalar_bytes_max(operation what, bool as_string) noexcept {
+  switch (what) {
+  case operation::boolean: return 5;
+  case operation::float32: return float_text_bytes_max;
+  case operation::float64: return double_text_bytes_max;
+  default: return integer_text_bytes_max + (as_string ? 2 : 0);
+  }
+}
+
+// What escaping can make of one byte: \u001f.
+constexpr std::size_t escaped_bytes_max = 6;
+
+// Memory of the size and alignment of the described type, which the accessors are called with to learn
+// offsets. They only compute addresses; nothing is ever read from it.
+class sample {
+ public:
+  explicit sample(const schema_description& schema) noexcept
+      : alignment_{schema.alignment}, at_{::operator new(schema.bytes, alignment_, std::nothrow)} {}
+  ~sample() { ::operator delete(at_, alignment_); }
+  sample(const sample&) = delete;
+  sample& operator=(const sample&) = delete;
+
+  const char* at() const noexcept { return static_cast<const char*>(at_); }
+
+ private:
+  std::align_val_t alignment_;
+  void* at_;
+};
+
+// The form that a member gives to the numbers in it.
+struct form {
+  bool as_string = false;
+  int decimals = -1;
+};
+
+} // namespace
+
+class encoder::compiler {
+ public:
+  // Counts when there is nothing to write to. `base` is the sample, from which the offsets of every body are
+  // counted anew: an element is never larger or more aligned than the whole.
+  compiler(const char* base, step* program, char* literals) noexcept
+      : base_{base}, program_{program}, literals_{literals} {}
+
+  status compile(const schema_description& schema) noexcept {
+    object(schema, base_, 0);
+    flush();
+    return failed_;
+  }
+
+  std::size_t step_count() const noexcept { return step_count_; }
+  std::size_t literal_bytes() const noexcept { return literal_end_; }
+  std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
+
+ private:
+  void fail(std::size_t value, std::size_t limit) noexcept {
+    if (failed_) {
+      failed_ = error{errc::bad_argument, static_cast<std::int64_t>(value), static_cast<std::int64_t>(limit)};
+    }
+  }
+  bool may_nest(std::size_t depth) noexcept {
+    if (depth >= depth_max) fail(depth + 1, depth_max);
+    return bool{failed_};
+  }
+
+  std::uint32_t offset_of(const void* at) const noexcept {
+    return static_cast<std::uint32_t>(static_cast<const char*>(at) - base_);
+  }
+
+  // ---- literals and steps ----
+
+  void add(std::string_view text) noexcept {
+    if (literals_ != nullptr) std::memcpy(literals_ + literal_end_, text.data(), text.size());
+    literal_end_ += text.size();
+  }
+
+  void add_name(std::string_view name) noexcept {
+    const std::size_t bytes_max = name.size() * escaped_bytes_max + 2;
+    if (literals_ == nullptr) {
+      literal_end_ += bytes_max;
+    } else {
+      writer w{{literals_ + literal_end_, bytes_max}};
+      w.string(name);
+      literal_end_ += w.bytes();
+    }
+    add(":");
+  }
+
+  // Takes the literal that has grown since the last step, and leaves `bytes_max` for the value.
+  step* emit(step s, std::size_t bytes_max) noexcept {
+    s.literal = static_cast<std::uint32_t>(literal_begin_);
+    s.literal_bytes = static_cast<std::uint32_t>(literal_end_ - literal_begin_);
+    s.comma_if_needed = comma_if_needed_;
+    comma_if_needed_ = false;
+    literal_begin_ = literal_end_;
+    text_bytes_max_ += s.literal_bytes + s.comma_if_needed + bytes_max;
+    if (text_bytes_max_ > bytes_limit) fail(text_bytes_max_, bytes_limit);
+    const std::size_t index = step_count_++;
+    if (program_ == nullptr) return nullptr;
+    program_[index] = s;
+    return &program_[index];
+  }
+
+  // What stands in the literal must be written before what follows may be skipped or repeated.
+  void flush() noexcept {
+    if (literal_end_ != literal_begin_) emit({}, 0);
+  }
+
+  // Emits a step with the body that `write_body` emits, which is run up to `count` times. Returns with the
+  // text bound of all of it added.
+  template <class Body>
+  void emit_with_body(const step& s, std::size_t count, Body write_body) noexcept {
+    step* const head = emit(s, 0);
+    const std::size_t before = step_count_;
+    const std::size_t text_before = text_bytes_max_;
+    text_bytes_max_ = 0;
+    write_body();
+    flush();
+    const std::size_t body_bytes = text_bytes_max_ + 1; // with a comma
+    text_bytes_max_ = text_before;
+    if (body_bytes > bytes_limit / count) {
+      fail(body_bytes, bytes_limit / count);
+    } else {
+      text_bytes_max_ += body_bytes * count;
+    }
+    if (head != nullptr) head->body = static_cast<std::uint32_t>(step_count_ - before);
+  }
+
+  // ---- values ----
+
+  void object(const schema_description& schema, const char* at, std::size_t depth) noexcept {
+    if (!may_nest(depth)) return;
+    add("{");
+    bool some_written = false; // whatever the object holds
+    bool first = true;
+    for (const member_description& m : schema.members) {
+      const auto begin_member = [&] {
+        if (some_written) {
+          add(",");
+        } else if (!first) {
+          comma_if_needed_ = true;
+        }
+        add_name(m.name);
+      };
+      const void* const where = m.address(at);
+      const form how{m.as_string, m.decimals};
+      if (m.type->kind == value_kind::optional) {
+        optional(*m.type, where, how, depth, false, begin_member);
+      } else {
+        begin_member();
+        if (m.type->kind == value_kind::array) {
+          array(*m.type, where, how, depth, m.count, at);
+        } else {
+          value(*m.type, where, how, depth);
+        }
+        some_written = true;
+      }
+      first = false;
+    }
+    add("}");
+  }
+
+  void value(const value_description& d, const void* where, form how, std::size_t depth) noexcept {
+    if (!failed_) return;
+    switch (d.kind) {
+    case value_kind::object: return object(*d.object, static_cast<const char*>(where), depth + 1);
+    case value_kind::array: return array(d, where, how, depth, nullptr, nullptr);
+    case value_kind::optional: return optional(d, where, how, depth, true, [] {});
+    default: break;
+    }
+    step s;
+    s.offset = offset_of(where);
+    if (d.kind == value_kind::text) {
+      s.what = operation::text;
+      s.argument = s.offset;
+      s.text_of = d.text;
+      emit(s, d.count_max * escaped_bytes_max + 2);
+      return;
+    }
+    s.what = static_cast<operation>(d.kind);
+    s.as_string = how.as_string;
+    s.decimals = static_cast<std::int8_t>(how.decimals);
+    emit(s, scalar_bytes_max(s.what, s.as_string));
+  }
+
+  // `count_of`, when given, takes the object that the array is a member of.
+  void array(const value_description& d, const void* where, form how, std::size_t depth,
+             std::size_t (*count_of)(const void*) noexcept, const char* owner) noexcept {
+    if (!may_nest(depth + 1)) return;
+    const value_description& element = *d.element;
+    add("[");
+    step s;
+    s.offset = offset_of(d.elements(where));
+    s.count = static_cast<std::uint32_t>(d.count_max);
+    s.stride = static_cast<std::uint32_t>(element.bytes);
+    s.count_of = count_of != nullptr ? count_of : d.count;
+    s.argument = count_of != nullptr ? offset_of(owner) : offset_of(where);
+    s.as_string = how.as_string;
+    s.decimals = static_cast<std::int8_t>(how.decimals);
+    if (is_scalar(element.kind)) {
+      s.what = operation::scalars;
+      s.element = static_cast<operation>(element.kind);
+      emit(s, d.count_max * (scalar_bytes_max(s.element, s.as_string) + 1));
+    } else {
+      s.what = operation::repeat;
+      emit_with_body(s, d.count_max, [&] { value(element, base_, how, depth + 1); });
+    }
+    add("]");
+  }
+
+  // `begin` writes what stands before the value only if there is one: a member's name.
+  template <class Begin>
+  void optional(const value_description& d, const void* where, form how, std::size_t depth, bool else_null,
+                Begin begin) noexcept {
+    if (!may_nest(depth + 1)) return;
+    constexpr std::size_t null_bytes = 4;
+    step s;
+    s.what = operation::perhaps;
+    s.argument = offset_of(where);
+    s.engaged = d.engaged;
+    s.else_null = else_null;
+    emit_with_body(s, 1, [&] {
+      begin();
+      value(*d.element, base_, how, depth + 1);
+    });
+    text_bytes_max_ += null_bytes;
+  }
+
+  const char* const base_;
+  step* const program_;
+  char* const literals_;
+  std::size_t step_count_ = 0;
+  std::size_t literal_begin_ = 0; // of the literal that grows
+  std::size_t literal_end_ = 0;
+  std::size_t text_bytes_max_ = 0;
+  bool comma_if_needed_ = false; // before the literal that grows
+  status failed_;
+};
+
+result<encoder> encoder::compile(const schema_description& schema) {
+  const auto no_memory = [](std::size_t bytes) {
+    return error{errc::no_memory, static_cast<std::int64_t>(bytes), 0};
+  };
+  if (schema.bytes > bytes_limit) {
+    return error{errc::bad_argument, static_cast<std::int64_t>(schema.bytes),
+                 static_cast<std::int64_t>(bytes_limit)};
+  }
+  const sample object{schema};
+  if (object.at() == nullptr) return no_memory(schema.bytes);
+
+  compiler counter{object.at(), nullptr, nullptr};
+  if (const status s = counter.compile(schema); !s) return s.error();
+  const std::size_t literal_bytes = counter.literal_bytes() + literal_chunk_bytes;
+
+  encoder e;
+  e.program_.reset(new (std::nothrow) step[counter.step_count()]);
+  e.literals_.reset(new (std::nothrow) char[literal_bytes]{});
+  if (e.program_ == nullptr || e.literals_ == nullptr) {
+    return no_memory(counter.step_count() * sizeof(step) + literal_bytes);
+  }
+  compiler c{object.at(), e.program_.get(), e.literals_.get()};
+  if (const status s = c.compile(schema); !s) return s.error();
+  e.step_count_ = c.step_count();
+  e.bytes_max_ = c.text_bytes_max();
+  return e;
+}
+
+} // namespace rowe::json
