@@ -44,18 +44,18 @@ void memory_transport::arrive(connection_id id, std::span<const std::byte> bytes
 }
 
 std::span<const std::byte> memory_transport::sent(connection_id id) const noexcept {
-  const link* const on = find(id);
-  if (on == nullptr) return {};
-  return std::span{on->outbound}.subspan(on->outbound_read);
+  // Also of a connection that has ended, until its place is taken again.
+  if (id.index >= links_.size() || links_[id.index].generation != id.generation) return {};
+  return std::span{links_[id.index].outbound}.subspan(links_[id.index].outbound_read);
 }
 
 void memory_transport::peer_reads(connection_id id, std::size_t bytes) {
-  link* const on = find(id);
-  if (on == nullptr) return;
-  on->outbound_read = std::min(on->outbound_read + bytes, on->outbound.size());
-  if (on->outbound_read == on->outbound.size()) {
-    on->outbound.clear();
-    on->outbound_read = 0;
+  if (id.index >= links_.size() || links_[id.index].generation != id.generation) return;
+  link& on = links_[id.index];
+  on.outbound_read = std::min(on.outbound_read + bytes, on.outbound.size());
+  if (on.outbound_read == on.outbound.size() || on.outbound_read >= on.sky.room_bytes) {
+    on.outbound.erase(on.outbound.begin(), on.outbound.begin() + static_cast<std::ptrdiff_t>(on.outbound_read));
+    on.outbound_read = 0;
   }
 }
 

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// The composition root: which transport, which page, behind the public handles.
+#include <rowe/endpoint.hpp>
+
+#include <array>
+#include <charconv>
+#include <string>
+#include <vector>
+
+#include "api/endpoint_state.hpp"
+#include "api/url.hpp"
+#include "net/socket_transport.hpp"
+
+namespace rowe {
+namespace {
+
+constexpr std::array<std::string_view, 1> subprotocols{"rowe.v1"};
+
+net::socket_limits socket_limits_of(const limits& bounds) noexcept {
+  return {.connections_max = bounds.connections_max,
+          .connections_per_address_max = bounds.connections_per_address_max};
+}
+
+std::vector<std::string_view> views_of(const std::vector<std::string>& texts) { return {texts.begin(), texts.end()}; }
+
+}  // namespace
+
+result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& options) {
+  const auto origins = views_of(options.allow_origins);
+  const auto hosts = views_of(options.allow_hosts);
+  auto carrier = net::socket_transport::listen({.address = options.address,
+                                                .port = port,
+                                                .insecure = options.insecure,
+                                                .allow_origins = origins,
+                                                .allow_hosts = hosts,
+                                                .subprotocols = subprotocols,
+                                                .limits = socket_limits_of(options.limits)});
+  if (!carrier) return carrier.error();
+  auto bound = std::move(carrier).value();
+  const std::uint16_t bound_port = bound->port();
+  auto state = detail::endpoint_state::open(options, service::side::server, std::move(bound), bound_port);
+  if (!state) return state.error();
+  return endpoint{std::move(state).value()};
+}
+
+result<endpoint> endpoint::connect(std::string_view url, const endpoint_options& options) {
+  const auto parts = split_url(url);
+  if (!parts) return parts.error();
+  auto carrier = net::socket_transport::connect({.host = parts->host,
+                                                 .port = parts->port,
+                                                 .path = parts->path,
+                                                 .subprotocols = {},
+                                                 .limits = socket_limits_of(options.limits)});
+  if (!carrier) return carrier.error();
+  auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);
+  if (!state) return state.error();
+  return endpoint{std::move(state).value()};
+}
+
+endpoint::endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept : state_{std::move(state)} {}
+endpoint::endpoint(endpoint&&) noexcept = default;
+
+endpoint& endpoint::operator=(endpoint&& from) noexcept {
+  if (this != &from) {
+    if (state_) (void)state_->close(duration::zero());  // as the destructor
+    state_ = std::move(from.state_);
+  }
+  return *this;
+}
+
+endpoint::~endpoint() {
+  if (state_) (void)state_->close(duration::zero());  // with nothing to drain there is nothing to report
+}
+
+result<detail::lane_handle> endpoint::open_lane(detail::lane_kind kind, std::string_view topic,
+                                                const topic_options& options, std::string_view type,
+                                                std::size_t value_bytes, const schema_description* schema) {
+  auto lane = state_->open_lane(kind, topic, options, type, value_bytes, schema);
+  if (!lane) return lane.error();
+  return detail::lane_handle{state_, **lane};
+}
+
+status endpoint::wait_peer(duration patience) { return state_->wait_peer(patience); }
+std::uint32_t endpoint::peers() const noexcept { return state_->peers(); }
+std::uint16_t endpoint::port() const noexcept { return state_->port(); }
+std::optional<event> endpoint::try_event() noexcept { return state_->try_event(); }
+std::vector<count> endpoint::counts() const { return state_->counts(); }
+const rt::grants& endpoint::service_grants() const noexcept { return state_->service_grants(); }
+bool endpoint::memory_locked() const noexcept { return state_->memory_locked(); }
+status endpoint::close(duration drain) { return state_->close(drain); }
+
+}  // namespace rowe

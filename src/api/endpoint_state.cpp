@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/endpoint_state.hpp"
+
+#include <sys/random.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+
+#include "api/lane_memory.hpp"
+#include "page/page.hpp"
+#include "service/memory_plan.hpp"
+
+namespace rowe::detail {
+namespace {
+
+using service::counter;
+
+// How long set-up waits for the service thread to answer a lane; it answers within a cycle, so that only a thread
+// that has died, or a machine that has stopped, takes so long.
+constexpr duration answer_max = std::chrono::seconds{10};
+
+constexpr std::uint32_t depth_max = 4096;
+
+std::string host_name() {
+  std::array<char, 64> name{};
+  if (::gethostname(name.data(), name.size() - 1) != 0) return "rowe";
+  return name.data();
+}
+
+template <class T>
+status in_range(T value, T least, T most) noexcept {
+  if (value >= least && value <= most) return {};
+  return error{errc::bad_argument, static_cast<std::int64_t>(value),
+               static_cast<std::int64_t>(value < least ? least : most)};
+}
+
+status in_range(duration value, duration least, duration most) noexcept {
+  return in_range(value.count(), least.count(), most.count());
+}
+
+status check_limits(const limits& l) noexcept {
+  constexpr std::uint32_t many = 1U << 20;
+  for (const status& one : {
+           in_range(l.connections_max, 1U, 65536U),
+           in_range(l.message_bytes_max, 128U, 1U << 26),
+           in_range(l.fragments_max, 1U, many),
+           in_range(l.depth_max, 1U, 1024U),
+           in_range(l.topics_max, 2U, many),
+           in_range(l.topic_bytes_max, 16U, static_cast<std::uint32_t>(lane::name_bytes_max)),
+           in_range(l.subscriptions_max, 1U, many),
+           in_range(l.small_slots, 1U, many),
+           in_range(l.small_slot_bytes, 256U, l.message_bytes_max),
+           in_range(l.large_slots, 1U, many),
+           in_range(l.queue_depth_max, 1U, many),
+           in_range(l.queued_max, 1U, many),
+           in_range(l.lanes_max, 1U, 1024U),
+           in_range(l.events_max, 1U, many),
+       }) {
+    if (!one) return one;
+  }
+  return {};
+}
+
+status check_options(const endpoint_options& o) noexcept {
+  using namespace std::chrono_literals;
+  constexpr duration long_time = 24h;
+  for (const status& one : {
+           check_limits(o.limits),
+           in_range(o.poll_period, 50us, 10ms),
+           in_range(o.service_priority, 0, 99),
+           in_range(o.service_cpu, -1, 4095),
+           in_range(o.ping_period, 10ms, long_time),
+           in_range(o.silence_max, o.ping_period, long_time),
+           in_range(o.message_time_max, 10ms, long_time),
+           in_range(o.stats_period, 100ms, long_time),
+           in_range(o.retry_min, 1ms, long_time),
+           in_range(o.retry_max, o.retry_min, long_time),
+       }) {
+    if (!one) return one;
+  }
+  return {};
+}
+
+service::http_answer no_page(const service::http_request&) noexcept { return {}; }
+
+}  // namespace
+
+void kernel_entropy::fill(std::span<std::byte> bytes) noexcept {
+  while (!bytes.empty()) {
+    const ssize_t got = ::getrandom(bytes.data(), bytes.size(), 0);
+    if (got < 0 && errno != EINTR) {
+      std::memset(bytes.data(), 0, bytes.size());
+      return;
+    }
+    if (got > 0) bytes = bytes.subspan(static_cast<std::size_t>(got));
+  }
+}
+
+// ---- opening
+
+result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_options& options, service::side ours,
+                                                             std::unique_ptr<service::transport> carrier,
+                                                             std::uint16_t port) {
+  if (const status ok = check_options(options); !ok) return ok.error();
+  auto state = std::make_shared<endpoint_state>(options, std::move(carrier), port);
+  if (const status ok = state->start(ours); !ok) return ok.error();
+  return state;
+}
+
+endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> carrier,
+                               std::uint16_t port)
+    : options_{options},
+      port_{port},
+      name_{options.name.empty() ? host_name() : options.name},
+      carrier_{std::move(carrier)} {}
+
+endpoint_state::~endpoint_state() { (void)close(duration::zero()); }  // nobody is left to tell
+
+status endpoint_state::start(service::side ours) {
+  const service::memory_plan plan = service::plan_memory(options_.limits);
+  memory_ = rt::arena{plan.total(), rt::page_lock::attempted};
+  if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.total()), memory_.map_errno()};
+  auto validator = json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max);
+  if (!validator) return validator.error();
+  validator_.emplace(std::move(validator).value());
+  lanes_ = memory_.carve<lane>(options_.limits.lanes_max);
+  encoders_.resize(lanes_.size());
+  board_ = memory_.make<service::board>(memory_, options_.limits);
+  core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_), lanes_, *board_,
+                                      service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
+                                      rt::monotonic_clock::now());
+  loop_.emplace(*core_, *carrier_, options_.idle_policy, options_.poll_period);
+
+  rt::thread_options how{.name = "rowe", .priority = options_.service_priority};
+  if (options_.service_cpu >= 0) how.cpu = options_.service_cpu;
+  thread_ = rt::thread{how, [this, how] {
+                         // Said again from inside, where the answer is at hand before the first cycle.
+                         const rt::grants granted = rt::prepare_this_thread(how);
+                         core_->describe_thread(granted, memory_.locked());
+                         loop_->run(static_cast<bool>(granted.fifo));
+                       }};
+  if (!thread_.joinable()) return error{errc::no_thread, thread_.error()};
+  granted_ = thread_.grants();
+  return {};
+}
+
+// ---- lanes
+
+status endpoint_state::check(std::string_view topic, const topic_options& options, lane_kind kind) const noexcept {
+  if (const status ok = in_range(topic.size(), std::size_t{1}, std::size_t{options_.limits.topic_bytes_max}); !ok) {
+    return ok;
+  }
+  if (const status ok = in_range(options.depth, 1U, depth_max); !ok) return ok;
+  if (options.type.size() > options_.limits.topic_bytes_max) {
+    return error{errc::bad_argument, static_cast<std::int64_t>(options.type.size()),
+                 options_.limits.topic_bytes_max};
+  }
+  if (kind == lane_kind::subscribe_text) return {};
+  if (topic.starts_with("/rowe/")) return error{errc::bad_argument, 0, 0};
+  // A value that cannot live as long as it may wait for the service thread would never be sent.
+  const bool too_short = options.ttl > duration::zero() && options.ttl <= options_.poll_period &&
+                         options_.idle_policy == idle::poll;
+  if (too_short) return error{errc::bad_argument, options.ttl.count(), options_.poll_period.count()};
+  return {};
+}
+
+// A free lane with `bytes` of memory: one that has enough from an earlier use, else one that is given some.
+result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
+  lane* fits = nullptr;
+  lane* fresh = nullptr;
+  for (lane& one : lanes_) {
+    if (one.state.load(std::memory_order_acquire) != lane_state::free) continue;  // acquire: with detach()
+    if (one.memory.empty()) {
+      if (fresh == nullptr) fresh = &one;
+    } else if (one.memory.size() >= bytes && (fits == nullptr || one.memory.size() < fits->memory.size())) {
+      fits = &one;
+    }
+  }
+  if (fits != nullptr) return fits;
+  if (fresh == nullptr) {
+    return error{errc::too_many_lanes, static_cast<std::int64_t>(lanes_.size()), options_.limits.lanes_max};
+  }
+  const std::size_t left = options_.limits.lane_bytes - lane_bytes_used_;
+  if (bytes > left) {
+    return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left)};
+  }
+  fresh->memory = memory_.carve_bytes(bytes);
+  lane_bytes_used_ += bytes;
+  return fresh;
+}
+
+result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, const topic_options& options,
+                                        std::string_view type, std::size_t value_bytes,
+                                        const schema_description* schema) {
+  if (const status ok = check(topic, options, kind); !ok) return ok.error();
+  if (!options.type.empty()) type = options.type;
+  type = type.substr(0, options_.limits.topic_bytes_max);
+  const rowe::keep kept = kind == lane_kind::subscribe_text ? keep::all : options.keep;
+  std::optional<json::encoder> encoder;
+  if (schema != nullptr) {
+    auto compiled = json::encoder::compile(*schema);
+    if (!compiled) return compiled.error();
+    encoder.emplace(std::move(compiled).value());
+  }
+
+  const std::lock_guard set_up{set_up_};
+  if (closed_) return errc::closed;
+  const auto found = find_lane(path_bytes(kept, options.depth, value_bytes));
+  if (!found) return found.error();
+  lane& built = **found;
+  const bool publishes = kind != lane_kind::subscribe_text;
+  built.publisher = {};
+  built.subscriber = {};
+  built.published_end = {};
+  built.subscriber_end = {};
+  build_path(built.memory, kept, options.depth, value_bytes, publishes ? built.publisher : built.subscriber_end,
+             publishes ? built.published_end : built.subscriber);
+  built.kind = kind;
+  built.keep = kept;
+  built.priority = options.priority;
+  built.latched = options.latched;
+  built.ttl = options.ttl;
+  built.name_bytes = static_cast<std::uint8_t>(topic.size());
+  built.type_bytes = static_cast<std::uint8_t>(type.size());
+  std::memcpy(built.name_text.data(), topic.data(), topic.size());
+  std::memcpy(built.type_text.data(), type.data(), type.size());
+  for (rt::counter* one : {&built.published, &built.refused_full, &built.no_peer}) one->set(0);
+  auto& kept_encoder = encoders_[static_cast<std::size_t>(&built - lanes_.data())];
+  kept_encoder = std::move(encoder);
+  built.encoder = kept_encoder ? &*kept_encoder : nullptr;
+
+  built.state.store(lane_state::offered, std::memory_order_release);  // release: pairs with take_from_lanes()
+  carrier_->wake();
+  lane_state answered = lane_state::offered;
+  built.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), answer_max), [&] {
+    answered = built.state.load(std::memory_order_acquire);  // acquire: pairs with the release in attach()
+    return answered != lane_state::offered;
+  });
+  if (answered == lane_state::active) return &built;
+  const error why = answered == lane_state::refused ? built.answer : error{errc::closed};
+  if (answered == lane_state::refused) built.state.store(lane_state::free, std::memory_order_release);  // with find_lane()
+  return why;
+}
+
+void endpoint_state::close_lane(lane& gone) noexcept {
+  gone.state.store(lane_state::closing, std::memory_order_release);  // release: pairs with take_from_lanes()
+  carrier_->wake();
+}
+
+// ---- the rest
+
+status endpoint_state::close(duration drain) noexcept {
+  const std::lock_guard set_up{set_up_};
+  if (closed_) return {};
+  closed_ = true;
+  if (!thread_.joinable()) return {};
+  loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
+  thread_.join();
+  for (lane& one : lanes_) {
+    // release: pairs with the acquire in subscriber::try_take(); the service thread is gone and pushes nothing more
+    one.heard_by.store(audience::closed, std::memory_order_release);
+    one.news.notify();
+  }
+  if (loop_->drained()) return {};
+  return error{errc::timed_out, 0, drain.count()};
+}
+
+status endpoint_state::wait_peer(duration patience) noexcept {
+  const std::lock_guard one_waiter{peer_waiter_};
+  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), patience);
+  if (board_->peers_changed.wait_until(deadline, [&] { return board_->peers() > 0; })) return {};
+  return error{errc::timed_out, 0, patience.count()};
+}
+
+std::optional<event> endpoint_state::try_event() noexcept {
+  const std::lock_guard one_reader{events_};
+  return board_->try_event();
+}
+
+std::vector<count> endpoint_state::counts() const {
+  constexpr std::string_view groups[] = {"loss", "chosen", "flow", "refusal", "own"};
+  std::vector<count> all;
+  all.reserve(service::counter_descriptions.size());
+  for (std::size_t i = 0; i < service::counter_descriptions.size(); ++i) {
+    const auto& what = service::counter_descriptions[i];
+    all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning,
+                   service::read_count(*board_, lanes_, static_cast<counter>(i))});
+  }
+  return all;
+}
+
+void close_lane(endpoint_state& of, lane& gone) noexcept { of.close_lane(gone); }
+
+}  // namespace rowe::detail
