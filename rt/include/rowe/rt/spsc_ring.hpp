@@ -167,9 +167,9 @@ class spsc_ring {
   // Any thread, never waits; for counters, not for decisions. How many items there were at some time during
   // the call, give or take what both ends did meanwhile; never more than capacity().
   ROWE_RT std::size_t approximate_size() const noexcept {
-    const std::uint64_t head =
-        head_.load(std::memory_order_acquire); // pairs with pop; before tail, so tail ≥ head
-    const std::uint64_t tail = tail_.load(std::memory_order_acquire); // pairs with the release in try_push
+    // acquire: pairs with the release in pop and drain; a tail loaded after that head is not before it
+    const std::uint64_t head = head_.load(std::memory_order_acquire);
+    const std::uint64_t tail = tail_.load(std::memory_order_relaxed); // relaxed: no item is read by it
     return static_cast<std::size_t>(std::min(tail - head, producer_.mask_ + 1));
   }
 

@@ -23,7 +23,7 @@ struct thread_options {
   std::optional<int> cpu = {}; // nothing: wherever the starting thread may run
   int priority = 0;            // 1 to 99: SCHED_FIFO with it; 0: an ordinary thread
   std::size_t stack_bytes =
-      256 * 1024; // of which all is touched and locked; at least PTHREAD_STACK_MIN is taken
+      256 * 1024; // touched and locked but for the last page; at least PTHREAD_STACK_MIN
 };
 
 // What became of one request.
@@ -36,11 +36,11 @@ struct grant {
 };
 
 struct grants {
-  grant named;
-  grant pinned;       // to `cpu`
-  grant fifo;         // SCHED_FIFO with `priority`
-  grant slack;        // timers of an ordinary thread fire at their time, not up to 50 us later
-  grant stack_locked; // touched in any case
+  grant named = {};
+  grant pinned = {};       // to `cpu`
+  grant fifo = {};         // SCHED_FIFO with `priority`
+  grant slack = {};        // timers of an ordinary thread fire at their time, not up to 50 us later
+  grant stack_locked = {}; // touched in any case
   int cpu = -1;
   int priority = 0;
   long priority_limit = 0; // RLIMIT_RTPRIO and RLIMIT_MEMLOCK as they were, for the sentence; -1: unlimited
@@ -118,7 +118,7 @@ class thread {
   }
   static void* enter(void* block) noexcept;
   static void prepared(start_block& block) noexcept;
-  void start(const thread_options& options, body run, void* function) noexcept;
+  void start(const thread_options& options, body entry, void* function) noexcept;
 
   pthread_t handle_{};
   bool joinable_ = false;
