@@ -199,6 +199,12 @@ class signal_rain {
     struct sigaction action {};
     action.sa_handler = handler;
     ::sigaction(SIGUSR1, &action, &before_);
+    thread_ = std::thread{[this, target = ::pthread_self()] {
+      while (!done_) {
+        ::pthread_kill(target, SIGUSR1);
+        std::this_thread::yield();
+      }
+    }};
   }
   ~signal_rain() {
     done_ = true;
@@ -209,13 +215,7 @@ class signal_rain {
  private:
   struct sigaction before_ {};
   std::atomic<bool> done_{false};
-  pthread_t target_ = ::pthread_self();
-  std::thread thread_{[this] {
-    while (!done_) {
-      ::pthread_kill(target_, SIGUSR1);
-      std::this_thread::yield();
-    }
-  }};
+  std::thread thread_;
 };
 
 TEST(periodic, is_stopped_by_a_signal_in_the_middle_of_a_long_wait) {
