@@ -9,10 +9,9 @@
 #include <optional>
 #include <string_view>
 
-namespace rowe::wire {
+#include "wire/ascii.hpp"
 
-// Letters of ASCII count as equal in either case, as in header names and hosts.
-bool equal_ignoring_case(std::string_view a, std::string_view b) noexcept;
+namespace rowe::wire {
 
 // A token as RFC 9110 5.6.2 has it: what names, methods and subprotocols consist of.
 bool is_token(std::string_view text) noexcept;

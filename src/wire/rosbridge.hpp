@@ -28,7 +28,7 @@ enum class op : std::uint8_t {
   publish,
   status,
   set_level,
-  unsupported, // an operation of rosbridge that rowe does not speak: services, actions, fragments, png, auth
+  unsupported, // rosbridge has it, rowe does not: services, actions, fragments, png, auth
   unknown,
 };
 
@@ -36,7 +36,7 @@ enum class op : std::uint8_t {
 enum class level : std::uint8_t { none, error, warning, info };
 std::string_view name_of(level which) noexcept;
 
-inline constexpr std::int64_t lifespan_for_ever = -1;
+inline constexpr std::int64_t lifespan_for_ever = -1; // or a deadline that never comes
 
 // What a text asked for. Views point into the text or into the scratch buffer. Members that the operation
 // does not have, or that were absent, hold what stands here; members this file does not know are ignored.
@@ -87,10 +87,10 @@ struct refusal {
     unknown_op,     // value
   };
   kind what = kind::not_an_object;
-  std::string_view op_text;  // empty: not known
-  std::string_view member;   // "topic", "qos.depth"
-  std::string_view value;    // JSON as it stood there, or an operation's name
-  std::string_view expected; // "an integer"
+  std::string_view op_text{};  // empty: not known
+  std::string_view member{};   // "topic", "qos.depth"
+  std::string_view value{};    // JSON as it stood there, or an operation's name
+  std::string_view expected{}; // "an integer"
   std::size_t bytes = 0;
   std::int64_t limit = 0;
 
@@ -104,10 +104,10 @@ inline constexpr std::size_t refusal_text_bytes_max = 320;
 // used. On a refusal, `out` still has what, op_text and id_raw as far as they could be read. op::unsupported
 // and op::unknown are not refusals: refuse_op() makes one for those who want to answer.
 //
-// Decided: null counts as a wrong type, as it does there. `fragment_size` is checked and then ignored: a peer
-// that asks for fragments must take whole messages as well. `compression` other than "none" is refused.
-// `type` is optional everywhere. A publish without `msg` is refused (the reference server publishes defaults,
-// which only it knows).
+// Decided: null counts as a wrong type, but as an id it means that there is none; both as there.
+// `fragment_size` is checked and then ignored: a peer that asks for fragments must take whole messages as
+// well. `compression` other than "none" is refused. `type` is optional everywhere. A publish without `msg` is
+// refused (the reference server publishes defaults, which only it knows).
 std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept;
 
@@ -128,10 +128,10 @@ std::string_view encode_status(std::span<char> out, level how, std::string_view 
                                std::string_view text) noexcept;
 
 // What we send as a client, with ids such as "subscribe:/odom:1": `number` tells several of one topic apart,
-// and an unsubscribe names the subscribe it ends.
+// and an unsubscribe names the subscribe it ends. Topics of more than 980 bytes cannot be asked for.
 struct subscription {
   std::string_view topic;
-  std::string_view type; // empty: left out
+  std::string_view type{}; // empty: left out
   std::uint64_t number = 1;
   std::int64_t throttle_ms = 0;
   std::int64_t queue_length = 0;
@@ -142,7 +142,7 @@ std::string_view encode_unsubscribe(std::span<char> out, std::string_view topic,
 
 struct advertisement {
   std::string_view topic;
-  std::string_view type; // rosbridge servers want one
+  std::string_view type{}; // rosbridge servers want one
   std::uint64_t number = 1;
   bool latch = false;
   std::int64_t queue_size = 100;

@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decoding. One walk over the object notes the value of each member that is known, wherever it stands; then
+// the operation says which of them matter. So the order of members does not, and a name that stands twice is
+// found before anything is believed.
+#include "wire/rosbridge.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "wire/rosbridge_values.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::wire::rosbridge {
+namespace {
+
+constexpr std::size_t op_bytes_max = 64;
+static_assert(scratch_bytes({.topic_bytes_max = 0, .id_bytes_max = 0}) >= op_bytes_max);
+
+constexpr std::int64_t any_count = std::numeric_limits<std::int64_t>::max();
+
+// The members that are known. Those that rowe does not read are known too, because they may not stand twice
+// either.
+constexpr std::array<std::string_view, 18> member_names = {"op",
+                                                           "id",
+                                                           "topic",
+                                                           "msg",
+                                                           "type",
+                                                           "level",
+                                                           "throttle_rate",
+                                                           "queue_length",
+                                                           "fragment_size",
+                                                           "latch",
+                                                           "queue_size",
+                                                           "qos",
+                                                           "service",
+                                                           "action",
+                                                           "args",
+                                                           "values",
+                                                           "result",
+                                                           "compression"};
+
+// A known member, written as its name; another name does not compile.
+struct member_name {
+  std::size_t index;
+  consteval member_name(const char* name) : index{0} { // NOLINT(google-explicit-constructor): need("topic")
+    while (member_names.at(index) != name) ++index;
+  }
+  std::string_view text() const noexcept { return member_names[index]; }
+};
+
+enum policy : std::size_t { history, depth, reliability, durability, deadline, lifespan };
+constexpr std::array<std::string_view, 6> policy_names = {"history",    "depth",    "reliability",
+                                                          "durability", "deadline", "lifespan"};
+constexpr std::array<std::string_view, 6> policy_paths = {"qos.history",    "qos.depth",    "qos.reliability",
+                                                          "qos.durability", "qos.deadline", "qos.lifespan"};
+
+struct operation {
+  std::string_view text;
+  op what;
+};
+constexpr operation operations[] = {{"publish", op::publish},
+                                    {"subscribe", op::subscribe},
+                                    {"unsubscribe", op::unsubscribe},
+                                    {"advertise", op::advertise},
+                                    {"unadvertise", op::unadvertise},
+                                    {"status", op::status},
+                                    {"set_level", op::set_level},
+                                    {"call_service", op::unsupported},
+                                    {"service_response", op::unsupported},
+                                    {"advertise_service", op::unsupported},
+                                    {"unadvertise_service", op::unsupported},
+                                    {"advertise_action", op::unsupported},
+                                    {"unadvertise_action", op::unsupported},
+                                    {"send_action_goal", op::unsupported},
+                                    {"cancel_action_goal", op::unsupported},
+                                    {"action_feedback", op::unsupported},
+                                    {"action_result", op::unsupported},
+                                    {"action_status", op::unsupported},
+                                    {"fragment", op::unsupported},
+                                    {"png", op::unsupported},
+                                    {"auth", op::unsupported}};
+
+// One text being decoded. Each step returns false when it refused; then refusal_ says why.
+class decoding {
+ public:
+  decoding(std::span<char> scratch, const name_limits& limits, request& out) noexcept
+      : scratch_{scratch}, limits_{limits}, out_{out} {}
+
+  std::optional<refusal> run(std::string_view text) noexcept;
+
+ private:
+  bool accept(std::optional<refusal> wrong) noexcept {
+    refusal_ = wrong;
+    if (refusal_) refusal_->op_text = out_.op_text;
+    return !wrong;
+  }
+  bool given(member_name which) const noexcept { return found_.given(which.index); }
+  const json::value& value(member_name which) const noexcept { return found_.values[which.index]; }
+
+  bool take_op() noexcept;
+  bool take_id() noexcept;
+  bool take_members() noexcept;
+  bool take_publish() noexcept;
+  bool take_status() noexcept;
+  bool take_subscribe() noexcept;
+  bool take_advertise() noexcept;
+
+  bool need(member_name which) noexcept;
+  bool take_topic() noexcept;
+  bool take_type() noexcept;
+  bool take_count(member_name which, std::int64_t most, std::int64_t& into) noexcept;
+  bool take_latch() noexcept;
+  bool take_level() noexcept;
+  bool take_compression() noexcept;
+  bool take_qos() noexcept;
+
+  std::span<char> carve(std::size_t bytes) noexcept {
+    const std::span<char> piece = scratch_.first(std::min(bytes, scratch_.size()));
+    scratch_ = scratch_.subspan(piece.size());
+    return piece;
+  }
+
+  std::span<char> scratch_;
+  const name_limits& limits_;
+  request& out_;
+  members<member_names.size()> found_;
+  std::optional<refusal> refusal_;
+};
+
+std::optional<refusal> decoding::run(std::string_view text) noexcept {
+  const json::value whole = json::root(text);
+  if (whole.type != json::kind::object) return refusal{.what = refusal::kind::not_an_object};
+  found_ = collect(whole.raw, member_names);
+  const bool id_is_good = take_id(); // first, because the answer carries it whatever else is wrong
+  const auto wrong_id = refusal_;
+  if (!take_op()) return refusal_;
+  if (!id_is_good) {
+    (void)accept(wrong_id); // again, now that the operation is known
+  } else if (const auto twice = found_.twice()) {
+    (void)accept(refusal{.what = refusal::kind::twice, .member = member_names[*twice]});
+  } else {
+    (void)take_members();
+  }
+  return refusal_;
+}
+
+bool decoding::take_id() noexcept {
+  const member_name id{"id"};
+  if (!given(id) || found_.times[id.index] > 1) return true;
+  const json::value& v = value(id);
+  if (v.type == json::kind::null) return true; // what the reference server takes for none
+  if (v.type != json::kind::string && !json::to_integer(v) && !json::to_unsigned(v)) {
+    return accept(wrong_type("id", v, "a string or an integer"));
+  }
+  if (v.raw.size() > limits_.id_bytes_max) {
+    return accept(refusal{.what = refusal::kind::too_long,
+                          .member = "id",
+                          .bytes = v.raw.size(),
+                          .limit = static_cast<std::int64_t>(limits_.id_bytes_max)});
+  }
+  out_.id_raw = v.raw;
+  return true;
+}
+
+bool decoding::take_op() noexcept {
+  const member_name which{"op"};
+  if (!need(which)) return false;
+  if (found_.times[which.index] > 1) return accept(refusal{.what = refusal::kind::twice, .member = "op"});
+  std::string_view text;
+  if (!accept(read_name("op", value(which), op_bytes_max, carve(op_bytes_max), text))) return false;
+  const auto* const known = std::find_if(std::begin(operations), std::end(operations),
+                                         [text](const operation& o) { return o.text == text; });
+  out_.op_text = text;
+  out_.what = known == std::end(operations) ? op::unknown : known->what;
+  return true;
+}
+
+bool decoding::take_members() noexcept {
+  switch (out_.what) {
+  case op::publish: return take_publish();
+  case op::subscribe: return take_subscribe();
+  case op::advertise: return take_advertise();
+  case op::unsubscribe:
+  case op::unadvertise: return take_topic();
+  case op::status: return take_status();
+  case op::set_level: return take_level();
+  case op::unsupported:
+  case op::unknown: return true;
+  }
+  return true;
+}
+
+// The operations.
+
+bool decoding::take_publish() noexcept {
+  if (!take_topic() || !need("msg")) return false;
+  const json::value& v = value("msg");
+  if (v.type != json::kind::object) return accept(wrong_type("msg", v, "an object"));
+  out_.msg_raw = v.raw;
+  return take_latch();
+}
+
+bool decoding::take_status() noexcept {
+  if (!take_level() || !need("msg")) return false;
+  const json::value& v = value("msg");
+  if (v.type != json::kind::string) return accept(wrong_type("msg", v, "a string"));
+  out_.msg_raw = v.raw;
+  return true;
+}
+
+bool decoding::take_subscribe() noexcept {
+  std::int64_t fragment_size = 0; // checked and not used
+  out_.has_queue_length = given("queue_length");
+  return take_topic() && take_type() && take_count("throttle_rate", milliseconds_max, out_.throttle_ms) &&
+         take_count("queue_length", any_count, out_.queue_length) &&
+         take_count("fragment_size", any_count, fragment_size) && take_compression() && take_qos();
+}
+
+bool decoding::take_advertise() noexcept {
+  return take_topic() && take_type() && take_latch() &&
+         take_count("queue_size", any_count, out_.queue_size) && take_qos();
+}
+
+// The members.
+
+bool decoding::need(member_name which) noexcept {
+  return given(which) || accept(refusal{.what = refusal::kind::missing, .member = which.text()});
+}
+
+bool decoding::take_topic() noexcept {
+  if (!need("topic")) return false;
+  const std::size_t most = limits_.topic_bytes_max;
+  if (!accept(read_name("topic", value("topic"), most, carve(most), out_.topic))) return false;
+  return !out_.topic.empty() || accept(refusal{.what = refusal::kind::empty, .member = "topic"});
+}
+
+bool decoding::take_type() noexcept {
+  const std::size_t most = limits_.topic_bytes_max;
+  return !given("type") || accept(read_name("type", value("type"), most, carve(most), out_.type));
+}
+
+bool decoding::take_count(member_name which, std::int64_t most, std::int64_t& into) noexcept {
+  return !given(which) || accept(read_count(which.text(), value(which), most, into));
+}
+
+bool decoding::take_latch() noexcept {
+  if (!given("latch")) return true;
+  const auto latch = json::to_boolean(value("latch"));
+  if (!latch) return accept(wrong_type("latch", value("latch"), "true or false"));
+  out_.latch = *latch;
+  return true;
+}
+
+bool decoding::take_level() noexcept {
+  if (!need("level")) return false;
+  static constexpr std::string_view words[] = {"none", "error", "warning", "info"};
+  std::size_t word = 0;
+  const bool good =
+      accept(read_word("level", value("level"), words, R"("none", "error", "warning" or "info")", word));
+  if (good) out_.level = static_cast<level>(word);
+  return good;
+}
+
+bool decoding::take_compression() noexcept {
+  if (!given("compression")) return true;
+  const json::value& v = value("compression");
+  if (v.type != json::kind::string) return accept(wrong_type("compression", v, "a string"));
+  if (is_word(v, "none")) return true;
+  return accept(refusal{
+      .what = refusal::kind::not_offered, .member = "compression", .value = v.raw, .expected = R"("none")"});
+}
+
+// Quality of service: what rowe can do of it is taken, the rest is checked.
+bool decoding::take_qos() noexcept {
+  if (!given("qos")) return true;
+  if (value("qos").type != json::kind::object) return accept(wrong_type("qos", value("qos"), "an object"));
+  const auto found = collect(value("qos").raw, policy_names);
+  if (const auto twice = found.twice()) {
+    return accept(refusal{.what = refusal::kind::twice, .member = policy_paths[*twice]});
+  }
+  static constexpr std::string_view histories[] = {"keep_last", "keep_all"};
+  static constexpr std::string_view reliabilities[] = {"reliable", "best_effort", "best_available"};
+  static constexpr std::string_view durabilities[] = {"volatile", "transient_local", "best_available"};
+  const auto word = [&](policy which, std::span<const std::string_view> words, std::string_view expected,
+                        std::string_view wanted, bool& is_wanted) {
+    if (!found.given(which)) return true;
+    std::size_t index = 0;
+    if (!accept(read_word(policy_paths[which], found.values[which], words, expected, index))) return false;
+    if (words[index] == wanted) is_wanted = true;
+    return true;
+  };
+  const auto duration = [&](policy which, std::int64_t& into) {
+    return !found.given(which) || accept(read_duration(policy_paths[which], found.values[which], into));
+  };
+  bool reliable = false; // TCP is, whatever is asked for
+  const bool words_are_good =
+      word(history, histories, R"("keep_last" or "keep_all")", "keep_all", out_.keep_all) &&
+      word(reliability, reliabilities, R"("reliable", "best_effort" or "best_available")", "reliable",
+           reliable) &&
+      word(durability, durabilities, R"("volatile", "transient_local" or "best_available")",
+           "transient_local", out_.latch);
+  if (!words_are_good) return false;
+  if (found.given(depth)) {
+    out_.has_queue_length = true;
+    if (!accept(read_count(policy_paths[depth], found.values[depth], any_count, out_.queue_length)))
+      return false;
+  }
+  const bool as_available = found.given(deadline) && is_word(found.values[deadline], "best_available");
+  return (as_available || duration(deadline, out_.deadline_ns)) && duration(lifespan, out_.lifespan_ns);
+}
+
+} // namespace
+
+std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+                              const name_limits& limits, request& out) noexcept {
+  out = request{};
+  return decoding{scratch, limits, out}.run(validated_text);
+}
+
+} // namespace rowe::wire::rosbridge

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/rosbridge_values.hpp"
+
+#include <limits>
+
+#include "wire/ascii.hpp"
+
+namespace rowe::wire::rosbridge {
+namespace {
+
+constexpr std::int64_t most_nanoseconds = std::numeric_limits<std::int64_t>::max();
+
+std::int64_t nanoseconds_of(double seconds) noexcept {
+  const double ns = seconds * 1e9;
+  constexpr double bound = 9.2e18; // a little below what 64 bits hold: 291 years
+  return ns < bound ? static_cast<std::int64_t>(ns + 0.5) : lifespan_for_ever;
+}
+
+std::int64_t nanoseconds_of(std::int64_t seconds, std::int64_t nanoseconds) noexcept {
+  constexpr std::int64_t second = 1'000'000'000;
+  if (seconds > most_nanoseconds / second || nanoseconds > most_nanoseconds - seconds * second) {
+    return lifespan_for_ever;
+  }
+  return seconds * second + nanoseconds;
+}
+
+// Written as an integer, however large.
+bool is_integer(const json::value& v) noexcept {
+  return v.type == json::kind::number && v.raw.find_first_of(".eE") == std::string_view::npos;
+}
+
+} // namespace
+
+bool is_word(const json::value& v, std::string_view word) noexcept {
+  std::array<char, word_bytes_max> scratch;
+  const auto text = json::to_string(v, scratch);
+  return text && equal_ignoring_case(*text, word);
+}
+
+std::optional<refusal> read_count(std::string_view member, const json::value& v, std::int64_t most,
+                                  std::int64_t& into) noexcept {
+  if (!is_integer(v)) return wrong_type(member, v, "an integer");
+  if (v.raw.starts_with('-') && v.raw != "-0") {
+    return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
+  }
+  const auto number = v.raw == "-0" ? std::optional<std::int64_t>{0} : json::to_integer(v);
+  if (!number || *number > most) {
+    return refusal{.what = refusal::kind::too_large, .member = member, .value = v.raw, .limit = most};
+  }
+  into = *number;
+  return std::nullopt;
+}
+
+std::optional<refusal> read_duration(std::string_view member, const json::value& v,
+                                     std::int64_t& into) noexcept {
+  constexpr std::string_view expected = R"(seconds, {"secs":s,"nsecs":n} or "infinite")";
+  if (is_word(v, "infinite")) {
+    into = lifespan_for_ever;
+    return std::nullopt;
+  }
+  if (const auto seconds = json::to_double(v)) {
+    if (*seconds < 0) return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
+    into = nanoseconds_of(*seconds);
+    return std::nullopt;
+  }
+  if (v.type != json::kind::object) return wrong_type(member, v, expected);
+  const auto parts = collect(v.raw, std::array<std::string_view, 2>{"secs", "nsecs"});
+  const auto seconds = json::to_integer(parts.values[0]);
+  const auto nanoseconds = json::to_integer(parts.values[1]);
+  if (parts.twice() || !seconds || !nanoseconds) return wrong_type(member, v, expected);
+  if (*seconds < 0 || *nanoseconds < 0) {
+    return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
+  }
+  into = nanoseconds_of(*seconds, *nanoseconds);
+  return std::nullopt;
+}
+
+std::optional<refusal> read_word(std::string_view member, const json::value& v,
+                                 std::span<const std::string_view> words, std::string_view expected,
+                                 std::size_t& into) noexcept {
+  const auto known =
+      std::find_if(words.begin(), words.end(), [&v](std::string_view w) { return is_word(v, w); });
+  if (known == words.end()) return wrong_type(member, v, expected);
+  into = static_cast<std::size_t>(known - words.begin());
+  return std::nullopt;
+}
+
+std::optional<refusal> read_name(std::string_view member, const json::value& v, std::size_t bytes_max,
+                                 std::span<char> scratch, std::string_view& into) noexcept {
+  if (v.type != json::kind::string) return wrong_type(member, v, "a string");
+  const auto text = json::to_string(v, scratch);
+  if (!text || text->size() > bytes_max) {
+    return refusal{.what = refusal::kind::too_long,
+                   .member = member,
+                   .bytes = v.raw.size() - 2,
+                   .limit = static_cast<std::int64_t>(bytes_max)};
+  }
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  if (std::any_of(text->begin(), text->end(), is_control)) {
+    return refusal{.what = refusal::kind::bad_characters, .member = member, .value = v.raw};
+  }
+  into = *text;
+  return std::nullopt;
+}
+
+} // namespace rowe::wire::rosbridge

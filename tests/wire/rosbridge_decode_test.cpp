@@ -1,0 +1,422 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "wire/rosbridge.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::wire::rosbridge {
+namespace {
+
+constexpr name_limits limits{.topic_bytes_max = 32, .id_bytes_max = 64};
+
+// A text with what became of it. The text lies in a block with the tailroom that validation wants.
+class decoded {
+ public:
+  explicit decoded(std::string text) : bytes_{text.size()}, text_{std::move(text) + std::string(64, '\xff')} {
+    auto reader = json::reader::create(4096).value();
+    EXPECT_TRUE(reader.validate(view())) << view();
+    wrong_ = decode(view(), scratch_, limits, request_);
+  }
+
+  const request& operator*() const {
+    EXPECT_FALSE(wrong_) << view() << ": " << sentence();
+    return request_;
+  }
+  const request* operator->() const { return &**this; }
+  const request& as_far_as_read() const { return request_; }
+  std::string sentence() const {
+    std::array<char, refusal_text_bytes_max> room{};
+    return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
+  }
+
+ private:
+  std::string_view view() const { return std::string_view{text_}.substr(0, bytes_); }
+
+  std::size_t bytes_;
+  std::string text_;
+  std::array<char, scratch_bytes(limits)> scratch_{};
+  request request_;
+  std::optional<refusal> wrong_;
+};
+
+std::string sentence_for(std::string text) { return decoded{std::move(text)}.sentence(); }
+
+// The texts of roslib 2.1.0
+
+TEST(rosbridge_decode, reads_roslibs_subscribe) {
+  const decoded d{
+      R"({"op":"subscribe","id":"subscribe:/probe/chatter:2b401030-0001","type":"std_msgs/msg/String",)"
+      R"("topic":"/probe/chatter","compression":"none","throttle_rate":50,"queue_length":1})"};
+  EXPECT_EQ(d->what, op::subscribe);
+  EXPECT_EQ(d->op_text, "subscribe");
+  EXPECT_EQ(d->id_raw, R"("subscribe:/probe/chatter:2b401030-0001")");
+  EXPECT_EQ(d->type, "std_msgs/msg/String");
+  EXPECT_EQ(d->topic, "/probe/chatter");
+  EXPECT_EQ(d->throttle_ms, 50);
+  EXPECT_EQ(d->queue_length, 1);
+  EXPECT_TRUE(d->has_queue_length);
+  EXPECT_EQ(d->lifespan_ns, lifespan_for_ever);
+}
+
+TEST(rosbridge_decode, reads_roslibs_advertise_and_publish) {
+  const decoded advertise{
+      R"({"op":"advertise","id":"advertise:/probe/chatter:690916a6","type":"std_msgs/msg/String",)"
+      R"("topic":"/probe/chatter","latch":true,"queue_size":10})"};
+  EXPECT_EQ(advertise->what, op::advertise);
+  EXPECT_EQ(advertise->topic, "/probe/chatter");
+  EXPECT_TRUE(advertise->latch);
+  EXPECT_EQ(advertise->queue_size, 10);
+  const decoded publish{
+      R"({"op":"publish","id":"publish:/probe/chatter:0c4b929d","topic":"/probe/chatter","msg":{"data":"hello"}})"};
+  EXPECT_EQ(publish->what, op::publish);
+  EXPECT_EQ(publish->topic, "/probe/chatter");
+  EXPECT_EQ(publish->msg_raw, R"({"data":"hello"})");
+}
+
+TEST(rosbridge_decode, reads_roslibs_unsubscribe_and_unadvertise) {
+  const decoded unsubscribe{
+      R"({"op":"unsubscribe","id":"subscribe:/probe/odom:abe2cd89","topic":"/probe/odom"})"};
+  EXPECT_EQ(unsubscribe->what, op::unsubscribe);
+  EXPECT_EQ(unsubscribe->id_raw, R"("subscribe:/probe/odom:abe2cd89")");
+  EXPECT_EQ(unsubscribe->topic, "/probe/odom");
+  const decoded unadvertise{
+      R"({"op":"unadvertise","id":"advertise:/probe/chatter:690916a6","topic":"/probe/chatter"})"};
+  EXPECT_EQ(unadvertise->what, op::unadvertise);
+  EXPECT_EQ(unadvertise->topic, "/probe/chatter");
+}
+
+TEST(rosbridge_decode, names_what_rosbridge_has_and_rowe_has_not) {
+  constexpr std::string_view texts[] = {
+      R"({"op":"call_service","id":"call_service:/probe/estop:0c28d7ab","service":"/probe/estop","args":{"data":true}})",
+      R"({"op":"call_service","id":"call_service:/fail:f1ffc776","service":"/fail","args":{},"timeout":0.5})",
+      R"({"op":"call_service","id":"call_service:rosapi/topics:2aaa9f6a","service":"rosapi/topics","args":{}})",
+      R"({"op":"advertise_service","type":"std_srvs/srv/SetBool","service":"/probe/estop"})",
+      R"({"op":"unadvertise_service","service":"/probe/estop"})",
+      R"({"op":"service_response","service":"/x","values":{"success":true},"result":true,"id":"srv-1"})",
+      R"({"op":"advertise_action","action":"/a","type":"b"})",
+      R"({"op":"unadvertise_action","action":"/a"})",
+      R"({"op":"send_action_goal","id":"g","action":"/a","action_type":"b","args":{}})",
+      R"({"op":"cancel_action_goal","id":"g","action":"/a"})",
+      R"({"op":"action_feedback","id":"g","action":"/a","values":{}})",
+      R"({"op":"action_result","id":"g","action":"/a","values":{},"status":4,"result":true})",
+      R"({"op":"action_status"})",
+      R"({"op":"fragment","id":0,"data":"x","num":0,"total":3.90625})",
+      R"({"op":"png","data":"x"})",
+      R"({"op":"auth","mac":"x","client":"c","dest":"d","rand":"r","t":0,"level":"l","end":0})"};
+  for (const std::string_view text : texts) {
+    const decoded d{std::string{text}};
+    EXPECT_EQ(d->what, op::unsupported) << text;
+    std::array<char, refusal_text_bytes_max> room{};
+    const std::string_view why = refuse_op(*d).text(room);
+    EXPECT_TRUE(why.starts_with("the operation \"" + std::string{d->op_text} + "\" is not offered here"))
+        << why;
+  }
+}
+
+TEST(rosbridge_decode, names_what_nobody_knows) {
+  const decoded d{R"({"id":7,"op":"subscribee","topic":"/x"})"};
+  EXPECT_EQ(d->what, op::unknown);
+  EXPECT_EQ(d->op_text, "subscribee");
+  EXPECT_EQ(d->id_raw, "7");
+  std::array<char, refusal_text_bytes_max> room{};
+  EXPECT_EQ(refuse_op(*d).text(room),
+            R"(the operation "subscribee" is unknown; offered are )"
+            "subscribe, unsubscribe, advertise, unadvertise, publish and set_level");
+}
+
+// What a rosbridge server sends
+
+TEST(rosbridge_decode, resolves_the_slashes_that_the_reference_server_escapes) {
+  const decoded d{R"({"topic": "\/odom", "msg": {"name": "\/base"}, "op": "publish"})"};
+  EXPECT_EQ(d->what, op::publish);
+  EXPECT_EQ(d->topic, "/odom");
+  EXPECT_EQ(d->msg_raw, R"({"name": "\/base"})");
+}
+
+TEST(rosbridge_decode, reads_a_status) {
+  const decoded d{R"({"op":"status","level":"warning","id":"a","msg":"too \"late\""})"};
+  EXPECT_EQ(d->what, op::status);
+  EXPECT_EQ(d->level, level::warning);
+  EXPECT_EQ(d->msg_raw, R"("too \"late\"")");
+}
+
+// Everything optional
+
+TEST(rosbridge_decode, has_defaults_for_all_that_may_be_left_out) {
+  const decoded subscribe{R"({"op":"subscribe","topic":"/t"})"};
+  EXPECT_EQ(subscribe->id_raw, "");
+  EXPECT_EQ(subscribe->type, "");
+  EXPECT_EQ(subscribe->throttle_ms, 0);
+  EXPECT_EQ(subscribe->queue_length, 0);
+  EXPECT_FALSE(subscribe->has_queue_length);
+  EXPECT_FALSE(subscribe->keep_all);
+  const decoded advertise{R"({"op":"advertise","topic":"/t"})"};
+  EXPECT_EQ(advertise->type, "");
+  EXPECT_FALSE(advertise->latch);
+  EXPECT_EQ(advertise->queue_size, 100);
+}
+
+TEST(rosbridge_decode, takes_members_in_any_order_with_any_white_space) {
+  const decoded d{" {\n\"msg\" : { \"op\" : \"advertise\", \"topic\":\"/inner\" } ,\t\"topic\":\"/t\" , "
+                  "\"op\" :\"publish\" } "};
+  EXPECT_EQ(d->what, op::publish);
+  EXPECT_EQ(d->topic, "/t");
+  EXPECT_EQ(d->msg_raw, R"({ "op" : "advertise", "topic":"/inner" })");
+}
+
+TEST(rosbridge_decode, understands_escapes_in_names_and_values) {
+  const decoded d{R"({"\u006fp":"pub\u006cish","\u0074opic":"\/\u00e9\ud83d\ude00","m\u0073g":{}})"};
+  EXPECT_EQ(d->what, op::publish);
+  EXPECT_EQ(d->op_text, "publish");
+  EXPECT_EQ(d->topic, "/\xc3\xa9\xf0\x9f\x98\x80");
+}
+
+TEST(rosbridge_decode, ignores_members_that_it_does_not_know) {
+  const decoded d{
+      R"({"op":"subscribe","topic":"/t","message_intervall":1,"zzz":{"topic":"/u"},"x":[],"x":1})"};
+  EXPECT_EQ(d->topic, "/t");
+  const std::string long_name(100, 'n');
+  EXPECT_EQ((decoded { R"({"\u0061)" + long_name + R"(":1,"op":"subscribe","topic":"/t"})" } -> topic), "/t");
+}
+
+TEST(rosbridge_decode, takes_ids_of_either_kind_and_echoes_them_as_they_stand) {
+  const auto id = [](const std::string& raw) {
+    return std::string{decoded{R"({"op":"unsubscribe","topic":"/t","id":)" + raw + "}"} -> id_raw};
+  };
+  for (const char* raw :
+       {R"("a\/\u0062\"")", "0", "-5", "9223372036854775807", "18446744073709551615", R"("")"}) {
+    EXPECT_EQ(id(raw), raw);
+  }
+  EXPECT_EQ(id("null"), "");
+}
+
+TEST(rosbridge_decode, takes_set_level) {
+  for (const level l : {level::none, level::error, level::warning, level::info}) {
+    const decoded d{R"({"op":"set_level","level":")" + std::string{name_of(l)} + R"("})"};
+    EXPECT_EQ(d->what, op::set_level);
+    EXPECT_EQ(d->level, l);
+  }
+}
+
+TEST(rosbridge_decode, checks_fragment_size_and_ignores_it) {
+  EXPECT_EQ(
+      decoded { R"({"op":"subscribe","topic":"/t","fragment_size":1000})" } -> what, op::subscribe);
+  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","fragment_size":-1})"),
+            R"(subscribe: the member "fragment_size" must not be negative; it is -1)");
+}
+
+// Quality of service
+
+request with_qos(const std::string& qos, std::string_view op_text = "subscribe", std::string_view more = "") {
+  const decoded d{R"({"op":")" + std::string{op_text} + R"(","topic":"/t","qos":{)" + qos + "}" +
+                  std::string{more} + "}"};
+  return *d; // its numbers only; the views end with the text
+}
+
+TEST(rosbridge_decode, takes_lifespan_as_a_time_to_live) {
+  EXPECT_EQ(with_qos(R"("lifespan":0.02)").lifespan_ns, 20'000'000);
+  EXPECT_EQ(with_qos(R"("lifespan":2)").lifespan_ns, 2'000'000'000);
+  EXPECT_EQ(with_qos(R"("lifespan":0)").lifespan_ns, 0);
+  EXPECT_EQ(with_qos(R"("lifespan":{"secs":1,"nsecs":500})").lifespan_ns, 1'000'000'500);
+  EXPECT_EQ(with_qos(R"("lifespan":"infinite")").lifespan_ns, lifespan_for_ever);
+  EXPECT_EQ(with_qos(R"("lifespan":"Infinite")").lifespan_ns, lifespan_for_ever);
+}
+
+TEST(rosbridge_decode, takes_durations_that_no_clock_can_hold_as_for_ever) {
+  for (const char* lifespan : {"1e300", "9300000000", R"({"secs":9223372036854775807,"nsecs":0})",
+                               R"({"secs":9223372036,"nsecs":854775808})"}) {
+    EXPECT_EQ(with_qos("\"lifespan\":" + std::string{lifespan}).lifespan_ns, lifespan_for_ever) << lifespan;
+  }
+  EXPECT_EQ(with_qos(R"("lifespan":{"secs":9223372036,"nsecs":854775807})").lifespan_ns, INT64_MAX);
+}
+
+TEST(rosbridge_decode, takes_the_other_policies_as_far_as_rowe_has_them) {
+  const request all = with_qos(R"("history":"keep_all","depth":7,"reliability":"best_effort",)"
+                               R"("durability":"transient_local","deadline":0.5,"other":1)");
+  EXPECT_TRUE(all.keep_all);
+  EXPECT_EQ(all.queue_length, 7);
+  EXPECT_TRUE(all.has_queue_length);
+  EXPECT_TRUE(all.latch);
+  EXPECT_EQ(all.deadline_ns, 500'000'000);
+  const request other =
+      with_qos(R"("history":"KEEP_LAST","durability":"volatile","deadline":"best_available")");
+  EXPECT_FALSE(other.keep_all || other.latch || other.has_queue_length);
+  EXPECT_EQ(other.deadline_ns, lifespan_for_ever);
+  EXPECT_TRUE(with_qos(R"("durability":"transient_local")", "advertise").latch);
+}
+
+TEST(rosbridge_decode, lets_depth_win_over_queue_length) {
+  EXPECT_EQ(with_qos(R"("depth":3)", "subscribe", R"(,"queue_length":9)").queue_length, 3);
+  EXPECT_EQ(with_qos("", "subscribe", R"(,"queue_length":9)").queue_length, 9);
+}
+
+// Refusals
+
+struct wrong {
+  const char* text;
+  const char* sentence;
+};
+
+TEST(rosbridge_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
+  constexpr wrong table[] = {
+      {"[]", "a message must be a JSON object"},
+      {"7", "a message must be a JSON object"},
+      {R"("op")", "a message must be a JSON object"},
+      {"{}",
+       R"(the member "op" is missing; it says what to do, for example {"op":"subscribe","topic":"/odom"})"},
+      {R"({"op":7})", R"(the member "op" must be a string; it is 7)"},
+      {R"({"op":null})", R"(the member "op" must be a string; it is null)"},
+      {R"({"op":"subscribe"})", R"(subscribe: the member "topic" is missing)"},
+      {R"({"op":"unsubscribe","id":"a"})", R"(unsubscribe: the member "topic" is missing)"},
+      {R"({"op":"advertise","type":"a/B"})", R"(advertise: the member "topic" is missing)"},
+      {R"({"op":"unadvertise"})", R"(unadvertise: the member "topic" is missing)"},
+      {R"({"op":"publish","msg":{}})", R"(publish: the member "topic" is missing)"},
+      {R"({"op":"publish","topic":"/t"})", R"(publish: the member "msg" is missing)"},
+      {R"({"op":"status","level":"info"})", R"(status: the member "msg" is missing)"},
+      {R"({"op":"status","msg":"x"})", R"(status: the member "level" is missing)"},
+      {R"({"op":"set_level"})", R"(set_level: the member "level" is missing)"},
+      {R"({"op":"subscribe","topic":["/t"]})",
+       R"(subscribe: the member "topic" must be a string; it is ["/t"])"},
+      {R"({"op":"subscribe","topic":""})", R"(subscribe: the member "topic" must not be empty)"},
+      {R"({"op":"subscribe","topic":"a\nb"})",
+       R"(subscribe: the member "topic" must have no control characters; it is "a\nb")"},
+      {R"({"op":"subscribe","topic":"/t","type":1})",
+       R"(subscribe: the member "type" must be a string; it is 1)"},
+      {R"({"op":"subscribe","topic":"/t","id":1.5})",
+       R"(subscribe: the member "id" must be a string or an integer; it is 1.5)"},
+      {R"({"op":"subscribe","topic":"/t","id":{}})",
+       R"(subscribe: the member "id" must be a string or an integer; it is {})"},
+      {R"({"op":"subscribe","topic":"/t","throttle_rate":"50"})",
+       R"(subscribe: the member "throttle_rate" must be an integer; it is "50")"},
+      {R"({"op":"subscribe","topic":"/t","throttle_rate":1.5})",
+       R"(subscribe: the member "throttle_rate" must be an integer; it is 1.5)"},
+      {R"({"op":"subscribe","topic":"/t","throttle_rate":-5})",
+       R"(subscribe: the member "throttle_rate" must not be negative; it is -5)"},
+      {R"({"op":"subscribe","topic":"/t","throttle_rate":9223372036855})",
+       R"(subscribe: the member "throttle_rate" must be at most 9223372036854; it is 9223372036855)"},
+      {R"({"op":"subscribe","topic":"/t","queue_length":-1})",
+       R"(subscribe: the member "queue_length" must not be negative; it is -1)"},
+      {R"({"op":"subscribe","topic":"/t","queue_length":99999999999999999999})",
+       R"(subscribe: the member "queue_length" must be at most 9223372036854775807; it is 99999999999999999999)"},
+      {R"({"op":"subscribe","topic":"/t","queue_length":null})",
+       R"(subscribe: the member "queue_length" must be an integer; it is null)"},
+      {R"({"op":"subscribe","topic":"/t","compression":"cbor"})",
+       R"(subscribe: the member "compression" asks for "cbor", which is not offered; use "none" or leave it out)"},
+      {R"({"op":"subscribe","topic":"/t","compression":1})",
+       R"(subscribe: the member "compression" must be a string; it is 1)"},
+      {R"({"op":"advertise","topic":"/t","latch":1})",
+       R"(advertise: the member "latch" must be true or false; it is 1)"},
+      {R"({"op":"advertise","topic":"/t","queue_size":-1})",
+       R"(advertise: the member "queue_size" must not be negative; it is -1)"},
+      {R"({"op":"publish","topic":"/t","msg":[1]})",
+       R"(publish: the member "msg" must be an object; it is [1])"},
+      {R"({"op":"publish","topic":"/t","msg":{},"latch":"yes"})",
+       R"(publish: the member "latch" must be true or false; it is "yes")"},
+      {R"({"op":"status","level":"info","msg":1})", R"(status: the member "msg" must be a string; it is 1)"},
+      {R"({"op":"set_level","level":"loud"})",
+       R"(set_level: the member "level" must be "none", "error", "warning" or "info"; it is "loud")"},
+      {R"({"op":"set_level","level":2})",
+       R"(set_level: the member "level" must be "none", "error", "warning" or "info"; it is 2)"},
+      {R"({"op":"subscribe","topic":"/t","qos":[]})",
+       R"(subscribe: the member "qos" must be an object; it is [])"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"depth":-1}})",
+       R"(subscribe: the member "qos.depth" must not be negative; it is -1)"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"history":"keep"}})",
+       R"(subscribe: the member "qos.history" must be "keep_last" or "keep_all"; it is "keep")"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"reliability":1}})",
+       R"(subscribe: the member "qos.reliability" must be "reliable", "best_effort" or "best_available"; it is 1)"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"durability":"x"}})",
+       R"(subscribe: the member "qos.durability" must be "volatile", "transient_local" or "best_available"; it is "x")"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"lifespan":-0.5}})",
+       R"(subscribe: the member "qos.lifespan" must not be negative; it is -0.5)"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"lifespan":"soon"}})",
+       R"(subscribe: the member "qos.lifespan" must be seconds, {"secs":s,"nsecs":n} or "infinite"; it is "soon")"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"lifespan":{"secs":1}}})",
+       R"(subscribe: the member "qos.lifespan" must be seconds, {"secs":s,"nsecs":n} or "infinite"; it is {"secs":1})"},
+      {R"({"op":"advertise","topic":"/t","qos":{"deadline":{"secs":1,"nsecs":-1}}})",
+       R"(advertise: the member "qos.deadline" must not be negative; it is {"secs":1,"nsecs":-1})"},
+      {R"({"op":"subscribe","topic":"/t","qos":{"depth":1,"depth":2}})",
+       R"(subscribe: the member "qos.depth" stands there twice)"},
+  };
+  for (const wrong& row : table) EXPECT_EQ(sentence_for(row.text), row.sentence) << row.text;
+}
+
+TEST(rosbridge_decode, refuses_every_known_member_that_stands_there_twice) {
+  for (const std::string name :
+       {"topic", "msg", "type", "level", "throttle_rate", "queue_length", "fragment_size", "latch",
+        "queue_size", "qos", "service", "action", "args", "values", "result", "compression", "id"}) {
+    const std::string twice = "\"" + name + "\":1,\"" + name + "\":1";
+    EXPECT_EQ(sentence_for("{\"op\":\"publish\"," + twice + "}"),
+              "publish: the member \"" + name + "\" stands there twice");
+  }
+  EXPECT_EQ(sentence_for(R"({"op":"publish","\u006fp":"subscribe"})"),
+            R"(the member "op" stands there twice)");
+}
+
+TEST(rosbridge_decode, refuses_names_that_are_too_long) {
+  const std::string most(32, 'x');
+  EXPECT_EQ(
+      decoded { R"({"op":"subscribe","topic":")" + most + R"("})" } -> topic, most);
+  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":")" + most + R"(y"})"),
+            R"(subscribe: the member "topic" is 33 bytes long; the limit is 32)");
+  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","type":")" + most + R"(y"})"),
+            R"(subscribe: the member "type" is 33 bytes long; the limit is 32)");
+  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","id":")" + std::string(63, 'i') + R"("})"),
+            R"(subscribe: the member "id" is 65 bytes long; the limit is 64)");
+  EXPECT_EQ(sentence_for(R"({"op":")" + std::string(65, 'o') + R"("})"),
+            R"(the member "op" is 65 bytes long; the limit is 64)");
+}
+
+TEST(rosbridge_decode, counts_names_after_their_escapes_are_resolved) {
+  std::string topic, type;
+  for (int i = 0; i < 32; ++i) topic += "\\u0061", type += "\\/";
+  const decoded d{R"({"op":"subs\u0063ribe","topic":")" + topic + R"(","type":")" + type + R"("})"};
+  EXPECT_EQ(d->topic, std::string(32, 'a'));
+  EXPECT_EQ(d->type, std::string(32, '/'));
+  EXPECT_EQ(d->op_text, "subscribe");
+  EXPECT_NE(sentence_for(R"({"op":"subscribe","topic":")" + topic + R"(\u0061"})").find("the limit is 32"),
+            std::string::npos);
+}
+
+TEST(rosbridge_decode, keeps_operation_and_id_for_the_answer_to_a_refusal) {
+  const decoded d{R"({"topic":7,"id":"s1","op":"subscribe"})"};
+  EXPECT_EQ(d.as_far_as_read().op_text, "subscribe");
+  EXPECT_EQ(d.as_far_as_read().what, op::subscribe);
+  EXPECT_EQ(d.as_far_as_read().id_raw, R"("s1")");
+  EXPECT_EQ(decoded{R"({"id":3,"topic":"/t"})"}.as_far_as_read().id_raw, "3");
+  EXPECT_EQ(decoded{R"({"id":3,"op":"publish","id":4})"}.as_far_as_read().id_raw, "");
+}
+
+TEST(rosbridge_decode, shortens_long_values_between_characters) {
+  std::string value;
+  for (int i = 0; i < 40; ++i) value += "\xc3\xa9";
+  const std::string sentence =
+      sentence_for(R"({"op":"subscribe","topic":"/t","throttle_rate":")" + value + R"("})");
+  EXPECT_EQ(sentence, R"(subscribe: the member "throttle_rate" must be an integer; it is ")" +
+                          value.substr(0, 62) + "...");
+}
+
+TEST(rosbridge_decode, never_cuts_a_sentence_within_the_room_it_asks_for) {
+  const std::string long_text(200, 'v');
+  for (int kind = 0; kind <= static_cast<int>(refusal::kind::unknown_op); ++kind) {
+    const refusal worst{.what = static_cast<refusal::kind>(kind),
+                        .op_text = long_text,
+                        .member = "qos.reliability",
+                        .value = long_text,
+                        .expected = R"("reliable", "best_effort" or "best_available")",
+                        .bytes = SIZE_MAX / 2,
+                        .limit = INT64_MAX};
+    std::array<char, refusal_text_bytes_max> room{};
+    std::array<char, 4096> plenty{};
+    EXPECT_EQ(worst.text(room), worst.text(plenty));
+    EXPECT_EQ(worst.text(std::span{room}.first(10)).size(), 10U);
+  }
+}
+
+} // namespace
+} // namespace rowe::wire::rosbridge
