@@ -70,13 +70,15 @@ TEST(slab, names_a_write_behind_a_payload) {
 }
 
 TEST(slab, tells_the_slot_of_an_address) {
-  rig r;
-  EXPECT_EQ(r.cells.number_of(r.cells.slot(3).data()), 3U);
-  EXPECT_EQ(r.cells.number_of(r.cells.slot(3).data() - headroom_bytes), 3U);
-  EXPECT_EQ(r.cells.number_of(r.cells.slot(2).data() + payload_bytes - 1), 2U);
-  EXPECT_EQ(r.cells.number_of(r.region.data() - 1), std::nullopt);
-  EXPECT_EQ(r.cells.number_of(r.region.data() + r.region.size()), std::nullopt);
-  EXPECT_EQ(slab{}.number_of(r.region.data()), std::nullopt);
+  constexpr std::size_t bytes = slab::bytes_for(slots, payload_bytes);
+  alignas(line_bytes) std::array<std::byte, line_bytes + bytes + line_bytes> memory{};
+  const slab cells{std::span{memory}.subspan(line_bytes, bytes), slots, payload_bytes};
+  EXPECT_EQ(cells.number_of(cells.slot(3).data()), 3U);
+  EXPECT_EQ(cells.number_of(cells.slot(3).data() - headroom_bytes), 3U);
+  EXPECT_EQ(cells.number_of(cells.slot(2).data() + payload_bytes - 1), 2U);
+  EXPECT_EQ(cells.number_of(&memory[line_bytes - 1]), std::nullopt);
+  EXPECT_EQ(cells.number_of(&memory[line_bytes + bytes]), std::nullopt);
+  EXPECT_EQ(slab{}.number_of(&memory[line_bytes]), std::nullopt);
 }
 
 TEST(pool, gives_each_slot_once_and_then_nothing) {
