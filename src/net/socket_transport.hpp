@@ -61,21 +61,21 @@ struct listen_options {
   // port may speak.
   bool insecure = false;
   // Origins besides our own from which pages may connect, as browsers write them: "http://lab.example:8000".
-  std::span<const std::string_view> allow_origins;
+  std::span<const std::string_view> allow_origins{};
   // Names under which we are reached besides localhost, 127.0.0.1 and [::1]. With `insecure` the host's name
   // and the addresses it has at that moment are added. "*" allows every name, and with it DNS rebinding.
-  std::span<const std::string_view> allow_hosts;
+  std::span<const std::string_view> allow_hosts{};
   // The WebSocket subprotocols we speak. None offered: none chosen; offered and none known: refused.
-  std::span<const std::string_view> subprotocols;
-  socket_limits limits;
+  std::span<const std::string_view> subprotocols{};
+  socket_limits limits{};
 };
 
 struct connect_options {
   std::string_view host; // a name or a numeric address, IPv6 without brackets; ≤ 100 bytes
   std::uint16_t port = 80;
-  std::string_view path = "/";                    // with its query; begins with "/"; ≤ 1024 bytes
-  std::span<const std::string_view> subprotocols; // offered in this order
-  socket_limits limits;
+  std::string_view path = "/";                      // with its query; begins with "/"; ≤ 1024 bytes
+  std::span<const std::string_view> subprotocols{}; // offered in this order
+  socket_limits limits{};
 };
 
 // How often the costly parts ran, for tests and `stats`. Service thread.

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Deadlines that are all equally far away when they are set, so that the order of setting them is the order
+// in which they come: a queue, of which only the front is ever looked at. Every deadline of the transport is
+// of this kind, which is why it needs no wheel, and why a turn costs the same with one socket or a thousand.
+#pragma once
+#include <rowe/rt/clock.hpp>
+
+namespace rowe::net {
+
+// Base of what may wait in one deadline_list at a time. Leaves it when it is destroyed.
+class deadline_node {
+ public:
+  deadline_node() noexcept = default;
+  deadline_node(const deadline_node&) = delete;
+  deadline_node& operator=(const deadline_node&) = delete;
+  ~deadline_node() { disarm(); }
+
+  void disarm() noexcept {
+    next_->previous_ = previous_;
+    previous_->next_ = next_;
+    next_ = previous_ = this;
+  }
+
+ private:
+  friend class deadline_list;
+  deadline_node* next_ = this;
+  deadline_node* previous_ = this;
+  rt::time_point due_{};
+};
+
+class deadline_list {
+ public:
+  explicit deadline_list(rt::duration timeout) noexcept : timeout_{timeout} {}
+
+  // Sets the deadline of `node` to now + timeout; it leaves the list it was in. `now` never goes backwards.
+  void arm(deadline_node& node, rt::time_point now) noexcept {
+    node.disarm();
+    node.due_ = rt::deadline_after(now, timeout_);
+    node.next_ = &head_;
+    node.previous_ = head_.previous_;
+    head_.previous_->next_ = &node;
+    head_.previous_ = &node;
+  }
+
+  // The node that waits longest, or nullptr.
+  deadline_node* oldest() noexcept { return head_.next_ == &head_ ? nullptr : head_.next_; }
+
+  // The same if its time has come; it is taken out of the list.
+  deadline_node* take_due(rt::time_point now) noexcept {
+    deadline_node* node = oldest();
+    if (!node || node->due_ > now) return nullptr;
+    node->disarm();
+    return node;
+  }
+
+  // When take_due() will next have something; rt::never when the list is empty.
+  rt::time_point next() const noexcept { return head_.next_ == &head_ ? rt::never : head_.next_->due_; }
+
+ private:
+  rt::duration timeout_;
+  deadline_node head_;
+};
+
+} // namespace rowe::net

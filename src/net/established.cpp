@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/established.hpp"
+
+#include <climits>
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/uio.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <utility>
+
+#include "net/socket_options.hpp"
+
+namespace rowe::net {
+
+using service::close_cause;
+using service::close_how;
+using service::connection_id;
+using service::transport_sink;
+
+namespace {
+
+constexpr std::size_t pieces_per_call_max = IOV_MAX;
+
+bool would_block(int code) noexcept { return code == EAGAIN || code == EWOULDBLOCK || code == EINTR; }
+
+// Also when the kernel is short of memory for buffers: it says so by the same sign, readiness.
+bool has_no_room(int code) noexcept { return would_block(code) || code == ENOBUFS || code == ENOMEM; }
+
+close_cause cause_of(int code) noexcept {
+  return code == ETIMEDOUT ? close_cause::timed_out : close_cause::reset;
+}
+
+} // namespace
+
+established::established(const socket_limits& limits, poll_set& polled)
+    : limits_{limits},
+      polled_{polled},
+      connections_(limits.connections_max),
+      refused_{limits.write_timeout},
+      closing_{limits.close_timeout} {
+  free_.reserve(limits.connections_max);
+  ended_.reserve(limits.connections_max);
+  for (std::uint32_t index = limits.connections_max; index-- > 0;) free_.push_back(index);
+}
+
+established::~established() {
+  for (connection& one : connections_)
+    if (one.socket) drop_socket(one);
+}
+
+std::uint32_t established::count_from(const socket_address& host) const noexcept {
+  return static_cast<std::uint32_t>(
+      std::count_if(connections_.begin(), connections_.end(),
+                    [&](const auto& one) { return one.socket && same_host(one.peer, host); }));
+}
+
+connection_id established::open(descriptor socket, const socket_address& peer) noexcept {
+  const std::uint32_t index = free_.back();
+  free_.pop_back();
+  connection& one = connections_[index];
+  if (++one.generation == 0) one.generation = 1; // 0 is never a connection that was reported
+  one.socket = std::move(socket);
+  one.peer = peer;
+  one.now = phase::open;
+  one.reading = true;
+  one.refused = false;
+  prepare_for_frames(one.socket.get(), limits_);
+  watch(one);
+  return id_of(one);
+}
+
+established::connection* established::find(connection_id id) noexcept {
+  if (id.index >= connections_.size()) return nullptr;
+  connection& one = connections_[id.index];
+  const bool alive = one.now == phase::open || one.now == phase::closing;
+  return alive && one.generation == id.generation ? &one : nullptr;
+}
+
+connection_id established::id_of(const connection& one) const noexcept {
+  return {static_cast<std::uint32_t>(&one - connections_.data()), one.generation};
+}
+
+void established::watch(connection& one) noexcept {
+  std::uint32_t events = 0;
+  if (one.reading || one.now == phase::closing) events |= EPOLLIN;
+  if (one.refused) events |= EPOLLOUT;
+  const connection_id id = id_of(one);
+  polled_.modify(one.socket.get(), events, {source::connection, id.index, id.generation});
+}
+
+void established::on_event(const socket_event& event, std::span<std::byte> buffer,
+                           transport_sink& sink) noexcept {
+  const connection_id id{event.token.index, event.token.generation};
+  connection* one = find(id);
+  if (!one) return; // ended earlier in this batch
+  if (one->now == phase::closing) return discard(*one, sink);
+  const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
+  if (broken && !one->reading) {
+    // The bytes it left are nobody's: the core does not want them now, and there will be no later.
+    return finish(*one, cause_of(socket_error(one->socket.get())), sink);
+  }
+  if (broken || (one->reading && (event.events & EPOLLIN)))
+    read(*one, buffer, sink); // inbound before outbound
+  one = find(id);             // the sink may have closed it
+  if (one && one->refused && (event.events & EPOLLOUT)) {
+    one->refused = false;
+    one->disarm();
+    watch(*one);
+    sink.on_writable(id);
+  }
+}
+
+void established::read(connection& one, std::span<std::byte> buffer, transport_sink& sink) noexcept {
+  const ssize_t bytes = ::recv(one.socket.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
+  if (bytes > 0) return sink.on_bytes(id_of(one), buffer.first(static_cast<std::size_t>(bytes)));
+  if (bytes == 0) return finish(one, close_cause::peer, sink);
+  if (!would_block(errno)) finish(one, cause_of(errno), sink);
+}
+
+void established::discard(connection& one, transport_sink& sink) noexcept {
+  const ssize_t bytes = discard_input(one.socket.get());
+  if (bytes == 0 || (bytes < 0 && !would_block(errno))) finish(one, close_cause::asked, sink);
+}
+
+std::size_t established::write(connection_id id,
+                               std::span<const std::span<const std::byte>> pieces) noexcept {
+  connection* one = find(id);
+  if (!one || one->now != phase::open || one->refused) return 0;
+  iovec list[pieces_per_call_max]; // left as it is: only what is used is written
+  std::size_t taken = 0;
+  while (!pieces.empty()) {
+    const std::size_t count = std::min(pieces.size(), pieces_per_call_max);
+    std::size_t offered = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      list[i] = {const_cast<std::byte*>(pieces[i].data()), pieces[i].size()}; // sendmsg only reads
+      offered += pieces[i].size();
+    }
+    msghdr message{};
+    message.msg_iov = list;
+    message.msg_iovlen = count;
+    const ssize_t sent = ::sendmsg(one->socket.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent < 0) {
+      if (has_no_room(errno)) return refuse(*one, taken);
+      end(*one, cause_of(errno));
+      return taken;
+    }
+    taken += static_cast<std::size_t>(sent);
+    if (static_cast<std::size_t>(sent) < offered) return refuse(*one, taken);
+    pieces = pieces.subspan(count);
+  }
+  return taken;
+}
+
+std::size_t established::refuse(connection& one, std::size_t taken) noexcept {
+  one.refused = true;
+  one.unacknowledged = unacknowledged_bytes(one.socket.get());
+  watch(one);
+  refused_.arm(one, now_);
+  return taken;
+}
+
+void established::close(connection_id id, close_how how) noexcept {
+  connection* one = find(id);
+  if (!one) return;
+  if (how == close_how::aborted) {
+    reset_on_close(one->socket.get());
+    return end(*one, close_cause::asked);
+  }
+  if (one->now == phase::closing) return;
+  if (::shutdown(one->socket.get(), SHUT_WR) != 0)
+    return end(*one, close_cause::asked); // the peer was faster
+  one->now = phase::closing;
+  one->refused = false;
+  watch(*one);
+  closing_.arm(*one, now_);
+}
+
+void established::read_enabled(connection_id id, bool enabled) noexcept {
+  connection* one = find(id);
+  if (!one || one->reading == enabled) return;
+  one->reading = enabled;
+  watch(*one);
+}
+
+void established::expire(transport_sink& sink) noexcept {
+  while (deadline_node* node = refused_.take_due(now_)) {
+    auto& one = static_cast<connection&>(*node);
+    const int unacknowledged = unacknowledged_bytes(one.socket.get());
+    if (unacknowledged < one.unacknowledged) { // slow is not dead
+      one.unacknowledged = unacknowledged;
+      refused_.arm(one, now_);
+      continue;
+    }
+    reset_on_close(one.socket.get());
+    finish(one, close_cause::timed_out, sink);
+  }
+  while (deadline_node* node = closing_.take_due(now_)) {
+    auto& one = static_cast<connection&>(*node);
+    reset_on_close(one.socket.get());
+    finish(one, close_cause::asked, sink);
+  }
+}
+
+rt::time_point established::next_deadline() const noexcept {
+  return std::min(refused_.next(), closing_.next());
+}
+
+void established::drop_socket(connection& one) noexcept {
+  one.disarm();
+  polled_.remove(one.socket.get());
+  one.socket.reset();
+}
+
+// Ends a connection outside poll(), where nothing may be reported.
+void established::end(connection& one, close_cause cause) noexcept {
+  drop_socket(one);
+  one.now = phase::ended;
+  one.cause = cause;
+  ended_.push_back(id_of(one).index);
+}
+
+// Ends a connection inside poll().
+void established::finish(connection& one, close_cause cause, transport_sink& sink) noexcept {
+  drop_socket(one);
+  one.now = phase::free;
+  const connection_id id = id_of(one);
+  free_.push_back(id.index);
+  sink.on_close(id, cause);
+}
+
+void established::report_ended(transport_sink& sink) noexcept {
+  const std::size_t count = ended_.size(); // on_close may end others; they wait for the next turn
+  for (std::size_t i = 0; i < count; ++i) {
+    connection& one = connections_[ended_[i]];
+    one.now = phase::free;
+    free_.push_back(ended_[i]);
+    sink.on_close(id_of(one), one.cause);
+  }
+  ended_.erase(ended_.begin(), ended_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+} // namespace rowe::net

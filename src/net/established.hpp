@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// The established connections: sockets behind their upgrade, which belong to us alone. Reading, writing, the
+// write deadline, closing. Service thread; allocates in its constructor only.
+//
+// The epoll is level triggered here. Unread bytes are reported again, in rotation, which is all the fairness
+// that a read quantum needs; nothing can be forgotten; and EPOLLOUT is asked for only while a write stands
+// refused, so an ordinary message costs no epoll_ctl.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rowe/rt/clock.hpp>
+
+#include "net/address.hpp"
+#include "net/deadline_list.hpp"
+#include "net/descriptor.hpp"
+#include "net/poll_set.hpp"
+#include "net/socket_transport.hpp"
+#include "service/transport.hpp"
+
+namespace rowe::net {
+
+class established {
+ public:
+  established(const socket_limits& limits, poll_set& polled);
+  ~established();
+  established(const established&) = delete;
+  established& operator=(const established&) = delete;
+
+  bool full() const noexcept { return free_.empty(); }
+  std::uint32_t count_from(const socket_address& host) const noexcept; // linear; for handshakes
+
+  // Takes over a socket that is already in the poll_set, under whatever token. Not when full().
+  service::connection_id open(descriptor socket, const socket_address& peer) noexcept;
+
+  // Each turn begins here: the time from which deadlines set until the next turn count.
+  void begin_turn(rt::time_point now) noexcept { now_ = now; }
+  // Reports the connections that ended outside poll(): by close(), or because a write failed.
+  void report_ended(service::transport_sink& sink) noexcept;
+  bool has_ended() const noexcept { return !ended_.empty(); }
+
+  // One event of the poll_set. Reads at most `buffer`, behind which transport_sink::tailroom_bytes are
+  // readable.
+  void on_event(const socket_event& event, std::span<std::byte> buffer,
+                service::transport_sink& sink) noexcept;
+
+  void expire(service::transport_sink& sink) noexcept;
+  rt::time_point next_deadline() const noexcept;
+
+  // As in service::transport.
+  std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept;
+  void close(service::connection_id id, service::close_how how) noexcept;
+  void read_enabled(service::connection_id id, bool enabled) noexcept;
+
+ private:
+  enum class phase : std::uint8_t {
+    free,
+    open,
+    closing, // our end is shut, the peer's is awaited; what arrives is thrown away
+    ended,   // the socket is gone, on_close is not reported yet
+  };
+  struct connection : deadline_node {
+    descriptor socket;
+    socket_address peer;
+    std::uint32_t generation = 0;
+    phase now = phase::free;
+    bool reading = true;
+    bool refused = false;   // a write was cut short; EPOLLOUT is awaited
+    int unacknowledged = 0; // bytes, when it was
+    service::close_cause cause = service::close_cause::asked;
+  };
+
+  connection* find(service::connection_id id) noexcept;
+  service::connection_id id_of(const connection& one) const noexcept;
+  void watch(connection& one) noexcept;
+  void read(connection& one, std::span<std::byte> buffer, service::transport_sink& sink) noexcept;
+  void discard(connection& one, service::transport_sink& sink) noexcept;
+  std::size_t refuse(connection& one, std::size_t taken) noexcept;
+  void drop_socket(connection& one) noexcept;
+  void end(connection& one, service::close_cause cause) noexcept;
+  void finish(connection& one, service::close_cause cause, service::transport_sink& sink) noexcept;
+
+  const socket_limits limits_;
+  poll_set& polled_;
+  std::vector<connection> connections_;
+  std::vector<std::uint32_t> free_;  // indices
+  std::vector<std::uint32_t> ended_; // indices, in the order of ending
+  deadline_list refused_;
+  deadline_list closing_;
+  rt::time_point now_{};
+};
+
+} // namespace rowe::net

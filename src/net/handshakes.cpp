@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/handshakes.hpp"
+
+#include <fcntl.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <charconv>
+#include <string_view>
+#include <utility>
+
+#include "net/socket_options.hpp"
+
+namespace rowe::net {
+
+using service::transport_sink;
+
+namespace {
+
+constexpr std::uint16_t request_timeout = 408;
+constexpr std::uint16_t header_fields_too_large = 431;
+constexpr std::uint16_t internal_error = 500;
+constexpr std::uint16_t service_unavailable = 503;
+
+struct decimal {
+  explicit decimal(std::uint64_t number) noexcept
+      : end{std::to_chars(digits, digits + sizeof digits, number).ptr} {}
+  std::string_view text() const noexcept { return {digits, static_cast<std::size_t>(end - digits)}; }
+  char digits[20];
+  char* end;
+};
+
+wire::http_refusal refusal_of(std::uint16_t status, std::string_view what, std::string_view remedy,
+                              std::string_view value = {}) noexcept {
+  wire::http_refusal refusal;
+  refusal.set(status, what, remedy, value);
+  return refusal;
+}
+
+wire::http_refusal no_descriptor() noexcept {
+  return refusal_of(service_unavailable, "this process has no file descriptor left",
+                    "raise its limit of open files (ulimit -n) or lower connections_max");
+}
+
+wire::http_refusal header_too_large(const socket_limits& limits) noexcept {
+  return refusal_of(header_fields_too_large, "the request header is larger than % bytes",
+                    "delete the cookies of this host, or send fewer headers",
+                    decimal{limits.header_bytes_max}.text());
+}
+
+// One small answer to a socket that has been written nothing yet: its buffer is empty and larger.
+void send_refusal(int fd, const wire::http_refusal& refusal) noexcept {
+  char text[wire::http_refusal_bytes_max];
+  const std::string_view answer = wire::write_refusal(text, refusal);
+  (void)::send(fd, answer.data(), answer.size(),
+               MSG_NOSIGNAL | MSG_DONTWAIT); // a peer that is gone needs none
+}
+
+} // namespace
+
+handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy& policy, poll_set& polled,
+                       lws_host& host, established& connections, socket_counters& counters,
+                       std::span<std::byte> scratch)
+    : limits_{limits},
+      policy_{policy},
+      polled_{polled},
+      host_{host},
+      connections_{connections},
+      counters_{counters},
+      scratch_{scratch},
+      guests_(limits.handshakes_max),
+      header_{limits.header_timeout},
+      page_{limits.page_timeout},
+      parting_{limits.close_timeout} {}
+
+handshakes::~handshakes() {
+  for (guest& one : guests_)
+    if (one.now != phase::free) leave(one);
+}
+
+// A free place; else that of whoever has parted longest, since its answer is sent; else none.
+handshakes::guest* handshakes::place() noexcept {
+  const auto found =
+      std::find_if(guests_.begin(), guests_.end(), [](const guest& one) { return one.now == phase::free; });
+  if (found != guests_.end()) return &*found;
+  auto* parted = static_cast<guest*>(parting_.oldest());
+  if (parted) leave(*parted);
+  return parted;
+}
+
+bool handshakes::too_many_from(const socket_address& peer) const noexcept {
+  if (is_loopback(peer)) return false;
+  const auto waiting = std::count_if(guests_.begin(), guests_.end(), [&](const guest& one) {
+    return one.now != phase::free && one.now != phase::parting && same_host(one.peer, peer);
+  });
+  return connections_.count_from(peer) + static_cast<std::uint32_t>(waiting) >=
+         limits_.connections_per_address_max;
+}
+
+void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
+  const bool crowded = too_many_from(accepted.peer);
+  guest* one = place();
+  if (!one) {
+    // No place to part in good order, so this answer may be lost to a reset.
+    ++counters_.handshakes_cut;
+    const auto refusal =
+        refusal_of(service_unavailable, "% handshakes are under way, which is the limit",
+                   "try again in a moment, or raise handshakes_max", decimal{limits_.handshakes_max}.text());
+    send_refusal(accepted.socket.get(), refusal);
+    ::shutdown(accepted.socket.get(), SHUT_WR);
+    return report(accepted.peer, refusal, sink);
+  }
+  if (++one->generation == 0) one->generation = 1;
+  one->socket = std::move(accepted.socket);
+  one->peer = accepted.peer;
+  one->watch = {};
+  one->scanned = 0;
+  const auto index = static_cast<std::uint32_t>(one - guests_.data());
+  send_at_once(one->socket.get());
+  if (!polled_.add(one->socket.get(), EPOLLIN | EPOLLRDHUP | EPOLLET,
+                   {source::handshake, index, one->generation}))
+    return one->socket.reset(); // the kernel is out of memory for watches
+  one->now = phase::header;
+  header_.arm(*one, now_);
+  ++busy_;
+  if (crowded)
+    refuse(*one,
+           refusal_of(service_unavailable, "one address may hold % connections, and yours does",
+                      "close another one, or raise connections_per_address_max",
+                      decimal{limits_.connections_per_address_max}.text()),
+           sink);
+}
+
+// Goes on to `page` or `parting`.
+void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
+  if (next == phase::parting) --busy_;
+  one.now = next;
+  deadlines.arm(one, now_);
+  const auto index = static_cast<std::uint32_t>(&one - guests_.data());
+  polled_.modify(one.socket.get(), events, {source::handshake, index, one.generation});
+}
+
+// Frees the place. The socket is closed unless a connection has taken it.
+void handshakes::leave(guest& one) noexcept {
+  if (one.now == phase::header || one.now == phase::page) --busy_;
+  host_.let_go(one.watch);
+  one.disarm();
+  one.now = phase::free;
+  if (!one.socket) return;
+  polled_.remove(one.socket.get());
+  one.socket.reset();
+}
+
+void handshakes::part(guest& one) noexcept {
+  ::shutdown(one.socket.get(), SHUT_WR); // libwebsockets may have done so already
+  enter(one, phase::parting, parting_, EPOLLIN);
+}
+
+void handshakes::on_event(const socket_event& event, transport_sink& sink) noexcept {
+  guest& one = guests_[event.token.index];
+  if (one.generation != event.token.generation) return; // left earlier in this batch
+  switch (one.now) {
+  case phase::free: return;
+  case phase::header: return read_header(one, event.events, sink);
+  case phase::page:
+    if (event.events & (EPOLLERR | EPOLLHUP)) return leave(one);
+    host_.drive(one.watch);
+    if (!one.watch.wsi) part(one);
+    return;
+  case phase::parting:
+    const ssize_t bytes = discard_input(one.socket.get());
+    if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) leave(one);
+    return;
+  }
+}
+
+void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& sink) noexcept {
+  auto* text = reinterpret_cast<char*>(scratch_.data());
+  const ssize_t peeked = ::recv(one.socket.get(), text, limits_.header_bytes_max, MSG_PEEK | MSG_DONTWAIT);
+  if (peeked < 0 && (errno == EAGAIN || errno == EINTR)) return;
+  if (peeked <= 0) return leave(one);
+  const std::string_view seen{text, static_cast<std::size_t>(peeked)};
+  const std::size_t end = wire::find_header_end(seen, one.scanned);
+  if (end == 0) {
+    if (seen.size() == limits_.header_bytes_max) return refuse(one, header_too_large(limits_), sink);
+    if (events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) return leave(one); // the rest will never come
+    one.scanned = static_cast<std::uint32_t>(seen.size());
+    return;
+  }
+  const ssize_t taken = ::recv(one.socket.get(), text, end, MSG_DONTWAIT);
+  if (taken != static_cast<ssize_t>(end)) return leave(one); // reset in between
+  const wire::http_judgement judgement = wire::judge_request(seen.substr(0, end), policy_);
+  switch (judgement.verdict) {
+  case wire::http_verdict::refused: return refuse(one, judgement.refusal, sink);
+  case wire::http_verdict::page: return serve(one, judgement, sink);
+  case wire::http_verdict::upgrade: return upgrade(one, judgement, sink);
+  }
+}
+
+// Gives libwebsockets a duplicate of the socket and the request in our own words, without its path, which is
+// ours to answer: so it parses nothing of a stranger's but a host, a key and an ETag, all of them checked.
+void handshakes::hand_over(guest& one, const wire::http_judgement& request, transport_sink* sink) noexcept {
+  char text[wire::http_clean_bytes_max];
+  descriptor duplicate{::fcntl(one.socket.get(), F_DUPFD_CLOEXEC, 0)};
+  wire::http_judgement pathless = request;
+  pathless.target = "/";
+  const std::string_view clean = wire::write_clean_request(text, pathless);
+  if (!duplicate || clean.empty()) return;
+  one.watch.judgement = &request;
+  one.watch.sink = sink;
+  host_.adopt(one.watch, std::move(duplicate), clean);
+  one.watch.judgement = nullptr;
+  one.watch.sink = nullptr;
+}
+
+void handshakes::serve(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
+  hand_over(one, request, &sink);
+  if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
+  if (one.watch.answered) return part(one);
+  if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
+  refuse(one, refusal_of(internal_error, "the page could not be written", "report this with the request"),
+         sink);
+}
+
+void handshakes::upgrade(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
+  if (connections_.full())
+    return refuse(one,
+                  refusal_of(service_unavailable, "all % connections are taken",
+                             "close another one, or raise connections_max",
+                             decimal{limits_.connections_max}.text()),
+                  sink);
+  hand_over(one, request, nullptr);
+  if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
+  if (!one.watch.established)
+    return refuse(
+        one, refusal_of(internal_error, "the upgrade could not be answered", "report this with the request"),
+        sink);
+  const socket_address peer = one.peer;
+  const service::connection_id id = connections_.open(std::move(one.socket), peer);
+  leave(one);
+  ++counters_.opened;
+  char address[address_text_bytes_max];
+  sink.on_open(id, {.ours = service::side::server,
+                    .address = write_address(address, peer),
+                    .path = request.path,
+                    .subprotocol = request.subprotocol});
+}
+
+void handshakes::refuse(guest& one, const wire::http_refusal& refusal, transport_sink& sink) noexcept {
+  send_refusal(one.socket.get(), refusal);
+  const socket_address peer = one.peer;
+  part(one);
+  report(peer, refusal, sink);
+}
+
+void handshakes::report(const socket_address& peer, const wire::http_refusal& refusal,
+                        transport_sink& sink) noexcept {
+  char address[address_text_bytes_max];
+  sink.on_refused({.http_status = refusal.status,
+                   .peer = write_address(address, peer),
+                   .what = refusal.what(),
+                   .remedy = refusal.remedy()});
+}
+
+void handshakes::expire(transport_sink& sink) noexcept {
+  while (deadline_node* node = header_.take_due(now_)) {
+    auto& one = static_cast<guest&>(*node);
+    // Browsers open sockets ahead of need and leave them silent; that is no failed handshake.
+    if (one.scanned == 0)
+      leave(one);
+    else
+      refuse(one,
+             refusal_of(request_timeout, "the header of the request did not end in time", "send it at once"),
+             sink);
+  }
+  while (deadline_node* node = page_.take_due(now_)) {
+    auto& one = static_cast<guest&>(*node);
+    reset_on_close(one.socket.get());
+    leave(one);
+  }
+  while (deadline_node* node = parting_.take_due(now_)) leave(static_cast<guest&>(*node));
+}
+
+rt::time_point handshakes::next_deadline() const noexcept {
+  return std::min({header_.next(), page_.next(), parting_.next()});
+}
+
+} // namespace rowe::net

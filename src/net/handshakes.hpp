@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+// Accepted sockets that are not connections yet, or never will be: each waits for its request's header, is
+// served a page, is upgraded, or is refused with words. Service thread; never allocates itself (libwebsockets
+// does, for a page or an upgrade).
+//
+// The header is looked at in the kernel (MSG_PEEK) until it is whole, then exactly it is taken out: what lies
+// behind it belongs to the connection, and libwebsockets must not see it. So no socket needs a buffer of its
+// own. The epoll is edge triggered in this phase, since bytes that are left where they are would be reported
+// again and again.
+//
+// Whoever is answered and closed *parts*: our end is shut, and what still comes is thrown away until the
+// other end is shut too. A socket closed with unread bytes sends a reset, which makes clients drop the answer
+// unread.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <rowe/rt/clock.hpp>
+
+#include "net/deadline_list.hpp"
+#include "net/established.hpp"
+#include "net/listener.hpp"
+#include "net/lws_host.hpp"
+#include "net/poll_set.hpp"
+#include "net/socket_transport.hpp"
+#include "service/transport.hpp"
+#include "wire/http_request.hpp"
+
+namespace rowe::net {
+
+class handshakes {
+ public:
+  // `scratch` is shared with the reading of connections and holds header_bytes_max.
+  handshakes(const socket_limits& limits, const wire::handshake_policy& policy, poll_set& polled,
+             lws_host& host, established& connections, socket_counters& counters,
+             std::span<std::byte> scratch);
+  ~handshakes();
+  handshakes(const handshakes&) = delete;
+  handshakes& operator=(const handshakes&) = delete;
+
+  void begin_turn(rt::time_point now) noexcept { now_ = now; }
+  void begin(accepted_socket accepted, service::transport_sink& sink) noexcept;
+  void on_event(const socket_event& event, service::transport_sink& sink) noexcept;
+  void expire(service::transport_sink& sink) noexcept;
+  rt::time_point next_deadline() const noexcept;
+
+  // True while a header is awaited or a page is under way.
+  bool busy() const noexcept { return busy_ != 0; }
+
+ private:
+  enum class phase : std::uint8_t { free, header, page, parting };
+  struct guest : deadline_node {
+    descriptor socket;
+    socket_address peer;
+    lws_watch watch;
+    std::uint32_t generation = 0;
+    std::uint32_t scanned = 0; // bytes of the header seen without its end
+    phase now = phase::free;
+  };
+
+  guest* place() noexcept;
+  void enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
+  void leave(guest& one) noexcept;
+  void part(guest& one) noexcept;
+  void read_header(guest& one, std::uint32_t events, service::transport_sink& sink) noexcept;
+  void serve(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
+  void upgrade(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
+  void hand_over(guest& one, const wire::http_judgement& request, service::transport_sink* sink) noexcept;
+  void refuse(guest& one, const wire::http_refusal& refusal, service::transport_sink& sink) noexcept;
+  void report(const socket_address& peer, const wire::http_refusal& refusal,
+              service::transport_sink& sink) noexcept;
+  bool too_many_from(const socket_address& peer) const noexcept;
+
+  const socket_limits limits_;
+  const wire::handshake_policy& policy_;
+  poll_set& polled_;
+  lws_host& host_;
+  established& connections_;
+  socket_counters& counters_;
+  std::span<std::byte> scratch_;
+  std::vector<guest> guests_;
+  std::uint32_t busy_ = 0;
+  deadline_list header_;
+  deadline_list page_;
+  deadline_list parting_;
+  rt::time_point now_{};
+};
+
+} // namespace rowe::net

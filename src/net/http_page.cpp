@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/http_page.hpp"
+
+#include <libwebsockets.h>
+
+#include <algorithm>
+#include <cstddef>
+
+namespace rowe::net {
+
+namespace {
+
+constexpr std::size_t header_bytes_max = 2048;
+constexpr unsigned not_modified = 304;
+
+// Collects headers in a buffer of its own; stays false once one did not fit.
+class header_writer {
+ public:
+  header_writer(lws* wsi, unsigned status) noexcept : wsi_{wsi} {
+    good_ = lws_add_http_header_status(wsi_, status | LWSAHH_FLAG_NO_SERVER_NAME, &at_, end()) == 0;
+  }
+
+  // `name` with its colon, in lower case. An empty value leaves the header out.
+  void add(const char* name, std::string_view value) noexcept {
+    if (!good_ || value.empty()) return;
+    good_ = lws_add_http_header_by_name(wsi_, reinterpret_cast<const unsigned char*>(name),
+                                        reinterpret_cast<const unsigned char*>(value.data()),
+                                        static_cast<int>(value.size()), &at_, end()) == 0;
+  }
+
+  void add_length(std::size_t bytes) noexcept {
+    if (good_) good_ = lws_add_http_header_content_length(wsi_, bytes, &at_, end()) == 0;
+  }
+
+  bool send() noexcept {
+    return good_ && lws_finalize_write_http_header(wsi_, buffer_ + LWS_PRE, &at_, end()) == 0;
+  }
+
+ private:
+  unsigned char* end() noexcept { return buffer_ + sizeof buffer_; }
+
+  lws* wsi_;
+  unsigned char buffer_[LWS_PRE + header_bytes_max];
+  unsigned char* at_ = buffer_ + LWS_PRE;
+  bool good_ = false;
+};
+
+std::string_view without_weakness(std::string_view tag) noexcept {
+  return tag.starts_with("W/") ? tag.substr(2) : tag;
+}
+
+} // namespace
+
+bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept {
+  if (etag.empty()) return false;
+  const std::string_view wanted = without_weakness(etag);
+  while (!if_none_match.empty()) {
+    const std::size_t begin = if_none_match.find_first_not_of(" \t,");
+    if (begin == std::string_view::npos) return false;
+    if_none_match.remove_prefix(begin);
+    if (if_none_match.front() == '*') return true;
+    // A comma may stand within the quotes, so an entry ends at its closing quote.
+    const std::size_t open = if_none_match.find('"');
+    const std::size_t close = open == std::string_view::npos ? open : if_none_match.find('"', open + 1);
+    if (close == std::string_view::npos) return false;
+    if (without_weakness(if_none_match.substr(0, close + 1)) == wanted) return true;
+    if_none_match.remove_prefix(close + 1);
+  }
+  return false;
+}
+
+bool write_page(lws* wsi, const wire::http_judgement& request, const service::http_answer& answer) noexcept {
+  const bool unchanged = answer.status == 200 && etag_matches(request.if_none_match, answer.etag);
+  header_writer headers{wsi, unchanged ? not_modified : answer.status};
+  if (!unchanged) {
+    headers.add("content-type:", answer.content_type);
+    headers.add("content-encoding:", answer.content_encoding);
+    headers.add_length(answer.body.size());
+  }
+  headers.add("etag:", answer.etag);
+  headers.add("vary:", "accept-encoding");
+  headers.add("cache-control:", answer.cache_control);
+  headers.add("content-security-policy:", content_security_policy);
+  headers.add("x-content-type-options:", "nosniff");
+  headers.add("referrer-policy:", "no-referrer");
+  headers.add("connection:", "close");
+  if (!headers.send()) return false;
+  if (unchanged || request.head || answer.body.empty()) return true;
+
+  // libwebsockets writes into the LWS_PRE bytes before a payload only for frames and HTTP/2, so this is read
+  // only.
+  auto* body = reinterpret_cast<unsigned char*>(const_cast<std::byte*>(answer.body.data()));
+  return lws_write(wsi, body, answer.body.size(), LWS_WRITE_HTTP_FINAL) >= 0;
+}
+
+} // namespace rowe::net

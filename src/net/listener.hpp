@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// The listening socket: ours, not libwebsockets', because 4.1.6 of that binds every address when it is asked
+// for 127.0.0.1 (its issue 2290). Opened at set-up, used by the service thread.
+#pragma once
+#include <cstdint>
+#include <optional>
+
+#include <rowe/result.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "net/address.hpp"
+#include "net/descriptor.hpp"
+#include "net/poll_set.hpp"
+#include "net/socket_transport.hpp"
+
+namespace rowe::net {
+
+struct accepted_socket {
+  descriptor socket; // non-blocking, close-on-exec
+  socket_address peer;
+};
+
+class listener {
+ public:
+  // Out of descriptors or memory, the listener sleeps this long instead of finding the same again at once.
+  static constexpr rt::duration pause = std::chrono::milliseconds{100};
+
+  // Errors: not_loopback, bad_address, address_in_use as in socket_transport::listen().
+  static result<listener> open(const listen_options& options) noexcept;
+
+  const socket_address& address() const noexcept { return address_; }
+
+  bool join(poll_set& polled) noexcept;
+
+  // The next connection, if one waits. Nothing, with paused() true from then on, when the process has no
+  // descriptor or memory for it.
+  std::optional<accepted_socket> accept(poll_set& polled, rt::time_point now) noexcept;
+  bool paused() const noexcept { return resume_ != rt::never; }
+
+  // Ends the pause when its time has come.
+  void resume(poll_set& polled, rt::time_point now) noexcept;
+  rt::time_point next_deadline() const noexcept { return resume_; }
+
+ private:
+  listener(descriptor socket, const socket_address& address) noexcept;
+
+  descriptor socket_;
+  socket_address address_; // what getsockname said
+  rt::time_point resume_ = rt::never;
+};
+
+} // namespace rowe::net

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/lws_host.hpp"
+
+#include <fcntl.h>
+#include <libwebsockets.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cassert>
+#include <csignal>
+#include <cstring>
+#include <new>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "net/http_page.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::net {
+
+static_assert(wire::frame_headroom_bytes >= LWS_PRE);
+
+namespace {
+
+// Before libwebsockets' own timers would interfere with ours.
+constexpr unsigned library_timeout_seconds = 30;
+// More than the largest page, so that libwebsockets does not cut one write into several.
+constexpr std::size_t write_bytes_max = std::size_t{1} << 24;
+// Its pipe, and a margin: a server's descriptors that are being closed while others are handed over.
+constexpr std::uint32_t extra_sockets = 16;
+// The parsed header of one request; larger than what the filter lets through.
+constexpr unsigned short header_data_bytes = 8192;
+
+// All zero: no pings and no hang-ups of libwebsockets' own.
+constexpr lws_retry_bo_t no_liveness{};
+
+template <std::size_t Size>
+void copy_text(std::array<char, Size>& to, const void* text, std::size_t bytes) noexcept {
+  const std::size_t kept = std::min(bytes, Size - 1);
+  if (kept) std::memcpy(to.data(), text, kept);
+  to[kept] = '\0';
+}
+
+// libwebsockets sets SIGPIPE to be ignored for the whole process; a library must not leave that behind.
+class sigpipe_guard {
+ public:
+  sigpipe_guard() noexcept { ::sigaction(SIGPIPE, nullptr, &before_); }
+  ~sigpipe_guard() { ::sigaction(SIGPIPE, &before_, nullptr); }
+  sigpipe_guard(const sigpipe_guard&) = delete;
+  sigpipe_guard& operator=(const sigpipe_guard&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
+int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, void* in, std::size_t bytes) noexcept {
+  switch (reason) {
+  case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
+    // Cannot happen: the filter writes the request anew. If it does, refusing by return value is a use after
+    // free in 4.1.6, and letting h2c pass would bypass every filter.
+    if (::strcasecmp(static_cast<const char*>(in), "websocket") != 0) ::shutdown(watch.duplicate, SHUT_RDWR);
+    return 0;
+  case LWS_CALLBACK_RAW_ADOPT:
+  case LWS_CALLBACK_RAW_RX: return -1; // what CONNECT would lead to; likewise
+  case LWS_CALLBACK_HTTP:
+    if (!watch.judgement || !watch.sink) return -1;
+    watch.answered = write_page(wsi, *watch.judgement,
+                                watch.sink->on_http({.path = watch.judgement->path,
+                                                     .if_none_match = watch.judgement->if_none_match,
+                                                     .accepts_gzip = watch.judgement->accepts_gzip}));
+    return -1; // one request a connection: close once everything is sent
+  case LWS_CALLBACK_ESTABLISHED:
+  case LWS_CALLBACK_CLIENT_ESTABLISHED: watch.established = true; return 0;
+  case LWS_CALLBACK_CLIENT_APPEND_HANDSHAKE_HEADER: watch.asked = true; return 0;
+  case LWS_CALLBACK_CLIENT_FILTER_PRE_ESTABLISH: {
+    const int copied = lws_hdr_copy(wsi, watch.subprotocol.data(), static_cast<int>(watch.subprotocol.size()),
+                                    WSI_TOKEN_PROTOCOL);
+    return copied < 0 ? -1 : 0; // longer than any we offer
+  }
+  case LWS_CALLBACK_CLIENT_CONNECTION_ERROR: copy_text(watch.complaint, in, in ? bytes : 0); return 0;
+  case LWS_CALLBACK_WSI_DESTROY: watch.wsi = nullptr; return 0;
+  default: return 0;
+  }
+}
+
+} // namespace
+
+struct lws_host::tables {
+  std::vector<std::string> names;       // what the protocols' names point to
+  std::vector<lws_protocols> protocols; // libwebsockets keeps pointers into it
+
+  // Reasons that belong to no socket, or come with one that is not there yet.
+  static bool is_general(lws_callback_reasons reason) noexcept {
+    return reason == LWS_CALLBACK_PROTOCOL_INIT || reason == LWS_CALLBACK_PROTOCOL_DESTROY ||
+           reason == LWS_CALLBACK_GET_THREAD_ID || reason == LWS_CALLBACK_EVENT_WAIT_CANCELLED ||
+           reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_CLIENT_VERIFY_CERTS ||
+           reason == LWS_CALLBACK_OPENSSL_LOAD_EXTRA_SERVER_VERIFY_CERTS;
+  }
+
+  static int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t bytes) noexcept {
+    if (is_general(reason)) return 0;
+    auto* watch = static_cast<lws_watch*>(lws_get_opaque_user_data(wsi));
+    if (!watch) {
+      auto* host = static_cast<lws_host*>(lws_context_user(lws_get_context(wsi)));
+      if (!host || !host->current_) return 0;
+      watch = host->current_;
+      host->bind(*watch, wsi);
+    }
+    if (!watch->wsi && reason != LWS_CALLBACK_WSI_DESTROY) watch->wsi = wsi;
+    return on_event(wsi, reason, *watch, in, bytes);
+  }
+};
+
+lws_host::lws_host(std::unique_ptr<tables> owned) noexcept : tables_{std::move(owned)} {}
+
+lws_host::~lws_host() {
+  if (context_) lws_context_destroy(context_);
+}
+
+result<std::unique_ptr<lws_host>>
+lws_host::open(lws_role role, std::span<const std::string_view> subprotocols, std::uint32_t sockets_max) {
+  auto owned = std::make_unique<tables>();
+  owned->names.reserve(subprotocols.size());
+  const auto add = [&](const char* name) {
+    lws_protocols one{};
+    one.name = name;
+    one.callback = &tables::callback;
+    one.tx_packet_size = write_bytes_max;
+    owned->protocols.push_back(one);
+  };
+  add("rowe-any"); // the first one serves whoever offers none
+  for (const std::string_view name : subprotocols) add(owned->names.emplace_back(name).c_str());
+  owned->protocols.push_back({});
+
+  lws_context_creation_info info{};
+  info.port = CONTEXT_PORT_NO_LISTEN;
+  info.options = LWS_SERVER_OPTION_EXPLICIT_VHOSTS;
+  info.timeout_secs = library_timeout_seconds;
+  info.max_http_header_data = header_data_bytes;
+  info.max_http_header_pool = static_cast<unsigned short>(sockets_max + extra_sockets);
+  info.fd_limit_per_thread = sockets_max + extra_sockets;
+  info.retry_and_idle_policy = &no_liveness;
+
+  std::unique_ptr<lws_host> host{new (std::nothrow) lws_host{std::move(owned)}};
+  if (!host) return errc::no_memory;
+  info.user = host.get();
+  lws_set_log_level(0, nullptr);
+  {
+    const sigpipe_guard guard;
+    host->context_ = lws_create_context(&info);
+  }
+  if (!host->context_) return errc::no_memory;
+
+  info.protocols = host->tables_->protocols.data();
+  info.vhost_name = "rowe";
+  info.alpn = "http/1.1"; // never h2: it has ways around every filter
+  if (role == lws_role::server) info.port = CONTEXT_PORT_NO_LISTEN_SERVER;
+  host->vhost_ = lws_create_vhost(host->context_, &info);
+  if (!host->vhost_) return errc::no_memory;
+  host->turn(); // its deferred initialisation
+  return host;
+}
+
+void lws_host::bind(lws_watch& watch, lws* wsi) noexcept {
+  watch.wsi = wsi;
+  lws_set_opaque_user_data(wsi, &watch);
+}
+
+void lws_host::adopt(lws_watch& watch, descriptor duplicate, std::string_view request) noexcept {
+  watch.duplicate = duplicate.get();
+  current_ = &watch;
+  // Everything happens inside this call; what it returns says nothing (see the top of the header).
+  lws_adopt_socket_vhost_readbuf(vhost_, duplicate.release(), request.data(), request.size());
+  current_ = nullptr;
+  if (!watch.wsi) return;
+  if (watch.established && lws_partial_buffered(watch.wsi))
+    watch.established = false; // a 101 that did not fit
+  const bool page_in_flight = watch.answered && !watch.established;
+  if (!page_in_flight) let_go(watch);
+}
+
+bool lws_host::connect(lws_watch& watch, const lws_client_target& target) noexcept {
+  lws_client_connect_info info{};
+  info.context = context_;
+  info.vhost = vhost_;
+  info.address = target.address;
+  info.port = target.port;
+  info.host = target.host;
+  info.path = target.path;
+  info.protocol = target.subprotocols;
+  info.local_protocol_name = "rowe-any";
+  info.alpn = "http/1.1";
+  info.ssl_connection = LCCSCF_HTTP_NO_FOLLOW_REDIRECT;
+  info.retry_and_idle_policy = &no_liveness;
+  info.opaque_user_data = &watch;
+  lws* wsi = lws_client_connect_via_info(&info);
+  if (!wsi || !watch.wsi) {
+    // Destroyed already, or it never had a callback: then there is nothing that could be destroyed later.
+    if (!wsi) return watch.wsi = nullptr, false;
+    watch.wsi = wsi;
+  }
+  watch.duplicate = lws_get_socket_fd(wsi);
+  if (watch.duplicate < 0) return let_go(watch), false;
+  lws_rx_flow_control(wsi, 0); // it must not read one byte that we have not seen
+  return true;
+}
+
+bool lws_host::take_answer(lws_watch& watch, std::string_view header) noexcept {
+  // libwebsockets reads the header, and nothing but the header, from a socket pair that takes the place of
+  // the connection under its number.
+  int pair[2];
+  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) != 0)
+    return let_go(watch), false;
+  const descriptor theirs{pair[0]};
+  const descriptor ours{pair[1]};
+  const bool swapped =
+      ::send(ours.get(), header.data(), header.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(header.size()) &&
+      ::dup3(theirs.get(), watch.duplicate, O_CLOEXEC) == watch.duplicate;
+  if (swapped) {
+    lws_rx_flow_control(watch.wsi, 1);
+    service(watch, LWS_POLLIN, LWS_POLLIN);
+  }
+  const bool upgraded = swapped && watch.established && watch.wsi && !lws_partial_buffered(watch.wsi);
+  let_go(watch);
+  return upgraded;
+}
+
+void lws_host::drive(lws_watch& watch) noexcept { service(watch, LWS_POLLIN | LWS_POLLOUT, LWS_POLLOUT); }
+
+void lws_host::let_go(lws_watch& watch) noexcept {
+  if (!watch.wsi) return;
+  if (watch.duplicate < 0)
+    return lws_set_timeout(watch.wsi, PENDING_TIMEOUT_KILLED_BY_PARENT, LWS_TO_KILL_SYNC);
+  // A hang-up is the one way to close that neither shuts the socket down nor sends a frame: only its number
+  // goes.
+  service(watch, 0, LWS_POLLHUP);
+  assert(!watch.wsi);
+}
+
+void lws_host::service(lws_watch& watch, short events, short found) noexcept {
+  lws_pollfd one{};
+  one.fd = watch.duplicate;
+  one.events = events;
+  one.revents = found;
+  lws_service_fd(context_, &one);
+}
+
+void lws_host::turn() noexcept { lws_service(context_, -1); }
+
+} // namespace rowe::net

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The one epoll of a transport. An event names its socket by kind, index and generation, never by descriptor
+// or pointer: within one batch a socket may be closed, and its number and its place be used again.
+//
+// wait() keeps what ended it and take() hands it on, so that a turn which had to sleep pays one system call
+// for both. Service thread; never allocates after open().
+#pragma once
+#include <sys/epoll.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <rowe/result.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "net/descriptor.hpp"
+
+namespace rowe::net {
+
+enum class source : std::uint8_t { listener, waker, timer, handshake, connection, attempt };
+
+struct event_token {
+  source from = source::waker;
+  std::uint32_t index = 0; // below 2^24
+  std::uint32_t generation = 0;
+
+  std::uint64_t packed() const noexcept {
+    return static_cast<std::uint64_t>(from) << 56 | static_cast<std::uint64_t>(index & 0xffffffU) << 32 |
+           generation;
+  }
+  static event_token unpack(std::uint64_t packed) noexcept {
+    return {static_cast<source>(packed >> 56), static_cast<std::uint32_t>(packed >> 32) & 0xffffffU,
+            static_cast<std::uint32_t>(packed)};
+  }
+};
+
+struct socket_event {
+  event_token token;
+  std::uint32_t events = 0; // EPOLLIN, EPOLLOUT, …
+};
+
+// How wait() bounds its sleep: by epoll_pwait2 (Linux 5.11), or, where the kernel lacks that, by a timerfd.
+// epoll_wait itself counts milliseconds, which is too coarse.
+enum class sleeping_by : std::uint8_t { epoll_pwait2, timerfd };
+
+class poll_set {
+ public:
+  // A batch: what one turn handles. More sockets than that take turns, since the kernel reports in rotation.
+  static constexpr std::size_t batch_max = 64;
+
+  // errc::bad_argument never; errc::no_memory when the kernel has no descriptor or memory left.
+  static result<poll_set> open(sleeping_by how = sleeping_by::epoll_pwait2) noexcept;
+
+  bool add(int fd, std::uint32_t events, event_token token) noexcept;
+  void modify(int fd, std::uint32_t events, event_token token) noexcept;
+  void remove(int fd) noexcept; // before its descriptor is closed
+
+  // What is ready now; after a wait(), what that found, be it nothing. Valid until the next take() or wait().
+  std::span<const socket_event> take() noexcept;
+
+  // Sleeps until something is ready or `duration` is over; at once when a batch waits to be taken.
+  void wait(rt::duration duration) noexcept;
+
+ private:
+  poll_set(descriptor epoll, descriptor timer) noexcept;
+  bool bound_by_timer(rt::duration duration) noexcept;
+  void keep(int count) noexcept;
+
+  descriptor epoll_;
+  descriptor timer_; // only where there is no epoll_pwait2
+  std::array<epoll_event, batch_max> ready_;
+  std::array<socket_event, batch_max> batch_;
+  std::size_t waiting_ = 0; // events found and not taken
+  bool looked_ = false;     // wait() has asked the kernel since the last take()
+};
+
+} // namespace rowe::net

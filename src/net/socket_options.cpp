@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/socket_options.hpp"
+
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+#include <cstddef>
+
+namespace rowe::net {
+
+namespace {
+
+constexpr std::size_t discarded_per_call = 65536;
+
+void set(int fd, int level, int option, int value) noexcept {
+  (void)::setsockopt(fd, level, option, &value, sizeof value); // see the header
+}
+
+} // namespace
+
+void send_at_once(int fd) noexcept { set(fd, IPPROTO_TCP, TCP_NODELAY, 1); }
+
+void prepare_for_frames(int fd, const socket_limits& limits) noexcept {
+  send_at_once(fd);
+  set(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(limits.unsent_bytes_max));
+  if (limits.send_buffer_bytes) set(fd, SOL_SOCKET, SO_SNDBUF, static_cast<int>(limits.send_buffer_bytes));
+}
+
+int unacknowledged_bytes(int fd) noexcept {
+  int bytes = 0;
+  return ::ioctl(fd, SIOCOUTQ, &bytes) == 0 ? bytes : 0;
+}
+
+int socket_error(int fd) noexcept {
+  int code = 0;
+  socklen_t bytes = sizeof code;
+  (void)::getsockopt(fd, SOL_SOCKET, SO_ERROR, &code, &bytes); // fails for no socket of ours
+  return code;
+}
+
+void reset_on_close(int fd) noexcept {
+  const linger at_once{.l_onoff = 1, .l_linger = 0};
+  (void)::setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once); // see the header
+}
+
+ssize_t discard_input(int fd) noexcept {
+  return ::recv(fd, nullptr, discarded_per_call, MSG_TRUNC | MSG_DONTWAIT);
+}
+
+} // namespace rowe::net

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The few things that are asked of a TCP socket beside reading and writing. Each is one system call or two
+// that do not wait; what fails on a socket that is already gone is left to the read or write which will say
+// so.
+#pragma once
+#include <sys/types.h>
+
+#include "net/socket_transport.hpp"
+
+namespace rowe::net {
+
+// TCP_NODELAY, which libwebsockets does not set on sockets it is handed.
+void send_at_once(int fd) noexcept;
+
+// The above, TCP_NOTSENT_LOWAT and SO_SNDBUF, as `limits` say.
+void prepare_for_frames(int fd, const socket_limits& limits) noexcept;
+
+// Bytes the peer has not acknowledged, sent or not (SIOCOUTQ).
+int unacknowledged_bytes(int fd) noexcept;
+
+// The pending error (SO_ERROR), which asking clears.
+int socket_error(int fd) noexcept;
+
+// close() will send a reset and drop what is unsent.
+void reset_on_close(int fd) noexcept;
+
+// Throws away some of what has arrived, without copying it; returns as recv() does.
+ssize_t discard_input(int fd) noexcept;
+
+} // namespace rowe::net

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "net/socket_transport.hpp"
+
+#include <sys/eventfd.h>
+
+#include <algorithm>
+#include <climits>
+#include <new>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "net/address.hpp"
+#include "net/client_attempt.hpp"
+#include "net/descriptor.hpp"
+#include "net/established.hpp"
+#include "net/handshakes.hpp"
+#include "net/listener.hpp"
+#include "net/lws_host.hpp"
+#include "net/policy_owner.hpp"
+#include "net/poll_set.hpp"
+
+namespace rowe::net {
+
+using service::transport_sink;
+
+namespace {
+
+// A stop waits behind what one turn does for strangers.
+constexpr int accepts_per_turn = 4;
+// libwebsockets' timers and deferred work, none of which anything here depends on: sockets are driven by our
+// epoll.
+constexpr rt::duration lws_turn_period = std::chrono::milliseconds{250};
+
+status check(const socket_limits& limits) noexcept {
+  const auto outside = [](std::uint64_t value, std::uint64_t least, std::uint64_t most) {
+    return value < least || value > most;
+  };
+  const auto bad = [](std::uint64_t value, std::uint64_t limit) {
+    return error{errc::bad_argument, static_cast<std::int64_t>(value), static_cast<std::int64_t>(limit)};
+  };
+  constexpr std::uint64_t most_bytes = 65536;
+  struct range {
+    std::uint64_t value, least, most;
+  };
+  const range ranges[] = {
+      {limits.connections_max, 1, 65536},
+      {limits.connections_per_address_max, 1, UINT32_MAX},
+      {limits.handshakes_max, 1, 1024},
+      {limits.header_bytes_max, 256, wire::http_header_bytes_max},
+      {limits.read_quantum_bytes, 512, most_bytes},
+      {limits.read_alone_bytes, limits.read_quantum_bytes, most_bytes},
+      {limits.send_buffer_bytes, 0, INT_MAX / 2},
+      {limits.unsent_bytes_max, 1, INT_MAX},
+  };
+  for (const range& one : ranges)
+    if (outside(one.value, one.least, one.most))
+      return bad(one.value, one.value < one.least ? one.least : one.most);
+  for (const rt::duration one : {limits.header_timeout, limits.page_timeout, limits.connect_timeout,
+                                 limits.write_timeout, limits.close_timeout})
+    if (one <= rt::duration::zero()) return error{errc::bad_argument, one.count(), 1};
+  return {};
+}
+
+class epoll_transport final : public socket_transport {
+ public:
+  static result<std::unique_ptr<socket_transport>> open(const listen_options& options);
+  static result<std::unique_ptr<socket_transport>> open(const connect_options& options);
+
+  void poll(rt::time_point now, transport_sink& sink) noexcept override;
+  void wait(rt::time_point now, rt::time_point until) noexcept override;
+  void wake() noexcept override {
+    (void)::eventfd_write(waker_.get(), 1);
+  } // fails only when it is rung already
+  std::size_t write(service::connection_id connection,
+                    std::span<const std::span<const std::byte>> pieces) noexcept override {
+    return connections_.write(connection, pieces);
+  }
+  void close(service::connection_id connection, service::close_how how) noexcept override {
+    connections_.close(connection, how);
+  }
+  void read_enabled(service::connection_id connection, bool enabled) noexcept override {
+    connections_.read_enabled(connection, enabled);
+  }
+  void connect() noexcept override {
+    if (attempt_) attempt_->ask();
+  }
+  bool busy() const noexcept override { return attempt_ ? attempt_->busy() : handshakes_->busy(); }
+  std::uint16_t port() const noexcept override { return listener_ ? port_of(listener_->address()) : 0; }
+  const socket_counters& counters() const noexcept override { return counters_; }
+
+ private:
+  epoll_transport(const socket_limits& limits, poll_set polled);
+  static result<std::unique_ptr<epoll_transport>> prepare(const socket_limits& limits, lws_role role,
+                                                          std::span<const std::string_view> subprotocols);
+
+  void serve_connections(std::span<const socket_event> events, transport_sink& sink) noexcept;
+  void serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept;
+  void accept_some(transport_sink& sink) noexcept;
+  rt::time_point next_lws_turn() const noexcept;
+  rt::time_point next_deadline() const noexcept;
+
+  const socket_limits limits_;
+  socket_counters counters_;
+  std::vector<std::byte> buffer_; // one for all connections: bytes are handed on before the next are read
+  poll_set polled_;
+  descriptor waker_;
+  std::unique_ptr<lws_host> lws_;
+  established connections_;
+  rt::time_point now_{};
+  rt::time_point lws_turn_{};
+
+  // A server has these,
+  std::optional<listener> listener_;
+  std::unique_ptr<policy_owner> policy_;
+  std::unique_ptr<handshakes> handshakes_;
+  // a client that.
+  std::unique_ptr<client_attempt> attempt_;
+};
+
+epoll_transport::epoll_transport(const socket_limits& limits, poll_set polled)
+    : limits_{limits},
+      buffer_(std::max(limits.read_alone_bytes, limits.header_bytes_max) + transport_sink::tailroom_bytes),
+      polled_{std::move(polled)},
+      connections_{limits, polled_} {}
+
+result<std::unique_ptr<epoll_transport>>
+epoll_transport::prepare(const socket_limits& limits, lws_role role,
+                         std::span<const std::string_view> subprotocols) {
+  if (const status good = check(limits); !good) return good.error();
+  auto polled = poll_set::open();
+  if (!polled) return polled.error();
+  std::unique_ptr<epoll_transport> made{new epoll_transport{limits, std::move(*polled)}};
+  made->waker_.reset(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+  // Edge triggered: each ring is a new event, so nobody needs to read the count.
+  if (!made->waker_ || !made->polled_.add(made->waker_.get(), EPOLLIN | EPOLLET, {source::waker}))
+    return errc::no_memory;
+  auto lws = lws_host::open(role, subprotocols, role == lws_role::server ? limits.handshakes_max : 1);
+  if (!lws) return lws.error();
+  made->lws_ = std::move(*lws);
+  return made;
+}
+
+result<std::unique_ptr<socket_transport>> epoll_transport::open(const listen_options& options) {
+  auto bound = listener::open(options);
+  if (!bound) return bound.error();
+  auto made = prepare(options.limits, lws_role::server, options.subprotocols);
+  if (!made) return made.error();
+  epoll_transport& one = **made;
+  one.listener_ = std::move(*bound);
+  one.policy_ = std::make_unique<policy_owner>(options, one.listener_->address());
+  one.handshakes_ =
+      std::make_unique<handshakes>(one.limits_, one.policy_->policy(), one.polled_, *one.lws_,
+                                   one.connections_, one.counters_, std::span<std::byte>{one.buffer_});
+  if (!one.listener_->join(one.polled_)) return errc::no_memory;
+  return std::unique_ptr<socket_transport>{std::move(*made)};
+}
+
+result<std::unique_ptr<socket_transport>> epoll_transport::open(const connect_options& options) {
+  auto made = prepare(options.limits, lws_role::client, options.subprotocols);
+  if (!made) return made.error();
+  epoll_transport& one = **made;
+  auto attempt = client_attempt::open(options, one.polled_, *one.lws_, one.connections_, one.counters_,
+                                      std::span<std::byte>{one.buffer_}, one.waker_.get());
+  if (!attempt) return attempt.error();
+  one.attempt_ = std::move(*attempt);
+  return std::unique_ptr<socket_transport>{std::move(*made)};
+}
+
+void epoll_transport::poll(rt::time_point now, transport_sink& sink) noexcept {
+  ++counters_.polls;
+  now_ = now;
+  connections_.begin_turn(now);
+  if (handshakes_) handshakes_->begin_turn(now);
+  connections_.report_ended(sink);
+
+  const std::span<const socket_event> events = polled_.take();
+  serve_connections(events, sink); // before strangers
+  serve_others(events, sink);
+
+  connections_.expire(sink);
+  if (handshakes_) handshakes_->expire(sink);
+  if (listener_ && listener_->paused()) listener_->resume(polled_, now);
+  if (attempt_) attempt_->step(now, sink);
+  if (now >= next_lws_turn()) {
+    ++counters_.lws_turns;
+    lws_->turn();
+    lws_turn_ = rt::deadline_after(now, lws_turn_period);
+  }
+}
+
+// Not during an attempt: libwebsockets would ask for the socket's error, and keep to itself what we have to
+// report.
+rt::time_point epoll_transport::next_lws_turn() const noexcept {
+  return attempt_ && attempt_->busy() ? rt::never : lws_turn_;
+}
+
+void epoll_transport::serve_connections(std::span<const socket_event> events, transport_sink& sink) noexcept {
+  const auto readable = std::count_if(events.begin(), events.end(), [](const socket_event& one) {
+    return one.token.from == source::connection && (one.events & EPOLLIN);
+  });
+  const std::size_t quantum = readable > 1 ? limits_.read_quantum_bytes : limits_.read_alone_bytes;
+  for (const socket_event& event : events)
+    if (event.token.from == source::connection)
+      connections_.on_event(event, std::span{buffer_}.first(quantum), sink);
+}
+
+void epoll_transport::serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept {
+  for (const socket_event& event : events) {
+    switch (event.token.from) {
+    case source::listener: accept_some(sink); break;
+    case source::handshake: handshakes_->on_event(event, sink); break;
+    case source::attempt: attempt_->on_event(event, now_, sink); break;
+    case source::connection: // served already
+    case source::waker:      // its whole purpose was to end the wait
+    case source::timer: break;
+    }
+  }
+}
+
+void epoll_transport::accept_some(transport_sink& sink) noexcept {
+  for (int i = 0; i < accepts_per_turn; ++i) {
+    auto accepted = listener_->accept(polled_, now_);
+    if (!accepted) break;
+    ++counters_.accepted;
+    handshakes_->begin(std::move(*accepted), sink);
+  }
+  if (!listener_->paused()) return;
+  ++counters_.accept_pauses;
+  sink.on_refused({.http_status = 0,
+                   .peer = {},
+                   .what = "nobody can be accepted: this process has no file descriptor or memory left",
+                   .remedy = "raise its limit of open files (ulimit -n) or lower connections_max"});
+}
+
+rt::time_point epoll_transport::next_deadline() const noexcept {
+  rt::time_point next = std::min(connections_.next_deadline(), next_lws_turn());
+  if (handshakes_) next = std::min({next, handshakes_->next_deadline(), listener_->next_deadline()});
+  if (attempt_) next = std::min(next, attempt_->next_deadline());
+  return next;
+}
+
+void epoll_transport::wait(rt::time_point now, rt::time_point until) noexcept {
+  if (connections_.has_ended() || (attempt_ && attempt_->asked())) return; // poll() has work
+  const rt::time_point end = std::min(until, next_deadline());
+  if (end <= now) return;
+  ++counters_.waits;
+  polled_.wait(end - now);
+}
+
+// Memory that cannot be had is an error like any other.
+template <class Options>
+result<std::unique_ptr<socket_transport>> open_transport(const Options& options) noexcept {
+#if defined(__cpp_exceptions)
+  try {
+    return epoll_transport::open(options);
+  } catch (const std::bad_alloc&) {
+    return errc::no_memory;
+  }
+#else
+  return epoll_transport::open(options);
+#endif
+}
+
+} // namespace
+
+result<std::unique_ptr<socket_transport>> socket_transport::listen(const listen_options& options) noexcept {
+  return open_transport(options);
+}
+
+result<std::unique_ptr<socket_transport>> socket_transport::connect(const connect_options& options) noexcept {
+  return open_transport(options);
+}
+
+} // namespace rowe::net

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support.hpp"
+
+namespace rowe::net {
+namespace {
+
+TEST(handshake, opens_a_connection_by_an_upgrade) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send(upgrade_request(transport->port(), {}, "/robot?token=1")));
+  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
+  EXPECT_TRUE(client.has(accept_of_key));
+  ASSERT_EQ(drive.sink().opens.size(), 1U);
+  const auto& opened = drive.sink().opens[0];
+  EXPECT_NE(opened.id.generation, 0U);
+  EXPECT_EQ(opened.ours, service::side::server);
+  EXPECT_EQ(opened.path, "/robot");
+  EXPECT_EQ(opened.subprotocol, "");
+  EXPECT_EQ(opened.address.substr(0, 10), "127.0.0.1:");
+  EXPECT_FALSE(transport->busy());
+}
+
+TEST(handshake, passes_on_what_lies_behind_the_upgrade_in_the_same_segment) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  std::string behind(1000, '\0');
+  for (std::size_t i = 0; i < behind.size(); ++i) behind[i] = static_cast<char>(i * 7);
+  ASSERT_TRUE(client.send(upgrade_request(transport->port()) + behind));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().received[0].size() >= behind.size(); }));
+  EXPECT_EQ(drive.sink().received[0], behind);
+}
+
+TEST(handshake, waits_for_a_header_that_comes_byte_by_byte) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  for (const char c : upgrade_request(transport->port())) {
+    ASSERT_TRUE(client.send({&c, 1}));
+    drive.turn();
+  }
+  ASSERT_TRUE(client.send("behind"));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().received[0] == "behind"; }));
+  EXPECT_EQ(drive.sink().opens.size(), 1U);
+}
+
+TEST(handshake, chooses_the_first_subprotocol_offered_that_we_speak) {
+  const std::string_view spoken[] = {"rowe.v1", "foxglove.sdk.v1"};
+  auto transport = listening({.subprotocols = spoken});
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send(upgrade_request(
+      transport->port(), "Sec-WebSocket-Protocol: unknown.v9, foxglove.sdk.v1, rowe.v1\r\n")));
+  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  EXPECT_TRUE(client.has("Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n"));
+  ASSERT_EQ(drive.sink().opens.size(), 1U);
+  EXPECT_EQ(drive.sink().opens[0].subprotocol, "foxglove.sdk.v1");
+}
+
+TEST(handshake, takes_no_extension_however_many_are_offered) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  std::string offers = "Sec-WebSocket-Extensions: permessage-deflate";
+  for (int i = 0; i < 40; ++i) offers += ", permessage-deflate; client_max_window_bits=10";
+  ASSERT_TRUE(client.send(upgrade_request(transport->port(), offers + "\r\n")));
+  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
+  EXPECT_FALSE(client.has("Extensions"));
+}
+
+struct bad_request {
+  const char* name;
+  std::string (*text)(std::uint16_t port);
+  int status;
+};
+
+class refused_request : public testing::TestWithParam<bad_request> {};
+
+TEST_P(refused_request, is_answered_with_words_and_reported) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send(GetParam().text(transport->port())));
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_FALSE(client.failed) << "the answer came with a reset";
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 " + std::to_string(GetParam().status)) << client.text;
+  EXPECT_TRUE(drive.sink().opens.empty());
+  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+  const auto& refusal = drive.sink().refusals[0];
+  EXPECT_EQ(refusal.status, GetParam().status);
+  EXPECT_FALSE(refusal.what.empty());
+  EXPECT_FALSE(refusal.remedy.empty());
+  EXPECT_NE(client.text.find(refusal.remedy), std::string::npos) << client.text;
+  EXPECT_EQ(refusal.peer.substr(0, 10), "127.0.0.1:");
+}
+
+const bad_request bad_requests[] = {
+    {"origin_of_another_site",
+     [](std::uint16_t p) { return upgrade_request(p, "Origin: http://evil.example\r\n"); }, 403},
+    {"origin_null", [](std::uint16_t p) { return upgrade_request(p, "Origin: null\r\n"); }, 403},
+    {"host_of_another_name",
+     [](std::uint16_t p) {
+       std::string text = upgrade_request(p);
+       const auto at = text.find("127.0.0.1");
+       return text.replace(at, 9, "evil.example");
+     },
+     403},
+    {"h2c",
+     [](std::uint16_t p) {
+       return request(p, "/",
+                      "Connection: Upgrade, HTTP2-Settings\r\nUpgrade: h2c\r\nHTTP2-Settings: AAMAAABk\r\n");
+     },
+     400},
+    {"connect",
+     [](std::uint16_t p) {
+       return "CONNECT evil.example:443 HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(p) + "\r\n\r\n";
+     },
+     405},
+    {"post",
+     [](std::uint16_t p) {
+       return "POST / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(p) +
+              "\r\nContent-Length: 100000\r\n\r\n" + std::string(100000, 'x');
+     },
+     405},
+    {"http_1_0", [](std::uint16_t) { return std::string{"GET / HTTP/1.0\r\n\r\n"}; }, 505},
+    {"version_8",
+     [](std::uint16_t p) {
+       std::string text = upgrade_request(p);
+       return text.replace(text.find("13\r\n"), 2, "8");
+     },
+     426},
+    {"no_http", [](std::uint16_t) { return std::string{"\x16\x03\x01 hello\n\n"}; }, 400},
+    {"header_too_large",
+     [](std::uint16_t p) { return request(p, "/", "Cookie: " + std::string(5000, 'c') + "\r\n"); }, 431},
+    {"unknown_subprotocols",
+     [](std::uint16_t p) { return upgrade_request(p, "Sec-WebSocket-Protocol: x\r\n"); }, 400},
+};
+
+INSTANTIATE_TEST_SUITE_P(handshake, refused_request, testing::ValuesIn(bad_requests),
+                         [](const auto& one) { return std::string{one.param.name}; });
+
+TEST(handshake, allows_listed_origins_and_hosts_and_its_own_page) {
+  const std::string_view origins[] = {"http://lab.example:8000"};
+  const std::string_view hosts[] = {"robot.local"};
+  auto transport = listening({.allow_origins = origins, .allow_hosts = hosts});
+  driver drive{*transport};
+  const std::string port = std::to_string(transport->port());
+  const std::string own = upgrade_request(transport->port(), "Origin: http://127.0.0.1:" + port + "\r\n");
+  const std::string listed = upgrade_request(transport->port(), "Origin: http://lab.example:8000\r\n");
+  std::string by_name = upgrade_request(transport->port(), "Origin: http://robot.local:" + port + "\r\n");
+  by_name.replace(by_name.find("127.0.0.1"), 9, "robot.local");
+  for (const std::string& text : {own, listed, by_name}) {
+    raw_socket client{transport->port()};
+    ASSERT_TRUE(client.send(text));
+    ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+    EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101") << text;
+  }
+}
+
+TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send("GET / HTTP/1.1\r\n"));
+  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  drive.turn(); // the bytes are seen by now
+  drive.turn();
+  drive.skip(4900ms);
+  drive.turn();
+  EXPECT_TRUE(drive.sink().refusals.empty());
+  drive.skip(200ms);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 408");
+  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+  EXPECT_FALSE(transport->busy());
+}
+
+TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  drive.skip(5100ms);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.text.empty());
+  EXPECT_TRUE(drive.sink().refusals.empty());
+}
+
+TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
+  auto transport = listening();
+  driver drive{*transport};
+  {
+    raw_socket client{transport->port()};
+    ASSERT_TRUE(client.send("GET / HT"));
+    ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  }
+  EXPECT_TRUE(drive.until([&] { return !transport->busy(); }));
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  client.reset();
+  EXPECT_TRUE(drive.until([&] { return !transport->busy(); }));
+  EXPECT_TRUE(drive.sink().refusals.empty());
+}
+
+TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages) {
+  auto transport = listening({.limits = {.connections_max = 2}});
+  driver drive{*transport};
+  const raw_socket first = upgraded(drive, *transport);
+  raw_socket second = upgraded(drive, *transport);
+  raw_socket third{transport->port()};
+  ASSERT_TRUE(third.send(upgrade_request(transport->port())));
+  ASSERT_TRUE(drive.until([&] { return third.ended(); }));
+  EXPECT_FALSE(third.failed);
+  EXPECT_EQ(third.text.substr(0, 12), "HTTP/1.1 503");
+  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+  EXPECT_EQ(drive.sink().refusals[0].what, "all 2 connections are taken");
+  EXPECT_NE(drive.sink().refusals[0].remedy.find("connections_max"), std::string::npos);
+
+  raw_socket reader{transport->port()};
+  ASSERT_TRUE(reader.send(request(transport->port(), "/healthz")));
+  ASSERT_TRUE(drive.until([&] { return reader.ended(); }));
+  EXPECT_EQ(drive.sink().pages.size(), 1U);
+
+  second.close();
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().closes.empty(); }));
+  const raw_socket fourth = upgraded(drive, *transport);
+  EXPECT_EQ(drive.sink().opens.size(), 3U);
+}
+
+TEST(handshake, refuses_what_exceeds_handshakes_max) {
+  auto transport = listening({.limits = {.handshakes_max = 3}});
+  driver drive{*transport};
+  std::vector<raw_socket> silent;
+  for (int i = 0; i < 3; ++i) silent.emplace_back(transport->port());
+  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 3; }));
+  raw_socket next{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return next.ended(); }));
+  EXPECT_EQ(next.text.substr(0, 12), "HTTP/1.1 503");
+  EXPECT_EQ(transport->counters().handshakes_cut, 1U);
+  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+
+  silent.clear();
+  ASSERT_TRUE(drive.until([&] { return !transport->busy(); }));
+  const raw_socket client = upgraded(drive, *transport);
+  EXPECT_EQ(drive.sink().opens.size(), 1U);
+}
+
+TEST(handshake, gives_the_place_of_someone_answered_to_a_newcomer) {
+  auto transport = listening({.limits = {.handshakes_max = 1}});
+  driver drive{*transport};
+  raw_socket refused{transport->port()};
+  ASSERT_TRUE(refused.send("GET / HTTP/1.0\r\n\r\n"));
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().refusals.empty(); })); // parting, and does not close
+  const raw_socket client = upgraded(drive, *transport);
+  EXPECT_EQ(drive.sink().opens.size(), 1U);
+}
+
+TEST(handshake, limits_connections_of_one_address_beyond_loopback) {
+  // The machine's own address is as far away as a test gets.
+  const std::string address = [] {
+    descriptor probe{::socket(AF_INET, SOCK_DGRAM, 0)};
+    sockaddr_in far{};
+    far.sin_family = AF_INET;
+    far.sin_port = htons(9);
+    ::inet_pton(AF_INET, "198.51.100.1", &far.sin_addr); // documentation range: nothing is sent
+    if (::connect(probe.get(), reinterpret_cast<const sockaddr*>(&far), sizeof far) != 0)
+      return std::string{};
+    socklen_t bytes = sizeof far;
+    ::getsockname(probe.get(), reinterpret_cast<sockaddr*>(&far), &bytes);
+    char text[INET_ADDRSTRLEN] = {};
+    ::inet_ntop(AF_INET, &far.sin_addr, text, sizeof text);
+    return std::string{text};
+  }();
+  if (address.empty() || address.starts_with("127."))
+    GTEST_SKIP() << "this machine has no address beyond loopback";
+
+  auto transport =
+      listening({.address = address, .insecure = true, .limits = {.connections_per_address_max = 2}});
+  ASSERT_TRUE(transport);
+  driver drive{*transport};
+  std::vector<raw_socket> clients;
+  for (int i = 0; i < 3; ++i) {
+    raw_socket& client = clients.emplace_back(transport->port(), address.c_str());
+    std::string text = upgrade_request(transport->port());
+    ASSERT_TRUE(client.send(text.replace(text.find("127.0.0.1"), 9, address)));
+    ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  }
+  EXPECT_EQ(clients[0].text.substr(0, 12), "HTTP/1.1 101");
+  EXPECT_EQ(clients[1].text.substr(0, 12), "HTTP/1.1 101");
+  EXPECT_EQ(clients[2].text.substr(0, 12), "HTTP/1.1 503");
+  ASSERT_TRUE(drive.until([&] { return clients[2].ended(); }));
+  EXPECT_FALSE(clients[2].failed);
+}
+
+} // namespace
+} // namespace rowe::net
