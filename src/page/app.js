@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of an endpoint: subscribes to one topic of poses and to the endpoint's statistics over the port that
-// served it, and shows both. Three clocks drive it: messages as they come only update what is remembered; the canvas
-// is drawn by animation frames, hence not at all while the page is hidden; words are written ten times a second.
+// The page of an endpoint: subscribes to one topic of poses and to the endpoint's statistics over the port
+// that served it, and shows both. Three clocks drive it: messages as they come only update what is
+// remembered; the canvas is drawn by animation frames, hence not at all while the page is hidden; words are
+// written ten times a second.
 //
-// Whether the robot is alive is judged by the age of its last pose, never by the socket: a loop that died behind an
-// endpoint that still answers must not look alive.
+// Whether the robot is alive is judged by the age of its last pose, never by the socket: a loop that died
+// behind an endpoint that still answers must not look alive.
 
 import { link, moment, since_ms } from "./link.js";
 import { path_view } from "./path.js";
 import { is_pose_type, pose_of } from "./pose.js";
-import { loss_table, rate_table, real_time_words } from "./stats.js";
-import { absent, fixed, losses, metres, states, text, thinned } from "./text.js";
+import { loss_table, rate_table, real_time_words, write } from "./stats.js";
+import { fixed, losses, metres, states, text, thinned } from "./text.js";
 
 const default_topic = "/odom";
 const stats_topic = "/rowe/stats";
@@ -42,7 +43,8 @@ const seen = {
 const view = new path_view(element("path"), text, still.matches);
 const rates = new rate_table(element("rates"));
 const lost = [new loss_table(element("losses"), losses), new loss_table(element("thinned"), thinned)];
-const robot = new link(`${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/`, { opened, received });
+const protocol = location.protocol === "https:" ? "wss:" : "ws:";
+const robot = new link(`${protocol}//${location.host}/`, { opened, received });
 
 function topic_of_hash() {
   try {
@@ -52,7 +54,7 @@ function topic_of_hash() {
   }
 }
 
-// --- messages ---------------------------------------------------------------------------------------------------
+// --- messages ----------------------------------------------------------------------------------------------
 
 function subscribe(topic, id, throttle_rate) {
   robot.send({ op: "subscribe", id, topic, throttle_rate, queue_length: 1 });
@@ -97,12 +99,13 @@ function take_stats(message) {
   look();
 }
 
-// --- topics -----------------------------------------------------------------------------------------------------
+// --- topics ------------------------------------------------------------------------------------------------
 
 // Whether a topic is known to hold poses. The one that was asked for is, once a pose came.
 function drawable(topic) {
   if (topic === seen.topic && seen.pose) return true;
-  return seen.looked.get(topic) ?? is_pose_type(seen.stats?.topics.find((entry) => entry.topic === topic)?.type);
+  const told = seen.stats?.topics.find((entry) => entry.topic === topic);
+  return seen.looked.get(topic) ?? is_pose_type(told?.type);
 }
 
 // Looks into one topic of unknown type at a time, for one message.
@@ -110,9 +113,9 @@ function look() {
   if (seen.looking && since_ms(seen.looking.at) > look_ms_max) end_look(false);
   if (seen.looking || seen.looked.size >= looks_max) return;
   const next = seen.stats.topics.find(
-    ({ topic, type, bytes }) =>
-      topic !== seen.topic && !topic.startsWith("/rowe/") && !is_pose_type(type) && bytes <= look_bytes_max &&
-      !seen.looked.has(topic),
+    ({ topic, type, bytes, messages }) =>
+      topic !== seen.topic && !topic.startsWith("/rowe/") && !is_pose_type(type) && messages > 0 &&
+      bytes <= look_bytes_max && !seen.looked.has(topic),
   );
   if (!next) return;
   seen.looking = { topic: next.topic, at: moment() };
@@ -142,11 +145,11 @@ function write_choice() {
   if (listed.join() !== [...choice.options].map((option) => option.value).join()) {
     choice.replaceChildren(...listed.map((topic) => new Option(topic, topic)));
   }
-  choice.value = seen.topic;
+  if (choice.value !== seen.topic) choice.value = seen.topic;
   choice.disabled = listed.length < 2;
 }
 
-// --- words ------------------------------------------------------------------------------------------------------
+// --- words -------------------------------------------------------------------------------------------------
 
 // The one state shown, and what its sentence needs.
 function judge() {
@@ -166,11 +169,11 @@ function write_state() {
   const now = performance.now();
   if (changed || state.name !== "live" || now - seen.age_written >= age_ms_step) {
     seen.age_written = now;
-    element("state").textContent = sentence(state);
+    write(element("state"), sentence(state));
   }
-  element("mark").textContent = mark;
-  element("name").textContent = name;
-  document.title = text.title(mark, name, word);
+  write(element("mark"), mark);
+  write(element("name"), name);
+  write(document.querySelector("title"), text.title(mark, name, word));
   write_about(state.name);
   if (!changed) return;
   document.body.dataset.state = state.name;
@@ -183,12 +186,12 @@ function write_state() {
 function write_about(state) {
   const answers = seen.stats_at !== null && since_ms(seen.stats_at) < stats_stale_ms;
   document.body.dataset.stats = answers || !seen.stats ? "live" : "stale";
-  element("uptime").textContent = answers ? text.uptime(seen.stats.uptime_s, seen.stats.peers) : "";
+  write(element("uptime"), answers ? text.uptime(seen.stats.uptime_s, seen.stats.peers) : "");
   const about = {
     stale: answers ? text.silent_topic(seen.topic) : text.silent,
     disconnected: seen.pose ? text.known : "",
   };
-  element("about").textContent = about[state] ?? real_time_words(seen.stats?.real_time);
+  write(element("about"), about[state] ?? real_time_words(seen.stats?.real_time));
 }
 
 function write_pose() {
@@ -199,15 +202,15 @@ function write_pose() {
     x: metres(x), y: metres(y), z: metres(z),
     heading: fixed((heading * 180) / Math.PI, 1), speed: fixed(speed, 3), turn: fixed(turn, 3),
   };
-  for (const [id, value] of Object.entries(words)) element(id).textContent = value;
+  for (const [id, value] of Object.entries(words)) write(element(id), value);
 }
 
 function write_stats() {
   const { stats } = seen;
   if (!stats || seen.stats_written) return;
   seen.stats_written = true;
-  rates.show(stats.topics, seen.topic, (entry) => drawable(entry.topic));
   const at = typeof stats.uptime_s === "number" ? stats.uptime_s : performance.now() / 1000;
+  rates.show(stats.topics, at, seen.topic, (entry) => drawable(entry.topic));
   for (const group of lost) group.show(stats.losses ?? {}, at);
   write_choice();
 }
@@ -216,9 +219,9 @@ function write_follow() {
   element("follow").setAttribute("aria-pressed", String(view.following));
 }
 
-// --- clocks and hands -------------------------------------------------------------------------------------------
+// --- clocks and hands --------------------------------------------------------------------------------------
 
-function write() {
+function tick() {
   robot.turn();
   write_state();
   write_pose();
@@ -235,8 +238,8 @@ function toggle_follow() {
   write_follow();
 }
 
-for (const labelled of document.querySelectorAll("[data-text]")) labelled.textContent = text[labelled.dataset.text];
-for (const labelled of document.querySelectorAll("[data-label]")) labelled.ariaLabel = text[labelled.dataset.label];
+for (const each of document.querySelectorAll("[data-text]")) each.textContent = text[each.dataset.text];
+for (const each of document.querySelectorAll("[data-label]")) each.ariaLabel = text[each.dataset.label];
 element("follow").onclick = element("path").onclick = toggle_follow;
 element("topic").onchange = (event) => (location.hash = encodeURI(event.target.value));
 addEventListener("hashchange", () => select(topic_of_hash() ?? default_topic));
@@ -248,6 +251,6 @@ still.onchange = () => (view.still = still.matches);
 write_choice();
 write_follow();
 for (const group of lost) group.show({}, 0);
-setInterval(write, words_ms);
-write();
+setInterval(tick, words_ms);
+tick();
 requestAnimationFrame(draw);

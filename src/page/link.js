@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page's one connection: a rosbridge v2 client that comes back by itself.
 //
-// A WebSocket alone does not tell a robot that drove out of the radio's range from one that is quiet: this page sends
-// next to nothing, so TCP has nothing to miss. Hence two clocks of our own: an attempt that takes longer than
-// `attempt_ms_max` is given up, and so is a connection on which nothing at all came for `silence_ms_max` (the
-// endpoint's statistics alone come several times a second).
+// A WebSocket alone does not tell a robot that drove out of the radio's range from one that is quiet: this
+// page sends next to nothing, so TCP has nothing to miss. Hence two clocks of our own: an attempt that takes
+// longer than `attempt_ms_max` is given up, and so is a connection on which nothing at all came for
+// `silence_ms_max` (the endpoint's statistics alone come several times a second).
 
 const retry_ms_min = 250;
 const retry_ms_max = 5000;
 const attempt_ms_max = 4000;
 const silence_ms_max = 10000;
 
-// A moment, and the time since. The monotonic clock stands still while a phone sleeps, and the calendar may be set
-// back; the larger of the two differences is never too young by either fault.
+// A moment, and the time since. The monotonic clock stands still while a phone sleeps, and the calendar may
+// be set back; the larger of the two differences is never too young by either fault.
 export const moment = () => ({ monotonic: performance.now(), calendar: Date.now() });
 export const since_ms = (then) => Math.max(0, performance.now() - then.monotonic, Date.now() - then.calendar);
 
-// The wait before attempt `attempt` (from 0), in milliseconds: doubles from a quarter of a second to five seconds.
+// The wait before attempt `attempt` (from 0), in milliseconds: doubles from a quarter of a second to five
+// seconds.
 export const retry_ms = (attempt) => Math.min(retry_ms_max, retry_ms_min * 2 ** Math.min(attempt, 16));
 
 export class link {
@@ -36,7 +37,8 @@ export class link {
     return this.state === "disconnected" ? Math.max(0, retry_ms(this.attempt) - since_ms(this.since)) : 0;
   }
 
-  // Sends one object if the connection is open. What cannot be sent now is dropped: opened() says everything anew.
+  // Sends one object if the connection is open. What cannot be sent now is dropped: opened() says everything
+  // anew.
   send(message) {
     if (this.state === "open") this.socket.send(JSON.stringify(message));
   }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The path: a fixed memory of where the robot has been, and its drawing on a square canvas with equal axes.
 //
-// A point is kept when it lies `spacing` from the last one kept, so that a robot that stands still does not use the
-// memory up; the newest `points_max` remain. The view either holds the whole path, and then moves only when it must,
-// or keeps the robot in its middle. Nothing is allocated per frame, and nothing is drawn unless something changed.
+// A point is kept when it lies `spacing` from the last one kept, so that a robot that stands still does not
+// use the memory up; the newest `points_max` remain. The view either holds the whole path, and then moves
+// only when it must, or keeps the robot in its middle. Nothing is drawn unless something changed.
 
 const points_max = 2000;
 const spacing = 0.01;      // metres
@@ -13,7 +13,8 @@ const span_min = 2;        // metres, the narrowest view
 const follow_share = 0.4;  // of the whole path's width that is seen while following
 const settle_ms = 110;     // time constant of the view's movement
 
-// A ring of points. A set `broken` bit says that what lies between a point and the one before it is not known.
+// A ring of points. A set `broken` bit says that what lies between a point and the one before it is not
+// known.
 export class trail {
   constructor(capacity = points_max) {
     this.capacity = capacity;
@@ -58,8 +59,8 @@ export function round_length(length) {
 }
 
 export class path_view {
-  // `words` write what stands in the corners: bar_metres(length) and axes. `still` turns the view's movement into
-  // jumps.
+  // `words` write what stands in the corners: bar_metres(length) and axes. `still` turns the view's movement
+  // into jumps.
   constructor(canvas, words, still) {
     this.canvas = canvas;
     this.pen = canvas.getContext("2d");
@@ -159,7 +160,8 @@ export class path_view {
     const fits =
       left >= this.goal.x - reach && right <= this.goal.x + reach &&
       low >= this.goal.y - reach && high <= this.goal.y + reach && wanted * 1.7 >= this.goal.span;
-    if (!fits || !this.settled) this.goal = { x: (left + right) / 2, y: (low + high) / 2, span: wanted * 1.15 };
+    if (fits && this.settled) return;
+    this.goal = { x: (left + right) / 2, y: (low + high) / 2, span: wanted * 1.15 };
   }
 
   #move(now) {
@@ -169,7 +171,7 @@ export class path_view {
     this.drawn_at = now;
     if (this.pose) this.settled = true;
     for (const name of ["x", "y", "span"]) view[name] += (goal[name] - view[name]) * share;
-    const far = Math.max(Math.abs(goal.x - view.x), Math.abs(goal.y - view.y), Math.abs(goal.span - view.span));
+    const far = Math.max(...["x", "y", "span"].map((name) => Math.abs(goal[name] - view[name])));
     if (far > goal.span / 2000) this.dirty = true;  // still moving: one more frame
     else Object.assign(view, goal);
   }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads a pose out of the messages that robots publish. Pure functions.
 //
-// Three shapes are known: nav_msgs/Odometry (pose.pose, twist.twist), geometry_msgs/PoseStamped (pose), and a flat
-// object such as {stamp, x, y, heading, speed}, at the top or under `pose`. Lengths in metres, angles in radians,
-// counter-clockwise from x. What a message does not say is NaN; so is null, which is how JSON carries NaN.
+// Three shapes are known: nav_msgs/Odometry (pose.pose, twist.twist), geometry_msgs/PoseStamped (pose), and a
+// flat object such as {stamp, x, y, heading, speed}, at the top or under `pose`. Lengths in metres, angles in
+// radians, counter-clockwise from x. What a message does not say is NaN; so is null, which is how JSON
+// carries NaN.
 
 const number = (value) => (typeof value === "number" ? value : NaN);
 
@@ -11,8 +12,9 @@ const number = (value) => (typeof value === "number" ? value : NaN);
 const first = (...values) => number(values.find((value) => typeof value === "number"));
 
 // Heading of a quaternion: the angle of the body's x axis seen from above.
-export function heading_of({ x, y, z, w }) {
-  return Math.atan2(2 * (number(w) * number(z) + number(x) * number(y)), 1 - 2 * (number(y) ** 2 + number(z) ** 2));
+export function heading_of(quaternion) {
+  const [x, y, z, w] = ["x", "y", "z", "w"].map((name) => number(quaternion[name]));
+  return Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
 // {x, y, z, heading, speed, turn}, or null when the message holds no x and y.
@@ -27,12 +29,12 @@ export function pose_of(message) {
     y: place.y,
     z: number(place.z),
     heading: body.orientation ? heading_of(body.orientation) : first(body.heading, body.theta, body.yaw),
-    speed: first(twist?.linear?.x, message.speed, message.v, message.linear_velocity),
-    turn: first(twist?.angular?.z, message.turn_rate, message.yaw_rate, message.omega, message.angular_velocity),
+    speed: first(twist?.linear?.x, message.speed, message.linear_velocity),
+    turn: first(twist?.angular?.z, message.turn_rate, message.omega, message.angular_velocity),
   };
 }
 
 // The types whose topics hold poses without our having to look, in ROS 1 and ROS 2 spelling.
-export function is_pose_type(type) {
-  return /^(nav_msgs\/(msg\/)?Odometry|geometry_msgs\/(msg\/)?Pose(2D|Stamped|WithCovarianceStamped)?)$/.test(type ?? "");
-}
+const odometry = /^nav_msgs\/(msg\/)?Odometry$/;
+const pose = /^geometry_msgs\/(msg\/)?Pose(2D|Stamped|WithCovarianceStamped)?$/;
+export const is_pose_type = (type) => odometry.test(type) || pose.test(type);

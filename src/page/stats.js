@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The two tables filled from /rowe/stats: what runs at which rate, and what was lost. Whatever the endpoint does not
-// say is shown as a dash.
+// The two tables filled from /rowe/stats: what runs at which rate, and what was lost. Whatever the endpoint
+// does not say is shown as a dash.
 
 import { count, fixed, losses, rate, text, thinned } from "./text.js";
 
-const names_max = 32;       // counters and topics shown; the message of a stranger cannot grow the page without end
-const window_seconds = 2;   // over which a count becomes a rate
+const names_max = 32;      // counters and topics shown: no message can grow the page without end
+const window_seconds = 2;  // over which a count becomes a rate, and a peak is held: long enough to be read
+const samples_max = 64;
 
 // Turns a count that only grows into a rate over the last `window_seconds`. Memory is fixed.
 export class rate_meter {
@@ -13,16 +14,34 @@ export class rate_meter {
     this.samples = [];
   }
 
-  // `at` in seconds. Returns the rate, or NaN until two samples are there. A count that fell was started anew.
+  // `at` in seconds. Returns the rate, or NaN until two samples are there. A count that fell was started
+  // anew.
   rate(at, value) {
     const { samples } = this;
     const last = samples.at(-1);
     if (last && (value < last.value || at < last.at)) samples.length = 0;
     if (!last || at > last.at || samples.length === 0) samples.push({ at, value });
     while (samples.length > 2 && at - samples[1].at >= window_seconds) samples.shift();
-    if (samples.length > 64) samples.splice(1, 1);
+    if (samples.length > samples_max) samples.splice(1, 1);
     const [oldest] = samples;
     return at > oldest.at ? (value - oldest.value) / (at - oldest.at) : NaN;
+  }
+}
+
+// Holds the largest value of the last `window_seconds`. Memory is fixed.
+export class peak_meter {
+  constructor() {
+    this.samples = [];
+  }
+
+  peak(at, value) {
+    let { samples } = this;
+    if (samples.length > 0 && at < samples.at(-1).at) samples = [];
+    // What is both older and smaller than the newest can never be the largest again.
+    samples = samples.filter((each) => at - each.at < window_seconds && each.value > value);
+    samples.push({ at, value });
+    this.samples = samples.slice(-samples_max);
+    return this.samples[0].value;
   }
 }
 
@@ -42,9 +61,10 @@ function rows_of(parent, keys, cells) {
   });
 }
 
-const write = (cell, words) => {
+// Sets the words of an element, if they changed: ten times a second most do not.
+export function write(cell, words) {
   if (cell.textContent !== words) cell.textContent = words;
-};
+}
 
 // The topic of a row, a link to its path where it has one, over its type.
 function write_topic(cell, { topic, type }, drawable) {
@@ -61,18 +81,26 @@ function write_topic(cell, { topic, type }, drawable) {
 export class rate_table {
   constructor(body) {
     this.body = body;
+    this.meters = new Map();
   }
 
-  // `shown` is the topic whose path is drawn, `drawable(topic)` whether a topic has a path.
-  show(topics, shown, drawable) {
+  // `at` is the endpoint's time in seconds, `shown` the topic whose path is drawn, `drawable(topic)` whether
+  // a topic has a path. The rate is that of the count of messages; the endpoint's own, of a tenth of a
+  // second, stands in.
+  show(topics, at, shown, drawable) {
     const listed = topics.slice(0, names_max);
-    const rows = rows_of(this.body, listed.map(({ topic }) => topic), 6);
+    const names = listed.map(({ topic }) => topic);
+    for (const name of this.meters.keys()) if (!names.includes(name)) this.meters.delete(name);
+    const rows = rows_of(this.body, names, 6);
     listed.forEach((entry, index) => {
       const row = rows[index];
       const cells = row.children;
       write_topic(cells[0], entry, drawable(entry));
-      write(cells[1], rate(entry.rate_hz));
-      write(cells[2], fixed(entry.gap_ms_max, entry.gap_ms_max < 1000 ? 1 : 0));
+      const meters = this.#meters_of(entry.topic);
+      const hertz = meters.rate.rate(at, entry.messages);
+      const gap = meters.gap.peak(at, entry.gap_ms_max);
+      write(cells[1], rate(Number.isFinite(hertz) ? hertz : entry.rate_hz));
+      write(cells[2], fixed(gap, gap < 100 ? 1 : 0));
       write(cells[3], count(entry.bytes));
       write(cells[4], count(entry.subscribers));
       write(cells[5], count(entry.messages));
@@ -80,6 +108,11 @@ export class rate_table {
       if (entry.topic === shown) row.setAttribute("aria-current", "true");
       else row.removeAttribute("aria-current");
     });
+  }
+
+  #meters_of(topic) {
+    if (!this.meters.has(topic)) this.meters.set(topic, { rate: new rate_meter(), gap: new peak_meter() });
+    return this.meters.get(topic);
   }
 }
 
@@ -91,11 +124,12 @@ export class loss_table {
     this.meters = new Map();
   }
 
-  // `counters` maps names to counts since start, `at` is the endpoint's time in seconds. Known counters that the
-  // endpoint does not mention are shown with a dash, those that the page does not know by their own name.
+  // `counters` maps names to counts since start, `at` is the endpoint's time in seconds. Known counters that
+  // the endpoint does not mention are shown with a dash, those that the page does not know by their own name.
   show(counters, at) {
     const strangers = Object.keys(counters).filter((name) => !(name in losses) && !(name in thinned));
-    const names = Object.keys(this.labels).concat(this.labels === losses ? strangers : []).slice(0, names_max);
+    const unlabelled = this.labels === losses ? strangers : [];
+    const names = [...Object.keys(this.labels), ...unlabelled].slice(0, names_max);
     for (const name of this.meters.keys()) if (!names.includes(name)) this.meters.delete(name);
     const rows = rows_of(this.body, names, 3);
     names.forEach((name, index) => {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every word the page shows, and how it writes numbers. Nothing else in this folder holds text meant for people,
-// but for the sentence in index.html that is shown where scripts are off.
+// Every word the page shows, and how it writes numbers. Nothing else in this folder holds text meant for
+// people, but for the sentence in index.html that is shown where scripts are off.
 
 const minus = "\u2212";
 export const absent = "\u2013";
@@ -53,16 +53,17 @@ export function duration(seconds) {
   return parts.join(" ") || "0 s";
 }
 
+// Seconds to come: tenths below one, and never none.
+const until = (ms) => Math.max(0.1, ms / 1000).toFixed(ms < 950 ? 1 : 0);
+
 // What is shown of a connection's state: a mark that differs in shape, a word, and the sentence in the bar.
 export const states = {
   connecting: { mark: "\u25cb", word: "connecting", sentence: () => "connecting\u2026" },
   disconnected: {
     mark: "\u25cb",
     word: "disconnected",
-    sentence: (link) =>
-      link.retry_in_ms > 0
-        ? `disconnected, retrying in ${Math.max(0.1, link.retry_in_ms / 1000).toFixed(link.retry_in_ms < 950 ? 1 : 0)} s`
-        : "disconnected, trying now",
+    sentence: ({ retry_in_ms: ms }) =>
+      ms > 0 ? `disconnected, retrying in ${until(ms)} s` : "disconnected, trying now",
   },
   waiting: { mark: "\u25cc", word: "waiting", sentence: (link) => `connected, waiting for ${link.topic}` },
   stale: { mark: "\u25b2", word: "STALE", sentence: (link) => `STALE ${age(link.age_ms)}` },

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// roslib 2.1.0, unmodified, in Chromium: what a robot's web page does today must work when only its URL is changed.
+// roslib 2.1.0, unmodified, in Chromium: what a robot's web page does today must work when only its URL is
+// changed.
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { start_browser } from "../support/browser.js";
@@ -41,7 +42,7 @@ const open = (name) => page.evaluate((of) => window.open_ros(of), name);
 const make_topic = (...of) => page.evaluate((args) => window.topic_of(...args), of);
 const listen = (name) => page.evaluate((of) => window.listen(of), name);
 const got = (name) => page.evaluate((of) => window[`${of}_got`], name);
-const publish = (name, data) => page.evaluate(([of, text]) => window[of].publish({ data: text }), [name, data]);
+const publish = (...of) => page.evaluate(([name, data]) => window[name].publish({ data }), of);
 
 test("a subscriber of /odom gets odometry with numbers in it", limit, async () => {
   await open("watcher");
@@ -57,7 +58,8 @@ test("a subscriber of /odom gets odometry with numbers in it", limit, async () =
   for (const message of messages) {
     for (const value of numbers(message)) assert.ok(Number.isFinite(value), JSON.stringify(message));
   }
-  assert.ok(new Set(messages.map((message) => message.pose.pose.position.x)).size > 1, "the robot stands still");
+  const places = new Set(messages.map((message) => message.pose.pose.position.x));
+  assert.ok(places.size > 1, "the robot stands still");
   await page.evaluate(() => {
     window.odom.unsubscribe();
     window.watcher.close();

@@ -24,7 +24,10 @@ beforeEach(() => {
   globalThis.WebSocket = fake_socket;
   Object.defineProperty(globalThis, "performance", { value: { now: () => monotonic }, configurable: true });
   Date.now = () => calendar;
-  made = new link("ws://robot/", { opened: () => (opened += 1), received: (message) => received.push(message) });
+  made = new link("ws://robot/", {
+    opened: () => (opened += 1),
+    received: (message) => received.push(message),
+  });
 });
 
 test("attempts come after a quarter of a second, then ever later, up to five seconds", () => {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gives Node the page's scripts as the modules that browsers take them for: beside them stands no package.json that
-// says so, hence the copy.
+// Gives Node the page's scripts as the modules that browsers take them for: beside them stands no
+// package.json that says so, hence the copy.
 
 import { cpSync, mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";

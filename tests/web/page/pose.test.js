@@ -41,11 +41,16 @@ test("a flat struct is read", () => {
   assert.ok(Number.isNaN(pose.z));
 });
 
-test("x and y under pose are read", () => assert.equal(pose_of({ pose: { x: 1, y: 2, theta: 3 } }).heading, 3));
+test("x and y under pose are read", () => {
+  assert.equal(pose_of({ pose: { x: 1, y: 2, theta: 3 } }).heading, 3);
+});
 
 test("what holds no x and y is no pose", () => {
-  for (const message of [null, 3, "x", [], {}, { x: 1 }, { x: "1", y: "2" }, { pose: null }, { x: null, y: null },
-    { pose: { position: null } }]) {
+  const others = [
+    null, 3, "x", [], {}, { x: 1 }, { x: "1", y: "2" }, { x: null, y: null }, { pose: null },
+    { pose: { position: null } },
+  ];
+  for (const message of others) {
     assert.equal(pose_of(message), null, JSON.stringify(message));
   }
 });

@@ -18,7 +18,9 @@ test("what is not a number is a dash", () => {
 });
 
 test("a length stays within seven characters up to ten kilometres", () => {
-  for (const value of [-0.5, -99.9994, -999.994, -9999.94]) assert.ok(metres(value).length <= 7, metres(value));
+  for (const value of [-0.5, -99.9994, -999.994, -9999.94]) {
+    assert.ok(metres(value).length <= 7, metres(value));
+  }
 });
 
 test("counts are parted by thousands", () => {

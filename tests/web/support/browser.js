@@ -15,10 +15,12 @@ const flags = [
   "--disable-component-update", "--disable-sync",
 ];
 
+const program = process.env.CHROMIUM ?? "/usr/bin/chromium";
 export const start_browser = () =>
-  chromium.launch({ executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium", headless: true, args: flags });
+  chromium.launch({ executablePath: program, headless: true, args: flags });
 
-// A new page with `faults` (console errors and exceptions) and `asked` (every address asked for, sockets included).
+// A new page with `faults` (console errors and exceptions) and `asked` (every address asked for, sockets
+// included).
 export async function new_page(browser, { size = phone, scheme = "light" } = {}) {
   const context = await browser.newContext({
     viewport: size, colorScheme: scheme, isMobile: size === phone, hasTouch: size === phone,

@@ -21,7 +21,8 @@ export class rosbridge_client {
 
   // What came on `topic` so far.
   published(topic) {
-    return this.received.filter((each) => each.op === "publish" && each.topic === topic).map(({ msg }) => msg);
+    const of_topic = this.received.filter((each) => each.op === "publish" && each.topic === topic);
+    return of_topic.map(({ msg }) => msg);
   }
 
   // The first message, past or to come, for which `wanted` is true.

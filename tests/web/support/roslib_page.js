@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// roslib as npm has it, in a page that a browser believes to come from the robot: the files of node_modules are
-// answered by the browser's own interception, so there is no bundler, no second origin, and not a byte is changed.
-// Where each package keeps what a browser can load is what an import map is for. (roslib ships one that names a CDN.)
+// roslib as npm has it, in a page that a browser believes to come from the robot: the files of node_modules
+// are answered by the browser's own interception, so there is no bundler, no second origin, and not a byte is
+// changed. Where each package keeps what a browser can load is what an import map is for. (roslib ships one
+// that names a CDN.)
 
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -21,8 +22,9 @@ const imports = {
   iobuffer: "iobuffer/lib/iobuffer.js",
 };
 
-const map = Object.fromEntries(Object.entries(imports).map(([name, file]) => [name, `/node_modules/${file}`]));
-const html = `<!doctype html><title>roslib</title><script type="importmap">${JSON.stringify({ imports: map })}</script>
+const addresses = Object.entries(imports).map(([name, file]) => [name, `/node_modules/${file}`]);
+const map = JSON.stringify({ imports: Object.fromEntries(addresses) });
+const html = `<!doctype html><title>roslib</title><script type="importmap">${map}</script>
 <script type="module">window.roslib = await import("roslib");</script>`;
 
 // A page in which `window.roslib` is the module.

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Waiting for something to become true, with an end. The end is far: it says that something hangs, not that it is slow.
+// Waiting for something to become true, with an end. The end is far: it says that something hangs, not that
+// it is slow.
 
 export const watchdog_ms = 30000;
 const step_ms = 20;
 
-// Resolves with the first truthy result of `probe` (which may be asynchronous); rejects with `what` otherwise.
+// Resolves with the first truthy result of `probe` (which may be asynchronous); rejects with `what`
+// otherwise.
 export async function until(what, probe) {
   const end = Date.now() + watchdog_ms;
   for (;;) {

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the page makes of messages that the demo robot does not send.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { start_browser } from "../support/browser.js";
+import { robot } from "../support/robot.js";
+import { scripted_page, stats_of } from "../support/scripted.js";
+import { until } from "../support/watchdog.js";
+
+const limit = { timeout: 180000 };
+const flat = { stamp: 1, x: 1.25, y: -2.5, heading: Math.PI / 2, speed: 0.5 };
+let browser;
+let server;
+
+before(async () => {
+  browser = await start_browser();
+  server = await robot.start();
+});
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+});
+
+const open = (messages, options) => scripted_page.open(browser, server.origin, messages, options);
+const topics_of = (shown) => shown.page.locator("#topic option").allTextContents();
+
+test("a flat struct is shown, with dashes for what it does not hold", limit, async () => {
+  const shown = await open({ "/odom": flat });
+  await shown.says("x", "1.250");
+  for (const [id, words] of [["y", "\u22122.500"], ["z", "\u2013"], ["heading", "90.0"], ["turn", "\u2013"]]) {
+    assert.equal(await shown.text(id), words, id);
+  }
+  await shown.close();
+});
+
+test("a pose in space shows its height", limit, async () => {
+  const pose = { position: { x: 1, y: 2, z: 3.5 }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
+  const topics = [["/tum", "geometry_msgs/PoseStamped"]];
+  const shown = await open({ "/tum": { pose }, "/rowe/stats": stats_of(topics) });
+  await shown.says("z", "3.500");
+  assert.equal(await shown.text("heading"), "0.0");
+  await shown.close();
+});
+
+test("numbers that are null are shown as dashes, and the page stays live", limit, async () => {
+  const shown = await open({ "/odom": { x: null, y: null } });
+  await shown.page.waitForFunction(() => document.body.dataset.state === "live");
+  assert.equal(await shown.text("x"), "\u2013");
+  assert.deepEqual(shown.page.faults, []);
+  await shown.close();
+});
+
+test("a loop that died behind an endpoint that answers is STALE, and said to be silent", limit, async () => {
+  const shown = await open({ "/odom": flat, "/rowe/stats": stats_of([["/odom", "nav_msgs/Odometry"]]) });
+  await shown.says("x", "1.250");
+  delete shown.messages["/odom"];
+  await shown.says("about", "/odom is silent, the endpoint still answers");
+  assert.match(await shown.text("state"), /^STALE /);
+  assert.equal(await shown.page.locator("body").getAttribute("data-stats"), "live");
+  await shown.close();
+});
+
+test("several topics with poses make a choice, and the choice makes the address", limit, async () => {
+  const topics = [["/odom", "nav_msgs/Odometry"], ["/gps", "nav_msgs/msg/Odometry"], ["/text", "std_msgs/String"]];
+  const shown = await open({ "/odom": flat, "/gps": { ...flat, x: 7 }, "/rowe/stats": stats_of(topics) });
+  await until("a choice", async () => (await topics_of(shown)).length === 2);
+  assert.deepEqual(await topics_of(shown), ["/gps", "/odom"]);
+  await shown.page.selectOption("#topic", "/gps");
+  await shown.says("x", "7.000");
+  assert.equal(new URL(shown.page.url()).hash, "#/gps");
+  const gone = shown.asked.find(({ op, topic }) => op === "unsubscribe" && topic === "/odom");
+  assert.equal(gone.id, "pose");
+  await shown.close();
+});
+
+test("a topic of unknown type is looked at once, and offered if it holds poses", limit, async () => {
+  const topics = [["/odom", "nav_msgs/Odometry"], ["/mine", ""], ["/image", "", 500000], ["/sound", "", 10]];
+  const messages = { "/odom": flat, "/mine": flat, "/image": flat, "/sound": { data: 3 } };
+  const shown = await open({ ...messages, "/rowe/stats": stats_of(topics) });
+  await until("an offer", async () => (await topics_of(shown)).includes("/mine"));
+  await until("all looked at", () => shown.asked.some(({ op, topic }) => op === "unsubscribe" && topic === "/sound"));
+  const looked = shown.asked.filter(({ op, id }) => op === "subscribe" && id === "look").map(({ topic }) => topic);
+  assert.deepEqual(looked.sort(), ["/mine", "/sound"]);
+  assert.deepEqual(await topics_of(shown), ["/mine", "/odom"]);
+  await shown.close();
+});
+
+test("a robot without /odom shows the topic it has", limit, async () => {
+  const stats = stats_of([["/base/odom", "nav_msgs/Odometry"]]);
+  const shown = await open({ "/base/odom": flat, "/rowe/stats": stats });
+  await shown.says("x", "1.250");
+  assert.equal(await shown.page.locator("#topic").inputValue(), "/base/odom");
+  await shown.close();
+});
+
+test("a counter that the page does not know is shown by its name", limit, async () => {
+  const stats = stats_of([], { losses: { meteor_strikes: 2, throttled: 1234 } });
+  const shown = await open({ "/rowe/stats": stats });
+  await shown.page.locator("#losses tr", { hasText: "meteor strikes" }).waitFor();
+  assert.match(await shown.page.locator("#losses").textContent(), /meteor strikes2/);
+  assert.match(await shown.page.locator("#thinned").textContent(), /slower rate asked for1\u202f234/);
+  await shown.close();
+});
+
+test("statistics without a single member do no harm", limit, async () => {
+  for (const stats of [{}, null, [], { topics: 3, losses: null, real_time: null }, { topics: [null, {}] }]) {
+    const shown = await open({ "/odom": flat, "/rowe/stats": stats });
+    await shown.says("x", "1.250");
+    await until("statistics sent", () => shown.wanted.has("stats"));
+    assert.equal(await shown.text("name"), "127.0.0.1");
+    assert.deepEqual(shown.page.faults, []);
+    await shown.close();
+  }
+});
+
+test("an error that the endpoint answers is shown in its words", limit, async () => {
+  const shown = await open({ "/odom": flat });
+  await shown.says("x", "1.250");
+  assert.ok(await shown.page.locator("#note").isHidden());
+  await shown.say({ op: "status", level: "error", msg: "topics_max is 64" });
+  await shown.says("note", "The endpoint says: topics_max is 64");
+  assert.ok(await shown.page.locator("#note").isVisible());
+  await shown.close();
+});

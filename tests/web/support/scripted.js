@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// An endpoint that says exactly what a test wants: the program serves the page, but the page's socket ends in the
+// test. So states can be tried that a healthy demo robot never shows.
+
+import { new_page } from "./browser.js";
+
+export const stats_of = (topics, more = {}) => ({
+  name: "scripted", uptime_s: 1, peers: 1, real_time: { fifo: true, pinned: true, locked: true }, losses: {},
+  topics: topics.map(([topic, type, bytes = 100]) => ({
+    topic, type, bytes, messages: 10, rate_hz: 10, gap_ms_max: 100, subscribers: 1,
+  })),
+  ...more,
+});
+
+export class scripted_page {
+  // `messages` maps topics to what is published on them 20 times a second while the page subscribes to them.
+  static async open(browser, origin, messages, { hash = "", ...options } = {}) {
+    const made = new scripted_page();
+    made.messages = messages;
+    made.asked = [];
+    made.wanted = new Map();  // the topics subscribed to, by the id of the subscription
+    made.page = await new_page(browser, options);
+    await made.page.routeWebSocket(/.*/, (socket) => made.#serve(socket));
+    await made.page.goto(`${origin}/${hash}`);
+    return made;
+  }
+
+  #serve(socket) {
+    const { wanted } = this;
+    wanted.clear();
+    this.say = (message) => socket.send(JSON.stringify(message));
+    socket.onMessage((text) => {
+      const message = JSON.parse(text);
+      this.asked.push(message);
+      if (message.op === "subscribe") wanted.set(message.id, message.topic);
+      if (message.op === "unsubscribe") wanted.delete(message.id);
+    });
+    this.timer = setInterval(() => {
+      for (const topic of new Set(wanted.values())) {
+        const msg = this.messages[topic];
+        if (msg !== undefined) this.say({ op: "publish", topic, msg });
+      }
+    }, 50);
+  }
+
+  text(id) {
+    return this.page.locator(`#${id}`).textContent();
+  }
+
+  // Resolves when the element `id` says `words`.
+  says(id, words) {
+    const said = ([of, wanted]) => document.getElementById(of).textContent === wanted;
+    return this.page.waitForFunction(said, [id, words]);
+  }
+
+  async close() {
+    clearInterval(this.timer);
+    await this.page.context().close();
+  }
+}
