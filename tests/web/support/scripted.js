@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An endpoint that says exactly what a test wants: the program serves the page, but the page's socket ends in the
-// test. So states can be tried that a healthy demo robot never shows.
+// An endpoint that says exactly what a test wants: the program serves the page, but the page's socket ends in
+// the test. So states can be tried that a healthy demo robot never shows.
 
 import { new_page } from "./browser.js";
 
