@@ -78,7 +78,8 @@ test("a topic of unknown type is looked at once, and offered if it holds poses",
   const messages = { "/odom": flat, "/mine": flat, "/image": flat, "/sound": { data: 3 } };
   const shown = await open({ ...messages, "/rowe/stats": stats_of(topics) });
   await until("an offer", async () => (await topics_of(shown)).includes("/mine"));
-  const looked = (verb) => shown.asked.filter(({ op, id }) => op === verb && id === "look").map(({ topic }) => topic);
+  const asked = (verb) => shown.asked.filter(({ op, id }) => op === verb && id === "look");
+  const looked = (verb) => asked(verb).map(({ topic }) => topic);
   await until("all looked at", () => looked("unsubscribe").includes("/sound"));
   assert.deepEqual(looked("subscribe").sort(), ["/mine", "/sound"]);
   assert.deepEqual(await topics_of(shown), ["/mine", "/odom"]);
