@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What code under the explorer is given instead of std::atomic and the kernel: the atomics policy, and a bell
-// to wait on. Usable only between the construction of a scenario and the end of its run.
+// and a futex to wait on. Usable only between the construction of a scenario and the end of its run.
 #pragma once
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
+
+#include <rowe/rt/clock.hpp>
 
 #include "model/explorer.hpp"
 
@@ -69,31 +71,57 @@ struct atomics {
   };
 };
 
-// What an eventfd or a futex is to a structure: ring() makes the next wait() return, or the one under way. A
-// run in which everybody left waits has failed: somebody was not woken. Orders memory as the kernel's locks
-// inside do, ring before the wait that it ends.
+// An eventfd, as far as sleeping goes: ring() ends the next wait(), or the one under way. A run in which
+// everybody left waits has failed: somebody was not woken.
 class bell {
  public:
   void ring() {
     explorer& e = explorer::active();
-    e.point();
-    e.note("ring");
+    e.enter_kernel(this);
+    e.note("rings");
     rung_ = true;
-    e.words().release_into(e.running(), carried_);
     e.wake(this);
+    e.leave_kernel(this);
   }
   void wait() {
     explorer& e = explorer::active();
-    e.point();
-    while (!rung_) e.block_on(this);
-    e.note("woken");
+    e.enter_kernel(this);
+    while (!rung_) {
+      e.leave_kernel(this);
+      e.note("waits for the bell");
+      (void)e.wait_for(this);
+      e.enter_kernel(this);
+    }
     rung_ = false;
-    e.words().acquire_from(e.running(), carried_);
+    e.leave_kernel(this);
   }
 
  private:
   bool rung_ = false;
-  knowledge carried_;
+};
+
+// As rowe::rt::futex: compares and begins to wait in one step, and may return early for no reason. A deadline
+// other than `never` may come at any moment.
+struct futex {
+  using word = atomics::variable<std::uint32_t>;
+
+  static bool wait(word& w, std::uint32_t expected, rt::time_point deadline) noexcept {
+    explorer& e = explorer::active();
+    e.enter_kernel(&w);
+    const bool waits = w.load(order::relaxed) == expected;
+    e.leave_kernel(&w);
+    if (!waits || e.returns_early()) return true;
+    e.note("waits in the kernel");
+    return e.wait_for(&w, deadline != rt::never);
+  }
+
+  static void wake(word& w) noexcept {
+    explorer& e = explorer::active();
+    e.enter_kernel(&w);
+    e.note("wakes");
+    e.wake(&w);
+    e.leave_kernel(&w);
+  }
 };
 
 } // namespace rowe::model

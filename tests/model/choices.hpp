@@ -50,8 +50,9 @@ class choices {
     return true;
   }
 
-  // A replayed row did not fit: the scenario depends on something other than its choices.
-  bool diverged() const noexcept { return diverged_; }
+  // At the end of a run: it did not follow the row it was to replay, so it depends on something other than
+  // its choices.
+  bool diverged() const noexcept { return diverged_ || (mode_ == mode::exhaustive && depth_ != row_.size()); }
 
   // What the present run has chosen so far.
   row taken() const {

@@ -17,21 +17,24 @@
 // S, kept as a partial order: S agrees with "strongly happens before" and with coherence order between
 // seq_cst operations of one word, and with nothing else. It is weaker than a global clock that every seq_cst
 // operation reads and updates, and weaker than C++11 where seq_cst and weaker operations meet on a word; so
-// what passes here is right on every compiler's mapping. The one thing: an operation is executed after
-// everything sequenced before it and after the store it reads, so a relaxed load never feeds a store that
-// feeds the load (load buffering, "out of thin air"). ARM may reorder a load with a later independent store;
-// code that lets a *relaxed* load's thread store something from which that same load could learn is outside
-// the model. rowe's structures never do: a relaxed load reads a word of which its own thread is the only
-// writer. tests/model/axiomatic_test.cpp compares all outcomes of random programs with the axioms.
+// what passes here is right on every compiler's mapping.
+//
+// The one thing: an operation is executed after everything sequenced before it and after the store it reads,
+// so no load feeds a store from which it gets its own value (load buffering, which C++ and ARM allow). A
+// structure is not touched by that if every load that another thread can feed acquires and every store that
+// feeds it releases: each step of such a circle would then be happens-before, which has none. rowe's
+// structures are of that kind, as they stand. An order that mutation.hpp finds stronger than needed is so
+// within this model only.
+//
+// tests/model/axiomatic_test.cpp compares the outcomes of random programs with the axioms of the standard.
 //
 // What it cannot do: compare-exchange, fences, waiting on an atomic (the policy has none), more than four
-// actors, runs of more than 256 operations, and anything that depends on time.
+// actors, runs of more than 128 operations, and anything that depends on time.
 #pragma once
 #include <array>
 #include <cstring>
 #include <functional>
-#include <initializer_list>
-#include <memory>
+#include <map>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -41,56 +44,10 @@
 #include "model/choices.hpp"
 #include "model/fiber.hpp"
 #include "model/memory.hpp"
+#include "model/scenario.hpp"
 #include "model/site.hpp"
 
 namespace rowe::model {
-
-// One thread of a scenario. A scenario is a type whose constructor sets up, `actors()` returns an array of
-// these, and `afterwards()`, if there is one, looks at the end when all actors have ended. It is made anew
-// for each run. Actors keep nothing on their stacks that owns memory, and depend on nothing but shared words.
-struct actor {
-  const char* name;
-  std::function<void()> act;
-};
-
-enum class operation : std::uint8_t { load, store, exchange };
-
-// An atomic access in the source, with the order it asks for.
-struct use {
-  site where;
-  operation what;
-  order asks;
-  friend bool operator==(const use&, const use&) noexcept = default;
-};
-
-// Replaces the order of one access by a weaker one.
-struct weakening {
-  use of;
-  order to;
-};
-
-struct options {
-  std::size_t preemptions_max = 3;
-  // Exhaustively: exploring more runs than this is a failure, never a silent end. At random: so many runs.
-  std::uint64_t runs_max = 4'000'000;
-  std::optional<std::uint64_t> seed{};  // random rows of choices instead of all
-  std::optional<choices::row> replay{}; // one run only: the choices a failure has printed
-  std::optional<weakening> weaken{};
-};
-
-struct report {
-  bool passed = true;
-  std::uint64_t runs = 0;
-  std::string failure;   // what was violated
-  choices::row row;      // the choices that led there, for options::replay
-  std::string trace;     // every operation of that run
-  std::vector<use> uses; // every atomic access that was executed, in any run
-
-  std::string text() const {
-    if (passed) return "passed in " + std::to_string(runs) + " runs";
-    return failure + "\nin run " + std::to_string(runs) + ", choices " + text_of(row) + "\n" + trace;
-  }
-};
 
 class explorer {
  public:
@@ -119,16 +76,26 @@ class explorer {
 
   // The schedule may change here.
   void point();
-  // The running actor waits until somebody wakes the waiters of `what`.
-  void block_on(const void* what);
-  void wake(const void* what);
-  memory& words() noexcept { return memory_; }
-  std::size_t running() const noexcept { return running_; }
+  // For models of kernel objects: between the two nobody else runs, and what is done orders memory as the
+  // lock that the kernel holds meanwhile.
+  void enter_kernel(const void* object);
+  void leave_kernel(const void* object);
+  // The running actor waits until somebody wakes the waiters of `object`; with `in_time_only` it may also
+  // give up at any moment, and the answer is false. The wait has begun when nothing else can have run since
+  // leave_kernel().
+  bool wait_for(const void* object, bool in_time_only = false);
+  void wake(const void* object);
+  // True at most `early_returns_max` times a run: a wait is to end for no reason.
+  bool returns_early();
   void note(const std::string& line);
   bool tracing() const noexcept { return tracing_; }
 
-  // Ends the run as failed. Returns only in set-up and afterwards, where there is no fiber to leave.
-  void fail(const std::string& why);
+  // Ends the run as failed; what the caller has on its stack is forgotten. Returns only in set-up, where
+  // there is no fiber to leave.
+  void fail(const char* why) {
+    record(why);
+    leave();
+  }
 
  private:
   static constexpr std::size_t outside = 0; // the thread that sets up and looks afterwards
@@ -144,7 +111,12 @@ class explorer {
   template <class Make>
   void run(Make& make);
   void run_actors();
-  static void enter();
+  void look_afterwards(std::function<void()> look);
+  static void play();
+  static void look();
+  // The two halves of a failure, apart so that no string is alive on a stack that is left for good.
+  void record(const std::string& why);
+  void leave();
   void give_up_turn();
   void change_to(std::size_t next, bool for_good = false);
   order settle(const use& u);
@@ -159,9 +131,15 @@ class explorer {
   memory memory_{choices_};
   std::array<thread, threads_max> threads_;
   std::size_t actor_count_ = 0;
+  fiber looker_;
+  std::function<void()> look_;
+  bool looking_ = false;
   std::size_t running_ = outside;
   std::size_t preemptions_ = 0;
   std::size_t steps_ = 0;
+  std::size_t early_returns_ = 0;
+  bool indivisible_ = false;
+  std::map<const void*, knowledge> locks_; // what each kernel object's lock hands on
   bool failed_ = false;
   bool tracing_ = false;
   report report_;
@@ -170,7 +148,7 @@ class explorer {
 // Explores Scenario with these options.
 template <class Scenario>
 report explore(const options& o = {}) {
-  return explorer{o}.explore([] { return Scenario{}; });
+  return explorer{o}.explore([] { return Scenario(); });
 }
 template <class Make>
 report explore(const options& o, Make make) {
@@ -182,34 +160,16 @@ inline void require(bool holds, const char* otherwise) {
   if (!holds) explorer::active().fail(otherwise);
 }
 
-// ---- what follows is how
-// -------------------------------------------------------------------------------------
-
-inline const char* name_of(order o) noexcept {
-  switch (o) {
-  case order::relaxed: return "relaxed";
-  case order::acquire: return "acquire";
-  case order::release: return "release";
-  case order::acq_rel: return "acq_rel";
-  case order::seq_cst: return "seq_cst";
-  default: return "consume";
-  }
-}
-
-inline const char* name_of(operation o) noexcept {
-  return o == operation::load ? "load" : o == operation::store ? "store" : "exchange";
-}
-
 template <class Make>
 report explorer::explore(Make make) {
   do {
     run(make);
     ++report_.runs;
     if (!failed_ && !options_.seed && report_.runs > options_.runs_max) {
-      fail("more than " + std::to_string(options_.runs_max) +
-           " runs: the scenario is too large to explore whole");
+      record("more than " + std::to_string(options_.runs_max) +
+             " runs: the scenario is too large to explore whole");
     }
-    if (choices_.diverged()) fail("the scenario depends on something other than its choices");
+    if (choices_.diverged()) record("the scenario depends on something other than its choices");
     if (failed_) {
       report_.row = choices_.taken();
       if (tracing_ || options_.replay) return report_;
@@ -233,7 +193,9 @@ void explorer::run(Make& make) {
   explorer* const outer = std::exchange(active_, this);
   memory_.clear();
   running_ = outside;
-  preemptions_ = steps_ = actor_count_ = 0;
+  preemptions_ = steps_ = actor_count_ = early_returns_ = 0;
+  indivisible_ = false;
+  locks_.clear();
   tracing_ = options_.replay.has_value();
   {
     auto scenario = make();
@@ -241,11 +203,12 @@ void explorer::run(Make& make) {
       thread& t = threads_[++actor_count_];
       t.plays = std::move(a);
       t.is = state::ready;
-      t.body.start_at(&explorer::enter);
+      t.awaits = nullptr;
+      t.body.start_at(&explorer::play);
     }
     run_actors();
     if constexpr (requires { scenario.afterwards(); }) {
-      if (!failed_) scenario.afterwards();
+      if (!failed_) look_afterwards([&scenario] { scenario.afterwards(); });
     }
   }
   active_ = outer;
@@ -258,7 +221,21 @@ inline void explorer::run_actors() {
   for (std::size_t t = 1; t <= actor_count_; ++t) memory_.join(outside, t);
 }
 
-inline void explorer::enter() {
+// On a stack of its own, so that what fails here ends here too.
+inline void explorer::look_afterwards(std::function<void()> look) {
+  look_ = std::move(look);
+  looker_.start_at(&explorer::look);
+  looking_ = true;
+  fiber::change(threads_[outside].body, looker_);
+  looking_ = false;
+}
+
+inline void explorer::look() {
+  active_->look_();
+  fiber::change(active_->looker_, active_->threads_[outside].body, true);
+}
+
+inline void explorer::play() {
   explorer& e = *active_;
   thread& self = e.threads_[e.running_];
   self.plays.act();
@@ -285,12 +262,10 @@ inline void explorer::give_up_turn() {
 }
 
 inline void explorer::point() {
-  if (++steps_ > steps_max / 2) {
-    // Half of what memory can hold: the other half is afterwards', whose failures cannot leave it.
-    if (running_ != outside || steps_ > steps_max)
-      fail("more operations than a run may have: it does not end");
+  if (++steps_ > steps_max / (running_ == outside ? 1 : 2)) {
+    fail("more operations than a run may have: it does not end");
   }
-  if (running_ == outside) return;
+  if (running_ == outside || indivisible_) return;
   std::array<std::size_t, threads_max> ready;
   std::size_t count = 0;
   ready[count++] = running_;
@@ -304,30 +279,56 @@ inline void explorer::point() {
 }
 
 inline void explorer::change_to(std::size_t next, bool for_good) {
+  if (next == running_) return; // it gave up a wait with a deadline, and nobody else was picked
   fiber& from = threads_[running_].body;
   running_ = next;
   fiber::change(from, threads_[next].body, for_good);
 }
 
-inline void explorer::block_on(const void* what) {
-  threads_[running_].is = state::waiting;
-  threads_[running_].awaits = what;
+inline void explorer::enter_kernel(const void* object) {
+  point();
+  memory_.acquire_from(running_, locks_[object]);
+  indivisible_ = true;
+}
+
+inline void explorer::leave_kernel(const void* object) {
+  indivisible_ = false;
+  memory_.release_into(running_, locks_[object]);
+}
+
+inline bool explorer::wait_for(const void* object, bool in_time_only) {
+  thread& self = threads_[running_];
+  self.is = in_time_only ? state::ready : state::waiting; // one that may give up may go on whenever it likes
+  self.awaits = object;
   give_up_turn();
+  return std::exchange(self.awaits, nullptr) == nullptr;
 }
 
-inline void explorer::wake(const void* what) {
+inline void explorer::wake(const void* object) {
   for (thread& t : threads_) {
-    if (t.is == state::waiting && t.awaits == what) t.is = state::ready;
+    if (t.awaits != object) continue;
+    t.awaits = nullptr;
+    t.is = state::ready;
   }
 }
 
-inline void explorer::fail(const std::string& why) {
-  if (!failed_) {
-    failed_ = true;
-    report_.passed = false;
-    report_.failure = why;
-    note(why);
-  }
+inline bool explorer::returns_early() {
+  if (early_returns_ == options_.early_returns_max || choices_.pick(2) == 0) return false;
+  ++early_returns_;
+  return true;
+}
+
+inline void explorer::record(const std::string& why) {
+  if (failed_) return;
+  failed_ = true;
+  report_.passed = false;
+  report_.failure = why;
+  note(why);
+}
+
+inline void explorer::leave() {
+  fiber& home = threads_[outside].body;
+  if (looking_) fiber::change(looker_, home, true);
   if (running_ != outside) change_to(outside, true);
 }
 
@@ -339,7 +340,8 @@ inline void explorer::note(const std::string& line) {
 inline order explorer::settle(const use& u) {
   if ((u.what == operation::load && (u.asks == order::release || u.asks == order::acq_rel)) ||
       (u.what == operation::store && acquires(u.asks) && u.asks != order::seq_cst)) {
-    fail(std::string{"no "} + name_of(u.what) + " can be " + name_of(u.asks) + ": " + text_of(u.where));
+    record(std::string{"no "} + name_of(u.what) + " can be " + name_of(u.asks) + ": " + text_of(u.where));
+    leave();
   }
   std::vector<use>& uses = report_.uses;
   if (std::find(uses.begin(), uses.end(), u) == uses.end()) uses.push_back(u);
@@ -347,7 +349,9 @@ inline order explorer::settle(const use& u) {
 }
 
 inline void explorer::require_known(std::size_t word, const site& where) {
-  if (!memory_.knows_word(running_, word)) fail("a word is used before it is made: " + text_of(where));
+  if (memory_.knows_word(running_, word)) return;
+  record("a word is used before it is made: " + text_of(where));
+  leave();
 }
 
 inline std::uint64_t explorer::load(std::size_t word, order asked, const site& where) {
@@ -400,9 +404,10 @@ inline void explorer::write_plain(std::size_t datum, const site& where) {
 
 inline void explorer::race(const access* earlier, const char* what, const site& where) {
   if (earlier == nullptr) return;
-  fail("race: " + actor_name(running_) + " (" + what + " at " + text_of(where) + ") and " +
-       actor_name(earlier->when.thread) + " (" + (earlier->writes ? "write" : "read") + " at " +
-       text_of(earlier->where) + ")");
+  record("race: " + actor_name(running_) + " (" + what + " at " + text_of(where) + ") and " +
+         actor_name(earlier->when.thread) + " (" + (earlier->writes ? "write" : "read") + " at " +
+         text_of(earlier->where) + ")");
+  leave();
 }
 
 } // namespace rowe::model

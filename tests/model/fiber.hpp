@@ -33,14 +33,16 @@ class fiber {
 
   // Makes the next switch to this fiber start at `entry`, which must not return. The stack is used again.
   void start_at(void (*entry)()) {
-    if (!own_stack_) own_stack_ = std::make_unique<std::byte[]>(stack_bytes);
+    if (!own_stack_) {
+      own_stack_ = std::make_unique_for_overwrite<std::byte[]>(stack_bytes);
+      getcontext(&context_); // a system call, so not for every run: makecontext is content with an old one
+    }
     stack_ = own_stack_.get();
     stack_size_ = stack_bytes;
 #if defined(ROWE_MODEL_ASAN)
     __asan_unpoison_memory_region(stack_, stack_size_); // frames of a run left for good
 #endif
     entry_ = entry;
-    getcontext(&context_);
     context_.uc_stack.ss_sp = own_stack_.get();
     context_.uc_stack.ss_size = stack_bytes;
     context_.uc_link = nullptr;

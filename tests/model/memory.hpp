@@ -16,11 +16,10 @@
 #include <vector>
 
 #include "model/choices.hpp"
+#include "model/scenario.hpp"
 #include "model/site.hpp"
 
 namespace rowe::model {
-
-using order = std::memory_order;
 
 constexpr bool acquires(order o) noexcept {
   return o == order::acquire || o == order::acq_rel || o == order::seq_cst;
@@ -30,7 +29,7 @@ constexpr bool releases(order o) noexcept {
 }
 
 inline constexpr std::size_t threads_max = 5; // four actors, and the thread that sets up and looks afterwards
-inline constexpr std::size_t steps_max = 256; // atomic operations a run; one that needs more never ends
+inline constexpr std::size_t steps_max = 256; // atomic operations a run, half the actors', half afterwards'
 
 // A moment in a thread: its tick-th atomic operation, or plain accesses just before it.
 struct moment {
