@@ -3,6 +3,8 @@
 // has one code of a closed list, and the value and the limit that met. Nothing throws but value(), which is for
 // set-up code.
 #pragma once
+#include <charconv>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <optional>
@@ -60,6 +62,40 @@ struct error {
 
   friend bool operator==(const error&, const error&) = default;
 };
+
+namespace detail {
+
+struct error_description {
+  std::string_view name;
+  std::string_view sentence;
+};
+inline constexpr error_description error_descriptions[] = {
+#define ROWE_ERROR_ROW(name, sentence) {#name, sentence},
+    ROWE_ERRORS(ROWE_ERROR_ROW)
+#undef ROWE_ERROR_ROW
+};
+
+}  // namespace detail
+
+inline std::string_view error::name() const noexcept {
+  return detail::error_descriptions[static_cast<std::size_t>(code)].name;
+}
+
+inline std::string_view error::text(std::span<char> buffer) const noexcept {
+  std::string_view sentence = detail::error_descriptions[static_cast<std::size_t>(code)].sentence;
+  char* at = buffer.data();
+  char* const end = at + buffer.size();
+  while (!sentence.empty() && at != end) {
+    if (sentence.starts_with("%v") || sentence.starts_with("%l")) {
+      at = std::to_chars(at, end, sentence[1] == 'v' ? value : limit).ptr;
+      sentence.remove_prefix(2);
+    } else {
+      *at++ = sentence.front();
+      sentence.remove_prefix(1);
+    }
+  }
+  return {buffer.data(), static_cast<std::size_t>(at - buffer.data())};
+}
 
 #if defined(__cpp_exceptions)
 // What value() throws.

@@ -84,11 +84,12 @@ void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
 
 void core::make_ready(std::uint32_t index) noexcept {
   subscription& s = router_.subscription_at(index);
-  if (s.ready || s.timed || s.waiting.empty()) return;
+  if (s.ready || s.waiting.empty()) return;
   if (now_ < s.next_due) {
-    s.timed = true;
-    return arm(timer::subscription, index, s.next_due);
+    if (!std::exchange(s.timed, true)) arm(timer::subscription, index, s.next_due);
+    return;
   }
+  if (std::exchange(s.timed, false)) disarm(timer::subscription, index);
   connection& c = connections_[s.connection];
   ready_list& on = c.ready[static_cast<std::size_t>(router_.at(s.topic).priority)];
   s.ready = true;

@@ -139,7 +139,7 @@ constexpr bool is_real(value_kind k) noexcept { return k == value_kind::float32 
 
 // What the member's form applies to: the value itself, or the elements of arrays and optionals.
 constexpr value_kind innermost_kind(const value_description& d) noexcept {
-  return d.element == nullptr ? d.kind : innermost_kind(*d.element);
+  return d.kind == value_kind::array || d.kind == value_kind::optional ? innermost_kind(*d.element) : d.kind;
 }
 
 template <class T, auto Member>
@@ -183,8 +183,8 @@ consteval member_description describe_entry() noexcept {
   return []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) consteval {
     constexpr field_spec<Member, Name, Count> spec = Entry;
     member_description m = describe_member<T, Member>(Name.view());
-    constexpr value_description type =
-        value_description_of<typename member_pointer<decltype(Member)>::value_type>;
+    using member_type = typename member_pointer<decltype(Member)>::value_type;
+    constexpr value_description type = value_description_of<member_type>;
     static_assert(!spec.quoted || is_integer(innermost_kind(type)),
                   "rowe::field: as_string() is for integers and arrays of integers");
     static_assert(spec.digits == -1 || is_real(innermost_kind(type)),
@@ -194,7 +194,7 @@ consteval member_description describe_entry() noexcept {
     m.decimals = spec.digits;
     if constexpr (!std::same_as<std::remove_cv_t<decltype(Count)>, std::nullptr_t>) {
       using pointer = member_pointer<decltype(Count)>;
-      static_assert(type.kind == value_kind::array && type.count == nullptr,
+      static_assert(type.kind == value_kind::array && !is_bounded_array<member_type>,
                     "rowe::counted: the first argument must be a std::array or C array member");
       static_assert(std::integral<typename pointer::value_type> &&
                         std::derived_from<T, typename pointer::class_type>,

@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core as a client of a rosbridge server.
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "stage.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::detail::lane_kind;
+using rowe::service::counter;
+using rowe::service::side;
+using stage::peer;
+using stage::theatre;
+using texts = std::vector<std::string>;
+
+struct core_client : testing::Test {
+  core_client() : on{stage::small_options(), side::client} {}
+  ~core_client() override { EXPECT_TRUE(on.core.check()); }
+  theatre on;
+
+  void publish(rowe::detail::lane& lane, std::string_view text) {
+    ASSERT_TRUE(rowe::detail::publish_into(lane, text.size(), on.now,
+                                           [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+  }
+};
+
+TEST_F(core_client, connects_at_once_and_again_later_each_time_it_is_refused) {
+  on.cycle();
+  EXPECT_EQ(on.net.attempts(), 1U);
+  std::vector<rowe::rt::duration> waits;
+  for (std::uint64_t attempt = 2; attempt < 10; ++attempt) {
+    on.net.refuse("connection refused");
+    const auto began = on.now;
+    while (on.net.attempts() < attempt) on.cycle();
+    waits.push_back(on.now - began);
+  }
+  EXPECT_GE(waits.front(), 187ms);  // retry_min less a quarter
+  EXPECT_GE(waits.back(), 3750ms);  // retry_max less a quarter
+  for (const auto wait : waits) EXPECT_LE(wait, 5002ms);
+}
+
+TEST_F(core_client, reports_why_it_cannot_connect) {
+  on.cycle();
+  on.net.refuse("connection refused");
+  on.cycle();
+  const auto what = on.board.try_event();
+  ASSERT_TRUE(what);
+  EXPECT_EQ(what->what_kind, rowe::event::kind::cannot_connect);
+  EXPECT_EQ(std::string_view{what->what}, "connection refused");
+}
+
+TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_frames) {
+  on.offer(lane_kind::publish_text, "/out", 100, {}, nullptr, "std_msgs/String");
+  on.offer(lane_kind::subscribe_text, "/in", 100);
+  on.cycle();
+  peer server{on, side::client};
+  on.cycles(2);
+  const auto heard = server.hear();
+  EXPECT_EQ(server.violated, "");  // unmasked frames would be
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
+  EXPECT_NE(heard[0].find(R"("type":"std_msgs/String","topic":"/out")"), std::string::npos) << heard[0];
+  EXPECT_NE(heard[1].find(R"("op":"subscribe")"), std::string::npos);
+}
+
+TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_that_goes) {
+  peer server{on, side::client};
+  on.cycle();
+  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  on.cycles(2);
+  EXPECT_EQ(server.hear().size(), 1U);
+  publish(lane, "1");
+  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release);
+  on.cycles(3);
+  const auto heard = server.hear();
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_EQ(heard[0], R"({"op":"publish","topic":"/out","msg":1})");
+  EXPECT_NE(heard[1].find(R"("op":"unadvertise")"), std::string::npos);
+}
+
+TEST_F(core_client, publishes_to_the_server_without_being_asked) {
+  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  on.cycle();
+  peer server{on, side::client};
+  on.cycle();
+  (void)server.hear();
+  for (const char* text : {"1", "2", "3"}) publish(lane, text);
+  on.cycle();
+  EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":1})", R"({"op":"publish","topic":"/out","msg":2})",
+                                  R"({"op":"publish","topic":"/out","msg":3})"}));
+}
+
+TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
+  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  on.cycle();
+  peer server{on, side::client};
+  on.cycle();
+  (void)server.hear();
+  on.net.weather_of(server.id()).room_bytes = 5;
+  publish(lane, "12345");
+  publish(lane, "67890");
+  texts heard;
+  for (int i = 0; i < 100; ++i) {
+    on.cycle();
+    for (auto& text : server.hear()) heard.push_back(std::move(text));
+  }
+  EXPECT_EQ(server.violated, "");
+  EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":12345})", R"({"op":"publish","topic":"/out","msg":67890})"}));
+}
+
+TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
+  auto& inbox = on.offer(lane_kind::subscribe_text, "/in", 100);
+  on.cycle();
+  peer server{on, side::client};
+  server.say(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})");
+  on.cycles(2);
+  const auto slot = inbox.subscriber.out->try_pop();
+  ASSERT_TRUE(slot);
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.subscriber.slots.value(*slot)),
+                        inbox.subscriber.slots.header(*slot)->bytes),
+            R"({"data":0.1})");
+}
+
+TEST_F(core_client, counts_what_a_subscriber_does_not_take_and_what_does_not_fit) {
+  on.offer(lane_kind::subscribe_text, "/in", 10, {.depth = 2});
+  on.cycle();
+  peer server{on, side::client};
+  for (int i = 0; i < 5; ++i) server.say(R"({"op":"publish","topic":"/in","msg":{"d":1}})");
+  server.say(R"({"op":"publish","topic":"/in","msg":{"data":"too long for it"}})");
+  on.cycles(2);
+  EXPECT_EQ(on.count(counter::inbox_full), 3U);
+  EXPECT_EQ(on.count(counter::too_big), 1U);
+}
+
+TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
+  peer server{on, side::client};
+  server.say(R"({"op":"status","level":"error","msg":"no such topic"})");
+  server.say(R"({"op":"subscribe","topic":"/x"})");
+  server.say("nonsense");
+  on.cycles(2);
+  EXPECT_TRUE(server.hear().empty());
+  bool shown = false;
+  while (const auto what = on.board.try_event()) {
+    shown = shown || what->what_kind == rowe::event::kind::status_from_peer;
+  }
+  EXPECT_TRUE(shown);
+}
+
+TEST_F(core_client, starts_afresh_after_a_lost_connection) {
+  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  on.cycle();
+  peer server{on, side::client};
+  on.cycle();
+  (void)server.hear();
+  on.net.weather_of(server.id()).room_bytes = 3;
+  publish(lane, "1");
+  on.cycle();
+  server.leave(rowe::service::close_cause::reset);
+  on.cycles(2);
+  const auto before = on.net.attempts();
+  on.cycles(300);
+  EXPECT_EQ(on.net.attempts(), before + 1);
+  peer again{on, side::client};
+  on.cycles(2);
+  EXPECT_EQ(again.hear().size(), 1U);  // the advertisement; nothing of what was queued for the old one
+  EXPECT_EQ(again.violated, "");
+  publish(lane, "2");
+  on.cycle();
+  EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":2})"});
+}
+
+}  // namespace

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/memory_plan.hpp"
+
+#include <gtest/gtest.h>
+
+#include "stage.hpp"
+
+namespace {
+
+TEST(memory_plan, stays_below_what_ordinary_users_may_lock_on_debian) {
+  EXPECT_LT(rowe::limits{}.footprint_bytes(), std::size_t{8} * 1024 * 1024);
+}
+
+TEST(memory_plan, is_the_sum_of_what_is_carved) {
+  for (const rowe::limits& bounds : {rowe::limits{}, stage::small_options().limits}) {
+    rowe::endpoint_options options;
+    options.limits = bounds;
+    stage::theatre built{options};
+    const auto plan = rowe::service::plan_memory(bounds);
+    EXPECT_EQ(built.memory.bytes_used() + plan.lane_memory, plan.total());
+  }
+}
+
+}  // namespace

@@ -1,0 +1,212 @@
+// SPDX-License-Identifier: Apache-2.0
+// A core on a stage: the memory transport in place of sockets, time that moves when told to, random bytes from a
+// seed, lanes without threads, and peers that speak frames by hand. For tests of the core, the simulation and benches.
+#pragma once
+#include <cstddef>
+#include <cstring>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <random>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/publisher.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/schema.hpp>
+#include <rowe/subscriber.hpp>
+
+#include "api/lane_memory.hpp"
+#include "json/encoder.hpp"
+#include "json/reader.hpp"
+#include "net/memory_transport.hpp"
+#include "service/board.hpp"
+#include "service/core.hpp"
+#include "service/memory_plan.hpp"
+#include "wire/websocket.hpp"
+
+namespace stage {
+
+using namespace std::chrono_literals;
+using rowe::service::connection_id;
+
+class seeded_entropy final : public rowe::service::entropy {
+ public:
+  explicit seeded_entropy(std::uint64_t seed) : dice_{seed} {}
+  void fill(std::span<std::byte> bytes) noexcept override {
+    for (std::byte& b : bytes) b = static_cast<std::byte>(dice_());
+  }
+
+ private:
+  std::mt19937_64 dice_;
+};
+
+// Options whose limits make small, quick cores.
+inline rowe::endpoint_options small_options() {
+  rowe::endpoint_options options;
+  options.limits.connections_max = 8;
+  options.limits.message_bytes_max = 8 * 1024;
+  options.limits.topics_max = 16;
+  options.limits.subscriptions_max = 64;
+  options.limits.subscriptions_per_connection_max = 8;
+  options.limits.advertisements_per_connection_max = 4;
+  options.limits.small_slots = 64;
+  options.limits.small_slot_bytes = 1024;
+  options.limits.large_slots = 4;
+  options.limits.queue_depth_max = 16;
+  options.limits.queued_max = 256;
+  options.limits.lanes_max = 4;
+  return options;
+}
+
+class theatre {
+ public:
+  explicit theatre(const rowe::endpoint_options& chosen = small_options(),
+                   rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1)
+      : options{chosen},
+        memory{rowe::service::plan_memory(chosen.limits).total(), rowe::rt::page_lock::none},
+        random{seed},
+        validator{rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
+        net{chosen.limits.connections_max},
+        lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
+        board{*memory.make<rowe::service::board>(memory, chosen.limits)},
+        core{*memory.make<rowe::service::core>(
+            memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board,
+            rowe::service::core_seams{net, random, validator,
+                                      [](const rowe::service::http_request&) noexcept {
+                                        return rowe::service::http_answer{};
+                                      }},
+            now)} {}
+
+  // Moves the time and does one cycle.
+  rowe::rt::time_point cycle(rowe::rt::duration later = 1ms) {
+    now += later;
+    next_wake = core.cycle(now);
+    return next_wake;
+  }
+  void cycles(int count, rowe::rt::duration each = 1ms) {
+    while (count-- > 0) cycle(each);
+  }
+
+  std::uint64_t count(rowe::service::counter which) const {
+    return rowe::service::read_count(board, lanes, which);
+  }
+
+  // Offers a lane as set-up does. It is active after the next cycle.
+  rowe::detail::lane& offer(rowe::detail::lane_kind kind, std::string_view topic, std::size_t value_bytes,
+                            const rowe::topic_options& how = {}, const rowe::schema_description* schema = nullptr,
+                            std::string_view type = {}) {
+    using namespace rowe::detail;
+    for (lane& one : lanes) {
+      if (one.state.load(std::memory_order_acquire) != lane_state::free) continue;
+      const bool publishes = kind != lane_kind::subscribe_text;
+      const rowe::keep kept = publishes ? how.keep : rowe::keep::all;
+      if (one.memory.empty()) one.memory = memory.carve_bytes(path_bytes(kept, how.depth, value_bytes));
+      one.publisher = {};
+      one.subscriber = {};
+      one.published_end = {};
+      one.subscriber_end = {};
+      build_path(one.memory, kept, how.depth, value_bytes, publishes ? one.publisher : one.subscriber_end,
+                 publishes ? one.published_end : one.subscriber);
+      one.kind = kind;
+      one.keep = kept;
+      one.priority = how.priority;
+      one.latched = how.latched;
+      one.ttl = how.ttl;
+      one.name_bytes = static_cast<std::uint8_t>(topic.size());
+      one.type_bytes = static_cast<std::uint8_t>(type.size());
+      std::memcpy(one.name_text.data(), topic.data(), topic.size());
+      std::memcpy(one.type_text.data(), type.data(), type.size());
+      if (schema != nullptr) {
+        encoders.push_back(
+            std::make_unique<rowe::json::encoder>(std::move(rowe::json::encoder::compile(*schema)).value()));
+        one.encoder = encoders.back().get();
+      }
+      one.state.store(lane_state::offered, std::memory_order_release);
+      return one;
+    }
+    throw std::runtime_error{"no free lane"};
+  }
+
+  rowe::endpoint_options options;
+  rowe::rt::arena memory;
+  seeded_entropy random;
+  rowe::json::reader validator;
+  rowe::net::memory_transport net;
+  std::span<rowe::detail::lane> lanes;
+  rowe::rt::time_point now{std::chrono::seconds{1000}};
+  rowe::rt::time_point next_wake{};
+  rowe::service::board& board;
+  rowe::service::core& core;
+  std::vector<std::unique_ptr<rowe::json::encoder>> encoders;
+};
+
+// The other end of a connection: writes frames as a client (or server) would and reads those that come.
+class peer {
+ public:
+  explicit peer(theatre& in, rowe::service::side ours = rowe::service::side::server,
+                std::string_view address = "127.0.0.1:50000")
+      : net_{in.net}, id_{in.net.open(ours, address)}, masks_{ours == rowe::service::side::server} {
+    assembly_.resize(1 << 20);
+    parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,
+                  {.message_bytes_max = (1 << 20) - 64, .fragments_max = 1000}, assembly_);
+  }
+
+  connection_id id() const { return id_; }
+
+  void say(std::string_view text) { send(rowe::wire::opcode::text, text); }
+  void send(rowe::wire::opcode what, std::string_view payload) {
+    const rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
+    std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
+    const auto masked = masks_ ? std::optional{key} : std::nullopt;
+    const std::size_t header = rowe::wire::write_frame_header(frame.data(), what, payload.size(), masked);
+    std::memcpy(frame.data() + header, payload.data(), payload.size());
+    frame.resize(header + payload.size());
+    if (masks_) rowe::wire::mask(std::span{frame}.subspan(header), key);
+    net_.arrive(id_, frame);
+  }
+  void send_raw(std::span<const std::byte> bytes) { net_.arrive(id_, bytes); }
+
+  // What has come since the last call: texts; pings are answered, the close code kept.
+  std::vector<std::string> hear(std::size_t bytes_max = SIZE_MAX) {
+    std::vector<std::string> texts;
+    const auto sent = net_.sent(id_);
+    std::vector<std::byte> bytes(sent.begin(), sent.begin() + static_cast<std::ptrdiff_t>(std::min(bytes_max, sent.size())));
+    net_.peer_reads(id_, bytes.size());
+    std::span<std::byte> rest{bytes};
+    while (!rest.empty()) {
+      const auto step = parser_.next(rest);
+      rest = rest.subspan(step.consumed);
+      const std::string_view text{reinterpret_cast<const char*>(step.payload.data()), step.payload.size()};
+      if (step.event == rowe::wire::frame_event::text) texts.emplace_back(text);
+      if (step.event == rowe::wire::frame_event::ping) {
+        ++pings;
+        if (answers_pings) send(rowe::wire::opcode::pong, text);
+      }
+      if (step.event == rowe::wire::frame_event::pong) ++pongs;
+      if (step.event == rowe::wire::frame_event::close) close_code = step.close_code;
+      if (step.event == rowe::wire::frame_event::violation) violated = std::string{step.reason};
+    }
+    return texts;
+  }
+  bool cut() const { return net_.closed_by_us(id_); }
+  void leave(rowe::service::close_cause how = rowe::service::close_cause::peer) { net_.peer_closes(id_, how); }
+
+  std::uint16_t close_code = 0;
+  int pings = 0;
+  int pongs = 0;
+  bool answers_pings = true;
+  std::string violated;  // what was wrong with what we were sent
+
+ private:
+  rowe::net::memory_transport& net_;
+  connection_id id_;
+  bool masks_;
+  std::vector<std::byte> assembly_;
+  rowe::wire::frame_parser parser_;
+};
+
+}  // namespace stage
