@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "console.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdio>
+
+namespace rowe::tools {
+namespace {
+
+// stderr is not buffered, so a line made first is one write and is not mixed with those of other programs.
+void write_line(std::string line) {
+  line += '\n';
+  std::fwrite(line.data(), 1, line.size(), stderr);
+}
+
+void append_code_point(std::string& to, unsigned code) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  to.append("\\u00");
+  to += digits[code >> 4 & 0xf];
+  to += digits[code & 0xf];
+}
+
+} // namespace
+
+void console::note(std::string_view text) const {
+  if (!quiet_) write_line(prefix_ + std::string{text});
+}
+
+void console::error(std::string_view text) const { write_line(prefix_ + std::string{text}); }
+
+bool emit(std::string_view text) {
+  return std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+}
+
+std::string sentence_of(const error& reason) {
+  std::array<char, 256> room;
+  return std::string{reason.text(room)};
+}
+
+std::string sentence_of(const event& happened) {
+  std::string line;
+  if (const std::string_view peer = happened.peer; !peer.empty()) line.append(peer).append(": ");
+  line.append(happened.what);
+  if (const std::string_view remedy = happened.remedy; !remedy.empty())
+    line.append(" (").append(remedy).append(")");
+  return printable(line);
+}
+
+std::string printable(std::string_view text) {
+  std::string shown;
+  shown.reserve(text.size());
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const auto next = i + 1 < text.size() ? static_cast<unsigned char>(text[i + 1]) : 0U;
+    if (byte < 0x20 || byte == 0x7f) {
+      append_code_point(shown, byte);
+    } else if (byte == 0xc2 && next >= 0x80 && next < 0xa0) {
+      append_code_point(shown, next);
+      ++i;
+    } else {
+      shown += text[i];
+    }
+  }
+  return shown;
+}
+
+std::string seconds_text(rt::duration time) {
+  std::array<char, 40> room;
+  const int length =
+      std::snprintf(room.data(), room.size(), "%.3f s", std::chrono::duration<double>(time).count());
+  return {room.data(), static_cast<std::size_t>(length)};
+}
+
+} // namespace rowe::tools

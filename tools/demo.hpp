@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// `rowe serve --demo`: a real-time loop of 1 kHz that steps the simulated robot and publishes where it is, as
+// a real one would: a thread of its own with a priority, a core and locked memory as far as the machine
+// grants them, absolute deadlines, and nothing in a cycle but arithmetic and one publish.
+#pragma once
+#include <atomic>
+#include <cstdint>
+#include <optional>
+
+#include <rowe/endpoint.hpp>
+#include <rowe/ros.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/thread.hpp>
+
+namespace rowe::tools {
+
+// What the loop did, for people.
+struct demo_report {
+  std::uint64_t cycles = 0;
+  std::uint64_t skipped = 0; // periods that passed without a cycle
+  rt::duration late_p50{};   // against the cycle's deadline
+  rt::duration late_p99{};
+  rt::duration late_max{};
+  std::uint64_t published = 0;
+  std::uint64_t refused = 0; // the queue to the service thread was full
+};
+
+class demo {
+ public:
+  static constexpr int priority = 80;
+  static constexpr std::string_view topic = "/odom";
+
+  // A publisher for it: every value is wanted, but none that is older than a tenth of a second.
+  static result<publisher<ros::odometry>> advertise(endpoint& on);
+
+  // Starts the loop; error() says if no thread could be had. `service_cpu` is the core that the loop keeps
+  // off where there is another; negative: none.
+  demo(publisher<ros::odometry> odom, int service_cpu);
+  demo(const demo&) = delete;
+  demo& operator=(const demo&) = delete;
+  ~demo() { stop(); }
+
+  int error() const noexcept { return thread_.error(); }
+  const rt::grants& grants() const noexcept { return thread_.grants(); }
+
+  // Ends the loop within a period.
+  demo_report stop() noexcept;
+
+ private:
+  void run() noexcept;
+
+  publisher<ros::odometry> odom_;
+  std::atomic<bool> stopping_{false};
+  demo_report report_; // written by the loop as it ends, read once it is joined
+  rt::thread thread_;  // last: it begins when all the rest is there
+};
+
+} // namespace rowe::tools

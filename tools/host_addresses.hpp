@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rowe::tools {
+
+// How a browser on another machine would write the hosts behind a listening address: that address itself, or,
+// of 0.0.0.0 and [::], those of all interfaces that are up. IPv6 in brackets; loopback and link-local ones
+// are left out.
+std::vector<std::string> hosts_reaching(std::string_view listening);
+
+// Whether an address means all interfaces.
+bool is_any(std::string_view address) noexcept;
+
+// "127.0.0.1" or "[::1]": how this machine itself reaches a listening address.
+std::string host_for_here(std::string_view listening);
+
+} // namespace rowe::tools

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "interrupt.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <csignal>
+
+#include <rowe/rt/periodic.hpp>
+
+namespace rowe::tools::interrupt {
+namespace {
+
+std::atomic<bool> signalled{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "the handler may only touch what is lock-free");
+
+void note_signal(int) noexcept { signalled.store(true, std::memory_order_seq_cst); }
+
+} // namespace
+
+void watch() noexcept {
+  struct sigaction noting {};
+  noting.sa_handler = note_signal;
+  noting.sa_flags =
+      static_cast<int>(SA_RESETHAND); // the second one is fatal again; no SA_RESTART: sleeps end early
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &noting, nullptr);
+  struct sigaction ignoring {};
+  ignoring.sa_handler = SIG_IGN;
+  ::sigaction(SIGPIPE, &ignoring, nullptr);
+}
+
+bool seen() noexcept { return signalled.load(std::memory_order_seq_cst); }
+
+void sleep_until(rt::time_point deadline) noexcept {
+  for (auto now = rt::monotonic_clock::now(); now < deadline && !seen(); now = rt::monotonic_clock::now()) {
+    rt::kernel_clock::sleep_until(std::min(deadline, now + slice));
+  }
+}
+
+} // namespace rowe::tools::interrupt

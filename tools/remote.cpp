@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "remote.hpp"
+
+#include <algorithm>
+
+#include "interrupt.hpp"
+
+namespace rowe::tools {
+namespace {
+
+// Connections on one machine are there within this; who waits longer is told.
+constexpr rt::duration unremarkable = std::chrono::milliseconds{200};
+
+} // namespace
+
+spelled_url read_url(std::string_view text) {
+  constexpr std::string_view socket = "ws://";
+  constexpr std::string_view page = "http://";
+  const std::string shown = "'" + printable(text) + "'";
+  if (text.starts_with(socket)) return {std::string{text}, {}};
+  if (text.starts_with(page)) return {std::string{socket}.append(text.substr(page.size())), {}};
+  if (text.starts_with("wss://") || text.starts_with("https://")) {
+    return {{}, shown + " asks for TLS, which this version does not speak: use ws://"};
+  }
+  if (text.find("://") == std::string_view::npos && text.find(':') != std::string_view::npos) {
+    return {std::string{socket}.append(text), {}};
+  }
+  return {{}, shown + " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT"};
+}
+
+std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
+  const auto begin = rt::monotonic_clock::now();
+  const auto end = rt::deadline_after(begin, patience.value_or(rt::for_ever));
+  bool told = false;
+  for (;;) {
+    const auto now = rt::monotonic_clock::now();
+    const bool connected =
+        via_.wait_peer(std::min<rt::duration>(interrupt::slice, end - std::min(now, end))).has_value();
+    report();
+    if (connected) return std::nullopt;
+    if (interrupt::seen()) return exit_code::interrupted;
+    if (rt::monotonic_clock::now() >= end) break;
+    if (!told && rt::monotonic_clock::now() - begin >= unremarkable) {
+      to_.note("waiting for " + url_ + " (Ctrl-C to stop)");
+      told = true;
+    }
+  }
+  to_.error("could not connect to " + url_ + " within " + seconds_text(*patience) + ": " +
+            (failure_.empty() ? "no answer" : failure_));
+  return exit_code::no_connection;
+}
+
+void remote::report() {
+  while (const auto happened = via_.try_event()) {
+    const std::string text = sentence_of(*happened);
+    switch (happened->what_kind) {
+    case event::kind::cannot_connect:
+      if (text != failure_) to_.note(text);
+      failure_ = text;
+      break;
+    case event::kind::peer_joined: failure_.clear(); break;
+    default: to_.note(text); break;
+    }
+  }
+}
+
+std::uint64_t lost_here(const endpoint& closed) {
+  std::uint64_t lost = 0;
+  for (const count& one : closed.counts()) {
+    if (one.group == "loss" && one.name != "full") lost += one.value;
+  }
+  return lost;
+}
+
+} // namespace rowe::tools

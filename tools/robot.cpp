@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace rowe::tools {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double phase_rate = 2 * pi / robot::lap; // rad/s
+
+// How strongly an error along the path, across it, and of the heading is corrected.
+constexpr double along_gain = 2.0;   // 1/s
+constexpr double across_gain = 6.0;  // 1/m^2
+constexpr double heading_gain = 4.0; // 1/m
+
+// How much of the way to its command a wheel goes in one period.
+const double lag_share = 1 - std::exp(-robot::period / robot::wheel_lag);
+
+struct motion {
+  planar_pose pose;
+  planar_twist twist;
+};
+
+double wrapped(double angle) noexcept { return std::remainder(angle, 2 * pi); }
+
+motion figure_of_eight(double time) noexcept {
+  const double a = robot::half_length;
+  const double u = phase_rate * time;
+  const double vx = a * phase_rate * std::cos(u);
+  const double vy = a * phase_rate * std::cos(2 * u);
+  const double ax = -a * phase_rate * phase_rate * std::sin(u);
+  const double ay = -2 * a * phase_rate * phase_rate * std::sin(2 * u);
+  const double speed_squared = vx * vx + vy * vy;
+  return {.pose = {a * std::sin(u), a / 2 * std::sin(2 * u), std::atan2(vy, vx)},
+          .twist = {std::sqrt(speed_squared), (vx * ay - vy * ax) / speed_squared}};
+}
+
+planar_twist tracking(const motion& wanted, const planar_pose& is) noexcept {
+  const double dx = wanted.pose.x - is.x;
+  const double dy = wanted.pose.y - is.y;
+  const double along = std::cos(is.heading) * dx + std::sin(is.heading) * dy;
+  const double across = -std::sin(is.heading) * dx + std::cos(is.heading) * dy;
+  const double off = wrapped(wanted.pose.heading - is.heading);
+  return {.forward = wanted.twist.forward * std::cos(off) + along_gain * along,
+          .turn = wanted.twist.turn +
+                  wanted.twist.forward * (across_gain * across + heading_gain * std::sin(off))};
+}
+
+double limited(double wanted, double last) noexcept {
+  constexpr double change_max = robot::wheel_acceleration_max * robot::period;
+  const double speed = std::clamp(wanted, -robot::wheel_speed_max, robot::wheel_speed_max);
+  return std::clamp(speed, last - change_max, last + change_max);
+}
+
+} // namespace
+
+robot::robot() noexcept : pose_{figure_of_eight(0).pose} {}
+
+planar_pose robot::reference() const noexcept { return figure_of_eight(time_).pose; }
+
+planar_twist robot::twist() const noexcept {
+  return {.forward = (wheels_.left + wheels_.right) / 2, .turn = (wheels_.right - wheels_.left) / track};
+}
+
+void robot::step() noexcept {
+  const planar_twist wanted = tracking(figure_of_eight(time_), pose_);
+  commanded_ = {limited(wanted.forward - wanted.turn * track / 2, commanded_.left),
+                limited(wanted.forward + wanted.turn * track / 2, commanded_.right)};
+  wheels_.left += lag_share * (commanded_.left - wheels_.left);
+  wheels_.right += lag_share * (commanded_.right - wheels_.right);
+
+  const planar_twist moved = twist();
+  const double halfway = pose_.heading + moved.turn * period / 2;
+  pose_.x += moved.forward * period * std::cos(halfway);
+  pose_.y += moved.forward * period * std::sin(halfway);
+  pose_.heading = wrapped(pose_.heading + moved.turn * period);
+
+  time_ += period;
+  if (time_ >= lap) time_ -= lap;
+}
+
+} // namespace rowe::tools

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe serve: a hub. The endpoint's own service thread does the work; this thread prints what happens until a
+// signal ends it.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unistd.h>
+#include <vector>
+
+#include <rowe/endpoint.hpp>
+#include <rowe/rt/thread.hpp>
+
+#include "command_line.hpp"
+#include "console.hpp"
+#include "demo.hpp"
+#include "host_addresses.hpp"
+#include "interrupt.hpp"
+#include "values.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::int64_t port_default = 8080;
+constexpr std::int64_t port_max = 65535;
+constexpr rt::duration event_period = 50ms;  // how late an event is printed at most
+constexpr rt::duration goodbye_time = 250ms; // for what is queued when we are told to end
+constexpr std::array<std::string_view, 2> idle_names{"poll", "spin"};
+
+struct serve_options {
+  std::int64_t port = -1; // as given; -1: not
+  std::string listen;     // ADDR:PORT as given, or empty
+  bool demo = false;
+  bool insecure = false;
+  std::vector<std::string> allow_origins;
+  std::vector<std::string> allow_hosts;
+  std::string name;
+  std::size_t idle = 0;
+  std::int64_t cpu = -1;
+  std::int64_t priority = 0;
+  bool quiet = false;
+};
+
+command table_of(serve_options& o) {
+  const std::int64_t last_cpu = std::max(1L, ::sysconf(_SC_NPROCESSORS_CONF)) - 1;
+  return {
+      .verb = "serve",
+      .examples = {{{"rowe serve --demo", "a robot that drives; open the URL that is printed"},
+                    {"rowe serve --listen 0.0.0.0:8080 --insecure", "a hub for the whole network"}}},
+      .description =
+          "A hub: what one peer publishes reaches every peer that subscribed. Browsers, roslib and other\n"
+          "rosbridge clients connect to its WebSocket; the page is at /. One line with the URL goes to\n"
+          "stdout when it is ready; what happens goes to stderr. Ctrl-C ends it with a summary.\n",
+      .operands = {},
+      .options = {
+          {"--port", "", "N", "TCP port on 127.0.0.1; 0 takes any free one (default 8080)",
+           integer{&o.port, 0, port_max}},
+          {"--listen", "", "ADDR:PORT", "listen elsewhere; beyond loopback only with --insecure", &o.listen},
+          {"--demo", "", "", "drive a simulated robot at 1 kHz and publish it on /odom", &o.demo},
+          {"--insecure", "", "", "whoever reaches the port may read and publish everything", &o.insecure},
+          {"--allow-origin", "", "O", "let pages of this origin connect, http://HOST[:PORT]; repeatable",
+           &o.allow_origins},
+          {"--allow-host", "", "H", "answer to this host name as well; repeatable", &o.allow_hosts},
+          {"--name", "", "NAME", "what the page shows (default: the host's name)", &o.name},
+          {"--idle", "", "poll|spin", "how the service thread waits (default poll)",
+           choice{&o.idle, idle_names}},
+          {"--cpu", "", "N", "pin the service thread to this core", integer{&o.cpu, 0, last_cpu}},
+          {"--priority", "", "N", "SCHED_FIFO priority of the service thread", integer{&o.priority, 1, 99}},
+          {"--quiet", "-q", "", "print errors and warnings only", &o.quiet},
+      }};
+}
+
+// Splits ADDR:PORT, [ADDR]:PORT for IPv6. Empty, or what is wrong with it.
+std::string split_listen(const std::string& text, endpoint_options& to, std::uint16_t& port) {
+  const std::size_t colon = text.rfind(':');
+  const auto number =
+      colon == text.npos ? std::nullopt : integer_of(std::string_view{text}.substr(colon + 1));
+  std::string address = text.substr(0, colon == text.npos ? 0 : colon);
+  if (address.starts_with('[') && address.ends_with(']')) address = address.substr(1, address.size() - 2);
+  if (!number || address.empty())
+    return "--listen needs ADDR:PORT such as 0.0.0.0:8080, not '" + printable(text) + "'";
+  if (*number < 0 || *number > port_max) {
+    return "--listen: the port " + std::to_string(*number) + " is out of range: 0 to 65535";
+  }
+  to.address = std::move(address);
+  port = static_cast<std::uint16_t>(*number);
+  return {};
+}
+
+endpoint_options endpoint_options_of(const serve_options& o) {
+  endpoint_options to;
+  to.relay = true;
+  to.idle_policy = o.idle == 0 ? idle::poll : idle::spin;
+  to.service_cpu = static_cast<int>(o.cpu);
+  to.service_priority = static_cast<int>(o.priority);
+  to.name = o.name;
+  to.insecure = o.insecure;
+  to.allow_origins = o.allow_origins;
+  to.allow_hosts = o.allow_hosts;
+  return to;
+}
+
+exit_code cannot_listen(const error& reason, const endpoint_options& asked, const console& to) {
+  switch (reason.code) {
+  case errc::not_loopback:
+    to.error("listening on " + asked.address +
+             " lets everyone who reaches it read and publish: add --insecure");
+    return exit_code::usage;
+  case errc::bad_argument: to.error(sentence_of(reason)); return exit_code::usage;
+  case errc::address_in_use:
+    to.error(sentence_of(reason) + " (choose another with --port; 0 takes any free one)");
+    return exit_code::failed;
+  default:
+    to.error("cannot listen on " + asked.address + ": " + sentence_of(reason));
+    return exit_code::failed;
+  }
+}
+
+// What of the real-time settings was asked for and refused, in one line; empty when nothing was.
+std::string refused_settings(const endpoint& hub, const demo* loop, const rt::grant& process_locked) {
+  std::array<char, 256> room;
+  std::string line;
+  const auto add = [&](std::string_view who, std::string_view what) {
+    line.append(line.empty() ? "not as real-time as asked: " : "; ").append(who).append(": ").append(what);
+  };
+  if (loop != nullptr && !loop->grants().complete()) add("robot thread", loop->grants().text(room));
+  if (!hub.service_grants().complete()) add("service thread", hub.service_grants().text(room));
+  if (!hub.memory_locked()) {
+    add("memory", "the endpoint's is not locked: raise `ulimit -l`");
+  } else if (process_locked.refused()) {
+    add("memory", "the program's is not locked: raise `ulimit -l`");
+  }
+  return line;
+}
+
+void report_events(endpoint& hub, const console& to) {
+  while (const auto happened = hub.try_event()) {
+    const bool grave =
+        happened->what_kind == event::kind::warning || happened->what_kind == event::kind::limit;
+    if (grave) {
+      to.error(sentence_of(*happened));
+    } else {
+      to.note(sentence_of(*happened));
+    }
+  }
+}
+
+std::string in_microseconds(rt::duration time) { return std::to_string(time.count() / 1000) + " us"; }
+
+// All counters, a line for each group. Zeros are shown: nothing lost is news too.
+void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_report>& driven,
+               const console& to) {
+  to.note("up for " + seconds_text(up));
+  const auto counts = hub.counts();
+  for (auto first = counts.begin(); first != counts.end();) {
+    const auto last =
+        std::find_if(first, counts.end(), [&](const count& c) { return c.group != first->group; });
+    std::string line{first->group};
+    line += ':';
+    for (auto one = first; one != last; ++one) {
+      line.append(one == first ? " " : ", ").append(one->name).append(" ").append(std::to_string(one->value));
+    }
+    to.note(line);
+    first = last;
+  }
+  if (!driven) return;
+  to.note("robot: " + std::to_string(driven->cycles) + " cycles, " + std::to_string(driven->skipped) +
+          " skipped; late by " + in_microseconds(driven->late_p50) + " (p50), " +
+          in_microseconds(driven->late_p99) + " (p99), " + in_microseconds(driven->late_max) +
+          " (max); published " + std::to_string(driven->published) + ", refused " +
+          std::to_string(driven->refused));
+}
+
+// Serves until a signal comes.
+exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_options& o, const console& to) {
+  const auto begin = rt::monotonic_clock::now();
+  std::optional<demo> loop;
+  if (o.demo) {
+    auto odom = demo::advertise(hub);
+    if (!odom) {
+      to.error("the robot cannot publish: " + sentence_of(odom.error()));
+      return exit_code::failed;
+    }
+    loop.emplace(std::move(odom).value(), asked.service_cpu);
+    if (loop->error() != 0) {
+      to.error("the robot's thread cannot be started (errno " + std::to_string(loop->error()) + ")");
+      return exit_code::failed;
+    }
+  }
+  // Last, so that all there is gets locked and no limit on it can hinder the set-up.
+  const rt::grant locked = loop ? rt::lock_process_memory() : rt::grant{};
+  if (const std::string refused = refused_settings(hub, loop ? &*loop : nullptr, locked); !refused.empty()) {
+    to.error(refused);
+  }
+  if (o.insecure) to.error("warning: --insecure: whoever reaches this port may read and publish everything");
+
+  const std::string port = std::to_string(hub.port());
+  const std::string authority = host_for_here(asked.address) + ":" + port + "/";
+  (void)emit("rowe serves http://" + authority + " (ws://" + authority +
+             ")\n"); // with nobody to read it we serve too
+  if (is_any(asked.address)) {
+    for (const std::string& host : hosts_reaching(asked.address))
+      to.note("also at http://" + host + ":" + port + "/");
+  }
+
+  while (!interrupt::seen()) {
+    report_events(hub, to);
+    interrupt::sleep_until(rt::monotonic_clock::now() + event_period);
+  }
+  const auto driven = loop ? std::optional{loop->stop()} : std::nullopt;
+  (void)hub.close(goodbye_time); // a peer that does not read in that time has to do without
+  report_events(hub, to);
+  summarise(hub, rt::monotonic_clock::now() - begin, driven, to);
+  return exit_code::done;
+}
+
+} // namespace
+
+exit_code serve(argument_list arguments) {
+  serve_options chosen;
+  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  console to{"serve"};
+  to.be_quiet(chosen.quiet);
+
+  endpoint_options options = endpoint_options_of(chosen);
+  auto port = static_cast<std::uint16_t>(chosen.port < 0 ? port_default : chosen.port);
+  if (!chosen.listen.empty()) {
+    if (chosen.port >= 0) return usage_error("serve", "--port and --listen exclude each other");
+    if (const std::string wrong = split_listen(chosen.listen, options, port); !wrong.empty()) {
+      return usage_error("serve", wrong);
+    }
+  }
+  auto hub = endpoint::listen(port, options);
+  if (!hub) return cannot_listen(hub.error(), options, to);
+  return serve_on(std::move(hub).value(), options, chosen, to);
+}
+
+} // namespace rowe::tools

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs of the program; each lives in the file of its name, and is listed in main.cpp.
+#pragma once
+#include "command_line.hpp"
+#include "exit_code.hpp"
+
+namespace rowe::tools {
+
+exit_code serve(argument_list arguments);
+exit_code replay(argument_list arguments);
+exit_code echo(argument_list arguments);
+exit_code version(argument_list arguments);
+
+} // namespace rowe::tools
