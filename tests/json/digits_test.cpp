@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "json/digits.hpp"
+
+#include <bit>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <random>
+#include <string>
+#include <string_view>
+
+#include <gtest/gtest.h>
+
+#include "rt/seed.hpp"
+
+namespace rowe::json {
+namespace {
+
+using tests::seed;
+
+// Runs `write` in front of canaries, and fails when more than number_room_bytes were touched.
+template <class Write>
+std::string text_of(Write write) {
+  constexpr char canary = '#';
+  std::string room(2 * number_room_bytes, canary);
+  const char* const end = write(room.data());
+  EXPECT_EQ(room.find_first_not_of(canary, number_room_bytes), std::string::npos) << "wrote beyond its room";
+  return {room.data(), static_cast<std::size_t>(end - room.data())};
+}
+
+std::string of(double x) {
+  return text_of([x](char* at) { return write_double(at, x); });
+}
+std::string of(float x) {
+  return text_of([x](char* at) { return write_float(at, x); });
+}
+std::string fixed(double x, int decimals) {
+  return text_of([=](char* at) { return write_fixed(at, x, decimals); });
+}
+
+double random_double(std::mt19937_64& random) {
+  for (;;) {
+    const auto x = std::bit_cast<double>(random());
+    if (std::isfinite(x)) return x;
+  }
+}
+
+// The digits from the first to the last that is not 0.
+std::string significant_digits(std::string_view text) {
+  std::string digits;
+  for (const char c : text.substr(0, text.find('e'))) {
+    if (c >= '0' && c <= '9') digits += c;
+  }
+  digits.erase(0, digits.find_first_not_of('0'));
+  digits.erase(digits.find_last_not_of('0') + 1);
+  return digits;
+}
+
+TEST(digits, writes_integers_without_a_point) {
+  EXPECT_EQ(of(0.0), "0");
+  EXPECT_EQ(of(1.0), "1");
+  EXPECT_EQ(of(-2.0), "-2");
+  EXPECT_EQ(of(100.0), "100");
+  EXPECT_EQ(of(1e15), "1000000000000000");
+  EXPECT_EQ(of(9007199254740991.0), "9007199254740991");
+  EXPECT_EQ(of(16777215.0f), "16777215");
+}
+
+TEST(digits, keeps_the_sign_of_zero) {
+  EXPECT_EQ(of(-0.0), "-0.0");
+  EXPECT_EQ(of(-0.0f), "-0.0");
+}
+
+TEST(digits, writes_what_is_not_too_large_or_small_plainly) {
+  EXPECT_EQ(of(0.1), "0.1");
+  EXPECT_EQ(of(-0.25), "-0.25");
+  EXPECT_EQ(of(3.141592653589793), "3.141592653589793");
+  EXPECT_EQ(of(1234567.875), "1234567.875");
+  EXPECT_EQ(of(1700000000.123456), "1700000000.123456");
+  EXPECT_EQ(of(0.30000000000000004), "0.30000000000000004");
+  EXPECT_EQ(of(0.000001), "0.000001");
+  EXPECT_EQ(of(0.0000012345678901234567), "0.0000012345678901234567");
+  EXPECT_EQ(of(4503599627370495.5), "4503599627370495.5");
+}
+
+TEST(digits, writes_the_rest_with_an_exponent) {
+  EXPECT_EQ(of(9.9e-7), "9.9e-7");
+  EXPECT_EQ(of(1e-7), "1e-7");
+  EXPECT_EQ(of(9007199254740992.0), "9.007199254740992e15");
+  EXPECT_EQ(of(1e16), "1e16");
+  EXPECT_EQ(of(0x1p64), "1.8446744073709552e19"); // as an integer some parsers would refuse it
+  EXPECT_EQ(of(-1.5e300), "-1.5e300");
+  EXPECT_EQ(of(std::numeric_limits<double>::max()), "1.7976931348623157e308");
+  EXPECT_EQ(of(std::numeric_limits<double>::min()), "2.2250738585072014e-308");
+  EXPECT_EQ(of(std::numeric_limits<double>::denorm_min()), "5e-324");
+}
+
+TEST(digits, writes_floats_as_short_as_floats_are) {
+  EXPECT_EQ(of(0.1f), "0.1");
+  EXPECT_EQ(of(16777216.0f), "1.6777216e7");
+  EXPECT_EQ(of(3.4028235e38f), "3.4028235e38");
+  EXPECT_EQ(of(1e-45f), "1e-45");
+  EXPECT_EQ(of(0.00000123456789f), "0.0000012345679");
+}
+
+TEST(digits, of_doubles_read_back_to_the_same_bits) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  char text[number_room_bytes + 1];
+  for (int i = 0; i < 1'000'000; ++i) {
+    const double x = random_double(random);
+    char* const end = write_double(text, x);
+    *end = '\0';
+    ASSERT_LE(end - text, static_cast<std::ptrdiff_t>(double_text_bytes_max)) << text;
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(std::strtod(text, nullptr)), std::bit_cast<std::uint64_t>(x))
+        << text;
+  }
+}
+
+TEST(digits, of_everyday_doubles_read_back_to_the_same_bits) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  char text[number_room_bytes + 1];
+  for (int i = 0; i < 1'000'000; ++i) {
+    // Any number of bits of any magnitude from 2^-30 to 2^60: metres, radians, stamps.
+    const int bits = 1 + static_cast<int>(random() % 53);
+    const auto digits = static_cast<double>(random() >> (64 - bits));
+    const double x =
+        std::ldexp(digits, static_cast<int>(random() % 90) - 30 - bits) * (random() % 2 ? 1 : -1);
+    char* const end = write_double(text, x);
+    *end = '\0';
+    ASSERT_LE(end - text, static_cast<std::ptrdiff_t>(double_text_bytes_max)) << text;
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(std::strtod(text, nullptr)), std::bit_cast<std::uint64_t>(x))
+        << text;
+    // What looks like an integer is one, and exact in every reader.
+    if (std::string_view{text, end}.find_first_of(".e") == std::string_view::npos) {
+      ASSERT_LT(std::fabs(x), 0x1p53) << text;
+    }
+  }
+}
+
+TEST(digits, of_floats_read_back_to_the_same_bits) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  char text[number_room_bytes + 1];
+  for (int i = 0; i < 1'000'000; ++i) {
+    const auto x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    if (!std::isfinite(x)) continue;
+    char* const end = write_float(text, x);
+    *end = '\0';
+    ASSERT_LE(end - text, static_cast<std::ptrdiff_t>(float_text_bytes_max)) << text;
+    ASSERT_EQ(std::bit_cast<std::uint32_t>(std::strtof(text, nullptr)), std::bit_cast<std::uint32_t>(x))
+        << text;
+  }
+}
+
+TEST(digits, are_as_few_as_those_of_the_standard_library) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  char theirs[64];
+  for (int i = 0; i < 100'000; ++i) {
+    const double x = random_double(random);
+    const char* const end =
+        std::to_chars(theirs, theirs + sizeof theirs, x, std::chars_format::scientific).ptr;
+    ASSERT_EQ(significant_digits(of(x)), significant_digits({theirs, end})) << of(x);
+  }
+}
+
+TEST(digits, of_integers_are_those_of_the_standard_library) {
+  const auto check = [](std::uint64_t x) {
+    char theirs[32];
+    const char* end = std::to_chars(theirs, theirs + sizeof theirs, x).ptr;
+    ASSERT_EQ(text_of([x](char* at) { return write_unsigned(at, x); }), std::string_view(theirs, end));
+    const auto y = static_cast<std::int64_t>(x);
+    end = std::to_chars(theirs, theirs + sizeof theirs, y).ptr;
+    ASSERT_EQ(text_of([y](char* at) { return write_signed(at, y); }), std::string_view(theirs, end));
+  };
+  std::uint64_t power = 1;
+  for (int i = 0; i < 20; ++i, power *= 10) {
+    check(power - 1);
+    check(power);
+    check(power + 1);
+    check(0 - power);
+  }
+  for (int bit = 0; bit < 64; ++bit) check(std::uint64_t{1} << bit);
+  check(std::numeric_limits<std::uint64_t>::max());
+  check(static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::min()));
+
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  for (int i = 0; i < 100'000; ++i) check(random() >> random() % 64);
+}
+
+TEST(digits, of_fixed_precision_are_rounded_and_end_in_no_zero) {
+  EXPECT_EQ(fixed(3.14159265, 4), "3.1416");
+  EXPECT_EQ(fixed(-3.14159265, 2), "-3.14");
+  EXPECT_EQ(fixed(2.0, 9), "2");
+  EXPECT_EQ(fixed(2.5, 9), "2.5");
+  EXPECT_EQ(fixed(0.005, 3), "0.005");
+  EXPECT_EQ(fixed(0.999999, 3), "1");
+  EXPECT_EQ(fixed(1.05, 0), "1");
+  EXPECT_EQ(fixed(123456.000000001, 9), "123456.000000001");
+}
+
+TEST(digits, of_fixed_precision_have_no_negative_zero) {
+  EXPECT_EQ(fixed(-0.0, 3), "0");
+  EXPECT_EQ(fixed(-0.0004, 3), "0");
+  EXPECT_EQ(fixed(-0.0006, 3), "-0.001");
+}
+
+TEST(digits, of_numbers_too_large_for_their_precision_are_exact) {
+  EXPECT_EQ(fixed(1e300, 9), "1e300");
+  EXPECT_EQ(fixed(12345678.123456789, 9), of(12345678.123456789));
+}
+
+TEST(digits, of_fixed_precision_are_within_half_a_unit) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  std::uniform_real_distribution<double> metres{-1000, 1000};
+  for (int i = 0; i < 100'000; ++i) {
+    const double x = metres(random);
+    const int decimals = static_cast<int>(random() % (decimals_max + 1));
+    const std::string text = fixed(x, decimals);
+    const double unit = std::pow(10.0, -decimals);
+    ASSERT_NEAR(std::strtod(text.c_str(), nullptr), x, 0.5 * unit + 1e-12) << text;
+    const auto point = text.find('.');
+    const std::size_t digits = point == std::string::npos ? 0 : text.size() - point - 1;
+    ASSERT_LE(digits, static_cast<std::size_t>(decimals)) << text;
+  }
+}
+
+} // namespace
+} // namespace rowe::json

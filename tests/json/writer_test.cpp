@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "json/writer.hpp"
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace rowe::json {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// What `write` makes a writer with ample room write.
+template <class Write>
+std::string written(Write write) {
+  std::array<char, 1024> room;
+  writer w{room};
+  write(w);
+  EXPECT_FALSE(w.overflowed());
+  return std::string{w.text()};
+}
+
+std::string string_of(std::string_view text) {
+  return written([text](writer& w) { w.string(text); });
+}
+
+TEST(writer, places_commas_between_members_and_elements) {
+  EXPECT_EQ(written([](writer& w) {
+              w.begin_object();
+              w.key("a");
+              w.number(1);
+              w.key("b");
+              w.begin_array();
+              w.number(1);
+              w.begin_array();
+              w.end_array();
+              w.begin_object();
+              w.end_object();
+              w.null();
+              w.end_array();
+              w.key("c");
+              w.boolean(true);
+              w.key("d");
+              w.begin_object();
+              w.key("e");
+              w.boolean(false);
+              w.end_object();
+              w.end_object();
+            }),
+            R"({"a":1,"b":[1,[],{},null],"c":true,"d":{"e":false}})");
+}
+
+TEST(writer, takes_json_that_is_written_already_as_a_value) {
+  EXPECT_EQ(written([](writer& w) {
+              w.begin_object();
+              w.key("op");
+              w.string("publish");
+              w.key("msg");
+              w.raw(R"({"x":1})");
+              w.key("n");
+              w.number(2);
+              w.end_object();
+            }),
+            R"({"op":"publish","msg":{"x":1},"n":2})");
+}
+
+TEST(writer, appends_text_without_commas) {
+  EXPECT_EQ(written([](writer& w) {
+              w.append(R"({"op":"publish","topic":)");
+              w.string("/odom");
+              w.append(R"(,"msg":{)");
+              w.append("}}");
+            }),
+            R"({"op":"publish","topic":"/odom","msg":{}})");
+}
+
+TEST(writer, writes_integers_of_every_width) {
+  EXPECT_EQ(written([](writer& w) {
+              w.begin_array();
+              w.number(std::int8_t{-128});
+              w.number(std::uint8_t{255});
+              w.number(std::int16_t{-32768});
+              w.number(std::uint16_t{65535});
+              w.number(std::int32_t{-2147483647 - 1});
+              w.number(std::uint32_t{4294967295});
+              w.number(std::numeric_limits<std::int64_t>::min());
+              w.number(std::numeric_limits<std::uint64_t>::max());
+              w.number(1L);
+              w.number(2ULL);
+              w.end_array();
+            }),
+            "[-128,255,-32768,65535,-2147483648,4294967295,-9223372036854775808,18446744073709551615,1,2]");
+}
+
+TEST(writer, writes_doubles_and_floats_as_short_as_they_are) {
+  EXPECT_EQ(written([](writer& w) {
+              w.begin_array();
+              w.number(0.1);
+              w.number(0.1f);
+              w.number(-0.0);
+              w.number(0x1p64);
+              w.end_array();
+            }),
+            "[0.1,0.1,-0.0,1.8446744073709552e19]");
+}
+
+TEST(writer, writes_what_is_no_number_as_null_and_counts_it) {
+  std::array<char, 64> room;
+  writer w{room};
+  w.begin_array();
+  w.number(infinity);
+  w.number(-infinity);
+  w.number(std::numeric_limits<double>::quiet_NaN());
+  w.number(std::numeric_limits<float>::quiet_NaN());
+  w.number(1.0);
+  w.end_array();
+  EXPECT_EQ(w.text(), "[null,null,null,null,1]");
+  EXPECT_EQ(w.nonfinite(), 4u);
+}
+
+TEST(writer, escapes_quotes_backslashes_and_control_characters) {
+  EXPECT_EQ(string_of("say \"hi\"\\"), R"("say \"hi\"\\")");
+  EXPECT_EQ(string_of("\b\f\n\r\t"), R"("\b\f\n\r\t")");
+  EXPECT_EQ(string_of(std::string_view{"\0\x01\x1f\x7f", 4}), "\"\\u0000\\u0001\\u001f\x7f\"");
+  EXPECT_EQ(string_of("a/b"), R"("a/b")");
+}
+
+TEST(writer, finds_what_to_escape_at_every_position) {
+  for (std::size_t length = 1; length < 20; ++length) {
+    for (std::size_t at = 0; at < length; ++at) {
+      std::string text(length, 'a');
+      text[at] = '"';
+      std::string expected = text;
+      expected.insert(at, 1, '\\');
+      EXPECT_EQ(string_of(text), '"' + expected + '"');
+      text[at] = '\x1f';
+      expected = text;
+      expected.replace(at, 1, "\\u001f");
+      EXPECT_EQ(string_of(text), '"' + expected + '"');
+    }
+  }
+}
+
+TEST(writer, escapes_keys_as_it_does_strings) {
+  EXPECT_EQ(written([](writer& w) {
+              w.begin_object();
+              w.key("a\"b");
+              w.number(1);
+              w.end_object();
+            }),
+            R"({"a\"b":1})");
+}
+
+TEST(writer, keeps_utf8_as_it_is) {
+  for (const std::string_view text :
+       {"é", "€", "😀", "aé€😀z", "\xf4\x8f\xbf\xbf", "\xed\x9f\xbf", "\xee\x80\x80"}) {
+    EXPECT_EQ(string_of(text), '"' + std::string{text} + '"');
+  }
+}
+
+TEST(writer, replaces_and_counts_what_is_no_utf8) {
+  struct {
+    std::string_view text;
+    std::string_view expected;
+    std::uint64_t pieces;
+  } const cases[] = {
+      {"\x80", "\"\uFFFD\"", 1},
+      {"a\xffz", "\"a\uFFFDz\"", 1},
+      {"\xc0\xaf", "\"\uFFFD\uFFFD\"", 2},                     // overlong
+      {"\xe0\x80\x80", "\"\uFFFD\uFFFD\uFFFD\"", 3},           // overlong
+      {"\xed\xa0\x80", "\"\uFFFD\uFFFD\uFFFD\"", 3},           // a surrogate
+      {"\xf4\x90\x80\x80", "\"\uFFFD\uFFFD\uFFFD\uFFFD\"", 4}, // beyond Unicode
+      {"\xe2\x82", "\"\uFFFD\"", 1},                           // cut off
+      {"\xe2\x82z", "\"\uFFFDz\"", 1},
+      {"\xf0\x9f\x98", "\"\uFFFD\"", 1},
+      {"\xf0\x9f\x98\"", "\"\uFFFD\\\"\"", 1},
+      {"\xc3", "\"\uFFFD\"", 1},
+  };
+  for (const auto& c : cases) {
+    std::array<char, 64> room;
+    writer w{room};
+    w.string(c.text);
+    EXPECT_EQ(w.text(), c.expected);
+    EXPECT_EQ(w.invalid_utf8(), c.pieces) << c.expected;
+  }
+}
+
+// A text with every kind of piece in it.
+void write_everything(writer& w) {
+  w.begin_object();
+  w.key("text \"and\" more");
+  w.string("long enough for whole words, \n, é, \xff, and then some");
+  w.key("numbers");
+  w.begin_array();
+  w.number(0.1234567890123456);
+  w.number(-1.5e-300);
+  w.number(3.25f);
+  w.number(-12345);
+  w.number(std::uint64_t{18446744073709551615u});
+  w.number(infinity);
+  w.end_array();
+  w.key("b");
+  w.boolean(false);
+  w.key("n");
+  w.null();
+  w.key("r");
+  w.raw("[1,2,3]");
+  w.append(" ");
+  w.end_object();
+}
+
+TEST(writer, writes_nothing_beyond_its_room_at_any_length) {
+  const std::string whole = written(write_everything);
+  constexpr char canary = '#';
+  for (std::size_t length = 0; length <= whole.size() + 50; ++length) {
+    std::vector<char> room(length + 64, canary);
+    writer w{std::span{room}.first(length)};
+    write_everything(w);
+    EXPECT_EQ(w.overflowed(), length < whole.size()) << length;
+    if (!w.overflowed()) {
+      EXPECT_EQ(w.text(), whole);
+    }
+    for (std::size_t i = length; i < room.size(); ++i)
+      ASSERT_EQ(room[i], canary) << length << " + " << i - length;
+  }
+}
+
+TEST(writer, stays_overflowed_even_where_a_shorter_piece_would_fit) {
+  std::array<char, 8> room;
+  writer w{room};
+  w.begin_array();
+  w.string("much too long for this room");
+  w.number(1);
+  w.null();
+  w.end_array();
+  EXPECT_TRUE(w.overflowed());
+}
+
+TEST(writer, of_no_room_overflows) {
+  writer w{std::span<char>{}};
+  EXPECT_FALSE(w.overflowed());
+  w.append("");
+  EXPECT_FALSE(w.overflowed());
+  EXPECT_EQ(w.bytes(), 0u);
+  w.number(1);
+  EXPECT_TRUE(w.overflowed());
+}
+
+TEST(writer, starts_again_after_a_reset) {
+  std::array<char, 8> room;
+  writer w{room};
+  w.number(infinity);
+  w.string("\xff");
+  w.string("much too long for this room");
+  ASSERT_TRUE(w.overflowed());
+  w.reset();
+  EXPECT_FALSE(w.overflowed());
+  EXPECT_EQ(w.nonfinite(), 0u);
+  EXPECT_EQ(w.invalid_utf8(), 0u);
+  w.string("123456");
+  EXPECT_EQ(w.text(), "\"123456\"");
+}
+
+} // namespace
+} // namespace rowe::json
