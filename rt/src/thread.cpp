@@ -9,13 +9,14 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <climits>
 #include <condition_variable>
 #include <csignal>
 #include <cstdint>
 #include <cstring>
 #include <mutex>
+
+#include "sentence.hpp"
 
 namespace rowe::rt {
 namespace {
@@ -116,34 +117,10 @@ sigset_t blockable_signals() noexcept {
   return signals;
 }
 
-// A sentence in the making, in a buffer that may be too short.
-class sentence {
- public:
-  explicit sentence(std::span<char> buffer) noexcept : buffer_{buffer} {}
-  sentence& say(std::string_view text) noexcept {
-    const std::size_t room = std::min(text.size(), buffer_.size() - used_);
-    std::copy_n(text.data(), room, buffer_.data() + used_);
-    used_ += room;
-    return *this;
-  }
-  sentence& say(long number) noexcept {
-    char digits[24];
-    const auto end = std::to_chars(digits, digits + sizeof digits, number).ptr;
-    return say({digits, static_cast<std::size_t>(end - digits)});
-  }
-  // Before every part but the first.
-  sentence& next(std::string_view separator) noexcept { return used_ == 0 ? *this : say(separator); }
-  std::string_view view() const noexcept { return {buffer_.data(), used_}; }
-
- private:
-  std::span<char> buffer_;
-  std::size_t used_ = 0;
-};
-
 } // namespace
 
 std::string_view grants::text(std::span<char> buffer) const noexcept {
-  sentence s{buffer};
+  detail::sentence s{buffer};
   if (pinned) s.say("pinned to cpu ").say(cpu);
   if (fifo) s.next(", ").say("SCHED_FIFO ").say(priority);
   if (!pinned.asked && !fifo.asked) s.say("ordinary scheduling");

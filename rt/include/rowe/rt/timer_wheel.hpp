@@ -26,7 +26,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
@@ -75,9 +74,8 @@ class basic_timer_wheel {
   ROWE_RT std::uint32_t size() const noexcept { return size_; }
   ROWE_RT bool empty() const noexcept { return size_ == 0; }
 
-  // Looks at everything; for tests, after every step. Empty when all invariants hold, else which one does
-  // not.
-  std::string_view check() const noexcept;
+  // The invariant that is broken, or nullptr. Looks at everything; for tests, after every step.
+  const char* check() const noexcept;
 
  private:
   static constexpr unsigned digit_bits = 6;
@@ -112,7 +110,7 @@ class basic_timer_wheel {
   void unlink(std::uint32_t node, unsigned list) noexcept;
   void move_down(unsigned list) noexcept;
   void mark_empty(unsigned list) noexcept;
-  std::string_view check_list(unsigned list, std::uint32_t& counted) const noexcept;
+  const char* check_list(unsigned list, std::uint32_t& counted) const noexcept;
 
   std::span<timer_node> nodes_;
   tick_number now_; // the tick that time has reached
@@ -256,40 +254,39 @@ void basic_timer_wheel<TickBits>::move_down(unsigned list) noexcept {
 }
 
 template <unsigned TickBits>
-std::string_view basic_timer_wheel<TickBits>::check() const noexcept {
+const char* basic_timer_wheel<TickBits>::check() const noexcept {
   std::uint32_t counted = 0;
   for (unsigned list = 0; list <= due_list; ++list) {
-    if (const std::string_view broken = check_list(list, counted); !broken.empty()) return broken;
+    if (const char* const broken = check_list(list, counted)) return broken;
   }
   for (unsigned level = 0; level < levels; ++level) {
     const bool marked = (occupied_levels_ >> level & 1) != 0;
-    if (marked != (occupied_[level] != 0)) return "a level's mark differs from its bitmap";
+    if (marked != (occupied_[level] != 0)) return "a level is marked when its bitmap holds anything";
   }
-  if (counted != size_) return "the lists hold another number of entries than size() says";
+  if (counted != size_) return "the lists together hold size() entries";
   std::uint32_t inserted = 0;
   for (const timer_node& node : nodes_) inserted += node.expiry != never;
-  return inserted == size_ ? "" : "an entry has an expiry and is in no list";
+  return inserted == size_ ? nullptr : "an entry that has an expiry is in a list";
 }
 
 template <unsigned TickBits>
-std::string_view basic_timer_wheel<TickBits>::check_list(unsigned list,
-                                                         std::uint32_t& counted) const noexcept {
+const char* basic_timer_wheel<TickBits>::check_list(unsigned list, std::uint32_t& counted) const noexcept {
   const std::uint32_t first = first_[list];
   if (list != due_list && (occupied_[list / slots] >> (list % slots) & 1) != (first != none)) {
-    return "a slot's mark differs from its list";
+    return "a slot is marked when its list holds anything";
   }
-  if (first == none) return {};
+  if (first == none) return nullptr;
   std::uint32_t node = first;
   do {
-    if (node >= nodes_.size()) return "a list leads out of the array";
-    if (++counted > nodes_.size()) return "a list does not close";
+    if (node >= nodes_.size()) return "a list stays in the array";
+    if (++counted > nodes_.size()) return "a list closes";
     const auto [next, previous, expiry] = nodes_[node];
-    if (expiry == never) return "an entry in a list has no expiry";
-    if (list_of(expiry) != list) return "an entry lies in another list than its expiry says";
-    if (next >= nodes_.size() || nodes_[next].previous != node) return "an entry's neighbours disagree";
+    if (expiry == never) return "an entry in a list has an expiry";
+    if (list_of(expiry) != list) return "an entry lies in the list that its expiry says";
+    if (next >= nodes_.size() || nodes_[next].previous != node) return "neighbours know each other";
     node = next;
   } while (node != first);
-  return {};
+  return nullptr;
 }
 
 using timer_wheel = basic_timer_wheel<>;

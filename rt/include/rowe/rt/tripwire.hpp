@@ -36,7 +36,7 @@ struct report {
   bool clean() const noexcept {
     return allocations == 0 && locks == 0 && system_calls == 0 && page_faults == 0 && waits == 0;
   }
-  // "2 allocations (last: free), 1 system call (last: write)", or "clean": written into `buffer` and cut
+  // "2 heap calls (last: free), 1 system call (last: write)", or "clean": written into `buffer` and cut
   // where it ends; returns the part written. Never allocates.
   std::string_view text(std::span<char> buffer) const noexcept;
 };
