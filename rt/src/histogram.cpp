@@ -165,9 +165,9 @@ double histogram::highest_within(std::size_t index) const noexcept {
                   static_cast<double>(max().count()));
 }
 
-std::pair<double, double> histogram::mean_and_deviation() const noexcept {
+histogram::moments histogram::mean_and_deviation() const noexcept {
   const std::uint64_t total = total_of(counters_);
-  if (total == 0) return {0, 0};
+  if (total == 0) return {};
   const double mean = static_cast<double>(sum_.get()) / static_cast<double>(total);
   double squares = 0;
   for (std::size_t index = 0; index < counters_.size(); ++index) {

@@ -17,7 +17,6 @@
 #include <span>
 #include <string_view>
 #include <type_traits>
-#include <utility>
 
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
@@ -135,7 +134,11 @@ class histogram {
   void write_percentiles(put write, void* sink, duration unit) const;
   void write_bars(put write, void* sink) const;
   double highest_within(std::size_t index) const noexcept; // of a counter's values, none above max()
-  std::pair<double, double> mean_and_deviation() const noexcept;
+  struct moments {
+    double mean_ns = 0;
+    double deviation_ns = 0;
+  };
+  moments mean_and_deviation() const noexcept;
   static constexpr std::int64_t signed_of(std::uint64_t value) noexcept {
     return static_cast<std::int64_t>(value);
   }
