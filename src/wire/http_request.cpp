@@ -340,7 +340,14 @@ http_judgement judge_request(std::string_view header, const handshake_policy& po
                      steps.judge_origin() && steps.judge_body() &&
                      (!steps.wants_upgrade() || steps.judge_upgrade());
   if (!right) return out;
-  out.verdict = steps.wants_upgrade() ? http_verdict::upgrade : http_verdict::page;
+  if (steps.wants_upgrade()) {
+    out.verdict = http_verdict::upgrade;
+    out.accepts_gzip = false;
+    out.if_none_match = {};
+  } else {
+    out.verdict = http_verdict::page;
+    out.subprotocol = {};
+  }
   return out;
 }
 

@@ -99,10 +99,10 @@ TEST_F(rosbridge_encode, writes_what_it_can_read) {
   const std::string topic = "/\xc3\xa9\"\\/x";
   const name_limits limits;
   std::vector<char> scratch(scratch_bytes(limits));
-  auto reader = json::reader::create(4096).value();
+  auto reader = json::reader::create(4096);
   const auto read_back = [&](std::string_view text) {
     request out;
-    EXPECT_TRUE(reader.validate(text)) << text;
+    EXPECT_TRUE(reader->validate(text)) << text;
     EXPECT_FALSE(decode(text, scratch, limits, out)) << text;
     EXPECT_EQ(out.topic, topic);
     return out;
@@ -115,10 +115,10 @@ TEST_F(rosbridge_encode, writes_what_it_can_read) {
   EXPECT_EQ(read_back(encode_unsubscribe(room_, topic, 1)).what, op::unsubscribe);
   EXPECT_TRUE(read_back(encode_advertise(room_, {.topic = topic, .latch = true})).latch);
   EXPECT_EQ(read_back(encode_unadvertise(room_, topic, 1)).what, op::unadvertise);
-  std::string publish{encode_publish_head(room_, topic)};
-  publish += R"({"a":[1,"}"]})";
-  publish += publish_tail;
-  EXPECT_EQ(read_back(publish + std::string(0, ' ')).what, op::publish);
+  std::string publish;
+  publish.reserve(1024); // validation reads 64 bytes ahead
+  publish.append(encode_publish_head(room_, topic)).append(R"({"a":[1,"}"]})").append(publish_tail);
+  EXPECT_EQ(read_back(publish).what, op::publish);
 }
 
 } // namespace

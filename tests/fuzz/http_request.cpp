@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The handshake filter under arbitrary bytes. Input: one byte that chooses the policy, then the header. What
+// is required: the end of the header is found wherever the reads are cut; a refusal is printable, complete
+// and fits its room; what is accepted is a whole header, and written anew it is accepted with the same
+// meaning; only the hosts and origins that the policy names pass.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "fuzz/require.hpp"
+#include "wire/http_request.hpp"
+
+namespace {
+
+using namespace rowe::wire;
+using rowe::fuzz::require;
+
+constexpr std::string_view hosts[] = {"robot.local", "[fe80::1]:9000"};
+constexpr std::string_view origins[] = {"http://lab.example:8000"};
+constexpr std::string_view subprotocols[] = {"rowe.v1", "foxglove.sdk.v1"};
+
+handshake_policy policy_of(std::uint8_t choice) {
+  handshake_policy policy{.port = static_cast<std::uint16_t>((choice & 1) != 0 ? 80 : 8080)};
+  if ((choice & 2) != 0) policy.hosts = hosts;
+  policy.any_host = (choice & 4) != 0;
+  if ((choice & 8) != 0) policy.origins = origins;
+  if ((choice & 16) != 0) policy.subprotocols = subprotocols;
+  return policy;
+}
+
+void check_refusal(const http_refusal& refusal) {
+  require(refusal.status >= 400 && refusal.status < 600, "a refusal has a status");
+  require(!refusal.what().empty() && !refusal.remedy().empty(), "a refusal says what and the remedy");
+  std::array<char, http_refusal_bytes_max> room;
+  const std::string_view answer = write_refusal(room, refusal);
+  require(!answer.empty(), "a refusal fits its room");
+  for (const char c : answer)
+    require(c == '\r' || c == '\n' || (c >= 0x20 && c < 0x7f), "a refusal is printable");
+  const std::size_t end = find_header_end(answer);
+  require(end > 0, "an answer has a header");
+  const std::string length = "Content-Length: " + std::to_string(answer.size() - end) + "\r\n";
+  require(refusal.to_head || answer.find(length) != std::string_view::npos, "its length is told");
+}
+
+void check_acceptance(std::string_view header, const http_judgement& j, const handshake_policy& policy) {
+  require(find_header_end(header) == header.size(), "what is accepted is a whole header");
+  require(j.path.starts_with('/') && j.target.starts_with(j.path), "a path is a path");
+  std::array<char, http_clean_bytes_max> room;
+  const std::string_view clean = write_clean_request(room, j);
+  require(!clean.empty(), "the clean request fits its room");
+  const http_judgement again = judge_request(clean, policy);
+  require(again.verdict == j.verdict && again.target == j.target && again.host == j.host &&
+              again.key == j.key && again.subprotocol == j.subprotocol && again.head == j.head &&
+              again.accepts_gzip == j.accepts_gzip && again.if_none_match == j.if_none_match,
+          "written anew it means the same");
+  std::array<char, http_clean_bytes_max> second_room;
+  require(write_clean_request(second_room, again) == clean, "written anew twice it is the same");
+  require(j.verdict == http_verdict::page || j.key.size() == 24, "an upgrade has a key");
+  if (!j.origin.empty()) {
+    require(j.origin != "null" && j.origin.find("://") != std::string_view::npos, "an origin has a scheme");
+    require(policy.any_host || j.origin.find("evil") == std::string_view::npos,
+            "a foreign origin does not pass");
+  }
+  require(policy.any_host || j.host.find("evil") == std::string_view::npos, "a foreign host does not pass");
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  const handshake_policy policy = policy_of(data[0]);
+  const std::string_view header{reinterpret_cast<const char*>(data + 1), size - 1};
+
+  const std::size_t end = find_header_end(header);
+  require(end <= header.size(), "a header ends within the text");
+  for (std::size_t seen = 0; seen < std::min<std::size_t>(header.size(), 256); ++seen) {
+    const std::size_t early = find_header_end(header.substr(0, seen));
+    require(early == (end != 0 && end <= seen ? end : 0), "the end is found when it has come, not before");
+    require(early != 0 || find_header_end(header, seen) == end,
+            "the end is found wherever the reads are cut");
+  }
+
+  const http_judgement j = judge_request(header, policy);
+  if (j.verdict == http_verdict::refused) {
+    check_refusal(j.refusal);
+  } else {
+    check_acceptance(header, j, policy);
+  }
+  if (end > 0 && end < header.size()) { // as a reader does that found the end
+    const http_judgement whole = judge_request(header.substr(0, end), policy);
+    if (whole.verdict != http_verdict::refused) check_acceptance(header.substr(0, end), whole, policy);
+  }
+  return 0;
+}

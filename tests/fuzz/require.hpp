@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a fuzzer checks: a claim that fails ends the process with its words, where libFuzzer keeps the input.
+#pragma once
+#include <cstdio>
+#include <cstdlib>
+
+namespace rowe::fuzz {
+
+inline void require(bool claim, const char* words) {
+  if (claim) return;
+  std::fprintf(stderr, "does not hold: %s\n", words);
+  std::abort();
+}
+
+} // namespace rowe::fuzz

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rosbridge codec under arbitrary texts. What is required: a text that is valid JSON is decoded or
+// refused with a whole sentence, and the status that carries it is JSON again; what was decoded keeps its
+// limits, points into the text or the scratch buffer, and what is encoded from it is decoded with the same
+// meaning. A text that is not valid JSON is decoded, too, for the sanitizers: nobody does so, but nothing may
+// be read that is not there.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "fuzz/require.hpp"
+#include "wire/rosbridge.hpp"
+#include "json/reader.hpp"
+
+namespace {
+
+using namespace rowe::wire::rosbridge;
+using rowe::fuzz::require;
+using rowe::json::reader;
+
+constexpr name_limits limits{.topic_bytes_max = 24, .id_bytes_max = 32};
+constexpr std::size_t text_bytes_max = 4096;
+using scratch_buffer = std::array<char, scratch_bytes(limits)>;
+
+bool lies_in(std::string_view part, std::string_view whole) {
+  return std::less_equal<>{}(whole.data(), part.data()) &&
+         std::less_equal<>{}(part.data() + part.size(), whole.data() + whole.size());
+}
+
+// Validates what was encoded and decodes it into `out`.
+void read_back(reader& validator, std::string_view text, std::span<char> scratch, request& out) {
+  std::vector<char> block(text.size() + reader::tailroom_bytes);
+  std::copy(text.begin(), text.end(), block.begin());
+  require(!text.empty() && bool{validator.validate({block.data(), text.size()})}, "what is encoded is JSON");
+  require(!decode(text, scratch, limits, out), "what is encoded is not refused");
+}
+
+void check_refusal(reader& validator, const refusal& why, const request& asked) {
+  std::array<char, refusal_text_bytes_max> room;
+  std::array<char, 2 * refusal_text_bytes_max> plenty;
+  const std::string_view sentence = why.text(room);
+  require(!sentence.empty() && sentence == why.text(plenty), "a sentence is whole");
+  std::array<char, 6 * refusal_text_bytes_max + 512> status;
+  request again;
+  scratch_buffer scratch;
+  read_back(validator, encode_status(status, level::error, asked.id_raw, sentence), scratch, again);
+  require(again.what == op::status && again.id_raw == asked.id_raw, "a status carries the id");
+}
+
+void check_request(reader& validator, const request& asked, std::string_view text, std::string_view scratch) {
+  const bool has_topic = asked.what <= op::publish;
+  require(has_topic != asked.topic.empty(), "a topic is there where it is needed");
+  for (const std::string_view name : {asked.topic, asked.type}) {
+    require(name.size() <= limits.topic_bytes_max, "names keep their limit");
+    require(name.empty() || lies_in(name, text) || lies_in(name, scratch), "names lie where they should");
+  }
+  require(asked.id_raw.size() <= limits.id_bytes_max, "ids keep their limit");
+  require(asked.msg_raw.empty() || lies_in(asked.msg_raw, text), "messages lie in the text");
+  require(asked.throttle_ms >= 0 && asked.throttle_ms <= milliseconds_max && asked.queue_length >= 0 &&
+              asked.queue_size >= 0 && asked.lifespan_ns >= lifespan_for_ever &&
+              asked.deadline_ns >= lifespan_for_ever,
+          "numbers keep their limits");
+  if (!has_topic) return;
+  request again;
+  scratch_buffer second_scratch;
+  std::array<char, request_bytes_max(limits)> room;
+  std::vector<char> head(publish_head_bytes_max(asked.topic.size()));
+  std::string publish{encode_publish_head(head, asked.topic)};
+  publish.append(asked.msg_raw.empty() ? "{}" : asked.msg_raw).append(publish_tail);
+  if (publish.size() <= text_bytes_max) {
+    read_back(validator, publish, second_scratch, again);
+    require(again.what == op::publish && again.topic == asked.topic, "a publish says the same topic");
+    require(asked.msg_raw.empty() || again.msg_raw == asked.msg_raw, "a publish says the same message");
+  }
+  require(
+      !encode_subscribe(room, {.topic = asked.topic,
+                               .type = asked.type,
+                               .throttle_ms = asked.throttle_ms,
+                               .queue_length = asked.queue_length})
+              .empty() &&
+          !encode_advertise(room, {.topic = asked.topic, .type = asked.type, .queue_size = asked.queue_size})
+               .empty(),
+      "requests fit their room");
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static auto validator = reader::create(text_bytes_max);
+  if (!validator || size > text_bytes_max) return 0;
+  std::vector<char> block(size + reader::tailroom_bytes);
+  std::copy(data, data + size, block.begin());
+  const std::string_view padded{block.data(), size};
+  const bool valid{validator->validate(padded)};
+
+  const std::vector<char> exact(data, data + size); // without tailroom: decoding needs none
+  const std::string_view text{exact.data(), exact.size()};
+  scratch_buffer scratch;
+  request asked;
+  const auto wrong = decode(text, scratch, limits, asked);
+  if (!valid) return 0;
+  if (wrong) {
+    check_refusal(*validator, *wrong, asked);
+  } else if (asked.what == op::unsupported || asked.what == op::unknown) {
+    check_refusal(*validator, refuse_op(asked), asked);
+  } else {
+    check_request(*validator, asked, text, {scratch.data(), scratch.size()});
+  }
+  return 0;
+}
