@@ -200,11 +200,13 @@ void* thread::enter(void* shared) noexcept {
   return nullptr;
 }
 
-void thread::prepared(start_block& block) noexcept {
+grants thread::prepared(start_block& block) noexcept {
+  const rt::grants given = block.given;
   // Told under the lock: once it is free again, the starting thread may return and take the block with it.
   const std::lock_guard lock{block.mutex};
   block.prepared = true;
   block.changed.notify_one();
+  return given;
 }
 
 void thread::join() noexcept {

@@ -178,6 +178,14 @@ TEST(thread, takes_a_function_that_can_only_be_moved) {
   EXPECT_EQ(seen, 5);
 }
 
+TEST(thread, tells_its_function_what_was_granted) {
+  grants told;
+  thread t{{.name = "curious"}, [&](const grants& given) { told = given; }};
+  t.join();
+  EXPECT_TRUE(told.named);
+  EXPECT_EQ(sentence(told), sentence(t.grants()));
+}
+
 TEST(thread, moves_with_what_it_was_granted) {
   const rowe::tests::watchdog guard{"a moved thread"};
   std::atomic<bool> go{false};

@@ -73,13 +73,14 @@ grant lock_process_memory() noexcept;
 class thread {
  public:
   thread() noexcept = default;
-  // Starts `function()`. Returns when the thread has prepared itself and is about to call it, so that
-  // grants() is final. When no thread can be started, error() says why and the function is destroyed without
-  // having run. `function` is moved twice and must not throw out of its call.
-  template <std::invocable Function>
-  thread(const thread_options& options, Function function) noexcept {
-    start(options, run<Function>, &function);
-  }
+  // Starts `function()`, or `function(const grants&)` where it wants to know. Returns when the thread has
+  // prepared itself and is about to call it, so that grants() is final. When no thread can be started,
+  // error() says why and the function is destroyed without having run. `function` is moved twice and must not
+  // throw out of its call.
+  template <class Function>
+  requires std::invocable<Function> || std::invocable<Function, const rt::grants&>
+  thread(const thread_options& options, Function function)
+  noexcept { start(options, run<Function>, &function); }
   thread(thread&& other) noexcept
       : handle_{other.handle_},
         joinable_{std::exchange(other.joinable_, false)},
@@ -113,11 +114,15 @@ class thread {
   template <class Function>
   static void run(void* function, start_block& block) {
     Function mine{std::move(*static_cast<Function*>(function))};
-    prepared(block);
-    std::invoke(mine);
+    const rt::grants given = prepared(block);
+    if constexpr (std::invocable<Function, const rt::grants&>) {
+      std::invoke(mine, given);
+    } else {
+      std::invoke(mine);
+    }
   }
   static void* enter(void* block) noexcept;
-  static void prepared(start_block& block) noexcept;
+  static rt::grants prepared(start_block& block) noexcept; // `block` is gone afterwards
   void start(const thread_options& options, body entry, void* function) noexcept;
 
   pthread_t handle_{};
