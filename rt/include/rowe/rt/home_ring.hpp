@@ -26,23 +26,114 @@
 
 namespace rowe::rt {
 
-// Numbers 0 to slots - 1. Neither copied nor moved; nothing to destroy.
 template <class Atomics = std_atomics>
-class home_ring {
-  using word = typename Atomics::template variable<std::uint64_t>;
+class home_ring;
 
+// The borrower's end of a home_ring. One thread at a time; passing it to another thread needs a hand-over of
+// its own. A base of the ring, so that the shared word lies at a fixed distance and no load stands before
+// its.
+template <class Atomics>
+class home_producer {
+  using entry = typename Atomics::template plain<std::uint32_t>;
+
+ public:
+  // Gives back a number that was sent out, once. Never waits, never allocates, cannot fail.
+  ROWE_RT void give(std::uint32_t slot) noexcept {
+    assert(slot < slots_);
+    entries_[tail_ & mask_].store(slot);
+    ++tail_;
+    ring().shared_tail_.store(tail_,
+                              std::memory_order_release); // pairs with the acquire in home_consumer::look
+  }
+
+  home_producer(const home_producer&) = delete;
+  home_producer& operator=(const home_producer&) = delete;
+
+ private:
+  friend class home_ring<Atomics>;
+  home_producer(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index) noexcept
+      : tail_{first_index + slots}, mask_{entries.size() - 1}, entries_{entries.data()}, slots_{slots} {}
+
+  home_ring<Atomics>& ring() noexcept { return static_cast<home_ring<Atomics>&>(*this); }
+
+  alignas(line_bytes)
+      std::uint64_t tail_; // the index of the next give; the shared word's value, without its line
+  std::uint64_t mask_;
+  entry* entries_;
+  std::uint32_t slots_;
+  typename Atomics::template variable<bool> taken_{false};
+};
+
+// The owner's end of a home_ring. One thread at a time, as above.
+template <class Atomics>
+class home_consumer {
+  using entry = typename Atomics::template plain<std::uint32_t>;
+
+ public:
+  // A slot that is free now. Never waits, never allocates. Nothing when all slots are out.
+  [[nodiscard]] ROWE_RT std::optional<std::uint32_t> try_take() noexcept {
+    if (head_ == seen_tail_) {
+      look();
+      if (head_ == seen_tail_) return std::nullopt;
+    }
+    const std::uint32_t slot = entries_[head_ & mask_].load();
+    ++head_;
+    return slot;
+  }
+
+  // So many takes will succeed; more may, since the borrower only ever gives. Never waits.
+  ROWE_RT std::size_t home_at_least() noexcept {
+    look();
+    return static_cast<std::size_t>(seen_tail_ - head_);
+  }
+
+  // Whether every slot is at home: nobody holds one, so their memory may be used for something else. Once
+  // true it stays so until the owner takes one. Never waits.
+  ROWE_RT bool all_home() noexcept { return home_at_least() == slots_; }
+
+  home_consumer(const home_consumer&) = delete;
+  home_consumer& operator=(const home_consumer&) = delete;
+
+ private:
+  friend class home_ring<Atomics>;
+  home_consumer(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index) noexcept
+      : head_{first_index},
+        seen_tail_{first_index + slots},
+        mask_{entries.size() - 1},
+        entries_{entries.data()},
+        slots_{slots} {}
+
+  home_ring<Atomics>& ring() noexcept { return static_cast<home_ring<Atomics>&>(*this); }
+  void look() noexcept {
+    seen_tail_ = ring().shared_tail_.load(std::memory_order_acquire); // pairs with the release in give
+    assert(seen_tail_ - head_ <= slots_);                             // else a number was given twice
+  }
+
+  alignas(line_bytes) std::uint64_t head_; // the index of the next take; nobody else needs it
+  std::uint64_t seen_tail_; // never ahead of the real one, so a number that seems to be there is
+  std::uint64_t mask_;
+  entry* entries_;
+  std::uint32_t slots_;
+  typename Atomics::template variable<bool> taken_{false};
+};
+
+// Numbers 0 to slots - 1. Neither copied nor moved; nothing to destroy.
+template <class Atomics>
+class home_ring : home_producer<Atomics>, home_consumer<Atomics> {
  public:
   using number = std::uint32_t;
   using entry = typename Atomics::template plain<number>;
+  using producer = home_producer<Atomics>;
+  using consumer = home_consumer<Atomics>;
 
   // How many entries a home for `slots` numbers needs: the next power of two.
   static constexpr std::size_t places_for(std::size_t slots) noexcept { return std::bit_ceil(slots); }
 
   // Set-up. `entries` are a power of two, at least `slots`, and outlive this. Indices begin at `first_index`.
   home_ring(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index = 0) noexcept
-      : producer_{*this, entries, slots, first_index + slots},
-        consumer_{*this, entries, slots, first_index},
-        tail_{first_index + slots} {
+      : producer{entries, slots, first_index},
+        consumer{entries, slots, first_index},
+        shared_tail_{first_index + slots} {
     assert(std::has_single_bit(entries.size()) && entries.size() >= slots);
     for (std::uint32_t slot = 0; slot < slots; ++slot)
       entries[(first_index + slot) & (entries.size() - 1)].store(slot);
@@ -50,125 +141,43 @@ class home_ring {
   home_ring(const home_ring&) = delete;
   home_ring& operator=(const home_ring&) = delete;
 
-  // The borrower's end. One thread at a time.
-  class producer {
-   public:
-    // Gives back a number that was sent out, once. Never waits, never allocates, cannot fail.
-    ROWE_RT void give(number slot) noexcept {
-      assert(slot < slots_);
-      entries_[tail_ & mask_].store(slot);
-      ++tail_;
-      ring_.tail_.store(tail_, std::memory_order_release); // pairs with the acquire in consumer::look
-    }
-
-    producer(const producer&) = delete;
-    producer& operator=(const producer&) = delete;
-
-   private:
-    friend class home_ring;
-    producer(home_ring& ring, std::span<entry> entries, std::uint32_t slots,
-             std::uint64_t first_index) noexcept
-        : tail_{first_index},
-          mask_{entries.size() - 1},
-          entries_{entries.data()},
-          ring_{ring},
-          slots_{slots} {}
-
-    std::uint64_t tail_; // the index of the next give; what the shared word says, without loading it
-    std::uint64_t mask_;
-    entry* entries_;
-    home_ring& ring_;
-    std::uint32_t slots_;
-  };
-
-  // The owner's end. One thread at a time.
-  class consumer {
-   public:
-    // A slot that is free now. Never waits, never allocates. Nothing when all slots are out.
-    [[nodiscard]] ROWE_RT std::optional<number> try_take() noexcept {
-      if (head_ == seen_tail_) {
-        look();
-        if (head_ == seen_tail_) return std::nullopt;
-      }
-      const number slot = entries_[head_ & mask_].load();
-      ++head_;
-      return slot;
-    }
-
-    // So many takes will succeed; more may. Never waits.
-    ROWE_RT std::size_t home_at_least() noexcept {
-      look();
-      return static_cast<std::size_t>(seen_tail_ - head_);
-    }
-
-    // Whether every slot is at home: nobody holds one, so their memory may be used for something else. Once
-    // true it stays so until the owner takes one. Never waits.
-    ROWE_RT bool all_home() noexcept { return home_at_least() == slots_; }
-
-    consumer(const consumer&) = delete;
-    consumer& operator=(const consumer&) = delete;
-
-   private:
-    friend class home_ring;
-    consumer(home_ring& ring, std::span<entry> entries, std::uint32_t slots,
-             std::uint64_t first_index) noexcept
-        : head_{first_index},
-          seen_tail_{first_index + slots},
-          mask_{entries.size() - 1},
-          entries_{entries.data()},
-          ring_{ring},
-          slots_{slots} {}
-
-    void look() noexcept {
-      seen_tail_ = ring_.tail_.load(std::memory_order_acquire); // pairs with the release in give
-      assert(seen_tail_ - head_ <= slots_);                     // else a number was given twice
-    }
-
-    std::uint64_t head_;
-    std::uint64_t seen_tail_;
-    std::uint64_t mask_;
-    entry* entries_;
-    home_ring& ring_;
-    std::uint32_t slots_;
-  };
-
   // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
   // is.
   producer* take_producer() noexcept {
-    return producer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &producer_;
+    return producer::taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : this;
   }
   consumer* take_consumer() noexcept {
-    return consumer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &consumer_;
+    return consumer::taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : this;
   }
 
-  ROWE_RT std::uint32_t slots() const noexcept { return consumer_.slots_; }
+  ROWE_RT std::uint32_t slots() const noexcept { return consumer::slots_; }
 
   // The invariant that is broken, or nullptr. Only while no thread is inside either end. Looks at each pair
   // of numbers at home, so it takes time in the square of `slots`.
   const char* check() const noexcept {
-    const std::uint64_t tail = tail_.load(std::memory_order_acquire); // pairs with the release in give
-    const std::uint64_t head = consumer_.head_;
-    const std::uint64_t mask = consumer_.mask_;
+    const std::uint64_t tail = shared_tail_.load(std::memory_order_acquire); // pairs with the release in give
+    const std::uint64_t head = consumer::head_;
+    const std::uint64_t mask = consumer::mask_;
     if (!std::has_single_bit(mask + 1) || mask + 1 < slots()) return "there is a place for every slot";
-    if (tail != producer_.tail_) return "the tail that is shared is the producer's own";
+    if (tail != producer::tail_) return "the tail that is shared is the producer's own";
     if (tail - head > slots()) return "no more numbers are at home than there are slots";
-    if (consumer_.seen_tail_ - head > tail - head)
+    if (consumer::seen_tail_ - head > tail - head)
       return "the consumer has seen no tail ahead of the real one";
     for (std::uint64_t i = head; i != tail; ++i) {
-      const number slot = consumer_.entries_[i & mask].load();
+      const number slot = consumer::entries_[i & mask].load();
       if (slot >= slots()) return "a number at home is that of a slot";
       for (std::uint64_t j = head; j != i; ++j)
-        if (consumer_.entries_[j & mask].load() == slot) return "no number is at home twice";
+        if (consumer::entries_[j & mask].load() == slot) return "no number is at home twice";
     }
     return nullptr;
   }
 
  private:
-  alignas(line_bytes) producer producer_;
-  typename Atomics::template variable<bool> producer_taken_{false};
-  alignas(line_bytes) consumer consumer_;
-  typename Atomics::template variable<bool> consumer_taken_{false};
-  alignas(line_bytes) word tail_; // written by the producer
+  friend producer;
+  friend consumer;
+
+  alignas(line_bytes)
+      typename Atomics::template variable<std::uint64_t> shared_tail_; // written by the producer
 };
 
 } // namespace rowe::rt

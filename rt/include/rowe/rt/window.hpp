@@ -35,56 +35,56 @@ enum class freshness : std::uint8_t {
   fresh,     // a value not read before
 };
 
-// Which of four slots to write and to read. Neither copied nor moved; nothing to destroy.
 template <class Atomics = std_atomics>
-class window_core {
-  using bit = typename Atomics::template variable<std::uint8_t>;
-  using word = typename Atomics::template variable<std::uint64_t>;
+class window_core;
 
+// The end of a window_core that writes. One thread at a time; passing it to another thread needs a hand-over
+// of its own. A base of the core, so that the shared words lie at fixed distances and no load stands before
+// theirs.
+template <class Atomics>
+class core_writer {
  public:
-  static constexpr std::uint32_t slots = 4;
+  // The slot, 0 to 3, that may be written until end_write(). Never waits, never allocates, cannot fail.
+  [[nodiscard]] ROWE_RT std::uint32_t begin_write() noexcept {
+    pair_ = core().reading_.load(std::memory_order_seq_cst) ^ 1U;
+    return 2 * pair_ + (newest_[pair_] ^ 1U);
+  }
 
-  window_core() noexcept : writer_{*this}, reader_{*this} {}
-  window_core(const window_core&) = delete;
-  window_core& operator=(const window_core&) = delete;
+  // Makes `slot`, the one begin_write() gave, the newest. Never waits, never allocates, cannot fail.
+  ROWE_RT void end_write([[maybe_unused]] std::uint32_t slot) noexcept {
+    assert(slot == 2 * pair_ + (newest_[pair_] ^ 1U));
+    newest_[pair_] ^= 1U;
+    ++sequence_;
+    core().sequence_of_[2 * pair_ + newest_[pair_]].store(sequence_);
+    core().shared_newest_[pair_].store(static_cast<std::uint8_t>(newest_[pair_]), std::memory_order_seq_cst);
+    // release, both: pair with the acquires in begin_read
+    core().latest_.store(static_cast<std::uint8_t>(pair_), std::memory_order_release);
+    core().shared_sequence_.store(sequence_, std::memory_order_release);
+  }
 
-  // The end that writes. One thread at a time.
-  class writer {
-   public:
-    // The slot, 0 to 3, that may be written until end_write(). Never waits, never allocates, cannot fail.
-    [[nodiscard]] ROWE_RT std::uint32_t begin_write() noexcept {
-      pair_ = core_.reading_.load(std::memory_order_seq_cst) ^ 1U;
-      return 2 * pair_ + (newest_[pair_] ^ 1U);
-    }
+  // How many values were written.
+  ROWE_RT std::uint64_t sequence() const noexcept { return sequence_; }
 
-    // Makes `slot`, the one begin_write() gave, the newest. Never waits, never allocates, cannot fail.
-    ROWE_RT void end_write([[maybe_unused]] std::uint32_t slot) noexcept {
-      assert(slot == 2 * pair_ + (newest_[pair_] ^ 1U));
-      newest_[pair_] ^= 1U;
-      ++sequence_;
-      core_.sequence_of_[2 * pair_ + newest_[pair_]].store(sequence_);
-      core_.newest_[pair_].store(static_cast<std::uint8_t>(newest_[pair_]), std::memory_order_seq_cst);
-      // release, both: pair with the acquires in begin_read
-      core_.latest_.store(static_cast<std::uint8_t>(pair_), std::memory_order_release);
-      core_.sequence_.store(sequence_, std::memory_order_release);
-    }
+  core_writer(const core_writer&) = delete;
+  core_writer& operator=(const core_writer&) = delete;
 
-    // How many values were written.
-    ROWE_RT std::uint64_t sequence() const noexcept { return sequence_; }
+ private:
+  friend class window_core<Atomics>;
+  core_writer() noexcept = default;
 
-    writer(const writer&) = delete;
-    writer& operator=(const writer&) = delete;
+  window_core<Atomics>& core() noexcept { return static_cast<window_core<Atomics>&>(*this); }
 
-   private:
-    friend class window_core;
-    explicit writer(window_core& core) noexcept : core_{core} {}
+  alignas(line_bytes) std::uint64_t sequence_ =
+      0; // this and the next: the shared words' values, without their line
+  std::uint32_t newest_[2] = {0, 0};
+  std::uint32_t pair_ = 0; // being written
+  typename Atomics::template variable<bool> taken_{false};
+};
 
-    window_core& core_;
-    std::uint64_t sequence_ = 0;
-    std::uint32_t newest_[2] = {0, 0}; // what the shared words say, without loading them
-    std::uint32_t pair_ = 0;
-  };
-
+// The end of a window_core that reads. One thread at a time, as above.
+template <class Atomics>
+class core_reader {
+ public:
   // Which slot to read. `slot` is meaningless when empty. `sequence` is the number of its value, counted from
   // 1; two that are not neighbours mean that values in between were overwritten unread.
   struct view {
@@ -93,166 +93,182 @@ class window_core {
     std::uint64_t sequence;
   };
 
-  // The end that reads. One thread at a time.
-  class reader {
-   public:
-    // The slot of the newest value. It stays as it is until begin_read() next answers `fresh`, so `unchanged`
-    // names the slot of before, still readable. Never waits, never allocates.
-    [[nodiscard]] ROWE_RT view begin_read() noexcept {
-      // acquire, both: pair with the releases in end_write, so that the words below are at least as new. The
-      // number is stored last, so the value may have been read before its number arrives, which then lags
-      // behind.
-      const std::uint64_t sequence = core_.sequence_.load(std::memory_order_acquire);
-      if (sequence <= sequence_)
-        return {sequence_ == 0 ? freshness::empty : freshness::unchanged, slot_, sequence_};
-      const std::uint8_t pair = core_.latest_.load(std::memory_order_acquire);
-      core_.reading_.store(pair, std::memory_order_seq_cst);
-      slot_ = 2U * pair + core_.newest_[pair].load(std::memory_order_seq_cst);
-      sequence_ = core_.sequence_of_[slot_].load();
-      return {freshness::fresh, slot_, sequence_};
-    }
+  // The slot of the newest value. It stays as it is until begin_read() next answers `fresh`, so `unchanged`
+  // names the slot of before, still readable. Never waits, never allocates.
+  [[nodiscard]] ROWE_RT view begin_read() noexcept {
+    // acquire, both: pair with the releases in end_write, so that the words below are at least as new. The
+    // number is stored last, so the value may have been read before its number arrives, which then lags
+    // behind.
+    const std::uint64_t sequence = core().shared_sequence_.load(std::memory_order_acquire);
+    if (sequence <= sequence_)
+      return {sequence_ == 0 ? freshness::empty : freshness::unchanged, slot_, sequence_};
+    const std::uint8_t pair = core().latest_.load(std::memory_order_acquire);
+    core().reading_.store(pair, std::memory_order_seq_cst);
+    slot_ = 2U * pair + core().shared_newest_[pair].load(std::memory_order_seq_cst);
+    sequence_ = core().sequence_of_[slot_].load();
+    return {freshness::fresh, slot_, sequence_};
+  }
 
-    reader(const reader&) = delete;
-    reader& operator=(const reader&) = delete;
+  // The number of the value that begin_read() named last; 0 before the first.
+  ROWE_RT std::uint64_t sequence() const noexcept { return sequence_; }
 
-   private:
-    friend class window_core;
-    explicit reader(window_core& core) noexcept : core_{core} {}
+  core_reader(const core_reader&) = delete;
+  core_reader& operator=(const core_reader&) = delete;
 
-    window_core& core_;
-    std::uint64_t sequence_ = 0; // of the value read last
-    std::uint32_t slot_ = 0;
-  };
+ private:
+  friend class window_core<Atomics>;
+  core_reader() noexcept = default;
+
+  window_core<Atomics>& core() noexcept { return static_cast<window_core<Atomics>&>(*this); }
+
+  alignas(line_bytes) std::uint64_t sequence_ = 0; // of the value read last
+  std::uint32_t slot_ = 0;                         // where it lies
+  typename Atomics::template variable<bool> taken_{false};
+};
+
+// Which of four slots to write and to read. Neither copied nor moved; nothing to destroy.
+template <class Atomics>
+class window_core : protected core_writer<Atomics>, protected core_reader<Atomics> {
+ public:
+  using writer = core_writer<Atomics>;
+  using reader = core_reader<Atomics>;
+  using view = typename reader::view;
+  static constexpr std::uint32_t slots = 4;
+
+  window_core() noexcept = default;
+  window_core(const window_core&) = delete;
+  window_core& operator=(const window_core&) = delete;
 
   // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
   // is.
   writer* take_writer() noexcept {
-    return writer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &writer_;
+    return writer::taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : this;
   }
   reader* take_reader() noexcept {
-    return reader_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &reader_;
+    return reader::taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : this;
   }
 
   // The invariant that is broken, or nullptr. Only while no thread is inside either end.
   const char* check() const noexcept {
-    const std::uint64_t sequence =
-        sequence_.load(std::memory_order_acquire); // pairs with the release in end_write
-    const std::uint8_t latest =
-        latest_.load(std::memory_order_acquire); // pairs with the release in end_write
+    const std::uint64_t sequence = shared_sequence_.load(std::memory_order_acquire); // pairs with end_write
+    const std::uint8_t latest = latest_.load(std::memory_order_acquire);             // pairs with end_write
     if (latest > 1 || reading_.load(std::memory_order_seq_cst) > 1) return "a pair is 0 or 1";
     for (unsigned pair = 0; pair < 2; ++pair)
-      if (newest_[pair].load(std::memory_order_seq_cst) != writer_.newest_[pair])
+      if (shared_newest_[pair].load(std::memory_order_seq_cst) != writer::newest_[pair])
         return "the newest slot that is shared is the writer's own";
-    if (sequence != writer_.sequence_) return "the number that is shared is the writer's own";
-    if (reader_.sequence_ > sequence) return "nothing was read that was not written";
-    if (sequence != 0 && sequence_of_[2U * latest + writer_.newest_[latest]].load() != sequence)
+    if (sequence != writer::sequence_) return "the number that is shared is the writer's own";
+    if (reader::sequence_ > sequence) return "nothing was read that was not written";
+    if (sequence != 0 && sequence_of_[2U * latest + writer::newest_[latest]].load() != sequence)
       return "the newest slot holds the newest value";
-    if (reader_.sequence_ != 0 && sequence_of_[reader_.slot_].load() != reader_.sequence_)
+    if (reader::sequence_ != 0 && sequence_of_[reader::slot_].load() != reader::sequence_)
       return "the slot that was read last is as it was";
     return nullptr;
   }
 
  private:
-  alignas(line_bytes) writer writer_;
-  typename Atomics::template variable<bool> writer_taken_{false};
-  alignas(line_bytes) reader reader_;
-  typename Atomics::template variable<bool> reader_taken_{false};
+  friend writer;
+  friend reader;
+  using bit = typename Atomics::template variable<std::uint8_t>;
+  using word = typename Atomics::template variable<std::uint64_t>;
+
   // Written by the writer. They stand together because they are always stored and loaded together.
   alignas(line_bytes) typename Atomics::template plain<std::uint64_t> sequence_of_[slots];
-  bit newest_[2];                        // the slot written last, of each pair
-  bit latest_{0};                        // the pair written last
-  alignas(line_bytes) word sequence_{0}; // written by the writer, last; all that a reader polls
-  alignas(line_bytes) bit reading_{0};   // the pair being read; written by the reader
+  bit shared_newest_[2];                        // the slot written last, of each pair
+  bit latest_{0};                               // the pair written last
+  alignas(line_bytes) word shared_sequence_{0}; // written by the writer, last; all that a reader polls
+  alignas(line_bytes) bit reading_{0};          // the pair being read; written by the reader
+};
+
+template <class T, class Atomics = std_atomics>
+class window;
+
+// The end of a window that writes. One thread at a time, as above.
+template <class T, class Atomics>
+class window_writer {
+ public:
+  // Never waits, never allocates, cannot fail.
+  ROWE_RT void write(const T& value) noexcept {
+    auto& shared = static_cast<window<T, Atomics>&>(*this);
+    core_writer<Atomics>& end = shared;
+    const std::uint32_t slot = end.begin_write();
+    shared.slots_[slot].payload.store(value);
+    end.end_write(slot);
+  }
+
+  // How many values were written.
+  ROWE_RT std::uint64_t sequence() const noexcept {
+    const core_writer<Atomics>& end = static_cast<const window<T, Atomics>&>(*this);
+    return end.sequence();
+  }
+
+  window_writer(const window_writer&) = delete;
+  window_writer& operator=(const window_writer&) = delete;
+
+ private:
+  friend class window<T, Atomics>;
+  window_writer() noexcept = default;
+};
+
+// The end of a window that reads. One thread at a time, as above.
+template <class T, class Atomics>
+class window_reader {
+ public:
+  // Copies the newest value to `value` when it is fresh, else leaves `value` alone. Never waits, never
+  // allocates.
+  [[nodiscard]] ROWE_RT freshness read(T& value) noexcept {
+    auto& shared = static_cast<window<T, Atomics>&>(*this);
+    core_reader<Atomics>& end = shared;
+    const auto found = end.begin_read();
+    if (found.state == freshness::fresh) value = shared.slots_[found.slot].payload.load();
+    return found.state;
+  }
+
+  // The number of the value read last, counted from 1; 0 before the first.
+  ROWE_RT std::uint64_t sequence() const noexcept {
+    const core_reader<Atomics>& end = static_cast<const window<T, Atomics>&>(*this);
+    return end.sequence();
+  }
+
+  window_reader(const window_reader&) = delete;
+  window_reader& operator=(const window_reader&) = delete;
+
+ private:
+  friend class window<T, Atomics>;
+  window_reader() noexcept = default;
 };
 
 // The newest T. Neither copied nor moved; nothing to destroy.
-template <class T, class Atomics = std_atomics>
-class window {
+template <class T, class Atomics>
+class window : window_core<Atomics>, window_writer<T, Atomics>, window_reader<T, Atomics> {
   static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  using value_type = T;
+  using core = window_core<Atomics>;
+  using writer = window_writer<T, Atomics>;
+  using reader = window_reader<T, Atomics>;
+
+  window() noexcept = default;
+  window(const window&) = delete;
+  window& operator=(const window&) = delete;
+
+  // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
+  // is.
+  writer* take_writer() noexcept { return core::take_writer() == nullptr ? nullptr : this; }
+  reader* take_reader() noexcept { return core::take_reader() == nullptr ? nullptr : this; }
+
+  // The invariant that is broken, or nullptr. Only while no thread is inside either end.
+  const char* check() const noexcept { return core::check(); }
+
+ private:
+  friend writer;
+  friend reader;
 
   // Apart, so that the reader's copying of one does not slow the writer's filling of the next.
   struct alignas(line_bytes) slot {
     typename Atomics::template plain<T> payload;
   };
-
- public:
-  using value_type = T;
-  using core = window_core<Atomics>;
-
-  window() noexcept : writer_{*this}, reader_{*this} {}
-  window(const window&) = delete;
-  window& operator=(const window&) = delete;
-
-  // The end that writes. One thread at a time.
-  class writer {
-   public:
-    // Never waits, never allocates, cannot fail.
-    ROWE_RT void write(const T& value) noexcept {
-      const std::uint32_t slot = core_.begin_write();
-      slots_[slot].payload.store(value);
-      core_.end_write(slot);
-    }
-
-    // How many values were written.
-    ROWE_RT std::uint64_t sequence() const noexcept { return core_.sequence(); }
-
-    writer(const writer&) = delete;
-    writer& operator=(const writer&) = delete;
-
-   private:
-    friend class window;
-    explicit writer(window& shared) noexcept : core_{*shared.core_.take_writer()}, slots_{shared.slots_} {}
-
-    typename core::writer& core_;
-    slot* slots_;
-  };
-
-  // The end that reads. One thread at a time.
-  class reader {
-   public:
-    // Copies the newest value to `value` when it is fresh, else leaves `value` alone. Never waits, never
-    // allocates.
-    [[nodiscard]] ROWE_RT freshness read(T& value) noexcept {
-      const auto found = core_.begin_read();
-      if (found.state == freshness::fresh) value = slots_[found.slot].payload.load();
-      sequence_ = found.sequence;
-      return found.state;
-    }
-
-    // The number of the value read last, counted from 1; 0 before the first.
-    ROWE_RT std::uint64_t sequence() const noexcept { return sequence_; }
-
-    reader(const reader&) = delete;
-    reader& operator=(const reader&) = delete;
-
-   private:
-    friend class window;
-    explicit reader(window& shared) noexcept : core_{*shared.core_.take_reader()}, slots_{shared.slots_} {}
-
-    typename core::reader& core_;
-    const slot* slots_;
-    std::uint64_t sequence_ = 0;
-  };
-
-  // Set-up, any thread. Each end is given out once; nullptr afterwards. The pointer is good as long as this
-  // is.
-  writer* take_writer() noexcept {
-    return writer_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &writer_;
-  }
-  reader* take_reader() noexcept {
-    return reader_taken_.exchange(true, std::memory_order_seq_cst) ? nullptr : &reader_;
-  }
-
-  // The invariant that is broken, or nullptr. Only while no thread is inside either end.
-  const char* check() const noexcept { return core_.check(); }
-
- private:
-  core core_;
   slot slots_[core::slots];
-  alignas(line_bytes) writer writer_;
-  typename Atomics::template variable<bool> writer_taken_{false};
-  alignas(line_bytes) reader reader_;
-  typename Atomics::template variable<bool> reader_taken_{false};
 };
 
 } // namespace rowe::rt
