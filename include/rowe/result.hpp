@@ -3,6 +3,7 @@
 // has one code of a closed list, and the value and the limit that met. Nothing throws but value(), which is for
 // set-up code.
 #pragma once
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -87,7 +88,9 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
   char* const end = at + buffer.size();
   while (!sentence.empty() && at != end) {
     if (sentence.starts_with("%v") || sentence.starts_with("%l")) {
-      at = std::to_chars(at, end, sentence[1] == 'v' ? value : limit).ptr;
+      char digits[20];  // of the longest 64-bit number
+      const char* const last = std::to_chars(digits, digits + sizeof digits, sentence[1] == 'v' ? value : limit).ptr;
+      at = std::copy_n(digits, std::min(last - digits, end - at), at);
       sentence.remove_prefix(2);
     } else {
       *at++ = sentence.front();

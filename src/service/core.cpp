@@ -314,7 +314,7 @@ void core::report(event::kind kind, std::string_view peer, std::string_view what
 bool core::check() const noexcept {
   std::uint32_t open = 0;
   for (const connection& c : connections_) open += c.state != connection::phase::free;
-  return open == peers_ && slots_.check() && router_.check() && wheel_.check().empty();
+  return open == peers_ && slots_.check() && router_.check() && wheel_.check() == nullptr;
 }
 
 }  // namespace rowe::service

@@ -169,11 +169,11 @@ class core final : public transport_sink {
   void make_ready(std::uint32_t subscription) noexcept;
   void send_direct(connection& c, std::string_view text) noexcept;
   void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
-  void drop_front(queue& from) noexcept;
+  bool drop_dead_front(queue& from) noexcept;
+  void drop_front(queue& from) noexcept;  // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
   void release(std::uint32_t slot) noexcept;
   void expire_slot(std::uint32_t slot) noexcept;
-  bool front_is_dead(const queue& of) noexcept;
   void list(connection& c) noexcept;
   void offer_all() noexcept;
   void offer(connection& c) noexcept;

@@ -71,8 +71,8 @@ void core::attach(std::uint32_t index) noexcept {
   for (connection& c : connections_) {
     if (c.open() && c.ours == side::client) announce(c, index, true);
   }
+  update_wanted(topic_index);  // before the answer, so that a first value is not refused for want of a listener
   answer(lane_state::active);
-  update_wanted(topic_index);
 }
 
 // Whether a server still has to get something that a closing handle published.

@@ -72,7 +72,7 @@ bool core::accepts(subscription& s) noexcept {
 
 void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
-  while (!s.waiting.empty() && front_is_dead(s.waiting)) drop_front(s.waiting);
+  while (drop_dead_front(s.waiting)) continue;
   if (s.waiting.count >= s.depth) {
     add(s.merges || s.discards ? counter::replaced : counter::outbox_full);
     drop_front(s.waiting);
@@ -101,7 +101,7 @@ void core::make_ready(std::uint32_t index) noexcept {
 
 void core::send_direct(connection& c, std::string_view text) noexcept {
   if (!c.open()) return;
-  while (!c.direct.empty() && front_is_dead(c.direct)) drop_front(c.direct);
+  while (drop_dead_front(c.direct)) continue;
   if (text.empty() || c.direct.count >= direct_depth) return add(counter::outbox_full);
   const auto slot = slots_.take(text.size());
   if (!slot) return add(counter::no_slot);
@@ -172,23 +172,29 @@ void core::expire_slot(std::uint32_t slot) noexcept {
   add(counter::expired, *deliveries);
 }
 
-// Whether the message at the front is gone, or its time is.
-bool core::front_is_dead(const queue& of) noexcept {
-  const slot_ref front = entries_.front(of);
-  if (!slots_.alive(front)) return true;
-  if (slots_.expires(front.index) >= now_) return false;
-  expire_slot(front.index);
-  return !slots_.alive(front);
+// Drops the message at the front if it is gone or its time is. False when the queue begins with one to be sent.
+bool core::drop_dead_front(queue& from) noexcept {
+  if (from.empty()) return false;
+  const slot_ref front = entries_.front(from);
+  if (slots_.alive(front)) {
+    if (slots_.expires(front.index) >= now_) return false;
+    expire_slot(front.index);  // for all queues at once, and counted
+    if (slots_.alive(front)) {
+      // Another peer's socket is in the middle of it, so it goes for this peer alone.
+      add(counter::expired);
+      release(front.index);
+    }
+  }
+  (void)entries_.pop(from);  // the reference is given back already
+  return true;
 }
 
-void core::drop_front(queue& from) noexcept {
-  const slot_ref front = entries_.pop(from);
-  if (slots_.alive(front)) release(front.index);
-}
+void core::drop_front(queue& from) noexcept { release(entries_.pop(from).index); }
 
 void core::drop_all(queue& from, counter as) noexcept {
   while (!from.empty()) {
-    if (!front_is_dead(from)) add(as);
+    if (drop_dead_front(from)) continue;
+    add(as);
     drop_front(from);
   }
 }
@@ -277,7 +283,7 @@ bool core::gather_begun(connection& c, batch& into) noexcept {
 
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is full.
 bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
-  while (!from.empty() && front_is_dead(from)) drop_front(from);
+  while (drop_dead_front(from)) continue;
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
   for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
     const slot_ref slot = entries_.at(at);
@@ -333,12 +339,10 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
         add(counter::messages_out);
       }
     } else if (part > 0) {
-      // Dead entries in front of this one were passed over when it was gathered.
-      slot_ref popped = entries_.pop(*piece.from);
-      while (popped.index != piece.slot) {
-        if (slots_.alive(popped)) release(popped.index);
-        popped = entries_.pop(*piece.from);
-      }
+      // What stands in front of it was passed over when it was gathered, because it is dead.
+      while (drop_dead_front(*piece.from)) continue;
+      assert(entries_.front(*piece.from).index == piece.slot);
+      (void)entries_.pop(*piece.from);  // its reference is released below, or goes on as the begun frame's
       if (piece.subscription != no_index) settle_sent(router_.subscription_at(piece.subscription));
       if (whole) {
         release(piece.slot);

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// Endpoints as a program uses them: real sockets on loopback, real service threads.
+#include <rowe/rowe.hpp>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+struct pose {
+  double x, y;
+};
+template <>
+inline constexpr auto rowe::schema<pose> = rowe::fields<&pose::x, &pose::y>{}.type("test/Pose");
+
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::endpoint;
+using rowe::errc;
+using rowe::json_text;
+
+constexpr auto patience = 20s;  // a watchdog: nothing here takes a thousandth of it
+
+rowe::endpoint_options hub() {
+  rowe::endpoint_options options;
+  options.relay = true;
+  options.retry_min = 10ms;
+  options.retry_max = 50ms;
+  options.limits.lane_bytes = 4 * 1024 * 1024;
+  return options;
+}
+
+std::string url_of(const endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
+
+// Publishes until `heard` says that it has come through: a subscription takes effect a moment after it is made.
+template <class Publish, class Heard>
+bool publish_until(Publish&& publish, Heard&& heard) {
+  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  while (rowe::rt::monotonic_clock::now() < until) {
+    publish();
+    if (heard()) return true;
+  }
+  return false;
+}
+
+std::uint64_t count_of(const endpoint& of, std::string_view name) {
+  for (const auto& one : of.counts()) {
+    if (one.name == name) return one.value;
+  }
+  ADD_FAILURE() << "no counter " << name;
+  return 0;
+}
+
+std::optional<rowe::event> wait_event(endpoint& of, rowe::event::kind kind) {
+  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  while (rowe::rt::monotonic_clock::now() < until) {
+    const auto what = of.try_event();
+    if (what && what->what_kind == kind) return what;
+    if (!what) std::this_thread::yield();
+  }
+  return std::nullopt;
+}
+
+TEST(endpoint, carries_a_struct_from_one_process_end_to_the_other) {
+  auto robot = endpoint::listen(0, hub()).value();
+  auto odom = robot.advertise<pose>("/odom").value();
+  auto viewer = endpoint::connect(url_of(robot), hub()).value();
+  auto seen = viewer.subscribe<json_text>("/odom").value();
+  ASSERT_TRUE(viewer.wait_peer(patience));
+  std::string text;
+  EXPECT_TRUE(publish_until([&] { (void)odom.publish({1.5, -2}); },  // no_peer until the subscription has arrived
+                            [&] {
+                              const auto message = seen.try_take();
+                              if (message) text = message->text();
+                              return !text.empty();
+                            }));
+  EXPECT_EQ(text, R"({"x":1.5,"y":-2})");
+}
+
+TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
+  auto server = endpoint::listen(0, hub()).value();
+  auto talker = endpoint::connect(url_of(server), hub()).value();
+  auto listener = endpoint::connect(url_of(server), hub()).value();
+  auto heard = listener.subscribe<json_text>("/count", {.depth = 256}).value();
+  auto said = talker.advertise<json_text>("/count", {.depth = 16}).value();
+  ASSERT_TRUE(talker.wait_peer(patience));
+  ASSERT_TRUE(listener.wait_peer(patience));
+  ASSERT_TRUE(publish_until([&] { (void)said.publish("-1"); }, [&] { return heard.take(1ms).has_value(); }));
+  int next = 0;
+  std::thread taker{[&] {
+    while (next < 5000) {
+      const auto message = heard.take(patience);
+      ASSERT_TRUE(message) << next << " " << message.error().name();
+      if (message->text() == "-1") continue;
+      ASSERT_EQ(message->text(), std::to_string(next));
+      ++next;
+    }
+  }};
+  for (int i = 0; i < 5000; ++i) {
+    for (;;) {
+      const auto done = said.publish(std::to_string(i));
+      if (done) break;
+      ASSERT_EQ(done.code(), errc::full);
+      std::this_thread::yield();
+    }
+    // What is on its way never exceeds the smallest queue, so nothing may be lost.
+    if (i % 100 == 99) {
+      const auto until = rowe::rt::monotonic_clock::now() + patience;
+      while (count_of(server, "messages_out") < static_cast<std::uint64_t>(i) &&
+             rowe::rt::monotonic_clock::now() < until) {
+        std::this_thread::yield();
+      }
+    }
+  }
+  taker.join();
+  EXPECT_EQ(next, 5000);
+}
+
+TEST(endpoint, delivers_to_a_subscriber_of_its_own) {
+  auto robot = endpoint::listen(0).value();
+  auto odom = robot.advertise<pose>("/odom").value();
+  auto seen = robot.subscribe<json_text>("/odom").value();
+  ASSERT_TRUE(odom.publish({1, 2}));
+  const auto message = seen.take(patience);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->text(), R"({"x":1,"y":2})");
+}
+
+TEST(endpoint, gives_the_newest_message_and_frees_the_older_ones) {
+  auto robot = endpoint::listen(0).value();
+  auto odom = robot.advertise<pose>("/odom").value();
+  auto seen = robot.subscribe<json_text>("/odom", {.depth = 8}).value();
+  for (int round = 0; round < 4; ++round) {
+    for (int i = 0; i < 8; ++i) ASSERT_TRUE(odom.publish({1.0 * i, 0}));
+    std::string newest;
+    const auto until = rowe::rt::monotonic_clock::now() + patience;
+    while (newest != R"({"x":7,"y":0})" && rowe::rt::monotonic_clock::now() < until) {
+      if (const auto message = seen.latest()) newest = message->text();
+    }
+    EXPECT_EQ(newest, R"({"x":7,"y":0})");
+  }
+  EXPECT_EQ(count_of(robot, "inbox_full"), 0U);
+}
+
+TEST(endpoint, writes_what_was_published_before_it_closes) {
+  auto server = endpoint::listen(0, hub()).value();
+  auto heard = server.subscribe<json_text>("/last", {.depth = 256}).value();
+  {
+    auto talker = endpoint::connect(url_of(server), hub()).value();
+    auto said = talker.advertise<json_text>("/last", {.depth = 128}).value();
+    ASSERT_TRUE(talker.wait_peer(patience));
+    ASSERT_TRUE(publish_until([&] { (void)said.publish("0"); }, [&] { return said.published() > 0; }));
+    const auto before = said.published();
+    for (int i = 1; i <= 100; ++i) {
+      while (!said.publish(std::to_string(i))) std::this_thread::yield();
+    }
+    EXPECT_EQ(said.published(), before + 100);
+    EXPECT_TRUE(talker.close(patience));
+  }
+  int last = 0;
+  while (last != 100) {
+    const auto message = heard.take(patience);
+    ASSERT_TRUE(message) << "after " << last;
+    last = std::stoi(std::string{message->text()});
+  }
+}
+
+TEST(endpoint, says_closed_to_handles_that_outlive_it) {
+  rowe::publisher<pose> odom;
+  rowe::subscriber<json_text> seen;
+  {
+    auto robot = endpoint::listen(0).value();
+    odom = robot.advertise<pose>("/odom").value();
+    seen = robot.subscribe<json_text>("/odom").value();
+  }
+  EXPECT_EQ(odom.publish({1, 2}).code(), errc::closed);
+  EXPECT_EQ(seen.try_take().code(), errc::closed);
+  EXPECT_EQ(seen.take(patience).code(), errc::closed);
+  EXPECT_FALSE(odom.wanted());
+}
+
+TEST(endpoint, wakes_a_subscriber_that_waits_when_it_closes) {
+  auto robot = endpoint::listen(0).value();
+  auto seen = robot.subscribe<json_text>("/never").value();
+  errc why = errc::misuse;
+  std::thread waiter{[&] { why = seen.take(-1ns).code(); }};
+  EXPECT_TRUE(robot.close());
+  waiter.join();
+  EXPECT_EQ(why, errc::closed);
+}
+
+TEST(endpoint, says_misuse_to_calls_of_empty_handles) {
+  rowe::publisher<pose> nothing;
+  rowe::publisher<json_text> no_text;
+  rowe::subscriber<json_text> nobody;
+  EXPECT_EQ(nothing.publish({0, 0}).code(), errc::misuse);
+  EXPECT_EQ(no_text.publish("1").code(), errc::misuse);
+  EXPECT_EQ(nobody.try_take().code(), errc::misuse);
+  EXPECT_EQ(nobody.latest().code(), errc::misuse);
+  EXPECT_EQ(nobody.take(0ns).code(), errc::misuse);
+}
+
+TEST(endpoint, times_out_where_nothing_comes) {
+  auto robot = endpoint::listen(0).value();
+  auto seen = robot.subscribe<json_text>("/never").value();
+  EXPECT_EQ(seen.try_take().code(), errc::empty);
+  const auto began = rowe::rt::monotonic_clock::now();
+  const auto nothing = seen.take(30ms);
+  EXPECT_EQ(nothing.code(), errc::timed_out);
+  EXPECT_EQ(nothing.error().limit, 30'000'000);
+  EXPECT_GE(rowe::rt::monotonic_clock::now() - began, 30ms);
+  EXPECT_EQ(robot.wait_peer(1ms).code(), errc::timed_out);
+}
+
+TEST(endpoint, connects_again_after_its_server_was_away) {
+  std::optional<endpoint> server{endpoint::listen(0, hub()).value()};
+  const std::uint16_t port = server->port();
+  auto viewer = endpoint::connect(url_of(*server), hub()).value();
+  auto seen = viewer.subscribe<json_text>("/odom").value();
+  ASSERT_TRUE(viewer.wait_peer(patience));
+  server.reset();
+  ASSERT_TRUE(wait_event(viewer, rowe::event::kind::peer_left));
+  ASSERT_TRUE(wait_event(viewer, rowe::event::kind::cannot_connect));
+  server.emplace(endpoint::listen(port, hub()).value());
+  auto odom = server->advertise<pose>("/odom").value();
+  EXPECT_TRUE(publish_until([&] { (void)odom.publish({1, 2}); }, [&] { return seen.take(1ms).has_value(); }));
+}
+
+TEST(endpoint, reuses_the_lanes_of_handles_that_are_gone) {
+  rowe::endpoint_options few;
+  few.limits.lanes_max = 2;
+  auto robot = endpoint::listen(0, few).value();
+  for (int i = 0; i < 50; ++i) {
+    auto first = robot.advertise<pose>("/a");
+    auto second = robot.subscribe<json_text>("/b");
+    const auto until = rowe::rt::monotonic_clock::now() + patience;
+    while ((!first || !second) && rowe::rt::monotonic_clock::now() < until) {
+      // The service thread gives a closed lane back a moment later.
+      if (!first) first = robot.advertise<pose>("/a");
+      if (!second) second = robot.subscribe<json_text>("/b");
+    }
+    ASSERT_TRUE(first && second) << i;
+  }
+}
+
+// ---- every error, by the one who causes it
+
+TEST(endpoint_errors, name_a_port_that_is_taken) {
+  auto first = endpoint::listen(0).value();
+  const auto second = endpoint::listen(first.port());
+  EXPECT_EQ(second.code(), errc::address_in_use);
+  EXPECT_EQ(second.error().value, first.port());
+}
+
+TEST(endpoint_errors, refuse_to_listen_beyond_loopback_without_being_told_so) {
+  rowe::endpoint_options open;
+  open.address = "0.0.0.0";
+  EXPECT_EQ(endpoint::listen(0, open).code(), errc::not_loopback);
+  open.address = "no address";
+  EXPECT_EQ(endpoint::listen(0, open).code(), errc::bad_address);
+}
+
+TEST(endpoint_errors, name_an_option_out_of_its_range) {
+  rowe::endpoint_options options;
+  options.poll_period = 1us;
+  const auto period = endpoint::listen(0, options);
+  EXPECT_EQ(period.code(), errc::bad_argument);
+  EXPECT_EQ(period.error().value, 1000);
+  EXPECT_EQ(period.error().limit, 50'000);
+  options = {};
+  options.limits.connections_max = 0;
+  EXPECT_EQ(endpoint::listen(0, options).code(), errc::bad_argument);
+  options = {};
+  options.limits.lanes_max = 5000;
+  EXPECT_EQ(endpoint::listen(0, options).error().limit, 1024);
+}
+
+TEST(endpoint_errors, name_what_is_wrong_with_a_url) {
+  EXPECT_EQ(endpoint::connect("http://robot").code(), errc::bad_url);
+  EXPECT_EQ(endpoint::connect("ws://robot:99999").code(), errc::bad_url);
+}
+
+TEST(endpoint_errors, name_memory_that_cannot_be_had) {
+  rowe::endpoint_options huge;
+  huge.limits.connections_max = 65536;
+  huge.limits.message_bytes_max = 1U << 26;
+  EXPECT_EQ(endpoint::listen(0, huge).code(), errc::no_memory);
+}
+
+TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
+  auto robot = endpoint::listen(0).value();
+  EXPECT_EQ(robot.advertise<pose>("").code(), errc::bad_argument);
+  const auto long_name = robot.advertise<pose>(std::string(200, 'x'));
+  EXPECT_EQ(long_name.code(), errc::bad_argument);
+  EXPECT_EQ(long_name.error().limit, 128);
+  EXPECT_EQ(robot.advertise<pose>("/rowe/mine").code(), errc::bad_argument);
+  EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 0}).code(), errc::bad_argument);
+  EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 5000}).error().limit, 4096);
+  const auto short_ttl = robot.advertise<pose>("/a", {.ttl = 100us});
+  EXPECT_EQ(short_ttl.code(), errc::bad_argument);
+  EXPECT_EQ(short_ttl.error().limit, 250'000);
+  EXPECT_TRUE(robot.advertise<pose>("/a", {.ttl = 0ns}));
+}
+
+TEST(endpoint_errors, tell_a_second_type_of_one_topic) {
+  auto robot = endpoint::listen(0).value();
+  const auto first = robot.advertise<pose>("/a");
+  EXPECT_EQ(robot.advertise<json_text>("/a", {.type = "other/Type"}).code(), errc::type_conflict);
+  EXPECT_TRUE(robot.advertise<json_text>("/a", {.type = "test/Pose"}));
+}
+
+TEST(endpoint_errors, tell_when_lanes_topics_or_their_memory_run_out) {
+  rowe::endpoint_options few;
+  few.limits.lanes_max = 3;
+  few.limits.topics_max = 2;
+  few.limits.lane_bytes = 64 * 1024;
+  auto robot = endpoint::listen(0, few).value();
+  const auto big = robot.subscribe<json_text>("/a", {.depth = 64, .text_bytes_max = 4096});
+  EXPECT_EQ(big.code(), errc::lane_memory);
+  EXPECT_EQ(big.error().limit, 64 * 1024);
+  const auto one = robot.advertise<pose>("/a", {.depth = 4});
+  ASSERT_TRUE(one);
+  EXPECT_EQ(robot.advertise<pose>("/b", {.depth = 4}).code(), errc::too_many_topics);  // /rowe/stats is the other
+  const auto two = robot.advertise<pose>("/a", {.depth = 4});
+  const auto three = robot.advertise<pose>("/a", {.depth = 4});
+  ASSERT_TRUE(two && three);
+  EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 4}).code(), errc::too_many_lanes);
+}
+
+TEST(endpoint_errors, tell_a_text_that_is_too_long) {
+  auto robot = endpoint::listen(0).value();
+  auto said = robot.advertise<json_text>("/a", {.text_bytes_max = 10}).value();
+  auto seen = robot.subscribe<json_text>("/a").value();
+  const auto too_long = said.publish("12345678901");
+  EXPECT_EQ(too_long.code(), errc::too_big);
+  EXPECT_EQ(too_long.error().value, 11);
+  EXPECT_EQ(too_long.error().limit, 10);
+  EXPECT_TRUE(said.publish("1234567890"));
+}
+
+TEST(endpoint_errors, of_set_up_after_close) {
+  auto robot = endpoint::listen(0).value();
+  EXPECT_TRUE(robot.close());
+  EXPECT_EQ(robot.advertise<pose>("/a").code(), errc::closed);
+  EXPECT_TRUE(robot.close());
+}
+
+TEST(endpoint_errors, tell_what_could_not_be_written_in_time) {
+  auto server = endpoint::listen(0, hub()).value();
+  auto talker = endpoint::connect(url_of(server), hub()).value();
+  auto said = talker.advertise<json_text>("/big", {.depth = 2048, .text_bytes_max = 16}).value();
+  ASSERT_TRUE(talker.wait_peer(patience));
+  ASSERT_TRUE(publish_until([&] { (void)said.publish("0"); }, [&] { return said.published() > 0; }));
+  for (int i = 0; i < 2000; ++i) (void)said.publish("1");
+  const auto closed = talker.close(0ns);
+  if (!closed) {
+    EXPECT_EQ(closed.code(), errc::timed_out);
+  }
+}
+
+}  // namespace

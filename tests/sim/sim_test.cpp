@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "world.hpp"
+
+namespace {
+
+using rowe::service::counter;
+using sim::habits;
+using sim::world;
+
+std::uint64_t seeds() {
+  const char* const asked = std::getenv("ROWE_SIM_SEEDS");
+  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 200;
+}
+
+constexpr int steps = 2000;
+
+TEST(sim, keeps_order_ttl_and_protocol_whatever_the_network_and_the_peers_do) {
+  for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
+    world w{seed, {}};
+    for (int i = 0; i < steps; ++i) {
+      w.step();
+      ASSERT_EQ(w.broken(), "") << "seed " << seed;
+    }
+  }
+}
+
+TEST(sim, loses_no_slot_when_everyone_has_left) {
+  for (std::uint64_t seed = 1; seed <= seeds() / 4 + 1; ++seed) {
+    world w{seed, {}};
+    for (int i = 0; i < steps; ++i) w.step();
+    w.everyone_leaves();
+    ASSERT_EQ(w.broken(), "") << "seed " << seed;
+    ASSERT_EQ(w.theatre().core.slots_in_use(), 0U) << "seed " << seed;
+    ASSERT_EQ(w.theatre().board.peers(), 0U) << "seed " << seed;
+    ASSERT_TRUE(w.theatre().core.drained()) << "seed " << seed;
+  }
+}
+
+// Every message ends in exactly one of: heard, expired, dropped for a peer that does not read.
+TEST(sim, accounts_for_every_message_to_every_peer) {
+  for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
+    world w{seed, {.peers_leave = false, .peers_misbehave = false, .throttles = false, .lanes_change = false}};
+    w.add_viewers(3);
+    for (int i = 0; i < steps; ++i) {
+      w.step();
+      ASSERT_EQ(w.broken(), "") << "seed " << seed;
+    }
+    w.settle();
+    ASSERT_EQ(w.broken(), "") << "seed " << seed;
+    const auto count = [&](counter c) { return w.theatre().count(c); };
+    ASSERT_EQ(count(counter::lost_with_peer) + count(counter::no_slot) + count(counter::too_big), 0U);
+    EXPECT_EQ(w.heard() + count(counter::expired) + count(counter::outbox_full), w.published() * w.viewers())
+        << "seed " << seed;
+    EXPECT_GT(w.heard(), 0U);
+  }
+}
+
+TEST(sim, does_the_same_twice_from_one_seed) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    world first{seed, {}};
+    world second{seed, {}};
+    for (int i = 0; i < steps; ++i) {
+      first.step();
+      second.step();
+    }
+    EXPECT_EQ(first.trace(), second.trace()) << "seed " << seed;
+    world other{seed + 1000, {}};
+    for (int i = 0; i < steps; ++i) other.step();
+    EXPECT_NE(first.trace(), other.trace()) << "seed " << seed;
+  }
+}
+
+}  // namespace

@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// A world of bad network around one core, all of it drawn from one seed: peers that come, go, stall, cut
+// their messages up, break the protocol and read slowly; handles that publish, fall silent and are replaced;
+// time that crawls and jumps. What a world may do is said by its `habits`; what it checks after every step,
+// here:
+//
+//   - the core's structures are consistent (core::check)
+//   - what a peer hears of one publisher comes in order, each at most once, and was published
+//   - no frame was begun after its message's time to live
+//   - a peer is never sent anything that breaks the protocol
+//
+// The trace of a run is hashed, so that two runs of one seed can be held against each other.
+#pragma once
+#include <deque>
+#include <map>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "service/router.hpp"
+#include "service/stage.hpp"
+
+namespace sim {
+
+using namespace std::chrono_literals;
+using rowe::rt::duration;
+using rowe::rt::time_point;
+
+struct habits {
+  bool peers_leave = true;
+  bool peers_misbehave = true;
+  bool throttles = true;
+  bool lanes_change = true;
+  duration ttl = 50ms;
+};
+
+// One value in the world: which publisher, which number, when.
+struct tick {
+  std::int64_t source, number, published_ns;
+};
+
+// Cuts the stream that a peer is sent into frames, byte by byte, and keeps when each one's first byte was
+// written.
+struct observer {
+  std::uint64_t seen = 0;
+  std::string header, payload;
+  std::size_t want = 0;
+  std::int64_t begun = 0;
+  std::deque<std::pair<std::int64_t, std::string>> complete;
+
+  void take(std::byte b, time_point now) {
+    if (header.empty()) begun = rowe::rt::nanoseconds_of(now);
+    if (want == 0) {
+      header.push_back(static_cast<char>(b));
+      const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(header[i]); };
+      if (header.size() < 2) return;
+      const unsigned length = byte(1) & 127U;
+      const std::size_t need = length == 126 ? 4 : length == 127 ? 10 : 2;
+      if (header.size() < need) return;
+      want = length;
+      if (length >= 126) {
+        want = 0;
+        for (std::size_t i = 2; i < need; ++i) want = want * 256 + byte(i);
+      }
+      if (want == 0) finish();
+      return;
+    }
+    payload.push_back(static_cast<char>(b));
+    if (payload.size() == want) finish();
+  }
+  void finish() {
+    complete.emplace_back(begun, std::move(payload));
+    header.clear();
+    payload.clear();
+    want = 0;
+  }
+};
+
+struct viewer {
+  std::unique_ptr<stage::peer> link;
+  std::map<std::int64_t, std::int64_t> newest; // of each source
+  std::uint64_t heard = 0;
+  std::uint64_t read = 0; // bytes of the stream
+  observer stream;
+};
+
+} // namespace sim
+
+template <>
+inline constexpr auto rowe::schema<sim::tick> =
+    rowe::fields<&sim::tick::source, &sim::tick::number, &sim::tick::published_ns>{}.type("sim/Tick");
+
+namespace sim {
+
+class world {
+ public:
+  world(std::uint64_t seed, const habits& does)
+      : does_{does}, dice_{seed}, on_{options(), rowe::service::side::server, seed} {
+    add_source();
+  }
+
+  void step() {
+    ++steps_;
+    switch (below(10)) {
+    case 0: meet(); break;
+    case 1: part(); break;
+    case 2: change_weather(); break;
+    case 3: talk(); break;
+    case 4:
+    case 5:
+    case 6: publish(); break;
+    case 7: read(); break;
+    case 8: change_lanes(); break;
+    default: wait(); break;
+    }
+    on_.core.cycle(on_.now);
+    note_writes();
+    mix(on_.core.slots_in_use());
+  }
+
+  // Lets everything that is under way arrive: good weather, everyone reads.
+  void settle() {
+    for (int i = 0; i < 300; ++i) {
+      for (viewer& v : viewers_) on_.net.weather_of(v.link->id()) = {};
+      on_.now += 1ms;
+      on_.core.cycle(on_.now);
+      note_writes();
+      for (viewer& v : viewers_) hear(v, SIZE_MAX);
+    }
+  }
+  void everyone_leaves() {
+    for (viewer& v : viewers_) v.link->leave();
+    settle();
+    viewers_.clear();
+  }
+
+  std::string broken() const {
+    if (!on_.core.check()) return "the core's structures do not agree";
+    return wrong_;
+  }
+  std::uint64_t trace() const { return trace_; }
+  std::uint64_t steps() const { return steps_; }
+  stage::theatre& theatre() { return on_; }
+  std::uint64_t published() const { return published_; }
+  std::uint64_t heard() const {
+    std::uint64_t sum = 0;
+    for (const viewer& v : viewers_) sum += v.heard;
+    return sum;
+  }
+  std::size_t viewers() const { return viewers_.size(); }
+
+  // For worlds in which nobody comes or goes by chance.
+  void add_viewers(std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) {
+      open_viewer();
+      viewers_.back().link->say(R"({"op":"subscribe","topic":"/tick"})");
+    }
+    on_.core.cycle(on_.now);
+    note_writes();
+  }
+
+ private:
+  struct source {
+    rowe::detail::lane* lane;
+    std::int64_t id;
+    std::int64_t next = 0;
+  };
+
+  static rowe::endpoint_options options() {
+    auto chosen = stage::small_options();
+    chosen.relay = true;
+    return chosen;
+  }
+
+  std::uint64_t below(std::uint64_t bound) { return dice_() % bound; }
+  bool one_in(std::uint64_t n) { return below(n) == 0; }
+  void mix(std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211u + 0x9e3779b97f4a7c15u; }
+  void fail(const std::string& what) {
+    if (wrong_.empty()) wrong_ = what + " (step " + std::to_string(steps_) + ")";
+  }
+
+  void open_viewer() {
+    viewer fresh;
+    fresh.link = std::make_unique<stage::peer>(on_);
+    viewers_.push_back(std::move(fresh));
+  }
+
+  void meet() {
+    if (!does_.peers_leave || viewers_.size() >= 6) return wait();
+    open_viewer();
+    if (!one_in(4)) subscribe(viewers_.back());
+  }
+
+  void part() {
+    if (!does_.peers_leave || viewers_.empty()) return wait();
+    const std::size_t who = below(viewers_.size());
+    on_.net.weather_of(viewers_[who].link->id()) = {}; // else its last bytes might never arrive
+    viewers_[who].link->leave(one_in(2) ? rowe::service::close_cause::reset
+                                        : rowe::service::close_cause::peer);
+    viewers_.erase(viewers_.begin() + static_cast<std::ptrdiff_t>(who));
+  }
+
+  void change_weather() {
+    if (viewers_.empty()) return wait();
+    auto& sky = on_.net.weather_of(viewers_[below(viewers_.size())].link->id());
+    constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
+    constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
+    sky.room_bytes = rooms[below(std::size(rooms))];
+    sky.chunk_bytes_max = chunks[below(std::size(chunks))];
+    sky.arrive_bytes_max = one_in(3) ? below(40) : SIZE_MAX;
+  }
+
+  void subscribe(viewer& v) {
+    std::string request = R"({"op":"subscribe","topic":"/tick")";
+    if (does_.throttles && one_in(3)) request += R"(,"throttle_rate":)" + std::to_string(below(100));
+    if (does_.throttles && one_in(3)) request += R"(,"queue_length":)" + std::to_string(below(20));
+    if (one_in(2)) request += R"(,"id":"s)" + std::to_string(below(5)) + "\"";
+    v.link->say(request + "}");
+  }
+
+  void talk() {
+    if (viewers_.empty()) return wait();
+    const std::size_t who = below(viewers_.size());
+    stage::peer& p = *viewers_[who].link;
+    if (!does_.peers_misbehave) return p.send(rowe::wire::opcode::ping, "x");
+    switch (below(12)) {
+    case 0: return subscribe(viewers_[who]);
+    case 1: return p.say(R"({"op":"unsubscribe","topic":"/tick"})");
+    case 2: return p.say(R"({"op":"unsubscribe","topic":"/tick","id":"s1"})");
+    case 3:
+      return p.say(R"({"op":"advertise","topic":"/t)" + std::to_string(below(30)) +
+                   R"(","type":"a/B","latch":true})");
+    case 4: return p.say(R"({"op":"unadvertise","topic":"/t)" + std::to_string(below(30)) + "\"}");
+    case 5: return p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(below(30)) + "\"}");
+    case 6:
+      return p.say(R"({"op":"publish","topic":"/t)" + std::to_string(below(30)) + R"(","msg":{"data":")" +
+                   std::string(below(3000), 'x') + "\"}}");
+    case 7: return p.say("{\"op\":");
+    case 8: return p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
+    case 9: return p.send(rowe::wire::opcode::ping, "are you there");
+    case 10:
+      if (one_in(4)) p.send(rowe::wire::opcode::binary, "?");
+      return;
+    default:
+      if (one_in(4)) p.send(rowe::wire::opcode::close, "");
+      return;
+    }
+  }
+
+  void read() {
+    if (viewers_.empty()) return wait();
+    hear(viewers_[below(viewers_.size())], one_in(2) ? SIZE_MAX : below(2000));
+  }
+
+  void hear(viewer& v, std::size_t bytes_max) {
+    const std::size_t before = on_.net.sent(v.link->id()).size();
+    const auto texts = v.link->hear(bytes_max);
+    const std::size_t taken = before - on_.net.sent(v.link->id()).size();
+    if (!v.link->violated.empty()) fail("a peer was sent something wrong: " + v.link->violated);
+    v.read += taken;
+    for (const std::string& text : texts) {
+      mix(rowe::service::hash_of(text));
+      if (text.starts_with(R"({"op":"publish","topic":"/tick","msg":)")) check_tick(v, text);
+    }
+  }
+
+  static std::int64_t number_after(const std::string& text, std::string_view key) {
+    const auto at = text.find(key);
+    return at == std::string::npos ? -1 : std::stoll(text.substr(at + key.size()));
+  }
+
+  void check_tick(viewer& v, const std::string& text) {
+    const std::int64_t id = number_after(text, "\"source\":");
+    const std::int64_t number = number_after(text, "\"number\":");
+    ++v.heard;
+    const auto known = v.newest.find(id);
+    if (known != v.newest.end() && number <= known->second) fail("out of order, or twice: " + text);
+    v.newest[id] = number;
+    bool exists = false;
+    for (const source& s : all_sources_) exists = exists || (s.id == id && number < s.next);
+    for (const source& s : sources_) exists = exists || (s.id == id && number < s.next);
+    if (!exists) fail("never published: " + text);
+    const auto begun = begun_at(v, text);
+    if (begun > number_after(text, "\"published_ns\":") + does_.ttl.count())
+      fail("begun after its time: " + text);
+  }
+
+  // When the first byte of this message was handed to the network: the peer's stream is searched for it.
+  std::int64_t begun_at(const viewer& v, const std::string& text) {
+    for (const auto& [when, begun] : v.stream.complete) {
+      if (begun == text) return when;
+    }
+    fail("a message nobody saw written: " + text);
+    return 0;
+  }
+
+  // Looks at what each connection was given in this cycle and notes the messages that begin in it.
+  void note_writes() {
+    for (viewer& v : viewers_) {
+      const auto bytes = on_.net.sent(v.link->id());
+      const std::uint64_t end = v.read + bytes.size(); // of the stream since its beginning
+      for (; v.stream.seen < end; ++v.stream.seen) {
+        v.stream.take(bytes[static_cast<std::size_t>(v.stream.seen - v.read)], on_.now);
+      }
+      while (v.stream.complete.size() > 2000) v.stream.complete.pop_front();
+    }
+  }
+
+  void add_source() {
+    for (const auto& one : on_.lanes) {
+      if (one.state.load(std::memory_order_acquire) == rowe::detail::lane_state::free) {
+        auto& lane = on_.offer(rowe::detail::lane_kind::publish_value, "/tick", sizeof(tick),
+                               {.ttl = does_.ttl, .depth = 16}, &rowe::describe<tick>(), "sim/Tick");
+        sources_.push_back({&lane, next_source_++});
+        on_.core.cycle(on_.now);
+        return;
+      }
+    }
+  }
+
+  void change_lanes() {
+    if (!does_.lanes_change) return wait();
+    if (sources_.size() > 1 && one_in(2)) {
+      const std::size_t which = below(sources_.size());
+      sources_[which].lane->state.store(rowe::detail::lane_state::closing, std::memory_order_release);
+      all_sources_.push_back(sources_[which]);
+      sources_.erase(sources_.begin() + static_cast<std::ptrdiff_t>(which));
+    } else if (sources_.size() < 3) {
+      add_source();
+    }
+  }
+
+  void publish() {
+    source& s = sources_[below(sources_.size())];
+    for (std::uint64_t burst = below(4) + 1; burst-- > 0;) {
+      const tick value{s.id, s.next, rowe::rt::nanoseconds_of(on_.now)};
+      const auto done = rowe::detail::publish_into(
+          *s.lane, sizeof value, on_.now, [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
+      if (!done) continue;
+      ++s.next;
+      ++published_;
+    }
+  }
+
+  void wait() {
+    constexpr duration waits[] = {1us, 50us, 500us, 1ms, 5ms, 20ms};
+    on_.now += waits[below(std::size(waits))];
+    if (does_.peers_leave && one_in(200)) on_.now += 3s;
+  }
+
+  habits does_;
+  std::mt19937_64 dice_;
+  stage::theatre on_;
+  std::vector<viewer> viewers_;
+  std::vector<source> sources_;
+  std::vector<source> all_sources_;
+  std::int64_t next_source_ = 0;
+  std::uint64_t published_ = 0;
+  std::uint64_t steps_ = 0;
+  std::uint64_t trace_ = 14695981039346656037u;
+  std::string wrong_;
+};
+
+} // namespace sim
