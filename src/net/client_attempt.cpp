@@ -110,8 +110,10 @@ result<std::unique_ptr<client_attempt>> client_attempt::open(const connect_optio
   std::unique_ptr<client_attempt> made{
       new client_attempt{options, polled, host, connections, counters, scratch}};
   if (const auto address = numeric_address(options.host, options.port)) {
-    made->found_.addresses[0] = *address;
-    made->found_.count = 1;
+    resolved_host only;
+    only.addresses[0] = *address;
+    only.count = 1;
+    made->use(only);
     return made;
   }
   auto helper = resolver::open(options.host, options.port, waker);
@@ -121,6 +123,11 @@ result<std::unique_ptr<client_attempt>> client_attempt::open(const connect_optio
 }
 
 client_attempt::~client_attempt() { drop_socket(); }
+
+void client_attempt::use(const resolved_host& addresses) noexcept {
+  resolver_.reset();
+  found_ = addresses;
+}
 
 void client_attempt::step(rt::time_point now, transport_sink& sink) noexcept {
   if (std::exchange(asked_, false) && now_ == phase::idle) begin(now, sink);

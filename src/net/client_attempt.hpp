@@ -39,6 +39,9 @@ class client_attempt {
   client_attempt(const client_attempt&) = delete;
   client_attempt& operator=(const client_attempt&) = delete;
 
+  // The addresses to try from now on; the name is not looked up any more.
+  void use(const resolved_host& addresses) noexcept;
+
   // An attempt begins in the next step(), unless one is under way or stands.
   void ask() noexcept { asked_ = true; }
   bool asked() const noexcept { return asked_; }

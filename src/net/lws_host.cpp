@@ -226,7 +226,11 @@ bool lws_host::take_answer(lws_watch& watch, std::string_view header) noexcept {
   return upgraded;
 }
 
-void lws_host::drive(lws_watch& watch) noexcept { service(watch, LWS_POLLIN | LWS_POLLOUT, LWS_POLLOUT); }
+void lws_host::drive(lws_watch& watch) noexcept {
+  lws_rx_flow_control(watch.wsi, 1); // it does nothing at all for a socket whose reading is held
+  service(watch, LWS_POLLIN | LWS_POLLOUT, LWS_POLLOUT);
+  if (watch.wsi) lws_rx_flow_control(watch.wsi, 0);
+}
 
 void lws_host::let_go(lws_watch& watch) noexcept {
   if (!watch.wsi) return;

@@ -94,6 +94,13 @@ struct recording_sink final : service::transport_sink {
   int tail_ = 0;
 };
 
+inline service::http_answer page_of(std::string_view body) {
+  service::http_answer answer;
+  answer.status = 200;
+  answer.body = {reinterpret_cast<const std::byte*>(body.data()), body.size()};
+  return answer;
+}
+
 inline std::unique_ptr<socket_transport> listening(listen_options options = {}) {
   auto made = socket_transport::listen(options);
   EXPECT_TRUE(made) << "errc " << static_cast<int>(made.code()) << ", value " << made.error().value;

@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <sys/eventfd.h>
+
+#include "net/client_attempt.hpp"
+#include "support.hpp"
+
+namespace rowe::net {
+namespace {
+
+// A server of the test's own: accepts, and says what it is told to.
+class raw_server {
+ public:
+  explicit raw_server(int backlog = 16) {
+    fd_.reset(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    sockaddr_in any{};
+    any.sin_family = AF_INET;
+    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(::bind(fd_.get(), reinterpret_cast<const sockaddr*>(&any), sizeof any), 0);
+    EXPECT_EQ(::listen(fd_.get(), backlog), 0);
+    socklen_t bytes = sizeof any;
+    ::getsockname(fd_.get(), reinterpret_cast<sockaddr*>(&any), &bytes);
+    port = ntohs(any.sin_port);
+  }
+  bool accept() {
+    descriptor next{::accept4(fd_.get(), nullptr, nullptr, SOCK_CLOEXEC)};
+    if (!next) return false;
+    peer = raw_socket{std::move(next)};
+    return true;
+  }
+  void close() { fd_.reset(); }
+
+  std::uint16_t port = 0;
+  raw_socket peer; // the last one accepted
+
+ private:
+  descriptor fd_;
+};
+
+// The answer to the key that stands in `request`, made by a server of ours: the test has no SHA-1.
+std::string accept_for(std::string_view request) {
+  const auto at = request.find("Sec-WebSocket-Key: ");
+  EXPECT_NE(at, std::string_view::npos);
+  const std::string theirs{request.substr(at + 19, 24)};
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  std::string text = upgrade_request(transport->port());
+  EXPECT_TRUE(client.send(text.replace(text.find(key), key.size(), theirs)));
+  EXPECT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  return client.text.substr(client.text.find("Accept: ") + 8, 28);
+}
+
+// A client and a raw server; ask() makes the client connect and leaves its request in server.peer.text.
+struct client : testing::Test {
+  raw_server server;
+  std::unique_ptr<socket_transport> transport = make();
+  driver drive{*transport};
+
+  std::unique_ptr<socket_transport> make(socket_limits limits = {}) const {
+    static const std::string_view offered[] = {"rowe.v1", "foxglove.sdk.v1"};
+    return connecting({.host = "127.0.0.1",
+                       .port = server.port,
+                       .path = "/robot?name=r2",
+                       .subprotocols = offered,
+                       .limits = limits});
+  }
+  void ask() {
+    transport->connect();
+    ASSERT_TRUE(drive.until([&] { return server.accept(); }));
+    ASSERT_TRUE(drive.until([&] { return server.peer.has("\r\n\r\n"); }));
+  }
+  std::string good_answer(std::string_view more = {}) {
+    return upgrade_answer(more, accept_for(server.peer.text));
+  }
+  // What the client makes of this answer, if it is a refusal.
+  recording_sink::refused refusal_of(std::string_view answer) {
+    EXPECT_TRUE(server.peer.send(answer));
+    EXPECT_TRUE(drive.until([&] { return !drive.sink().refusals.empty(); }));
+    EXPECT_FALSE(transport->busy());
+    EXPECT_TRUE(drive.sink().opens.empty());
+    if (drive.sink().refusals.size() != 1) return {};
+    EXPECT_FALSE(drive.sink().refusals[0].what.empty());
+    EXPECT_FALSE(drive.sink().refusals[0].remedy.empty());
+    EXPECT_EQ(drive.sink().refusals[0].peer, "127.0.0.1:" + std::to_string(server.port));
+    EXPECT_TRUE(drive.until([&] { return server.peer.ended(); })) << "the socket is still open";
+    return drive.sink().refusals[0];
+  }
+};
+
+TEST_F(client, asks_for_the_upgrade_in_good_form) {
+  EXPECT_FALSE(transport->busy());
+  ask();
+  EXPECT_TRUE(transport->busy());
+  std::string text = server.peer.text;
+  EXPECT_EQ(text.substr(0, text.find("\r\n")), "GET /robot?name=r2 HTTP/1.1");
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return static_cast<char>(std::tolower(c)); });
+  for (const std::string& line :
+       {"host: 127.0.0.1:" + std::to_string(server.port), std::string{"upgrade: websocket"},
+        std::string{"connection: upgrade"}, std::string{"sec-websocket-version: 13"},
+        std::string{"sec-websocket-protocol: rowe.v1,foxglove.sdk.v1"}})
+    EXPECT_NE(text.find("\r\n" + line + "\r\n"), std::string::npos) << line << " is missing in\n" << text;
+  EXPECT_EQ(text.find("origin:"), std::string::npos);
+  EXPECT_EQ(text.find("extensions:"), std::string::npos);
+}
+
+TEST_F(client, opens_a_connection_and_passes_on_what_lies_behind_the_answer) {
+  ask();
+  ASSERT_TRUE(server.peer.send(good_answer("Sec-WebSocket-Protocol: foxglove.sdk.v1\r\n") + "first words"));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().received[0] == "first words"; }));
+  ASSERT_EQ(drive.sink().opens.size(), 1U);
+  const auto& opened = drive.sink().opens[0];
+  EXPECT_EQ(opened.ours, service::side::client);
+  EXPECT_EQ(opened.path, "/robot");
+  EXPECT_EQ(opened.subprotocol, "foxglove.sdk.v1");
+  EXPECT_EQ(opened.address, "127.0.0.1:" + std::to_string(server.port));
+  EXPECT_FALSE(transport->busy());
+  server.peer.text.clear();
+  EXPECT_EQ(write(*transport, opened.id, "hello"), 5U);
+  EXPECT_TRUE(drive.until([&] { return server.peer.has("hello"); }));
+  EXPECT_EQ(server.peer.text, "hello") << "libwebsockets wrote something too";
+}
+
+TEST_F(client, reads_an_answer_that_comes_byte_by_byte) {
+  ask();
+  for (const char c : good_answer()) {
+    ASSERT_TRUE(server.peer.send({&c, 1}));
+    drive.turn();
+  }
+  ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == 1; }));
+  EXPECT_EQ(drive.sink().opens[0].subprotocol, "");
+}
+
+TEST_F(client, connects_again_after_the_connection_is_lost) {
+  for (std::size_t i = 1; i <= 3; ++i) {
+    ask();
+    ASSERT_TRUE(server.peer.send(good_answer()));
+    ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == i; }));
+    server.peer.close();
+    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == i; }));
+  }
+}
+
+TEST_F(client, makes_one_attempt_however_often_it_is_asked) {
+  transport->connect();
+  transport->connect();
+  ask();
+  transport->connect();
+  drive.turn();
+  ASSERT_TRUE(server.peer.send(good_answer()));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == 1; }));
+  drive.turn();
+  EXPECT_FALSE(server.accept());
+}
+
+TEST_F(client, reports_a_status_that_is_not_101) {
+  ask();
+  const auto refusal = refusal_of("HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n");
+  EXPECT_EQ(refusal.status, 404);
+  EXPECT_NE(refusal.what.find("404"), std::string::npos);
+  EXPECT_NE(refusal.remedy.find("path"), std::string::npos);
+}
+
+TEST_F(client, does_not_follow_a_redirect) {
+  ask();
+  EXPECT_EQ(refusal_of("HTTP/1.1 302 Found\r\nLocation: http://127.0.0.1/\r\n\r\n").status, 302);
+  EXPECT_FALSE(server.accept());
+}
+
+TEST_F(client, refuses_an_answer_to_another_key) {
+  ask();
+  EXPECT_EQ(refusal_of(upgrade_answer()).status, 101);
+}
+
+TEST_F(client, refuses_an_extension_it_did_not_offer) {
+  ask();
+  EXPECT_EQ(refusal_of(good_answer("Sec-WebSocket-Extensions: permessage-deflate\r\n")).status, 101);
+}
+
+TEST_F(client, refuses_a_subprotocol_it_did_not_offer) {
+  ask();
+  EXPECT_EQ(refusal_of(good_answer("Sec-WebSocket-Protocol: other\r\n")).status, 101);
+}
+
+TEST_F(client, refuses_an_upgrade_to_something_else) {
+  ask();
+  std::string answer = good_answer();
+  refusal_of(answer.replace(answer.find("websocket"), 9, "smalltalk"));
+}
+
+TEST_F(client, refuses_what_is_not_http) {
+  ask();
+  EXPECT_EQ(refusal_of("SSH-2.0-OpenSSH_9.2\r\n\r\n").status, 0);
+}
+
+TEST_F(client, refuses_a_header_without_end) {
+  ask();
+  const auto refusal = refusal_of("HTTP/1.1 101 Switching Protocols\r\nX: " + std::string(5000, 'x'));
+  EXPECT_NE(refusal.what.find("4096"), std::string::npos);
+}
+
+TEST_F(client, reports_a_server_that_closes_instead_of_answering) {
+  ask();
+  ASSERT_TRUE(server.peer.send("HTTP/1.1 101 Swit"));
+  server.peer.close();
+  ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == 1; }));
+  ask();
+  server.peer.reset();
+  ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == 2; }));
+  EXPECT_FALSE(transport->busy());
+}
+
+TEST_F(client, gives_up_a_server_that_does_not_answer_in_time) {
+  ask();
+  drive.skip(4900ms);
+  drive.turn();
+  EXPECT_TRUE(transport->busy());
+  drive.skip(200ms);
+  drive.turn();
+  EXPECT_FALSE(transport->busy());
+  ASSERT_EQ(drive.sink().refusals.size(), 1U);
+  EXPECT_NE(drive.sink().refusals[0].what.find("5 s"), std::string::npos) << drive.sink().refusals[0].what;
+  ask(); // and the next attempt begins anew
+}
+
+TEST_F(client, gives_up_a_host_that_does_not_accept_in_time) {
+  raw_server full{0};
+  std::vector<descriptor> waiting; // fill its queue: what comes next is not even answered
+  sockaddr_in there{};
+  there.sin_family = AF_INET;
+  there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  there.sin_port = htons(full.port);
+  for (int i = 0; i < 4; ++i) {
+    waiting.emplace_back(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+    ::connect(waiting.back().get(), reinterpret_cast<const sockaddr*>(&there), sizeof there);
+  }
+  auto late = connecting({.host = "127.0.0.1", .port = full.port});
+  driver drive_late{*late};
+  late->connect();
+  drive_late.turn();
+  for (int i = 0; i < 10; ++i) drive_late.turn();
+  EXPECT_TRUE(late->busy());
+  drive_late.skip(5100ms);
+  drive_late.turn();
+  EXPECT_FALSE(late->busy());
+  ASSERT_EQ(drive_late.sink().refusals.size(), 1U);
+  EXPECT_NE(drive_late.sink().refusals[0].what.find("no connection"), std::string::npos);
+}
+
+TEST_F(client, reports_that_nobody_listens) {
+  server.close();
+  for (std::size_t i = 1; i <= 3; ++i) {
+    transport->connect();
+    ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == i; }));
+    EXPECT_NE(drive.sink().refusals[i - 1].what.find("nobody listens"), std::string::npos);
+  }
+}
+
+TEST_F(client, leaves_nothing_behind_when_it_goes_in_the_middle) {
+  const auto count_after = [&](auto&& proceed) {
+    transport = make();
+    driver other{*transport};
+    transport->connect();
+    other.turn();
+    EXPECT_TRUE(other.until([&] { return server.accept(); }));
+    proceed(other);
+    transport.reset();
+    server.peer.close();
+    return open_descriptors();
+  };
+  const std::size_t before = count_after([](driver&) {});
+  EXPECT_EQ(count_after([&](driver& other) { // the request is sent
+              EXPECT_TRUE(other.until([&] { return server.peer.has("\r\n\r\n"); }));
+            }),
+            before);
+  EXPECT_EQ(count_after([&](driver& other) { // half the answer has come
+              EXPECT_TRUE(other.until([&] { return server.peer.has("\r\n\r\n"); }));
+              EXPECT_TRUE(server.peer.send("HTTP/1.1 101"));
+              other.turn();
+              other.turn();
+            }),
+            before);
+}
+
+TEST_F(client, keeps_no_descriptor_of_a_hundred_attempts) {
+  std::size_t before = 0;
+  for (std::size_t i = 1; i <= 100; ++i) {
+    ask();
+    if (i % 2)
+      ASSERT_TRUE(server.peer.send("HTTP/1.1 403 Forbidden\r\n\r\n"));
+    else
+      ASSERT_TRUE(server.peer.send(upgrade_answer()));
+    ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == i; }));
+    server.peer.close();
+    if (i == 2) before = open_descriptors();
+  }
+  EXPECT_EQ(open_descriptors(), before);
+}
+
+TEST(client_and_server, of_ours_understand_each_other) {
+  const std::string_view spoken[] = {"rowe.v1"};
+  auto robot = listening({.subprotocols = spoken});
+  auto hop = connecting({.host = "127.0.0.1", .port = robot->port(), .path = "/x", .subprotocols = spoken});
+  driver drive{*robot};
+  recording_sink& at_hop = drive.add(*hop);
+  hop->connect();
+  ASSERT_TRUE(drive.until([&] { return at_hop.opens.size() == 1 && drive.sink().opens.size() == 1; }));
+  EXPECT_EQ(at_hop.opens[0].subprotocol, "rowe.v1");
+  EXPECT_EQ(drive.sink().opens[0].subprotocol, "rowe.v1");
+  EXPECT_EQ(drive.sink().opens[0].path, "/x");
+  const std::string much(16'000, 'm');
+  EXPECT_EQ(write(*hop, at_hop.opens[0].id, "to the robot"), 12U);
+  EXPECT_EQ(write(*robot, drive.sink().opens[0].id, much), much.size());
+  ASSERT_TRUE(drive.until([&] {
+    return drive.sink().received[0] == "to the robot" && at_hop.received[0].size() == much.size();
+  }));
+  hop->close(at_hop.opens[0].id, close_how::flushed);
+  ASSERT_TRUE(drive.until([&] { return at_hop.closes.size() == 1 && drive.sink().closes.size() == 1; }));
+  EXPECT_EQ(at_hop.closes[0].cause, close_cause::asked);
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+}
+
+TEST(client_and_server, tell_why_there_is_no_room) {
+  auto robot = listening({.limits = {.connections_max = 1}});
+  driver drive{*robot};
+  const raw_socket first = upgraded(drive, *robot);
+  auto hop = connecting({.host = "127.0.0.1", .port = robot->port()});
+  recording_sink& at_hop = drive.add(*hop);
+  hop->connect();
+  ASSERT_TRUE(drive.until([&] { return at_hop.refusals.size() == 1; }));
+  EXPECT_EQ(at_hop.refusals[0].status, 503);
+}
+
+TEST(client_by_name, finds_localhost) {
+  auto robot = listening();
+  auto hop = connecting({.host = "localhost", .port = robot->port()});
+  driver drive{*robot};
+  recording_sink& at_hop = drive.add(*hop);
+  for (std::size_t i = 1; i <= 3; ++i) { // each attempt looks it up anew
+    hop->connect();
+    ASSERT_TRUE(drive.until([&] { return at_hop.opens.size() == i; }))
+        << (at_hop.refusals.empty() ? "" : at_hop.refusals[0].what);
+    robot->close(drive.sink().opens[i - 1].id, close_how::aborted);
+    ASSERT_TRUE(drive.until([&] { return at_hop.closes.size() == i; }));
+  }
+  EXPECT_EQ(at_hop.opens[0].address, "127.0.0.1:" + std::to_string(robot->port()));
+}
+
+TEST(client_by_name, gives_up_a_name_that_nobody_knows) {
+  auto hop = connecting({.host = "no-such-host.invalid", .port = 80});
+  driver drive{*hop};
+  hop->connect();
+  drive.turn();
+  EXPECT_TRUE(hop->busy());
+  drive.skip(5100ms); // a name server may take its time; we do not, and the helper is left to finish alone
+  ASSERT_TRUE(drive.until([&] { return drive.sink().refusals.size() == 1; }));
+  EXPECT_NE(drive.sink().refusals[0].what.find("no-such-host.invalid"), std::string::npos);
+  EXPECT_FALSE(hop->busy());
+}
+
+TEST(client_by_name, tries_each_address_in_turn) {
+  const std::string_view name[] = {"robot"};
+  auto robot = listening({.allow_hosts = name});
+  auto polled = poll_set::open();
+  ASSERT_TRUE(polled);
+  auto lws = lws_host::open(lws_role::client, {}, 1);
+  ASSERT_TRUE(lws);
+  const socket_limits limits;
+  socket_counters counters;
+  std::vector<std::byte> scratch(65536);
+  established connections{limits, *polled};
+  const descriptor waker{::eventfd(0, EFD_CLOEXEC)};
+  const connect_options options{.host = "robot", .port = robot->port()};
+  auto attempt = client_attempt::open(options, *polled, **lws, connections, counters, scratch, waker.get());
+  ASSERT_TRUE(attempt);
+  resolved_host three; // nobody at the first; the second cannot be routed to; ours
+  three.addresses[0] = *numeric_address("127.0.0.3", robot->port());
+  three.addresses[1] = *numeric_address("240.0.0.1", robot->port());
+  three.addresses[2] = *numeric_address("127.0.0.1", robot->port());
+  three.count = 3;
+  (*attempt)->use(three);
+
+  driver drive{*robot};
+  recording_sink ours;
+  (*attempt)->ask();
+  ASSERT_TRUE(drive.until([&] {
+    for (const socket_event& event : polled->take())
+      if (event.token.from == source::attempt) (*attempt)->on_event(event, drive.now(), ours);
+    (*attempt)->step(drive.now(), ours);
+    drive.skip(100ms); // an address may neither accept nor refuse
+    return !ours.opens.empty() || !ours.refusals.empty();
+  }));
+  ASSERT_EQ(ours.opens.size(), 1U) << ours.refusals.at(0).what;
+  EXPECT_EQ(ours.opens[0].address, "127.0.0.1:" + std::to_string(robot->port()));
+}
+
+TEST(client_options, are_checked_before_anything_is_tried) {
+  const auto refusal_of = [](const connect_options& options) {
+    const auto made = socket_transport::connect(options);
+    EXPECT_FALSE(made);
+    return made ? error{errc::full} : made.error();
+  };
+  const std::string long_host(101, 'h');
+  const std::string long_path = '/' + std::string(1024, 'p');
+  EXPECT_EQ(refusal_of({.host = ""}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "a b"}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "[::1]"}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "a\r\nEvil: 1"}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "a", .port = 0}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "a", .path = "x"}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "a", .path = "/x y"}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = "a", .path = "/\r\nEvil: 1"}).code, errc::bad_url);
+  EXPECT_EQ(refusal_of({.host = long_host}), (error{errc::too_big, 101, 100}));
+  EXPECT_EQ(refusal_of({.host = "a", .path = long_path}), (error{errc::too_big, 1025, 1024}));
+  EXPECT_EQ(refusal_of({.host = "a", .limits = {.header_bytes_max = 5000}}),
+            (error{errc::bad_argument, 5000, 4096}));
+}
+
+} // namespace
+} // namespace rowe::net

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support.hpp"
+
+namespace rowe::net {
+namespace {
+
+struct connection : testing::Test {
+  std::unique_ptr<socket_transport> transport = listening();
+  driver drive{*transport};
+  raw_socket client = upgraded(drive, *transport);
+  connection_id id = drive.sink().opens.at(0).id;
+
+  // Writes until something is refused; returns what was taken.
+  std::size_t fill(std::string_view piece) {
+    std::size_t taken = 0;
+    for (;;) {
+      const std::size_t now = write(*transport, id, piece);
+      taken += now;
+      if (now < piece.size()) return taken;
+    }
+  }
+  bool closed() { return !drive.sink().closes.empty(); }
+};
+
+TEST_F(connection, echoes) {
+  drive.sink().when_bytes = [&](connection_id from, std::span<std::byte> bytes) {
+    const std::span<const std::byte> piece = bytes;
+    EXPECT_EQ(transport->write(from, {&piece, 1}), bytes.size());
+  };
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(client.send("ping " + std::to_string(i) + ";"));
+    ASSERT_TRUE(drive.until([&] { return client.has("ping " + std::to_string(i) + ";"); }));
+  }
+}
+
+TEST_F(connection, takes_many_pieces_in_order) {
+  std::vector<std::string> texts;
+  std::vector<std::span<const std::byte>> pieces;
+  std::string whole;
+  for (int i = 0; i < 3000; ++i) whole += texts.emplace_back(std::to_string(i) + (i % 7 ? "," : ""));
+  for (const std::string& one : texts) pieces.push_back(std::as_bytes(std::span{one}));
+  pieces.insert(pieces.begin() + 5, std::span<const std::byte>{}); // an empty one is no end
+  EXPECT_EQ(transport->write(id, pieces), whole.size());
+  EXPECT_TRUE(drive.until([&] { return client.read() && client.text.size() >= whole.size(); }));
+  EXPECT_EQ(client.text, whole);
+}
+
+TEST_F(connection, refuses_what_has_no_room_and_says_when_there_is_room_again) {
+  std::string piece(100'000, 'a');
+  for (std::size_t i = 0; i < piece.size(); ++i) piece[i] = static_cast<char>('a' + i % 26);
+  std::string sent;
+  const auto push = [&] { // keeps its place in the endless repetition of `piece`
+    for (;;) {
+      const std::string_view rest = std::string_view{piece}.substr(sent.size() % piece.size());
+      const std::size_t taken = write(*transport, id, rest);
+      sent += rest.substr(0, taken);
+      if (taken < rest.size()) return;
+    }
+  };
+  push();
+  EXPECT_EQ(write(*transport, id, "more"), 0U);
+  while (sent.size() < 20'000'000) {
+    const int before = drive.sink().writables;
+    ASSERT_TRUE(drive.until([&] { return client.read() && drive.sink().writables > before; }));
+    push();
+  }
+  ASSERT_TRUE(drive.until([&] { return client.read() && client.text.size() == sent.size(); }));
+  EXPECT_TRUE(client.text == sent);
+}
+
+TEST_F(connection, says_nothing_of_room_when_nothing_was_refused) {
+  EXPECT_EQ(write(*transport, id, "a"), 1U);
+  ASSERT_TRUE(drive.until([&] { return client.has("a"); }));
+  drive.turn();
+  EXPECT_EQ(drive.sink().writables, 0);
+}
+
+TEST_F(connection, ends_when_the_peer_shuts_its_end) {
+  ASSERT_TRUE(client.send("last words"));
+  client.shut();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().received[id.index], "last words");
+  EXPECT_EQ(drive.sink().closes[0].id, id);
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::peer);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_FALSE(client.failed);
+}
+
+TEST_F(connection, ends_by_a_reset) {
+  client.reset();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+}
+
+TEST_F(connection, ends_by_a_reset_while_reading_is_off) {
+  transport->read_enabled(id, false);
+  client.reset();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+}
+
+TEST_F(connection, that_a_write_finds_dead_is_reported_once_by_the_next_poll) {
+  client.reset();
+  // The first write may still be taken for a living connection; a later one is not.
+  for (int i = 0; i < 3; ++i) (void)write(*transport, id, "x");
+  EXPECT_TRUE(drive.sink().closes.empty());
+  drive.turn();
+  drive.turn();
+  ASSERT_EQ(drive.sink().closes.size(), 1U);
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::reset);
+  EXPECT_EQ(write(*transport, id, "x"), 0U);
+}
+
+TEST_F(connection, is_cut_when_the_peer_acknowledges_nothing_for_the_write_deadline) {
+  const auto refill = [&](connection_id) { fill(std::string(100'000, 'x')); };
+  drive.sink().when_writable = refill; // the kernel moves bytes to the peer's buffer until that is full
+  refill(id);
+  int seconds = 0;
+  while (!closed() && ++seconds < 100) {
+    drive.skip(990ms);
+    drive.turn();
+    if (seconds == 1) {
+      EXPECT_FALSE(closed());
+    }
+    drive.skip(20ms);
+    drive.turn();
+  }
+  ASSERT_TRUE(closed());
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::timed_out);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.failed);
+}
+
+TEST_F(connection, is_not_cut_while_a_slow_peer_still_reads) {
+  fill(std::string(100'000, 'x'));
+  char some[65536];
+  for (int i = 0; i < 10 && drive.sink().writables == 0; ++i) {
+    while (::recv(client.fd(), some, sizeof some, 0) == static_cast<ssize_t>(sizeof some) &&
+           drive.sink().writables == 0)
+      drive.turn(); // until the peer's kernel has told ours
+    drive.skip(600ms);
+    drive.turn();
+    EXPECT_FALSE(closed());
+  }
+  drive.turn();
+  EXPECT_FALSE(closed());
+}
+
+TEST_F(connection, closes_flushed_after_everything_is_read) {
+  const std::size_t taken = fill(std::string(50'000, 'x'));
+  transport->close(id, close_how::flushed);
+  EXPECT_EQ(write(*transport, id, "late"), 0U);
+  drive.turn();
+  EXPECT_FALSE(closed());
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_FALSE(client.failed);
+  EXPECT_EQ(client.text.size(), taken);
+  EXPECT_FALSE(closed()) << "the peer's end is still open";
+  client.close();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+}
+
+TEST_F(connection, throws_away_what_arrives_while_it_closes) {
+  transport->close(id, close_how::flushed);
+  ASSERT_TRUE(client.send(std::string(100'000, 'x')));
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_FALSE(client.failed);
+  client.shut();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  EXPECT_TRUE(drive.sink().received[id.index].empty());
+}
+
+TEST_F(connection, cuts_a_peer_that_does_not_end_a_flushed_close) {
+  transport->close(id, close_how::flushed);
+  drive.skip(990ms);
+  drive.turn();
+  EXPECT_FALSE(closed());
+  drive.skip(20ms);
+  drive.turn();
+  ASSERT_TRUE(closed());
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+}
+
+TEST_F(connection, closes_aborted_by_a_reset_and_reports_it_in_the_next_poll) {
+  transport->close(id, close_how::aborted);
+  EXPECT_FALSE(closed());
+  drive.turn();
+  ASSERT_TRUE(closed());
+  EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_TRUE(client.failed);
+}
+
+TEST_F(connection, may_be_closed_from_within_every_report) {
+  drive.sink().when_bytes = [&](connection_id from, std::span<std::byte>) {
+    transport->close(from, close_how::aborted);
+  };
+  ASSERT_TRUE(client.send("x"));
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+
+  drive.sink().when_open = [&](connection_id opened) { transport->close(opened, close_how::flushed); };
+  raw_socket next{transport->port()};
+  ASSERT_TRUE(next.send(upgrade_request(transport->port()) + "behind"));
+  ASSERT_TRUE(drive.until([&] { return next.ended(); }));
+  EXPECT_EQ(next.text.substr(0, 12), "HTTP/1.1 101");
+  next.close();
+  ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == 2; }));
+}
+
+TEST_F(connection, does_nothing_for_an_id_that_is_stale) {
+  client.close();
+  ASSERT_TRUE(drive.until([&] { return closed(); }));
+  raw_socket next = upgraded(drive, *transport);
+  const connection_id fresh = drive.sink().opens.at(1).id;
+  ASSERT_EQ(fresh.index, id.index);
+  EXPECT_NE(fresh.generation, id.generation);
+  for (const connection_id stale : {id, connection_id{}, connection_id{1u << 20, 1}}) {
+    EXPECT_EQ(write(*transport, stale, "x"), 0U);
+    transport->read_enabled(stale, false);
+    transport->close(stale, close_how::aborted);
+  }
+  ASSERT_TRUE(next.send("alive"));
+  EXPECT_TRUE(drive.until([&] { return drive.sink().received[fresh.index] == "alive"; }));
+  EXPECT_EQ(drive.sink().closes.size(), 1U);
+}
+
+TEST_F(connection, is_not_read_while_reading_is_off) {
+  transport->read_enabled(id, false);
+  ASSERT_TRUE(client.send("held"));
+  for (int i = 0; i < 10; ++i) drive.turn();
+  EXPECT_TRUE(drive.sink().received[id.index].empty());
+  transport->read_enabled(id, true);
+  EXPECT_TRUE(drive.until([&] { return drive.sink().received[id.index] == "held"; }));
+}
+
+TEST_F(connection, alone_delivers_much_at_once) {
+  ASSERT_TRUE(client.send(std::string(60'000, 'x')));
+  ASSERT_TRUE(drive.until([&] { return drive.sink().received[id.index].size() == 60'000; }));
+  EXPECT_GT(*std::max_element(drive.sink().reads.begin(), drive.sink().reads.end()), 4096U);
+}
+
+TEST_F(connection, delivers_one_quantum_a_turn_while_others_are_readable_too) {
+  raw_socket other = upgraded(drive, *transport);
+  const connection_id other_id = drive.sink().opens.at(1).id;
+  ASSERT_TRUE(client.send(std::string(40'000, 'x')));
+  ASSERT_TRUE(other.send(std::string(40'000, 'y')));
+  auto& received = drive.sink().received;
+  drive.sink().reads.clear();
+  for (int turns = 1; turns <= 5; ++turns) {
+    drive.turn();
+    EXPECT_EQ(received[id.index].size(), 4096U * static_cast<unsigned>(turns));
+    EXPECT_EQ(received[other_id.index].size(), 4096U * static_cast<unsigned>(turns));
+  }
+  EXPECT_EQ(*std::max_element(drive.sink().reads.begin(), drive.sink().reads.end()), 4096U);
+}
+
+TEST(connections, clamp_the_send_buffer_when_asked) {
+  auto transport = listening({.limits = {.send_buffer_bytes = 16384}});
+  driver drive{*transport};
+  raw_socket client = upgraded(drive, *transport, 4096);
+  const connection_id id = drive.sink().opens.at(0).id;
+  std::size_t taken = 0;
+  const std::string piece(1000, 'x');
+  while (const std::size_t now = write(*transport, id, piece)) taken += now;
+  EXPECT_LT(taken, 100'000U); // unclamped: megabytes on loopback
+}
+
+} // namespace
+} // namespace rowe::net

@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <ifaddrs.h>
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "net/address.hpp"
+#include "support.hpp"
+
+namespace rowe::net {
+namespace {
+
+error refusal_of(const listen_options& options) {
+  const auto made = socket_transport::listen(options);
+  EXPECT_FALSE(made);
+  return made ? error{errc::full} : made.error();
+}
+
+// An address of this machine that is not loopback, or empty.
+std::string own_address(int family) {
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return {};
+  std::string found;
+  for (const ifaddrs* one = list; one && found.empty(); one = one->ifa_next) {
+    const auto address = address_of(one->ifa_addr);
+    if (!address || address->storage.ss_family != family || is_loopback(*address)) continue;
+    char text[address_text_bytes_max];
+    const std::string host{write_host(text, *address)};
+    if (host.find('%') == std::string::npos) found = host;
+  }
+  ::freeifaddrs(list);
+  return found;
+}
+
+TEST(listen, takes_any_free_port_and_says_which) {
+  auto one = listening();
+  auto other = listening();
+  EXPECT_NE(one->port(), 0);
+  EXPECT_NE(one->port(), other->port());
+}
+
+TEST(listen, on_loopback_cannot_be_reached_by_another_address_of_this_machine) {
+  auto transport = listening();
+  EXPECT_TRUE(raw_socket(transport->port()).connected());
+  const std::string address = own_address(AF_INET);
+  if (address.empty()) GTEST_SKIP() << "this machine has no address beyond loopback";
+  EXPECT_FALSE(raw_socket(transport->port(), address.c_str()).connected());
+  EXPECT_FALSE(raw_socket(transport->port(), "127.0.0.2").connected());
+}
+
+TEST(listen, on_ipv6_takes_no_ipv4) {
+  auto made = socket_transport::listen({.address = "::1"});
+  if (!made && made.error().value == EADDRNOTAVAIL) GTEST_SKIP() << "no IPv6 here";
+  ASSERT_TRUE(made);
+  EXPECT_FALSE(raw_socket((*made)->port()).connected());
+  driver drive{**made};
+  raw_socket client{(*made)->port(), "::1"};
+  std::string text = upgrade_request((*made)->port());
+  ASSERT_TRUE(client.send(text.replace(text.find("127.0.0.1"), 9, "[::1]")));
+  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
+  EXPECT_EQ(drive.sink().opens.at(0).address.substr(0, 6), "[::1]:");
+}
+
+TEST(listen, beyond_loopback_needs_insecure) {
+  EXPECT_EQ(refusal_of({.address = "0.0.0.0"}).code, errc::not_loopback);
+  EXPECT_EQ(refusal_of({.address = "::"}).code, errc::not_loopback);
+  EXPECT_EQ(refusal_of({.address = "192.0.2.1"}).code, errc::not_loopback);
+}
+
+TEST(listen, insecurely_answers_to_this_machines_names_and_addresses_only) {
+  const std::string address = own_address(AF_INET);
+  if (address.empty()) GTEST_SKIP() << "this machine has no address beyond loopback";
+  auto transport = listening({.address = "0.0.0.0", .insecure = true});
+  driver drive{*transport};
+  char name[256] = {};
+  ASSERT_EQ(::gethostname(name, sizeof name - 1), 0);
+  const auto status_for = [&](const std::string& host) {
+    raw_socket client{transport->port(), address.c_str()};
+    std::string text = upgrade_request(transport->port());
+    EXPECT_TRUE(client.send(text.replace(text.find("127.0.0.1"), 9, host)));
+    EXPECT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+    return client.text.substr(9, 3);
+  };
+  EXPECT_EQ(status_for(address), "101");
+  EXPECT_EQ(status_for(name), "101");
+  EXPECT_EQ(status_for(std::string{name} + ".local"), "101");
+  EXPECT_EQ(status_for("evil.example"), "403");
+}
+
+TEST(listen, refuses_what_is_no_numeric_address_or_not_of_this_machine) {
+  EXPECT_EQ(refusal_of({.address = "localhost"}), (error{errc::bad_address, EINVAL}));
+  EXPECT_EQ(refusal_of({.address = ""}), (error{errc::bad_address, EINVAL}));
+  EXPECT_EQ(refusal_of({.address = "127.0.0.1:80"}), (error{errc::bad_address, EINVAL}));
+  EXPECT_EQ(refusal_of({.address = "192.0.2.77", .insecure = true}),
+            (error{errc::bad_address, EADDRNOTAVAIL}));
+}
+
+TEST(listen, refuses_a_port_that_is_in_use) {
+  auto transport = listening();
+  EXPECT_EQ(refusal_of({.port = transport->port()}), (error{errc::address_in_use, transport->port()}));
+}
+
+TEST(listen, takes_a_port_again_whose_connections_linger) {
+  std::uint16_t port = 0;
+  {
+    auto transport = listening();
+    port = transport->port();
+    driver drive{*transport};
+    raw_socket client = upgraded(drive, *transport);
+    transport->close(drive.sink().opens[0].id, close_how::flushed); // our side ends in TIME_WAIT
+    ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+    client.close();
+    ASSERT_TRUE(drive.until([&] { return !drive.sink().closes.empty(); }));
+  }
+  EXPECT_TRUE(socket_transport::listen({.port = port}));
+}
+
+TEST(listen, refuses_limits_out_of_their_range_with_value_and_bound) {
+  EXPECT_EQ(refusal_of({.limits = {.connections_max = 0}}), (error{errc::bad_argument, 0, 1}));
+  EXPECT_EQ(refusal_of({.limits = {.connections_max = 65537}}), (error{errc::bad_argument, 65537, 65536}));
+  EXPECT_EQ(refusal_of({.limits = {.handshakes_max = 1025}}), (error{errc::bad_argument, 1025, 1024}));
+  EXPECT_EQ(refusal_of({.limits = {.header_bytes_max = 255}}), (error{errc::bad_argument, 255, 256}));
+  EXPECT_EQ(refusal_of({.limits = {.read_quantum_bytes = 8192, .read_alone_bytes = 4096}}),
+            (error{errc::bad_argument, 4096, 8192}));
+  EXPECT_EQ(refusal_of({.limits = {.write_timeout = 0s}}), (error{errc::bad_argument, 0, 1}));
+}
+
+TEST(listen, leaves_the_disposition_of_sigpipe_alone) {
+  for (const auto disposition : {SIG_DFL, SIG_IGN}) {
+    const auto before = std::signal(SIGPIPE, disposition);
+    { auto transport = listening(); }
+    EXPECT_EQ(std::signal(SIGPIPE, before), disposition);
+  }
+}
+
+TEST(listen, leaves_the_limit_of_open_files_alone) {
+  rlimit before{};
+  rlimit after{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  auto transport = listening({.limits = {.connections_max = 60000}});
+  ::getrlimit(RLIMIT_NOFILE, &after);
+  EXPECT_EQ(before.rlim_cur, after.rlim_cur);
+}
+
+// Lowers the limit of open files so that `spare` are left; puts it back.
+class few_descriptors {
+ public:
+  explicit few_descriptors(rlim_t spare) {
+    ::getrlimit(RLIMIT_NOFILE, &before_);
+    const descriptor lowest{::open("/dev/null", O_RDONLY | O_CLOEXEC)};
+    rlimit few = before_;
+    few.rlim_cur = static_cast<rlim_t>(lowest.get()) + spare;
+    ::setrlimit(RLIMIT_NOFILE, &few);
+  }
+  ~few_descriptors() { ::setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
+  auto transport = listening();
+  driver drive{*transport};
+  drive.turn();
+  raw_socket waiting{transport->port()};
+  {
+    const few_descriptors none{0};
+    ASSERT_TRUE(drive.until([&] { return transport->counters().accept_pauses == 1; }));
+    ASSERT_EQ(drive.sink().refusals.size(), 1U);
+    EXPECT_NE(drive.sink().refusals[0].remedy.find("ulimit"), std::string::npos);
+    for (int i = 0; i < 100; ++i) drive.turn(); // far less than the pause
+    EXPECT_EQ(transport->counters().accept_pauses, 1U);
+    // The pause bounds a wait, and nothing else ends it.
+    const auto begin = rt::monotonic_clock::now();
+    transport->wait(begin, begin + 20ms);
+    EXPECT_GE(rt::monotonic_clock::now() - begin, 20ms);
+    drive.skip(110ms);
+    drive.turn();
+    ASSERT_TRUE(drive.until([&] { return transport->counters().accept_pauses == 2; }));
+  }
+  drive.skip(110ms);
+  ASSERT_TRUE(waiting.send(upgrade_request(transport->port())));
+  EXPECT_TRUE(drive.until([&] { return waiting.has("\r\n\r\n"); }));
+  EXPECT_EQ(waiting.text.substr(0, 12), "HTTP/1.1 101");
+}
+
+TEST(listen, answers_503_when_an_upgrade_finds_no_descriptor_for_libwebsockets) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  {
+    const few_descriptors none{0};
+    ASSERT_TRUE(client.send(upgrade_request(transport->port())));
+    ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  }
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 503");
+  EXPECT_FALSE(client.failed);
+}
+
+TEST(listen, lets_go_of_every_descriptor) {
+  const std::size_t before = open_descriptors();
+  {
+    auto transport = listening();
+    driver drive{*transport};
+    const raw_socket client = upgraded(drive, *transport);
+    raw_socket silent{transport->port()};
+    raw_socket parting{transport->port()};
+    ASSERT_TRUE(parting.send("GET / HTTP/1.0\r\n\r\n"));
+    ASSERT_TRUE(drive.until([&] { return parting.ended(); }));
+    // A page under way, a connection being closed
+    static const std::string body(8 << 20, 'x');
+    drive.sink().answer = [](const service::http_request&) { return page_of(body); };
+    raw_socket reader{transport->port(), "127.0.0.1", 4096};
+    ASSERT_TRUE(reader.send(request(transport->port(), "/")));
+    ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+    const raw_socket closing = upgraded(drive, *transport);
+    transport->close(drive.sink().opens[1].id, close_how::flushed);
+    drive.turn();
+    EXPECT_GT(open_descriptors(), before + 10);
+  }
+  EXPECT_EQ(open_descriptors(), before);
+}
+
+TEST(listen, keeps_no_descriptor_of_two_hundred_connections_and_pages) {
+  auto transport = listening();
+  driver drive{*transport};
+  const auto visit = [&] {
+    raw_socket client = upgraded(drive, *transport);
+    ASSERT_TRUE(client.send("x"));
+    const std::size_t closes = drive.sink().closes.size();
+    client.close();
+    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() > closes; }));
+    raw_socket reader{transport->port()};
+    ASSERT_TRUE(reader.send(request(transport->port(), "/")));
+    ASSERT_TRUE(drive.until([&] { return reader.ended(); }));
+    reader.close();
+    drive.turn();
+  };
+  visit();
+  drive.turn();
+  const std::size_t before = open_descriptors();
+  for (int i = 0; i < 200; ++i) visit();
+  drive.turn();
+  EXPECT_EQ(open_descriptors(), before);
+  EXPECT_EQ(drive.sink().closes.size(), 201U);
+}
+
+TEST(listen, twice_in_one_process_keeps_the_endpoints_apart) {
+  auto one = listening();
+  auto other = listening();
+  driver drive{*one};
+  driver drive_other{*other};
+  const raw_socket first = upgraded(drive, *one);
+  {
+    const raw_socket second = upgraded(drive_other, *other);
+    one.reset(); // its libwebsockets context goes, the other one's stays
+    const raw_socket third = upgraded(drive_other, *other);
+    EXPECT_EQ(drive_other.sink().opens.size(), 2U);
+  }
+  EXPECT_TRUE(drive_other.until([&] { return drive_other.sink().closes.size() == 2; }));
+}
+
+} // namespace
+} // namespace rowe::net

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
+#include "net/deadline_list.hpp"
+#include "net/poll_set.hpp"
+#include "support.hpp"
+
+namespace rowe::net {
+namespace {
+
+rt::time_point clock_now() { return rt::monotonic_clock::now(); }
+
+TEST(waiting, lasts_until_its_end_when_nothing_happens) {
+  auto transport = listening();
+  recording_sink sink;
+  transport->poll(clock_now(), sink); // libwebsockets has its first turn
+  const auto begin = clock_now();
+  transport->wait(begin, begin + 30ms);
+  EXPECT_GE(clock_now() - begin, 30ms);
+}
+
+TEST(waiting, without_end_still_sleeps_for_long_stretches) {
+  auto transport = listening();
+  recording_sink sink;
+  transport->poll(clock_now(), sink);
+  const auto begin = clock_now();
+  // Each of these returns because of libwebsockets' turn, a quarter of a second after the last one. Were
+  // there a wake-up each millisecond, three waits could not last so long.
+  for (int i = 0; i < 3; ++i) {
+    transport->wait(clock_now(), rt::never);
+    transport->poll(clock_now(), sink);
+  }
+  EXPECT_GE(clock_now() - begin, 600ms);
+  EXPECT_LE(transport->counters().lws_turns, 4U);
+}
+
+TEST(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
+  auto transport = listening();
+  driver drive{*transport};
+  static const std::string body(8 << 20, 'x');
+  drive.sink().answer = [](const service::http_request&) { return page_of(body); };
+  raw_socket client{transport->port(), "127.0.0.1", 4096};
+  ASSERT_TRUE(client.send(request(transport->port(), "/")));
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
+  EXPECT_TRUE(transport->busy());
+  // The kernel may move bytes for a while; in the end a wait lasts.
+  EXPECT_TRUE(drive.until([&] {
+    const auto begin = clock_now();
+    transport->wait(drive.now(), drive.now() + 20ms);
+    return clock_now() - begin >= 20ms;
+  }));
+  EXPECT_TRUE(transport->busy());
+}
+
+TEST(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
+  auto transport = listening();
+  driver drive{*transport};
+  const raw_socket client = upgraded(drive, *transport);
+  ASSERT_TRUE(client.send("x"));
+  transport->wait(drive.now(), rt::never); // the test's time-out is the watchdog
+  drive.turn();
+  EXPECT_EQ(drive.sink().received.begin()->second, "x");
+}
+
+TEST(waiting, twice_before_a_poll_loses_nothing) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  ASSERT_TRUE(client.send(upgrade_request(transport->port()))); // reported once only: edge triggered
+  transport->wait(drive.now(), rt::never);
+  transport->wait(drive.now(), rt::never);
+  drive.turn();
+  EXPECT_EQ(drive.sink().opens.size(), 1U);
+}
+
+TEST(waiting, ends_at_once_while_a_close_is_unreported) {
+  auto transport = listening();
+  driver drive{*transport};
+  const raw_socket client = upgraded(drive, *transport);
+  transport->close(drive.sink().opens[0].id, close_how::aborted);
+  transport->wait(drive.now(), rt::never);
+  drive.turn();
+  EXPECT_EQ(drive.sink().closes.size(), 1U);
+}
+
+TEST(waiting, ends_for_a_deadline_of_the_transport_itself) {
+  auto transport = listening({.limits = {.header_timeout = 40ms}});
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  transport->wait(drive.now(), drive.now() + 3600s);
+  EXPECT_TRUE(drive.until([&] { return client.ended(); }));
+}
+
+TEST(waiting, is_ended_by_wake_from_another_thread) {
+  auto transport = listening();
+  recording_sink sink;
+  for (int i = 0; i < 100; ++i) {
+    const auto now = clock_now();
+    transport->poll(now, sink);
+    // The ring may come before the wait or during it. An hour ago, libwebsockets' next turn was an hour away:
+    // only the ring can end this, and the test's time-out is the watchdog.
+    std::thread other{[&] { transport->wake(); }};
+    transport->wait(now - 1h, rt::never);
+    other.join();
+  }
+}
+
+class poll_set_by : public testing::TestWithParam<sleeping_by> {};
+
+TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
+  auto polled = poll_set::open(GetParam());
+  ASSERT_TRUE(polled);
+  for (const rt::duration span : {rt::duration{100us}, rt::duration{5ms}}) {
+    const auto begin = clock_now();
+    polled->wait(span);
+    EXPECT_GE(clock_now() - begin, span);
+    for (const socket_event& event : polled->take()) EXPECT_EQ(event.token.from, source::timer);
+  }
+  int pair[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, pair), 0);
+  const descriptor one{pair[0]};
+  const descriptor other{pair[1]};
+  ASSERT_TRUE(polled->add(one.get(), EPOLLIN, {source::connection, 0xabcdef, 0x12345678}));
+  ASSERT_EQ(::write(other.get(), "x", 1), 1);
+  polled->wait(1h);
+  const auto events = polled->take();
+  ASSERT_EQ(events.size(), 1U);
+  EXPECT_EQ(events[0].token.from, source::connection);
+  EXPECT_EQ(events[0].token.index, 0xabcdefU);
+  EXPECT_EQ(events[0].token.generation, 0x12345678U);
+  polled->remove(one.get());
+  EXPECT_TRUE(polled->take().empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(both, poll_set_by, testing::Values(sleeping_by::epoll_pwait2, sleeping_by::timerfd));
+
+TEST(deadline_list, gives_out_in_the_order_of_arming) {
+  const rt::time_point start{1000s};
+  deadline_list list{5s};
+  deadline_node a;
+  deadline_node b;
+  deadline_node c;
+  EXPECT_EQ(list.next(), rt::never);
+  list.arm(a, start);
+  list.arm(b, start + 1s);
+  list.arm(c, start + 2s);
+  list.arm(a, start + 3s); // again: it goes to the end
+  EXPECT_EQ(list.next(), start + 6s);
+  EXPECT_EQ(list.take_due(start + 5s), nullptr);
+  EXPECT_EQ(list.take_due(start + 6s), &b);
+  EXPECT_EQ(list.oldest(), &c);
+  c.disarm();
+  c.disarm();
+  EXPECT_EQ(list.take_due(start + 9s), &a);
+  EXPECT_EQ(list.take_due(start + 9s), nullptr);
+  {
+    deadline_node gone;
+    list.arm(gone, start);
+  }
+  EXPECT_EQ(list.oldest(), nullptr);
+}
+
+} // namespace
+} // namespace rowe::net
