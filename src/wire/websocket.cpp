@@ -161,7 +161,6 @@ auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
     message_ = frame_.what;
     message_bytes_ = 0;
     fragments_ = 1;
-    text_.reset();
   }
   if (frame_.payload_bytes > limits_.message_bytes_max - message_bytes_) {
     return complaint{close_code::too_big, "the message is too big"};
@@ -292,6 +291,8 @@ bool frame_parser::check() const noexcept {
   if (limits_.message_bytes_max > assembly_.size() || message_bytes_ > limits_.message_bytes_max)
     return false;
   if (in_message_ && (fragments_ == 0 || fragments_ > std::max(limits_.fragments_max, 1U))) return false;
+  const bool in_text = message_ == opcode::text && (in_message_ || (in_frame_ && !is_control(frame_.what)));
+  if (!in_text && !text_.complete()) return false; // or the next text would begin inside a character
   if (!in_frame_) return true;
   if (is_control(frame_.what))
     return frame_.payload_bytes <= control_bytes_max && payload_done_ < frame_.payload_bytes;

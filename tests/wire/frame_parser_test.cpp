@@ -304,6 +304,16 @@ TEST(frame_parser, delivers_nothing_after_a_close) {
   EXPECT_FALSE(peer.parser().mid_message());
 }
 
+TEST(frame_parser, consumes_what_stands_behind_a_close_or_a_violation) {
+  for (const frame& last : {frame{.opcode = close_frame}, frame{.opcode = 3, .payload = "x"}}) {
+    std::string stream = bytes_of({last, {.payload = "behind"}});
+    frame_parser parser;
+    parser.reset(role::server, {.message_bytes_max = 0, .fragments_max = 1}, {});
+    EXPECT_EQ(parser.next({reinterpret_cast<std::byte*>(stream.data()), stream.size()}).consumed,
+              stream.size());
+  }
+}
+
 TEST(frame_parser, takes_a_close_between_fragments) {
   receiver peer;
   EXPECT_EQ(peer.feed(bytes_of(

@@ -44,7 +44,7 @@ TEST(judge_request, refuses_a_host_that_is_missing_or_malformed) {
 }
 
 TEST(judge_request, takes_hosts_by_option) {
-  constexpr std::string_view hosts[] = {"robot.local", "localhost:9000", "[fe80::1]"};
+  constexpr std::string_view hosts[] = {"robot.local", "localhost:9000", "[fe80::1]", "lab.local:9000"};
   handshake_policy policy{.port = 8080, .hosts = hosts};
   for (const std::string_view host :
        {"robot.local", "Robot.Local:8080", "localhost:9000", "[fe80::1]:8080", "localhost"}) {
@@ -52,6 +52,8 @@ TEST(judge_request, takes_hosts_by_option) {
   }
   EXPECT_TRUE(refused(upgrade({{"Host", "Host: robot.local:9000"}}), 403, "robot.local:9000", "", policy));
   EXPECT_TRUE(refused(upgrade({{"Host", "Host: localhost:9001"}}), 403, "localhost:9001", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: lab.local"}}), 403, "lab.local", "", policy));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: lab.local:8080"}}), 403, "lab.local:8080", "", policy));
   policy.any_host = true;
   EXPECT_TRUE(accepted(upgrade({{"Host", "Host: anything.example:1"}}), policy));
   EXPECT_TRUE(refused(upgrade({{"Host", "Host: a b"}}), 400, "malformed", "", policy));
@@ -78,6 +80,9 @@ TEST(judge_request, takes_the_origin_by_whose_name_it_was_called) {
   const handshake_policy policy{.port = 8080, .hosts = hosts};
   EXPECT_TRUE(
       accepted(upgrade({{"Host", "Host: robot.local"}, {"Origin", "Origin: https://robot.local"}}), policy));
+  EXPECT_TRUE(
+      refused(upgrade({{"Host", "Host: robot.local"}, {"Origin", "Origin: https://robot.local:9999"}}), 403,
+              "9999", "", policy));
   const handshake_policy any{.port = 8080, .any_host = true};
   EXPECT_TRUE(
       accepted(upgrade({{"Host", "Host: a.example:99"}, {"Origin", "Origin: http://a.example:99"}}), any));

@@ -248,6 +248,7 @@ TEST(rosbridge_decode, takes_the_other_policies_as_far_as_rowe_has_them) {
   EXPECT_FALSE(other.keep_all || other.latch || other.has_queue_length);
   EXPECT_EQ(other.deadline_ns, lifespan_for_ever);
   EXPECT_TRUE(with_qos(R"("durability":"transient_local")", "advertise").latch);
+  EXPECT_FALSE(with_qos(R"("durability":"best_available")", "advertise").latch);
 }
 
 TEST(rosbridge_decode, lets_depth_win_over_queue_length) {
