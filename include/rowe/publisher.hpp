@@ -48,8 +48,8 @@ class publisher {
   detail::lane_handle lane_;
 };
 
-// Publishes text that is JSON already. The service thread validates it; what is not JSON is dropped there and
-// counted as `malformed`.
+// Publishes text that is JSON already: one object. The service thread validates it; what is no JSON object is dropped
+// there and counted as `malformed`.
 template <>
 class publisher<json_text> {
  public:

@@ -22,6 +22,9 @@ using service::counter;
 // that has died, or a machine that has stopped, takes so long.
 constexpr duration answer_max = std::chrono::seconds{10};
 
+// And how long it waits for a lane that is being given back: a peer that takes nothing is cut after a second.
+constexpr duration closing_max = std::chrono::milliseconds{1500};
+
 constexpr std::uint32_t depth_max = 4096;
 
 std::string host_name() {
@@ -136,9 +139,7 @@ status endpoint_state::start(service::side ours) {
 
   rt::thread_options how{.name = "rowe", .priority = options_.service_priority};
   if (options_.service_cpu >= 0) how.cpu = options_.service_cpu;
-  thread_ = rt::thread{how, [this, how] {
-                         // Said again from inside, where the answer is at hand before the first cycle.
-                         const rt::grants granted = rt::prepare_this_thread(how);
+  thread_ = rt::thread{how, [this](const rt::grants& granted) {
                          core_->describe_thread(granted, memory_.locked());
                          loop_->run(static_cast<bool>(granted.fifo));
                        }};
@@ -165,6 +166,18 @@ status endpoint_state::check(std::string_view topic, const topic_options& option
                          options_.idle_policy == idle::poll;
   if (too_short) return error{errc::bad_argument, options.ttl.count(), options_.poll_period.count()};
   return {};
+}
+
+// Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces handles
+// finds the memory it had. A lane whose last values a peer does not take is not waited for longer than peers are.
+void endpoint_state::settle_lanes() noexcept {
+  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
+  for (lane& one : lanes_) {
+    if (one.state.load(std::memory_order_acquire) != lane_state::closing) continue;  // acquire: with close_lane()
+    one.news.wait_until(deadline, [&] {
+      return one.state.load(std::memory_order_acquire) == lane_state::free;  // acquire: pairs with detach()
+    });
+  }
 }
 
 // A free lane with `bytes` of memory: one that has enough from an earlier use, else one that is given some.
@@ -208,6 +221,7 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
 
   const std::lock_guard set_up{set_up_};
   if (closed_) return errc::closed;
+  settle_lanes();
   const auto found = find_lane(path_bytes(kept, options.depth, value_bytes));
   if (!found) return found.error();
   lane& built = **found;

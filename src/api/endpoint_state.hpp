@@ -56,6 +56,7 @@ class endpoint_state {
  private:
   status start(service::side ours);
   status check(std::string_view topic, const topic_options& options, lane_kind kind) const noexcept;
+  void settle_lanes() noexcept;
   result<lane*> find_lane(std::size_t bytes) noexcept;
 
   const endpoint_options options_;

@@ -199,11 +199,11 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
                  c.assembly.first(bounds_.message_bytes_max));
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
-  shown_.set_peers(++peers_);
   arm(timer::connection, id.index, now_ + care_period);
   attempts_failed_ = 0;
-  if (closing_) return close(c, wire::close_code::going_away, "the endpoint is closing");
-  if (c.ours == side::client) announce_all(c);
+  if (c.ours == side::client && !closing_) announce_all(c);
+  shown_.set_peers(++peers_);  // last: who waits for a peer may publish at once
+  if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
 }
 
 void core::on_close(connection_id id, close_cause cause) noexcept {

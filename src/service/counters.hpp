@@ -19,7 +19,7 @@ namespace rowe::service {
   X(outbox_full, loss, "dropped as the oldest: the peer does not read fast enough")                          \
   X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
-  X(malformed, loss, "not valid JSON")                                                                       \
+  X(malformed, loss, "not valid JSON, or not the object a message must be")                                                                      \
   X(inbox_full, loss, "dropped: the subscriber in this process does not take fast enough")                   \
   X(lost_with_peer, loss, "queued for a peer that went away")                                                \
   X(no_peer, chosen, "nobody listened")                                                                      \

@@ -108,7 +108,8 @@ void core::detach(std::uint32_t index) noexcept {
     let_go_topic(topic_index);
   }
   lane.heard_by.store(audience::nobody, std::memory_order_relaxed);  // relaxed: the store below publishes it
-  lane.state.store(lane_state::free, std::memory_order_release);     // release: pairs with the acquire in open_lane()
+  lane.state.store(lane_state::free, std::memory_order_release);     // release: pairs with the acquire in settle_lanes()
+  lane.news.notify();
 }
 
 // ---- out
@@ -149,7 +150,7 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
     return publish(topic_index, published, expires, [&](json::writer& into) { lane.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  if (!validator_.validate(text)) return add(counter::malformed);
+  if (!validator_.validate(text) || json::root(text).type != json::kind::object) return add(counter::malformed);
   publish(topic_index, published, expires, [&](json::writer& into) { into.raw(text); });
 }
 

@@ -72,12 +72,12 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
   auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
   on.cycles(2);
   EXPECT_EQ(server.hear().size(), 1U);
-  publish(lane, "1");
+  publish(lane, "{\"n\":1}");
   lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release);
   on.cycles(3);
   const auto heard = server.hear();
   ASSERT_EQ(heard.size(), 2U);
-  EXPECT_EQ(heard[0], R"({"op":"publish","topic":"/out","msg":1})");
+  EXPECT_EQ(heard[0], R"({"op":"publish","topic":"/out","msg":{"n":1}})");
   EXPECT_NE(heard[1].find(R"("op":"unadvertise")"), std::string::npos);
 }
 
@@ -87,10 +87,10 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  for (const char* text : {"1", "2", "3"}) publish(lane, text);
+  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(lane, text);
   on.cycle();
-  EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":1})", R"({"op":"publish","topic":"/out","msg":2})",
-                                  R"({"op":"publish","topic":"/out","msg":3})"}));
+  EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})", R"({"op":"publish","topic":"/out","msg":{"n":2}})",
+                                  R"({"op":"publish","topic":"/out","msg":{"n":3}})"}));
 }
 
 TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
@@ -100,15 +100,15 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
   on.cycle();
   (void)server.hear();
   on.net.weather_of(server.id()).room_bytes = 5;
-  publish(lane, "12345");
-  publish(lane, "67890");
+  publish(lane, "{\"n\":12345}");
+  publish(lane, "{\"n\":67890}");
   texts heard;
   for (int i = 0; i < 100; ++i) {
     on.cycle();
     for (auto& text : server.hear()) heard.push_back(std::move(text));
   }
   EXPECT_EQ(server.violated, "");
-  EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":12345})", R"({"op":"publish","topic":"/out","msg":67890})"}));
+  EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":{"n":12345}})", R"({"op":"publish","topic":"/out","msg":{"n":67890}})"}));
 }
 
 TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
@@ -156,7 +156,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   on.cycle();
   (void)server.hear();
   on.net.weather_of(server.id()).room_bytes = 3;
-  publish(lane, "1");
+  publish(lane, "{\"n\":1}");
   on.cycle();
   server.leave(rowe::service::close_cause::reset);
   on.cycles(2);
@@ -167,9 +167,9 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   on.cycles(2);
   EXPECT_EQ(again.hear().size(), 1U);  // the advertisement; nothing of what was queued for the old one
   EXPECT_EQ(again.violated, "");
-  publish(lane, "2");
+  publish(lane, "{\"n\":2}");
   on.cycle();
-  EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":2})"});
+  EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":{"n":2}})"});
 }
 
 }  // namespace

@@ -208,13 +208,13 @@ TEST_F(core_test, writes_urgent_topics_before_others) {
       std::memcpy(slot, text.data(), text.size());
     }));
   };
-  say(bulk, "1");
-  say(bulk, "2");
-  say(urgent, "3");
+  say(bulk, "{}");
+  say(bulk, R"({"n":2})");
+  say(urgent, "{}");
   on.cycle();
-  EXPECT_EQ(browser.hear(), (texts{R"({"op":"publish","topic":"/urgent","msg":3})",
-                                   R"({"op":"publish","topic":"/bulk","msg":1})",
-                                   R"({"op":"publish","topic":"/bulk","msg":2})"}));
+  EXPECT_EQ(browser.hear(), (texts{R"({"op":"publish","topic":"/urgent","msg":{}})",
+                                   R"({"op":"publish","topic":"/bulk","msg":{}})",
+                                   R"({"op":"publish","topic":"/bulk","msg":{"n":2}})"}));
 }
 
 TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
@@ -232,7 +232,7 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
   busy.net.weather_of(reader.id()).room_bytes = 0;
   for (auto* lane : {&first, &second}) {
     for (int i = 0; i < 128; ++i) {
-      ASSERT_TRUE(rowe::detail::publish_into(*lane, 1, busy.now, [](std::byte* slot) { *slot = std::byte{'1'}; }));
+      ASSERT_TRUE(rowe::detail::publish_into(*lane, 2, busy.now, [](std::byte* slot) { std::memcpy(slot, "{}", 2); }));
     }
   }
   busy.cycles(4);
@@ -256,15 +256,19 @@ TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
   EXPECT_EQ(on.count(counter::nonfinite), 1U);
 }
 
-TEST_F(core_test, drops_and_counts_text_that_is_not_json) {
+TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/text", 100);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/text"})");
   on.cycle();
-  ASSERT_TRUE(rowe::detail::publish_into(lane, 1, on.now, [](std::byte* slot) { *slot = std::byte{'{'}; }));
+  for (const std::string_view text : {"{", "7", "[{}]"}) {
+    ASSERT_TRUE(rowe::detail::publish_into(lane, text.size(), on.now, [&](std::byte* slot) {
+      std::memcpy(slot, text.data(), text.size());
+    }));
+  }
   on.cycle();
   EXPECT_TRUE(browser.hear().empty());
-  EXPECT_EQ(on.count(counter::malformed), 1U);
+  EXPECT_EQ(on.count(counter::malformed), 3U);
 }
 
 TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held) {
