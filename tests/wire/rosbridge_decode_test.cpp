@@ -71,8 +71,8 @@ TEST(rosbridge_decode, reads_roslibs_advertise_and_publish) {
   EXPECT_EQ(advertise->topic, "/probe/chatter");
   EXPECT_TRUE(advertise->latch);
   EXPECT_EQ(advertise->queue_size, 10);
-  const decoded publish{
-      R"({"op":"publish","id":"publish:/probe/chatter:0c4b929d","topic":"/probe/chatter","msg":{"data":"hello"}})"};
+  const decoded publish{R"({"op":"publish","id":"publish:/probe/chatter:0c4b929d","topic":"/probe/chatter",)"
+                        R"("msg":{"data":"hello"}})"};
   EXPECT_EQ(publish->what, op::publish);
   EXPECT_EQ(publish->topic, "/probe/chatter");
   EXPECT_EQ(publish->msg_raw, R"({"data":"hello"})");
@@ -92,9 +92,11 @@ TEST(rosbridge_decode, reads_roslibs_unsubscribe_and_unadvertise) {
 
 TEST(rosbridge_decode, names_what_rosbridge_has_and_rowe_has_not) {
   constexpr std::string_view texts[] = {
-      R"({"op":"call_service","id":"call_service:/probe/estop:0c28d7ab","service":"/probe/estop","args":{"data":true}})",
+      R"({"op":"call_service","id":"call_service:/probe/estop:0c28d7ab","service":"/probe/estop",)"
+      R"("args":{"data":true}})",
       R"({"op":"call_service","id":"call_service:/fail:f1ffc776","service":"/fail","args":{},"timeout":0.5})",
-      R"({"op":"call_service","id":"call_service:rosapi/topics:2aaa9f6a","service":"rosapi/topics","args":{}})",
+      R"({"op":"call_service","id":"call_service:rosapi/topics:2aaa9f6a","service":"rosapi/topics",)"
+      R"("args":{}})",
       R"({"op":"advertise_service","type":"std_srvs/srv/SetBool","service":"/probe/estop"})",
       R"({"op":"unadvertise_service","service":"/probe/estop"})",
       R"({"op":"service_response","service":"/x","values":{"success":true},"result":true,"id":"srv-1"})",
@@ -303,11 +305,13 @@ TEST(rosbridge_decode, refuses_with_a_sentence_that_names_member_value_and_limit
       {R"({"op":"subscribe","topic":"/t","queue_length":-1})",
        R"(subscribe: the member "queue_length" must not be negative; it is -1)"},
       {R"({"op":"subscribe","topic":"/t","queue_length":99999999999999999999})",
-       R"(subscribe: the member "queue_length" must be at most 9223372036854775807; it is 99999999999999999999)"},
+       R"(subscribe: the member "queue_length" must be at most 9223372036854775807; it is )"
+       R"(99999999999999999999)"},
       {R"({"op":"subscribe","topic":"/t","queue_length":null})",
        R"(subscribe: the member "queue_length" must be an integer; it is null)"},
       {R"({"op":"subscribe","topic":"/t","compression":"cbor"})",
-       R"(subscribe: the member "compression" asks for "cbor", which is not offered; use "none" or leave it out)"},
+       R"(subscribe: the member "compression" asks for "cbor", which is not offered; use "none" or )"
+       R"(leave it out)"},
       {R"({"op":"subscribe","topic":"/t","compression":1})",
        R"(subscribe: the member "compression" must be a string; it is 1)"},
       {R"({"op":"advertise","topic":"/t","latch":1})",
@@ -330,15 +334,19 @@ TEST(rosbridge_decode, refuses_with_a_sentence_that_names_member_value_and_limit
       {R"({"op":"subscribe","topic":"/t","qos":{"history":"keep"}})",
        R"(subscribe: the member "qos.history" must be "keep_last" or "keep_all"; it is "keep")"},
       {R"({"op":"subscribe","topic":"/t","qos":{"reliability":1}})",
-       R"(subscribe: the member "qos.reliability" must be "reliable", "best_effort" or "best_available"; it is 1)"},
+       R"(subscribe: the member "qos.reliability" must be "reliable", "best_effort" or )"
+       R"("best_available"; it is 1)"},
       {R"({"op":"subscribe","topic":"/t","qos":{"durability":"x"}})",
-       R"(subscribe: the member "qos.durability" must be "volatile", "transient_local" or "best_available"; it is "x")"},
+       R"(subscribe: the member "qos.durability" must be "volatile", "transient_local" or )"
+       R"("best_available"; it is "x")"},
       {R"({"op":"subscribe","topic":"/t","qos":{"lifespan":-0.5}})",
        R"(subscribe: the member "qos.lifespan" must not be negative; it is -0.5)"},
       {R"({"op":"subscribe","topic":"/t","qos":{"lifespan":"soon"}})",
-       R"(subscribe: the member "qos.lifespan" must be seconds, {"secs":s,"nsecs":n} or "infinite"; it is "soon")"},
+       R"(subscribe: the member "qos.lifespan" must be seconds, {"secs":s,"nsecs":n} or "infinite"; )"
+       R"(it is "soon")"},
       {R"({"op":"subscribe","topic":"/t","qos":{"lifespan":{"secs":1}}})",
-       R"(subscribe: the member "qos.lifespan" must be seconds, {"secs":s,"nsecs":n} or "infinite"; it is {"secs":1})"},
+       R"(subscribe: the member "qos.lifespan" must be seconds, {"secs":s,"nsecs":n} or "infinite"; )"
+       R"(it is {"secs":1})"},
       {R"({"op":"advertise","topic":"/t","qos":{"deadline":{"secs":1,"nsecs":-1}}})",
        R"(advertise: the member "qos.deadline" must not be negative; it is {"secs":1,"nsecs":-1})"},
       {R"({"op":"subscribe","topic":"/t","qos":{"depth":1,"depth":2}})",
