@@ -291,6 +291,7 @@ std::string_view phrase_of(std::uint16_t status) noexcept {
   case 426: return "Upgrade Required";
   case 429: return "Too Many Requests";
   case 431: return "Request Header Fields Too Large";
+  case 500: return "Internal Server Error";
   case 503: return "Service Unavailable";
   case 505: return "HTTP Version Not Supported";
   default: return "Refused";

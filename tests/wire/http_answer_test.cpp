@@ -39,6 +39,20 @@ TEST(write_refusal, says_what_the_status_demands) {
   EXPECT_TRUE(answer(header({"HEAD / HTTP/1.1", "Host: evil.example"})).ends_with("\r\n\r\n"));
 }
 
+TEST(write_refusal, names_every_status_that_rowe_answers) {
+  std::array<char, http_refusal_bytes_max> room{};
+  for (const std::uint16_t status : {400, 401, 403, 404, 405, 408, 426, 429, 431, 500, 503, 505}) {
+    http_refusal refusal;
+    refusal.set(status, "what", "remedy");
+    const std::string_view answer = write_refusal(room, refusal);
+    EXPECT_TRUE(answer.starts_with("HTTP/1.1 " + std::to_string(status) + " "));
+    EXPECT_FALSE(answer.starts_with("HTTP/1.1 " + std::to_string(status) + " Refused")) << status;
+  }
+  http_refusal other;
+  other.set(418, "what", "remedy");
+  EXPECT_TRUE(write_refusal(room, other).starts_with("HTTP/1.1 418 Refused\r\n"));
+}
+
 TEST(write_refusal, fits_the_room_it_promises_whatever_the_peer_sent) {
   std::array<char, http_refusal_bytes_max> room{};
   const std::string origin = "Origin: " + std::string(3000, '\xff');
