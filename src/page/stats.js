@@ -78,6 +78,9 @@ function write_topic(cell, { topic, type }, drawable) {
   cell.title = `${topic} ${type ?? ""}`;
 }
 
+// Topics of the endpoint itself, which stand last.
+const is_own = ({ topic }) => topic.startsWith("/rowe/");
+
 export class rate_table {
   constructor(body) {
     this.body = body;
@@ -88,7 +91,7 @@ export class rate_table {
   // a topic has a path. The rate is that of the count of messages; the endpoint's own, of a tenth of a
   // second, stands in.
   show(topics, at, shown, drawable) {
-    const listed = topics.slice(0, names_max);
+    const listed = [...topics].sort((one, other) => is_own(one) - is_own(other)).slice(0, names_max);
     const names = listed.map(({ topic }) => topic);
     for (const name of this.meters.keys()) if (!names.includes(name)) this.meters.delete(name);
     const rows = rows_of(this.body, names, 6);
@@ -98,7 +101,8 @@ export class rate_table {
       write_topic(cells[0], entry, drawable(entry));
       const meters = this.#meters_of(entry.topic);
       const hertz = meters.rate.rate(at, entry.messages);
-      const gap = meters.gap.peak(at, entry.gap_ms_max);
+      // The first gap told may be the pause before anybody listened.
+      const gap = Number.isFinite(hertz) ? meters.gap.peak(at, entry.gap_ms_max) : NaN;
       write(cells[1], rate(Number.isFinite(hertz) ? hertz : entry.rate_hz));
       write(cells[2], fixed(gap, gap < 100 ? 1 : 0));
       write(cells[3], count(entry.bytes));

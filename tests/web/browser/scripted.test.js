@@ -94,6 +94,18 @@ test("a robot without /odom shows the topic it has", limit, async () => {
   await shown.close();
 });
 
+test("own topics stand last, and a gap before anybody listened is not shown", limit, async () => {
+  const stats = stats_of([["/rowe/stats", ""], ["/odom", "nav_msgs/Odometry"]]);
+  const shown = await open({ "/rowe/stats": stats });
+  const rows = shown.page.locator("#rates tr");
+  await until("rows", async () => (await rows.count()) === 2);
+  assert.deepEqual(await rows.locator("th > :first-child").allTextContents(), ["/odom", "/rowe/stats"]);
+  assert.equal(await rows.first().locator("td").nth(1).textContent(), "\u2013");
+  shown.messages["/rowe/stats"] = { ...stats, uptime_s: 2 };
+  await until("a gap", async () => (await rows.first().locator("td").nth(1).textContent()) === "100");
+  await shown.close();
+});
+
 test("a counter that the page does not know is shown by its name", limit, async () => {
   const stats = stats_of([], { losses: { meteor_strikes: 2, throttled: 1234 } });
   const shown = await open({ "/rowe/stats": stats });

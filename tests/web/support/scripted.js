@@ -40,7 +40,7 @@ export class scripted_page {
         const msg = this.messages[topic];
         if (msg !== undefined) this.say({ op: "publish", topic, msg });
       }
-    }, 50);
+    }, 50).unref();  // a test that fails before close() must end all the same
   }
 
   text(id) {
