@@ -41,7 +41,8 @@ TEST(write_refusal, says_what_the_status_demands) {
 
 TEST(write_refusal, names_every_status_that_rowe_answers) {
   std::array<char, http_refusal_bytes_max> room{};
-  for (const std::uint16_t status : {400, 401, 403, 404, 405, 408, 426, 429, 431, 500, 503, 505}) {
+  constexpr std::uint16_t statuses[] = {400, 401, 403, 404, 405, 408, 426, 429, 431, 500, 503, 505};
+  for (const std::uint16_t status : statuses) {
     http_refusal refusal;
     refusal.set(status, "what", "remedy");
     const std::string_view answer = write_refusal(room, refusal);
