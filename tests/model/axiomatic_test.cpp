@@ -8,6 +8,9 @@
 #include <cstdint>
 #include <cstdlib>
 #include <random>
+#include <set>
+#include <string>
+#include <vector>
 
 #include "model/axioms.hpp"
 #include "model/program.hpp"
@@ -15,61 +18,115 @@
 namespace rowe::model {
 namespace {
 
-constexpr std::array load_orders{order::relaxed, order::acquire, order::seq_cst, order::seq_cst};
-constexpr std::array store_orders{order::relaxed, order::release, order::seq_cst, order::seq_cst};
-constexpr std::array exchange_orders{order::relaxed, order::acquire, order::release, order::acq_rel,
-                                     order::seq_cst};
-
-// Values differ, so that an outcome tells which store was read.
-instruction random_instruction(std::mt19937_64& dice, std::size_t words, std::uint64_t value) {
-  const std::size_t word = dice() % words;
-  switch (dice() % 7) {
-  case 0:
-  case 1:
-  case 2: return load(word, load_orders[dice() % load_orders.size()]);
-  case 3: return exchange(word, value, exchange_orders[dice() % exchange_orders.size()]);
-  default: return store(word, value, store_orders[dice() % store_orders.size()]);
+// Two of three are seq_cst: what may go wrong is mostly where they meet the others.
+order random_order(operation what, std::mt19937_64& dice) {
+  if (dice() % 3 != 0) return order::seq_cst;
+  switch (what) {
+  case operation::load: return dice() % 2 == 0 ? order::relaxed : order::acquire;
+  case operation::store: return dice() % 2 == 0 ? order::relaxed : order::release;
+  default: return std::array{order::relaxed, order::acquire, order::release, order::acq_rel}[dice() % 4];
   }
 }
 
+// Values differ, so that an outcome tells which store was read.
 program random_program(std::mt19937_64& dice, std::size_t threads, std::size_t instructions,
                        std::size_t words) {
+  constexpr std::array kinds{operation::load, operation::load, operation::store, operation::store,
+                             operation::exchange};
   program p(threads);
   for (std::size_t i = 0; i != instructions; ++i) {
-    p[i < threads ? i : dice() % threads].push_back(random_instruction(dice, words, i + 1));
+    const operation what = kinds[dice() % kinds.size()];
+    p[i < threads ? i : dice() % threads].push_back({what, dice() % words, i + 1, random_order(what, dice)});
   }
   return p;
 }
 
-void expect_same_outcomes(std::uint64_t seed, int programs, std::size_t threads, std::size_t instructions,
-                          std::size_t words) {
-  if (const char* given = std::getenv("ROWE_SEED")) seed = std::strtoull(given, nullptr, 0);
+// Programs in which two or three threads chase each other round in a circle, so that one edge more or less
+// between two operations decides whether the last outcome is possible. Their orders are dealt out anew each
+// time.
+constexpr std::size_t x = 0;
+constexpr std::size_t y = 1;
+constexpr std::size_t z = 2;
+constexpr order any = order::relaxed;
+const std::vector<program> circles{
+    {{store(x, 1, any), load(y, any)}, {store(y, 1, any), load(x, any)}},
+    {{exchange(x, 1, any), load(y, any)}, {exchange(y, 1, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 2, any)}, {store(y, 1, any), store(x, 2, any)}},
+    {{store(x, 1, any), store(y, 1, any)}, {store(y, 2, any), load(x, any)}},
+    {{store(x, 2, any), store(y, 1, any)}, {load(y, any), store(x, 1, any)}},
+    {{store(x, 1, any), load(y, any)}, {store(y, 1, any), load(z, any)}, {store(z, 1, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any)}, {load(y, any), load(z, any)}, {store(z, 1, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any)}, {load(y, any)}, {store(y, 2, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any)}, {exchange(y, 2, any)}, {store(y, 3, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any)},
+     {exchange(y, 2, any), load(z, any)},
+     {store(z, 1, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any)},
+     {exchange(y, 2, any), load(y, any)},
+     {store(y, 3, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any)}, {exchange(y, 2, any)}, {load(y, any), load(x, any)}},
+    {{store(x, 1, any)}, {load(x, any), load(y, any)}, {store(y, 1, any), load(x, any)}},
+    {{store(x, 1, any)}, {load(x, any), store(y, 1, any)}, {load(y, any), load(x, any)}},
+    {{store(x, 1, any)}, {store(y, 1, any)}, {load(x, any), load(y, any)}, {load(y, any), load(x, any)}},
+    {{store(x, 1, any), store(y, 1, any), store(y, 2, any)}, {load(y, any), load(x, any)}},
+};
+
+program with_random_orders(program p, std::mt19937_64& dice) {
+  for (auto& thread : p) {
+    for (instruction& i : thread) i.asks = random_order(i.what, dice);
+  }
+  return p;
+}
+
+std::string difference(const program& p) {
+  const std::set<outcome> explored = explored_outcomes(p);
+  const std::set<outcome> allowed = axiomatic{p}.outcomes();
+  std::string text;
+  for (const outcome& o : allowed) {
+    if (!explored.contains(o)) text += "never explored: " + text_of(o) + "\n";
+  }
+  for (const outcome& o : explored) {
+    if (!allowed.contains(o)) text += "not allowed: " + text_of(o) + "\n";
+  }
+  return text.empty() ? text : text + text_of(p);
+}
+
+std::uint64_t seed_or(std::uint64_t usual) {
+  const char* given = std::getenv("ROWE_SEED");
+  return given != nullptr ? std::strtoull(given, nullptr, 0) : usual;
+}
+
+void expect_same_outcomes(std::uint64_t usual_seed, int programs, std::size_t threads,
+                          std::size_t instructions, std::size_t words) {
+  const std::uint64_t seed = seed_or(usual_seed);
   std::mt19937_64 dice{seed};
   for (int n = 0; n != programs; ++n) {
-    const program p = random_program(dice, threads, instructions, words);
-    const std::set<outcome> explored = explored_outcomes(p);
-    const std::set<outcome> allowed = axiomatic{p}.outcomes();
-    if (explored == allowed) continue;
-    for (const outcome& o : allowed) {
-      if (!explored.contains(o)) ADD_FAILURE() << "never explored: " << text_of(o);
+    ASSERT_EQ(difference(random_program(dice, threads, instructions, words)), "")
+        << "ROWE_SEED=" << seed << ", program " << n;
+  }
+}
+
+TEST(explorer, finds_the_outcomes_the_axioms_allow_whatever_orders_circular_programs_have) {
+  const std::uint64_t seed = seed_or(5);
+  std::mt19937_64 dice{seed};
+  for (std::size_t c = 0; c != circles.size(); ++c) {
+    for (int n = 0; n != 100; ++n) {
+      ASSERT_EQ(difference(with_random_orders(circles[c], dice)), "")
+          << "ROWE_SEED=" << seed << ", circle " << c;
     }
-    for (const outcome& o : explored) {
-      if (!allowed.contains(o)) ADD_FAILURE() << "not allowed: " << text_of(o);
-    }
-    FAIL() << "seed " << seed << ", program " << n << "\n" << text_of(p);
   }
 }
 
 TEST(explorer, finds_the_outcomes_the_axioms_allow_for_two_threads) { expect_same_outcomes(1, 400, 2, 6, 2); }
 
 TEST(explorer, finds_the_outcomes_the_axioms_allow_for_three_threads) {
-  expect_same_outcomes(2, 400, 3, 6, 2);
+  expect_same_outcomes(2, 300, 3, 6, 2);
 }
 
-TEST(explorer, finds_the_outcomes_the_axioms_allow_for_three_words) { expect_same_outcomes(3, 200, 3, 7, 3); }
+TEST(explorer, finds_the_outcomes_the_axioms_allow_for_three_words) { expect_same_outcomes(3, 100, 3, 7, 3); }
 
 TEST(explorer, finds_the_outcomes_the_axioms_allow_for_four_threads) {
-  expect_same_outcomes(4, 200, 4, 6, 2);
+  expect_same_outcomes(4, 100, 4, 6, 2);
 }
 
 } // namespace

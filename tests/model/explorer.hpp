@@ -139,6 +139,7 @@ class explorer {
   std::size_t steps_ = 0;
   std::size_t early_returns_ = 0;
   bool indivisible_ = false;
+  bool just_picked_ = false;
   std::map<const void*, knowledge> locks_; // what each kernel object's lock hands on
   bool failed_ = false;
   bool tracing_ = false;
@@ -266,6 +267,7 @@ inline void explorer::point() {
     fail("more operations than a run may have: it does not end");
   }
   if (running_ == outside || indivisible_) return;
+  if (std::exchange(just_picked_, false)) return; // whoever else could go now could have been picked instead
   std::array<std::size_t, threads_max> ready;
   std::size_t count = 0;
   ready[count++] = running_;
@@ -276,12 +278,14 @@ inline void explorer::point() {
   if (next == running_) return;
   ++preemptions_;
   change_to(next);
+  just_picked_ = false; // back again, and about to do what this point stands before
 }
 
 inline void explorer::change_to(std::size_t next, bool for_good) {
   if (next == running_) return; // it gave up a wait with a deadline, and nobody else was picked
   fiber& from = threads_[running_].body;
   running_ = next;
+  just_picked_ = true;
   fiber::change(from, threads_[next].body, for_good);
 }
 

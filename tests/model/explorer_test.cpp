@@ -153,7 +153,7 @@ TEST(explorer, changes_threads_as_often_as_it_may_and_no_oftener) {
 
 TEST(explorer, fails_when_it_cannot_explore_everything) {
   options few;
-  few.runs_max = 3;
+  few.runs_max = 2;
   const report r = explore<passes_a_datum<order::release, order::acquire>>(few);
   EXPECT_TRUE(contains(r.failure, "too large to explore whole")) << r.text();
 }

@@ -2,10 +2,10 @@
 // The memory of C++20, operationally: every store of a word is kept, in modification order, and a load may
 // return any of them that coherence allows. The operations of a run are executed one after another in an
 // order that extends "sequenced before" and "reads from"; a load picks its store among those executed, a
-// store picks its place in the modification order. Happens-before is kept by vector clocks, and so is C++20's
-// "strongly happens before" for the total order of seq_cst operations, which is kept as a partial order: a
-// choice is offered if and only if what is known can still be completed to a total order. explorer.hpp says
-// what this model leaves out.
+// store picks its place in the modification order. Happens-before is kept by vector clocks. The total order
+// of the seq_cst operations is kept as the partial order of what must be so: a choice is offered if and only
+// if that stays free of cycles, so that it can be completed to a total order. explorer.hpp says what this
+// model leaves out.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -91,25 +91,12 @@ class memory {
   void acquire_from(std::size_t thread, const knowledge& carried) noexcept;
 
  private:
-  // What a reader of a store learns, if it acquires. A store that releases gives its own; a read-modify-write
-  // also passes on what it read (C++20's release sequence: read-modify-writes only, no plain stores of the
-  // same thread).
-  struct message {
-    knowledge happened; // happens before the acquiring load
-    knowledge strongly; // strongly happens before what is sequenced after the acquiring load
-    knowledge total;    // strongly happens before the load itself, if that is seq_cst: the head was seq_cst
-    void join(const message& other) noexcept {
-      happened.join(other.happened);
-      strongly.join(other.strongly);
-      total.join(other.total);
-    }
-  };
   struct written {
     std::uint64_t value;
     moment when;
     std::size_t position; // in the modification order
     bool modifies;        // written by a read-modify-write, which keeps its place next to the store it read
-    message carried;
+    knowledge carried;    // what a load that acquires it learns
   };
   struct read {
     moment when;
@@ -124,11 +111,6 @@ class memory {
     access last_write;
     std::vector<access> reads; // since the last write, the last one of each thread
   };
-  struct view {
-    knowledge happened; // what happens before the thread's next operation
-    knowledge strongly; // what strongly happens before it
-  };
-
   // A seq_cst operation. Its place among the operations on its word is that of the store it wrote or read.
   using set = std::bitset<steps_max>;
   struct total_operation {
@@ -139,35 +121,32 @@ class memory {
     set before; // those that precede it in every total order
   };
 
-  // Places on a word's line: a store at position p stands at 4p, its readers at 4p+2, and a store about to be
-  // put in between p-1 and p at 4p-1, behind the readers of p-1.
+  // Places on a word's line: a store at position p stands at 4p, its readers at 4p + 2, and a store about to
+  // be put in before position p at 4p - 1, behind the readers of p - 1.
   std::size_t place_of(const total_operation& t) const noexcept {
-    return 4 * words_[t.word].stores[t.store].position + (t.writes ? 0 : 2);
+    const std::size_t position = words_[t.word].stores[t.store].position;
+    return t.writes ? 4 * position : place_of_reader(position);
   }
+  static std::size_t place_of_reader(std::size_t position) noexcept { return 4 * position + 2; }
   static std::size_t place_of_new(std::size_t position) noexcept { return 4 * position - 1; }
 
   bool seen(std::size_t thread, const moment& m) const noexcept {
-    return m.thread == thread || views_[thread].happened.has(m);
+    return m.thread == thread || known_[thread].has(m);
   }
   moment begin_operation(std::size_t thread) noexcept;
-  moment plain_moment(std::size_t thread) const noexcept {
-    return {thread, views_[thread].happened[thread] + 1};
-  }
+  moment plain_moment(std::size_t thread) const noexcept { return {thread, known_[thread][thread] + 1}; }
   std::size_t oldest_allowed(std::size_t thread, const history& w) const noexcept;
   // Collects in `candidates_` what of [from, to] fits, the highest first, and lets the choices pick one.
   template <class Fits>
   std::size_t pick_position(std::size_t from, std::size_t to, Fits fits);
-  bool fits_total_order(const moment& when, std::size_t word, std::size_t place, const knowledge& strongly,
+  bool fits_total_order(std::size_t thread, std::size_t word, std::size_t place,
                         set* before = nullptr) const noexcept;
-  void enter_total_order(const moment& when, std::size_t word, std::size_t store, bool writes,
-                         const knowledge& strongly);
-  // What strongly happens before a seq_cst operation of `thread` that synchronises with `carried`.
-  knowledge strongly_with(std::size_t thread, const message& carried) const noexcept;
-  void learn(std::size_t thread, const message& carried) noexcept;
-  std::size_t put(history& w, std::size_t position, const written& s);
+  void enter_total_order(const moment& now, std::size_t word, std::size_t store, bool writes);
+  std::size_t pick_new_position(std::size_t thread, std::size_t number, order o);
+  static std::size_t put(history& w, const written& s);
 
   choices& choices_;
-  std::array<view, threads_max> views_{};
+  std::array<knowledge, threads_max> known_{}; // of each thread, what happens before its next operation
   std::vector<history> words_;
   std::vector<datum> data_;
   std::vector<total_operation> total_;
@@ -177,24 +156,20 @@ class memory {
 };
 
 inline void memory::clear() noexcept {
-  views_ = {};
+  known_ = {};
   words_made_ = 0; // the words themselves are used again, so that a run allocates next to nothing
   data_.clear();
   total_.clear();
 }
 
 inline void memory::fork(std::size_t parent, std::size_t child) noexcept {
-  const moment m = begin_operation(parent);
-  views_[child].happened.join(views_[parent].happened);
-  views_[child].strongly.join(views_[parent].strongly);
-  views_[child].strongly[parent] = m.tick;
+  (void)begin_operation(parent);
+  known_[child].join(known_[parent]);
 }
 
 inline void memory::join(std::size_t parent, std::size_t child) noexcept {
-  const moment m = begin_operation(child);
-  views_[parent].happened.join(views_[child].happened);
-  views_[parent].strongly.join(views_[child].strongly);
-  views_[parent].strongly[child] = m.tick;
+  (void)begin_operation(child);
+  known_[parent].join(known_[child]);
 }
 
 inline std::size_t memory::make_word(std::size_t thread, std::uint64_t value) {
@@ -214,9 +189,7 @@ inline std::size_t memory::make_plain(std::size_t thread, const site& where) {
 }
 
 inline moment memory::begin_operation(std::size_t thread) noexcept {
-  view& v = views_[thread];
-  v.strongly[thread] = v.happened[thread];
-  return {thread, ++v.happened[thread]};
+  return {thread, ++known_[thread][thread]};
 }
 
 // Coherence: nothing older than a store, or than the store read by a load, that happens before.
@@ -244,115 +217,77 @@ std::size_t memory::pick_position(std::size_t from, std::size_t to, Fits fits) {
 inline std::uint64_t memory::load(std::size_t thread, std::size_t number, order o) {
   const moment now = begin_operation(thread);
   history& w = words_[number];
-  const auto store_at = [&w](std::size_t position) -> const written& {
-    return w.stores[w.modification[position]];
-  };
   const std::size_t newest = w.modification.size() - 1;
   const std::size_t position = pick_position(oldest_allowed(thread, w), newest, [&](std::size_t p) {
-    return o != order::seq_cst ||
-           fits_total_order(now, number, 4 * p + 2, strongly_with(thread, store_at(p).carried));
+    return o != order::seq_cst || fits_total_order(thread, number, place_of_reader(p));
   });
   const std::size_t store = w.modification[position];
-  const written& s = w.stores[store];
   w.loads.push_back({now, store});
   newer_stores_ = newest - position;
-  if (o == order::seq_cst) {
-    views_[thread].strongly = strongly_with(thread, s.carried);
-    enter_total_order(now, number, store, false, views_[thread].strongly);
-  }
-  if (acquires(o)) learn(thread, s.carried);
-  return s.value;
+  if (o == order::seq_cst) enter_total_order(now, number, store, false);
+  if (acquires(o)) known_[thread].join(w.stores[store].carried);
+  return w.stores[store].value;
 }
 
 inline void memory::store(std::size_t thread, std::size_t number, std::uint64_t value, order o) {
   const moment now = begin_operation(thread);
   history& w = words_[number];
-  const view& v = views_[thread];
-  const std::size_t end = w.modification.size();
-  const std::size_t position = pick_position(oldest_allowed(thread, w) + 1, end, [&](std::size_t p) {
-    const bool splits = p != end && w.stores[w.modification[p]].modifies;
-    return !splits && (o != order::seq_cst || fits_total_order(now, number, place_of_new(p), v.strongly));
-  });
+  const std::size_t position = pick_new_position(thread, number, o);
   written s{value, now, position, false, {}};
-  if (releases(o)) s.carried = {v.happened, v.strongly, {}};
-  if (o == order::seq_cst) {
-    s.carried.total = v.strongly;
-    s.carried.total[thread] = now.tick;
-  }
-  newer_stores_ = end - position;
-  const std::size_t store = put(w, position, s);
-  if (o == order::seq_cst) enter_total_order(now, number, store, true, v.strongly);
+  if (releases(o)) s.carried = known_[thread];
+  const std::size_t store = put(w, s);
+  if (o == order::seq_cst) enter_total_order(now, number, store, true);
 }
 
+// It reads the store just before it in modification order, wherever the two stand, and passes on what that
+// carried: C++20's release sequence, which only read-modify-writes continue.
 inline std::uint64_t memory::exchange(std::size_t thread, std::size_t number, std::uint64_t value, order o) {
   const moment now = begin_operation(thread);
   history& w = words_[number];
-  const auto store_at = [&w](std::size_t position) -> const written& {
-    return w.stores[w.modification[position]];
-  };
-  const std::size_t end = w.modification.size();
-  // It reads the store just before it in modification order, wherever the two stand.
-  const std::size_t position = pick_position(oldest_allowed(thread, w) + 1, end, [&](std::size_t p) {
-    const bool splits = p != end && store_at(p).modifies;
-    return !splits &&
-           (o != order::seq_cst ||
-            fits_total_order(now, number, place_of_new(p), strongly_with(thread, store_at(p - 1).carried)));
-  });
-  const std::uint64_t before = store_at(position - 1).value;
-  const message passed_on = store_at(position - 1).carried;
-  if (o == order::seq_cst) views_[thread].strongly = strongly_with(thread, passed_on);
-  const knowledge strongly = views_[thread].strongly;
-  if (acquires(o)) learn(thread, passed_on);
-  written s{value, now, position, true, passed_on};
-  if (releases(o)) s.carried.join({views_[thread].happened, strongly, {}});
-  if (o == order::seq_cst) {
-    s.carried.total.join(strongly);
-    s.carried.total[thread] = now.tick;
-  }
-  newer_stores_ = end - position;
-  const std::size_t store = put(w, position, s);
-  if (o == order::seq_cst) enter_total_order(now, number, store, true, strongly);
-  return before;
+  const std::size_t position = pick_new_position(thread, number, o);
+  const written before = w.stores[w.modification[position - 1]];
+  const std::size_t store = put(w, {value, now, position, true, before.carried});
+  if (o == order::seq_cst) enter_total_order(now, number, store, true);
+  if (acquires(o)) known_[thread].join(before.carried);
+  if (releases(o)) w.stores[store].carried.join(known_[thread]);
+  return before.value;
 }
 
-inline std::size_t memory::put(history& w, std::size_t position, const written& s) {
+// Where a store or an exchange may go: behind what coherence puts before it, but not between a
+// read-modify-write and the store that it read.
+inline std::size_t memory::pick_new_position(std::size_t thread, std::size_t number, order o) {
+  const history& w = words_[number];
+  const std::size_t end = w.modification.size();
+  const std::size_t position = pick_position(oldest_allowed(thread, w) + 1, end, [&](std::size_t p) {
+    const bool splits = p != end && w.stores[w.modification[p]].modifies;
+    return !splits && (o != order::seq_cst || fits_total_order(thread, number, place_of_new(p)));
+  });
+  newer_stores_ = end - position;
+  return position;
+}
+
+inline std::size_t memory::put(history& w, const written& s) {
   const std::size_t store = w.stores.size();
   w.stores.push_back(s);
-  w.modification.insert(w.modification.begin() + static_cast<std::ptrdiff_t>(position), store);
-  for (std::size_t p = position + 1; p != w.modification.size(); ++p)
+  w.modification.insert(w.modification.begin() + static_cast<std::ptrdiff_t>(s.position), store);
+  for (std::size_t p = s.position + 1; p != w.modification.size(); ++p)
     w.stores[w.modification[p]].position = p;
   return store;
 }
 
-inline knowledge memory::strongly_with(std::size_t thread, const message& carried) const noexcept {
-  knowledge k = views_[thread].strongly;
-  k.join(carried.total);
-  return k;
-}
-
-// An acquiring operation has read `carried`. What is sequenced before anything that happens before it
-// strongly happens before the thread's later operations: of every other thread, all but the last operation
-// known.
-inline void memory::learn(std::size_t thread, const message& carried) noexcept {
-  view& v = views_[thread];
-  v.happened.join(carried.happened);
-  v.strongly.join(carried.strongly);
-  for (std::size_t other = 0; other != threads_max; ++other) {
-    if (other != thread && v.happened[other] != 0) {
-      v.strongly[other] = std::max(v.strongly[other], v.happened[other] - 1);
-    }
-  }
-}
-
-// Whether a seq_cst operation at `place` of its word's line closes no cycle: those that must come before it
-// are what strongly happens before it and what stands before it on the line; none that stands behind it may
-// be among them.
-inline bool memory::fits_total_order(const moment& when, std::size_t word, std::size_t place,
-                                     const knowledge& strongly, set* before) const noexcept {
+// Whether a seq_cst operation at `place` of its word's line closes no cycle. What must come before it: what
+// stands before it on the line (coherence order), and what strongly happens before it. That is its own
+// thread's past, and of another thread all but the last operation known, A: what is sequenced before A, which
+// happens before something sequenced before this. (A itself too, if both are seq_cst and this reads it; but
+// then it stands before it on the line. So this one rule and the closure below are the whole of "strongly
+// happens before" among seq_cst operations.)
+inline bool memory::fits_total_order(std::size_t thread, std::size_t word, std::size_t place,
+                                     set* before) const noexcept {
   set first;
   for (std::size_t i = 0; i != total_.size(); ++i) {
     const total_operation& t = total_[i];
-    if (t.when.thread == when.thread || strongly.has(t.when) || (t.word == word && place_of(t) < place)) {
+    const bool strongly = t.when.thread == thread || known_[thread][t.when.thread] > t.when.tick;
+    if (strongly || (t.word == word && place_of(t) < place)) {
       first |= t.before;
       first.set(i);
     }
@@ -364,12 +299,11 @@ inline bool memory::fits_total_order(const moment& when, std::size_t word, std::
   return true;
 }
 
-inline void memory::enter_total_order(const moment& when, std::size_t word, std::size_t store, bool writes,
-                                      const knowledge& strongly) {
-  total_operation entering{when, word, store, writes, {}};
+// Before the operation acquires: what it learns itself does not strongly happen before it.
+inline void memory::enter_total_order(const moment& now, std::size_t word, std::size_t store, bool writes) {
+  total_operation entering{now, word, store, writes, {}};
   const std::size_t place = place_of(entering);
-  (void)fits_total_order(when, word, place, strongly,
-                         &entering.before); // asked before the choice was offered
+  (void)fits_total_order(now.thread, word, place, &entering.before); // it does: the choice was offered
   const std::size_t self = total_.size();
   set behind;
   for (std::size_t i = 0; i != self; ++i)
@@ -403,12 +337,12 @@ inline const access* memory::write_plain(std::size_t thread, std::size_t number,
 
 inline void memory::release_into(std::size_t thread, knowledge& carried) noexcept {
   (void)begin_operation(thread);
-  carried.join(views_[thread].happened);
+  carried.join(known_[thread]);
 }
 
 inline void memory::acquire_from(std::size_t thread, const knowledge& carried) noexcept {
   (void)begin_operation(thread);
-  learn(thread, {carried, {}, {}});
+  known_[thread].join(carried);
 }
 
 } // namespace rowe::model

@@ -30,8 +30,8 @@ named_scenario scenario(const char* name) {
   return {name, [](const options& o) { return explore<Scenario>(o); }};
 }
 
-// Orders that may be weakened as far as `weakest` and nothing fails: those in `function` of the header, on
-// lines that contain `code`.
+// Orders that may be weakened as far as `weakest` and nothing fails: those in `function` of the header, in
+// statements that contain `code`.
 struct stronger_than_needed {
   std::string_view function;
   std::string_view code;
@@ -67,25 +67,46 @@ class mutation_test {
   }
 
  private:
+  struct statement_text {
+    std::string text;
+    std::size_t first_line;
+    std::size_t last_line;
+  };
+
   void find(const std::string& what) { (findings_ += what) += '\n'; }
-  const std::string& line_of(const use& u) const { return lines_.at(u.where.line - 1); }
+  const std::string& code_of(const use& u) const {
+    return statements_.at(statement_of_line_.at(u.where.line - 1)).text;
+  }
   bool in_header(const use& u) const { return std::string_view{u.where.file}.ends_with(header_); }
 
+  // Line by line without comments, and each line's statement: a call may be broken before its order.
   void read_header() {
     std::ifstream file{uses_.front().where.file};
-    for (std::string line; std::getline(file, line);) lines_.push_back(line.substr(0, line.find("//")));
+    std::string statement;
+    std::size_t first = 0;
+    for (std::string line; std::getline(file, line);) {
+      line.resize(std::min(line.find("//"), line.size()));
+      line.resize(line.find_last_not_of(' ') + 1);
+      statement += line.substr(std::min(line.find_first_not_of(' '), line.size())) + " ";
+      statement_of_line_.push_back(statements_.size());
+      if (line.empty() || std::string_view{";{}"}.find(line.back()) == std::string_view::npos) continue;
+      statements_.push_back({statement, first + 1, statement_of_line_.size()});
+      first = statement_of_line_.size();
+      statement.clear();
+    }
   }
 
-  // Of each line: as many accesses executed as it names orders.
+  // Of each statement: as many accesses executed as it names orders.
   void look_for_unreached() {
-    for (std::size_t l = 0; l != lines_.size(); ++l) {
+    for (const statement_text& s : statements_) {
       std::ptrdiff_t written = 0;
-      for (std::size_t at = 0; (at = lines_[l].find("memory_order_", at)) != std::string::npos; ++at)
-        ++written;
-      const std::ptrdiff_t executed =
-          std::count_if(uses_.begin(), uses_.end(), [l](const use& u) { return u.where.line == l + 1; });
+      for (std::size_t at = 0; (at = s.text.find("memory_order_", at)) != std::string::npos; ++at) ++written;
+      const std::ptrdiff_t executed = std::count_if(uses_.begin(), uses_.end(), [&s](const use& u) {
+        return u.where.line >= s.first_line && u.where.line <= s.last_line;
+      });
       if (executed >= written) continue;
-      find("no scenario reaches " + std::string{header_} + ":" + std::to_string(l + 1) + ": " + lines_[l]);
+      find("no scenario reaches " + std::string{header_} + ":" + std::to_string(s.first_line) + ": " +
+           s.text);
     }
   }
 
@@ -107,7 +128,7 @@ class mutation_test {
       if (is_listed(u, to)) {
         weaken(u, to);
       } else {
-        find("nothing fails with " + mutant + ": " + line_of(u));
+        find("nothing fails with " + mutant + ": " + code_of(u));
       }
     }
   }
@@ -135,7 +156,7 @@ class mutation_test {
     bool listed = false;
     for (std::size_t i = 0; i != listed_.size(); ++i) {
       const stronger_than_needed& l = listed_[i];
-      const bool meant = function_of(u.where) == l.function && line_of(u).find(l.code) != std::string::npos;
+      const bool meant = function_of(u.where) == l.function && code_of(u).find(l.code) != std::string::npos;
       if (!meant || !as_strong(to, l.weakest)) continue;
       listed = true;
       if (to == l.weakest) listed_used_[i] = true;
@@ -148,7 +169,8 @@ class mutation_test {
   std::span<const stronger_than_needed> listed_;
   std::vector<bool> listed_used_;
   std::vector<use> uses_;
-  std::vector<std::string> lines_;
+  std::vector<statement_text> statements_;
+  std::vector<std::size_t> statement_of_line_;
   std::string findings_;
 };
 
