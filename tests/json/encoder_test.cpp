@@ -13,6 +13,8 @@
 #include <rowe/ros.hpp>
 #include <rowe/schema.hpp>
 
+#include "texts.hpp"
+
 namespace {
 
 enum class gear : std::int8_t { reverse = -1, neutral, first };
@@ -207,12 +209,12 @@ TEST(encoder, places_commas_right_whichever_members_are_missing) {
     const auto set = [&](int bit, std::optional<int>& member, const char* text) {
       if ((present & bit) == 0) return;
       member = bit;
-      expected += (expected.empty() ? "" : ",") + std::string{text};
+      expected += tests::concat({expected.empty() ? "" : ",", text});
     };
     set(1, m.a, "\"a\":1");
     set(2, m.b, "\"b\":2");
     set(4, m.c, "\"c\":4");
-    EXPECT_EQ(text_of(m), '{' + expected + '}');
+    EXPECT_EQ(text_of(m), tests::concat({"{", expected, "}"}));
   }
   EXPECT_EQ(text_of(maybe_first{}), R"({"p":{"x":1,"y":2}})");
   EXPECT_EQ(text_of(maybe_first{.a = 1, .p = {}, .z = 2}), R"({"a":1,"p":{"x":1,"y":2},"z":2})");

@@ -9,19 +9,16 @@
 
 #include "equivalence.hpp"
 #include "padded.hpp"
+#include "texts.hpp"
 #include "json/fault.hpp"
 
 namespace rowe::json {
 namespace {
 
 using namespace std::string_literals;
+using tests::concat;
 using tests::padded;
-
-std::string repeat(std::string_view text, std::size_t count) {
-  std::string all;
-  for (std::size_t i = 0; i < count; ++i) all += text;
-  return all;
-}
+using tests::repeat;
 
 class validation : public ::testing::Test {
  protected:
@@ -100,7 +97,7 @@ TEST_F(validation, accepts_integers_beyond_64_bits) {
                                       "-170141183460469231731687303715884105728"}) {
     accepts(text);
   }
-  accepts("1" + repeat("0", 308));
+  accepts(concat({"1", repeat("0", 308)}));
 }
 
 TEST_F(validation, refuses_what_no_double_can_hold) {
@@ -109,7 +106,7 @@ TEST_F(validation, refuses_what_no_double_can_hold) {
   refuses("[1,1e309]", 3);
   refuses("1e99999999999999999999", 0);
   refuses("1.7976931348623159e308", 0);
-  refuses("1" + repeat("0", 309), 0);
+  refuses(concat({"1", repeat("0", 309)}), 0);
   refuses("{\"a\":18446744073709552000,\"b\":1e400}", 30);
 }
 
@@ -341,23 +338,25 @@ TEST_F(validation, judges_a_text_by_all_of_it) {
 
 TEST_F(validation, never_looks_at_what_stands_behind_the_text) {
   for (const std::string_view behind : {"", "]", "\"", "0", "e5", "\\", "\xff\xff", "}", "null"}) {
-    const std::string text = "[1,[2]" + std::string{behind} + std::string(reader::tailroom_bytes, ']');
+    const std::string text = concat({"[1,[2]", behind, repeat("]", reader::tailroom_bytes)});
     EXPECT_EQ(reader_.validate(std::string_view{text}.substr(0, 6)).code(), errc::malformed) << behind;
-    const std::string whole = "[1,2]" + std::string{behind} + std::string(reader::tailroom_bytes, ']');
+    const std::string whole = concat({"[1,2]", behind, repeat("]", reader::tailroom_bytes)});
     EXPECT_TRUE(reader_.validate(std::string_view{whole}.substr(0, 5))) << behind;
   }
 }
 
 TEST_F(validation, has_a_limit_of_depth) {
   const auto nested = [](std::size_t depth, std::string_view inside) {
-    return repeat("[", depth) + std::string{inside} + repeat("]", depth);
+    return concat({repeat("[", depth), inside, repeat("]", depth)});
   };
-  const auto objects = [](std::size_t depth) { return repeat("{\"a\":", depth) + "1" + repeat("}", depth); };
+  const auto objects = [](std::size_t depth) {
+    return concat({repeat("{\"a\":", depth), "1", repeat("}", depth)});
+  };
   for (const std::size_t depth : {1u, 62u, 63u, 64u}) {
     accepts(nested(depth, ""));
     accepts(nested(depth, "1"));
     accepts(objects(depth));
-    accepts("[[]," + nested(depth - 1, "1") + "]");
+    accepts(concat({"[[],", nested(depth - 1, "1"), "]"}));
   }
   for (const std::size_t depth : {65u, 66u, 100u, 10'000u}) {
     EXPECT_EQ(validate(nested(depth, "")).error(), (error{errc::too_deep, 64, 64})) << depth;
@@ -388,10 +387,10 @@ TEST_F(validation, is_not_disturbed_by_what_came_before) {
 }
 
 TEST_F(validation, takes_texts_up_to_its_limit) {
-  const std::string whole = "[\"" + std::string(64 * 1024 - 4, 'a') + "\"]";
+  const std::string whole = concat({"[\"", repeat("a", 64 * 1024 - 4), "\"]"});
   accepts(whole);
-  accepts("[" + repeat("1,", 32 * 1024 - 2) + "1]");
-  accepts("[" + repeat("[],", 21 * 1024) + "1]");
+  accepts(concat({"[", repeat("1,", 32 * 1024 - 2), "1]"}));
+  accepts(concat({"[", repeat("[],", 21 * 1024), "1]"}));
   accepts(std::string(64 * 1024 - 1, ' ') + "1");
   EXPECT_EQ(validate(whole + " ").code(), errc::too_big);
 }

@@ -15,6 +15,7 @@
 #include "equivalence.hpp"
 #include "padded.hpp"
 #include "rt/seed.hpp"
+#include "texts.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::json {
@@ -159,6 +160,7 @@ TEST(to_double, reads_the_nearest_double) {
   EXPECT_EQ(to_double(number("18446744073709551616")), 0x1p64);
   EXPECT_EQ(to_double(number("5e-324")), std::numeric_limits<double>::denorm_min());
   EXPECT_EQ(to_double(number("1.7976931348623157e308")), std::numeric_limits<double>::max());
+  EXPECT_EQ(to_double(number("0.1234567890123456789012345")), 0.1234567890123456789012345);
   EXPECT_FALSE(to_double(string("\"1\"")));
   EXPECT_FALSE(to_double({kind::null, "null"}));
 }
@@ -173,7 +175,7 @@ TEST(to_double, keeps_the_sign_of_zero) {
 TEST(to_double, takes_what_is_too_small_for_zero) {
   EXPECT_EQ(to_double(number("1e-400")), 0.0);
   EXPECT_EQ(to_double(number("123456789e-99999999999999999999")), 0.0);
-  EXPECT_EQ(to_double(number("0." + std::string(400, '0') + "1")), 0.0);
+  EXPECT_EQ(to_double(number(tests::concat({"0.", tests::repeat("0", 400), "1"}))), 0.0);
   EXPECT_EQ(to_double(number("0e99999999999999999999")), 0.0);
 }
 
@@ -289,9 +291,9 @@ class generator {
   void number() {
     if (below(2) == 0) text_ += '-';
     text_ += below(3) == 0 ? std::string{"0"} : std::to_string(1 + (random_() >> (1 + below(62))));
-    if (below(2) == 0) text_ += '.' + std::to_string(random_() >> below(64));
+    if (below(2) == 0) text_ += tests::concat({".", std::to_string(random_() >> below(64))});
     if (below(3) == 0)
-      text_ += (below(2) ? "e" : "E") + std::string{below(2) ? "-" : ""} + std::to_string(below(250));
+      text_ += tests::concat({below(2) ? "e" : "E", below(2) ? "-" : "", std::to_string(below(250))});
   }
 
   std::mt19937_64 random_;

@@ -10,6 +10,8 @@
 
 #include <gtest/gtest.h>
 
+#include "texts.hpp"
+
 namespace rowe::json {
 namespace {
 
@@ -24,6 +26,8 @@ std::string written(Write write) {
   EXPECT_FALSE(w.overflowed());
   return std::string{w.text()};
 }
+
+std::string in_quotes(std::string_view text) { return tests::concat({"\"", text, "\""}); }
 
 std::string string_of(std::string_view text) {
   return written([text](writer& w) { w.string(text); });
@@ -137,11 +141,11 @@ TEST(writer, finds_what_to_escape_at_every_position) {
       text[at] = '"';
       std::string expected = text;
       expected.insert(at, 1, '\\');
-      EXPECT_EQ(string_of(text), '"' + expected + '"');
+      EXPECT_EQ(string_of(text), in_quotes(expected));
       text[at] = '\x1f';
       expected = text;
       expected.replace(at, 1, "\\u001f");
-      EXPECT_EQ(string_of(text), '"' + expected + '"');
+      EXPECT_EQ(string_of(text), in_quotes(expected));
     }
   }
 }
@@ -159,7 +163,7 @@ TEST(writer, escapes_keys_as_it_does_strings) {
 TEST(writer, keeps_utf8_as_it_is) {
   for (const std::string_view text :
        {"é", "€", "😀", "aé€😀z", "\xf4\x8f\xbf\xbf", "\xed\x9f\xbf", "\xee\x80\x80"}) {
-    EXPECT_EQ(string_of(text), '"' + std::string{text} + '"');
+    EXPECT_EQ(string_of(text), in_quotes(text));
   }
 }
 
