@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// The JSON reader under arbitrary bytes. The input is the text. What is required: the walkers stay inside any
+// text, validated or not; the reader's verdict is that of its own scan, and of simdjson's two parsers
+// wherever these have a say; the byte that it blames lies in the text; in a valid text the walkers find,
+// value by value, what those parsers find; and a string or number of it, written by the writer, reads back
+// the same.
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "fuzz/require.hpp"
+#include "json/equivalence.hpp"
+#include "json/fault.hpp"
+#include "json/padded.hpp"
+#include "json/reader.hpp"
+#include "json/writer.hpp"
+
+namespace {
+
+using namespace rowe::json;
+using rowe::fuzz::require;
+using rowe::tests::padded;
+
+constexpr std::size_t bytes_max = 64 * 1024;
+constexpr std::size_t depth_max = 16; // low, so that it is reached
+
+// Visits everything that can be reached.
+void visit(const value& v, std::size_t& steps, std::size_t steps_max) {
+  require(++steps <= steps_max, "a walk ends");
+  std::array<char, 32> scratch;
+  (void)to_string(v, scratch);
+  (void)to_double(v);
+  (void)to_integer(v);
+  (void)to_unsigned(v);
+  (void)to_boolean(v);
+  (void)text_is(v, "publish");
+  array_walk elements{v.raw};
+  for (value e; elements.next(e);) visit(e, steps, steps_max);
+  object_walk members{v.raw};
+  for (member m; members.next(m);) {
+    (void)name_is(m, "op");
+    visit(m.what, steps, steps_max);
+  }
+}
+
+// On exactly so many bytes of the heap, for the address sanitizer to watch. Nesting is what recursion here,
+// and only here, depends on.
+void walk_unvalidated(std::string_view text) {
+  const auto exact = std::make_unique<char[]>(text.size());
+  std::memcpy(exact.get(), text.data(), text.size());
+  const std::string_view copy{exact.get(), text.size()};
+  std::size_t steps = 0;
+  visit(root(copy), steps, text.size() + 1);
+  visit({kind::string, copy}, steps, 3 * text.size() + 3);
+  (void)find(copy, "op");
+}
+
+// What is read can be written, and reads back the same.
+void write_again(reader& r, const value& v) {
+  std::string room(v.raw.size() * 6 + 64, '\0');
+  std::string scratch(v.raw.size(), '\0');
+  writer w{room};
+  if (v.type == kind::string) {
+    const auto text = to_string(v, scratch);
+    require(text.has_value(), "scratch of the text's size suffices");
+    w.string(*text);
+    require(!w.overflowed() && w.invalid_utf8() == 0, "a string of a valid text is UTF-8");
+    require(text_is(root(w.text()), *text), "a string reads back the same");
+  } else if (v.type == kind::number) {
+    const auto x = to_double(v);
+    require(x.has_value(), "a number of a valid text is a double");
+    w.number(*x);
+    const auto y = to_double(root(w.text()));
+    require(y && std::bit_cast<std::uint64_t>(*x) == std::bit_cast<std::uint64_t>(*y),
+            "a number reads back the same");
+  } else {
+    array_walk elements{v.raw};
+    for (value e; elements.next(e);) write_again(r, e);
+    object_walk members{v.raw};
+    for (member m; members.next(m);) write_again(r, m.what);
+    return;
+  }
+  const padded written{w.text()};
+  require(r.validate(written.text()).has_value() || written.text().size() > bytes_max,
+          "what is written is valid");
+}
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size > bytes_max) return 0;
+  static reader r = reader::create(bytes_max, depth_max).value();
+  static simdjson::dom::parser dom;
+  const std::string_view raw{reinterpret_cast<const char*>(data), size};
+  if (size < 2000) walk_unvalidated(raw);
+
+  const padded p{raw};
+  const std::string_view text = p.text();
+  const rowe::status status = r.validate(text);
+  const fault found = find_fault(text, depth_max);
+  require(status.has_value() == (found.what == fault_kind::none), "the scan agrees with the reader");
+  require(found.at <= text.size(), "the fault lies in the text");
+  if (!status) {
+    require(status.code() ==
+                (found.what == fault_kind::too_deep ? rowe::errc::too_deep : rowe::errc::malformed),
+            "the reader says what the scan says");
+    require(status.error().value == static_cast<std::int64_t>(found.at), "and where");
+  }
+
+  // simdjson without our limit of depth; its own is 1024.
+  const bool valid = status.has_value() || find_fault(text, fault_depth_limit).what == fault_kind::none;
+  simdjson::dom::element element;
+  const simdjson::error_code error = dom.parse(text.data(), text.size(), false).get(element);
+  if (error == simdjson::SUCCESS) {
+    require(valid, "the DOM accepts nothing that we refuse");
+    require(rowe::tests::same(root(text), element), "the walkers find what the DOM finds");
+  } else if (valid) {
+    require(error == simdjson::NUMBER_ERROR || error == simdjson::DEPTH_ERROR,
+            "what the DOM refuses and we accept is a large integer");
+  }
+
+  using rowe::tests::verdict;
+  const verdict walked =
+      rowe::tests::compare_on_demand(text, text.size() + reader::tailroom_bytes, fault_depth_limit);
+  if (walked != verdict::unknown && error != simdjson::DEPTH_ERROR) {
+    require(valid == (walked != verdict::invalid), "a full on-demand walk agrees");
+    require(!valid || walked == verdict::same, "and finds what the walkers find");
+  }
+  if (status) write_again(r, root(text));
+  return 0;
+}
