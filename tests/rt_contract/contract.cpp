@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contract.hpp"
+
+#include <rowe/rt/thread.hpp>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+
+namespace rowe::contract {
+namespace {
+
+constexpr std::size_t memory_bytes = 4 << 20;
+
+// A child process that does nothing but exist. Only its parent's main thread can make it: the real-time
+// thread is not allowed to.
+class idle_child {
+ public:
+  void start() {
+    pid_ = ::fork();
+    if (pid_ == 0) {
+      for (;;) ::pause();
+    }
+  }
+  ~idle_child() {
+    if (pid_ <= 0) return;
+    ::kill(pid_, SIGKILL);
+    ::waitpid(pid_, nullptr, 0);
+  }
+  bool alive() const { return pid_ > 0; }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+class clock_put_into_the_kernel {
+ public:
+  explicit clock_put_into_the_kernel(bool there) { put_clock_into_the_kernel(there); }
+  ~clock_put_into_the_kernel() { put_clock_into_the_kernel(false); }
+};
+
+} // namespace
+
+real_time::real_time(circumstance under, std::function<void()> fork_a_child)
+    : memory_{memory_bytes, rt::page_lock::none}, under_{under}, fork_a_child_{std::move(fork_a_child)} {
+  pthread_attr_t attributes;
+  void* lowest = nullptr;
+  std::size_t bytes = 0;
+  ::pthread_getattr_np(::pthread_self(), &attributes);
+  ::pthread_attr_getstack(&attributes, &lowest, &bytes);
+  ::pthread_attr_destroy(&attributes);
+  stack_end_ = static_cast<char*>(lowest) + bytes;
+}
+
+void real_time::before_measuring() {
+  if (under_ == circumstance::beside_a_forked_child) {
+    fork_a_child_();
+    write_to_own_stack();
+  }
+  (void)rt::tripwire::arm().disarm(); // the scope's own first faults
+}
+
+// A stack is private memory by nature: after a fork each of its pages faults once. The thread's own variables
+// lie at its end.
+void real_time::write_to_own_stack() noexcept {
+  constexpr std::size_t below = 32 * 1024;
+  volatile char room[below];
+  for (std::size_t i = 0; i < below; i += 1024) room[i] = 0;
+  use(room);
+  for (char* at = static_cast<char*>(__builtin_frame_address(0)); at < stack_end_; at += 1024) {
+    volatile char* const byte = at;
+    *byte = *byte;
+  }
+  volatile char* const last = stack_end_ - 1;
+  *last = *last;
+}
+
+outcome perform(const exercise& one, circumstance under) {
+  enum class stage { running, wants_a_child, has_a_child, done };
+  std::atomic<stage> now{stage::running};
+  const auto proceed = [&](stage next) {
+    now = next;
+    now.notify_all();
+  };
+  outcome result;
+  idle_child child;
+  const clock_put_into_the_kernel clock{under == circumstance::with_a_clock_in_the_kernel};
+  const rt::thread thread{{.name = "contract"}, [&] {
+                            try {
+                              if (!rt::tripwire::watch_system_calls())
+                                throw std::runtime_error{std::strerror(errno)};
+                              real_time here{under, [&] {
+                                               proceed(stage::wants_a_child);
+                                               now.wait(stage::wants_a_child);
+                                             }};
+                              one.run(here);
+                              result.seen = here.seen();
+                              if (!here.measured()) result.trouble = "no call was measured";
+                            } catch (const std::exception& e) {
+                              result.trouble = e.what();
+                            }
+                            proceed(stage::done);
+                          }};
+  if (thread.error() != 0) return {{}, std::strerror(thread.error())};
+  now.wait(stage::running);
+  if (now == stage::wants_a_child) {
+    child.start();
+    if (!child.alive()) result.trouble = "no child could be forked";
+    proceed(stage::has_a_child);
+    now.wait(stage::has_a_child);
+  }
+  return result;
+}
+
+std::vector<exercise> all_exercises() {
+  std::vector<exercise> all;
+  for (const auto part : {exercises_of_rings(), exercises_of_slots(), exercises_of_time(),
+                          exercises_of_the_wheel(), exercises_of_values(), exercises_of_handles()}) {
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+
+} // namespace rowe::contract

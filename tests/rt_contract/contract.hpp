@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The real-time contract as a test: each function marked ROWE_RT is called a million times in each state it
+// can be in, under the tripwire, and must make no system call, touch no heap and no lock, and cause no page
+// fault.
+//
+// An exercise names the function, the state, and how to reach it; it arranges that state in a real-time
+// thread of its own and then hands the call to `calls`. completeness.py compares the names with the headers.
+#pragma once
+#include <pthread.h>
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/tripwire.hpp>
+
+namespace rowe::contract {
+
+inline constexpr std::uint64_t calls_made = 1'000'000;
+// Of functions that take microseconds, and under all circumstances but the ordinary one.
+inline constexpr std::uint64_t slow_calls_made = 100'000;
+
+// What the calls are made under.
+enum class circumstance : std::uint8_t {
+  ordinary,
+  // fork() makes private pages copy-on-write, so that they fault once more: those of the library must not be
+  // private.
+  beside_a_forked_child,
+  // A clock source without a vDSO: whoever reads the clock makes a system call, and nobody but the loop may.
+  with_a_clock_in_the_kernel,
+};
+
+// Keeps the compiler from leaving a call out.
+template <class T>
+void use(T&& value) noexcept {
+  asm volatile("" : : "r"(&value) : "memory");
+}
+
+// The memory of an exercise, and the measured calls. Lives in the real-time thread.
+class real_time {
+ public:
+  real_time(circumstance under, std::function<void()> fork_a_child);
+
+  // In memory as the library's own: shared, present, never destroyed.
+  template <class T, class... Arguments>
+  T& make(Arguments&&... arguments) {
+    const std::span<std::byte> room = memory_.carve_bytes(sizeof(T), alignof(T));
+    if (room.empty()) throw std::length_error{"the exercise's memory is too small"};
+    return *std::construct_at(reinterpret_cast<T*>(room.data()), std::forward<Arguments>(arguments)...);
+  }
+  template <class T>
+  std::span<T> array(std::size_t count) {
+    const std::span<T> made = memory_.carve<T>(count);
+    if (made.size() != count) throw std::length_error{"the exercise's memory is too small"};
+    return made;
+  }
+
+  // Makes the calls: call(i) for i from 0 on.
+  template <class Call>
+  void calls(Call&& call) {
+    make_calls(call, under_ == circumstance::ordinary ? calls_made : slow_calls_made);
+  }
+  template <class Call>
+  void slow_calls(Call&& call) {
+    make_calls(call, slow_calls_made);
+  }
+
+  const rt::tripwire::report& seen() const noexcept { return seen_; }
+  bool measured() const noexcept { return measured_; }
+
+ private:
+  static constexpr std::uint64_t warming_calls =
+      16; // code and constants are paged in by them; not an exercise's data
+
+  template <class Call>
+  void make_calls(Call& call, std::uint64_t count) {
+    std::uint64_t i = 0;
+    for (; i < warming_calls; ++i) call(i);
+    before_measuring();
+    auto wire = rt::tripwire::arm();
+    for (const std::uint64_t end = i + count; i < end; ++i) call(i);
+    seen_ = wire.disarm();
+    measured_ = true;
+  }
+  void before_measuring();
+  void write_to_own_stack() noexcept;
+
+  rt::arena memory_;
+  circumstance under_;
+  std::function<void()> fork_a_child_;
+  char* stack_end_ = nullptr;
+  rt::tripwire::report seen_;
+  bool measured_ = false;
+};
+
+struct exercise {
+  const char* function; // as completeness.py names it: without rowe:: and rt::
+  const char* state;
+  void (*run)(real_time&);
+  bool reads_clock = false; // says so in its documentation
+};
+
+// From exercises_*.cpp.
+std::span<const exercise> exercises_of_rings();
+std::span<const exercise> exercises_of_slots();
+std::span<const exercise> exercises_of_time();
+std::span<const exercise> exercises_of_the_wheel();
+std::span<const exercise> exercises_of_values();
+std::span<const exercise> exercises_of_handles();
+std::vector<exercise> all_exercises();
+
+// Runs one in a real-time thread of its own. `seen` is meaningless where `trouble` says what went wrong.
+struct outcome {
+  rt::tripwire::report seen;
+  std::string trouble;
+};
+outcome perform(const exercise& one, circumstance under);
+
+// From clock_in_the_kernel.cpp: whether clock_gettime() is a system call from now on. Any thread.
+void put_clock_into_the_kernel(bool there) noexcept;
+
+} // namespace rowe::contract

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "contract.hpp"
+
+#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/spsc_ring.hpp>
+#include <rowe/rt/window.hpp>
+
+namespace rowe::contract {
+namespace {
+
+using number_ring = rt::spsc_ring<std::uint64_t>;
+using home = rt::home_ring<>;
+constexpr std::size_t places = 8192; // its entries span sixteen pages, more than the warming calls touch
+
+struct ring_ends {
+  number_ring& ring;
+  number_ring::producer& in = *ring.take_producer();
+  number_ring::consumer& out = *ring.take_consumer();
+};
+
+// With `waiting` items in it, its indices about to wrap.
+ring_ends ring_with(real_time& rt, std::size_t waiting) {
+  ring_ends ends{rt.make<number_ring>(rt.array<number_ring::entry>(places), ~std::uint64_t{0} - 1000)};
+  while (waiting-- > 0) use(ends.in.try_push(waiting));
+  return ends;
+}
+
+struct home_ends {
+  home& numbers;
+  home::producer& borrower = *numbers.take_producer();
+  home::consumer& owner = *numbers.take_consumer();
+};
+
+home_ends home_with(real_time& rt, std::uint32_t slots_out) {
+  home_ends ends{rt.make<home>(rt.array<home::entry>(places), static_cast<std::uint32_t>(places))};
+  while (slots_out-- > 0) use(ends.owner.try_take());
+  return ends;
+}
+
+struct odometry {
+  double member[13];
+};
+using odometry_window = rt::window<odometry>;
+
+struct window_ends {
+  odometry_window& window;
+  odometry_window::writer& writer = *window.take_writer();
+  odometry_window::reader& reader = *window.take_reader();
+};
+
+struct core_ends {
+  rt::window_core<>& core;
+  rt::window_core<>::writer& writer = *core.take_writer();
+  rt::window_core<>::reader& reader = *core.take_reader();
+};
+
+window_ends new_window(real_time& rt) { return {rt.make<odometry_window>()}; }
+core_ends new_core(real_time& rt) { return {rt.make<rt::window_core<>>()}; }
+
+constexpr exercise list[] = {
+    {"ring_producer::try_push", "into a ring with room, over the wrap of its indices",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t i) {
+         use(r.in.try_push(i));
+         use(r.out.try_pop());
+       });
+     }},
+    {"ring_producer::try_push", "into a ring that fills up and empties",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t i) {
+         if (!r.in.try_push(i)) r.out.drain([](std::uint64_t item) { use(item); }, places);
+       });
+     }},
+    {"ring_producer::try_push", "into a full ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, places);
+       rt.calls([&](std::uint64_t i) { use(r.in.try_push(i)); });
+     }},
+    {"ring_producer::room_at_least", "of an empty ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(r.in.room_at_least()); });
+     }},
+    {"ring_producer::room_at_least", "of a full ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, places);
+       rt.calls([&](std::uint64_t) { use(r.in.room_at_least()); });
+     }},
+    {"ring_consumer::try_pop", "from an empty ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(r.out.try_pop()); });
+     }},
+    {"ring_consumer::try_pop", "from a ring that empties and fills up",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, places);
+       rt.calls([&](std::uint64_t) {
+         if (r.out.try_pop()) return;
+         for (std::uint64_t item = 0; r.in.try_push(item);) ++item;
+       });
+     }},
+    {"ring_consumer::drain", "an empty ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(r.out.drain([](std::uint64_t item) { use(item); }, 64)); });
+     }},
+    {"ring_consumer::drain", "a part of a ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, places / 2);
+       rt.calls([&](std::uint64_t i) {
+         use(r.in.try_push(i));
+         use(r.out.drain([](std::uint64_t item) { use(item); }, 1));
+       });
+     }},
+    {"ring_consumer::drain", "a full ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.slow_calls([&](std::uint64_t) {
+         for (std::uint64_t item = 0; item < 64; ++item) use(r.in.try_push(item));
+         use(r.out.drain([](std::uint64_t item) { use(item); }, places));
+       });
+     }},
+    {"ring_consumer::waiting_at_least", "in an empty ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(r.out.waiting_at_least()); });
+     }},
+    {"ring_consumer::waiting_at_least", "in a full ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, places);
+       rt.calls([&](std::uint64_t) { use(r.out.waiting_at_least()); });
+     }},
+    {"spsc_ring::capacity", "always",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(r.ring.capacity()); });
+     }},
+    {"spsc_ring::approximate_size", "of a half full ring",
+     [](real_time& rt) {
+       const auto r = ring_with(rt, places / 2);
+       rt.calls([&](std::uint64_t) { use(r.ring.approximate_size()); });
+     }},
+
+    {"home_producer::give", "each number in turn",
+     [](real_time& rt) {
+       const auto h = home_with(rt, 0);
+       rt.calls([&](std::uint64_t) { h.borrower.give(*h.owner.try_take()); });
+     }},
+    {"home_producer::give", "after all were out",
+     [](real_time& rt) {
+       const auto h = home_with(rt, places);
+       std::uint32_t next = 0;
+       rt.calls([&](std::uint64_t) {
+         if (next < places) {
+           h.borrower.give(next++);
+         } else {
+           while (h.owner.try_take()) next = 0;
+         }
+       });
+     }},
+    {"home_consumer::try_take", "when all are out",
+     [](real_time& rt) {
+       const auto h = home_with(rt, places);
+       rt.calls([&](std::uint64_t) { use(h.owner.try_take()); });
+     }},
+    {"home_consumer::try_take", "until all are out",
+     [](real_time& rt) {
+       const auto h = home_with(rt, 0);
+       rt.calls([&](std::uint64_t) {
+         if (h.owner.try_take()) return;
+         for (std::uint32_t number = 0; number < places; ++number) h.borrower.give(number);
+       });
+     }},
+    {"home_consumer::home_at_least", "when all are out",
+     [](real_time& rt) {
+       const auto h = home_with(rt, places);
+       rt.calls([&](std::uint64_t) { use(h.owner.home_at_least()); });
+     }},
+    {"home_consumer::all_home", "when they are",
+     [](real_time& rt) {
+       const auto h = home_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(h.owner.all_home()); });
+     }},
+    {"home_consumer::all_home", "when one is out",
+     [](real_time& rt) {
+       const auto h = home_with(rt, 1);
+       rt.calls([&](std::uint64_t) { use(h.owner.all_home()); });
+     }},
+    {"home_ring::slots", "always",
+     [](real_time& rt) {
+       const auto h = home_with(rt, 0);
+       rt.calls([&](std::uint64_t) { use(h.numbers.slots()); });
+     }},
+
+    {"core_writer::begin_write", "before and after reads",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       rt.calls([&](std::uint64_t i) {
+         w.writer.end_write(w.writer.begin_write());
+         if (i % 3 == 0) use(w.reader.begin_read());
+       });
+     }},
+    {"core_writer::end_write", "without a reader",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       rt.calls([&](std::uint64_t) { w.writer.end_write(w.writer.begin_write()); });
+     }},
+    {"core_writer::sequence", "always",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       rt.calls([&](std::uint64_t) { use(w.writer.sequence()); });
+     }},
+    {"core_reader::begin_read", "before the first write",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       rt.calls([&](std::uint64_t) { use(w.reader.begin_read()); });
+     }},
+    {"core_reader::begin_read", "of what was read already",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       w.writer.end_write(w.writer.begin_write());
+       rt.calls([&](std::uint64_t) { use(w.reader.begin_read()); });
+     }},
+    {"core_reader::begin_read", "of something new",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       rt.calls([&](std::uint64_t) {
+         w.writer.end_write(w.writer.begin_write());
+         use(w.reader.begin_read());
+       });
+     }},
+    {"core_reader::sequence", "always",
+     [](real_time& rt) {
+       const auto w = new_core(rt);
+       rt.calls([&](std::uint64_t) { use(w.reader.sequence()); });
+     }},
+    {"window_writer::write", "without a reader",
+     [](real_time& rt) {
+       const auto w = new_window(rt);
+       rt.calls([&](std::uint64_t i) { w.writer.write({{static_cast<double>(i)}}); });
+     }},
+    {"window_writer::sequence", "always",
+     [](real_time& rt) {
+       const auto w = new_window(rt);
+       rt.calls([&](std::uint64_t) { use(w.writer.sequence()); });
+     }},
+    {"window_reader::read", "before the first write",
+     [](real_time& rt) {
+       const auto w = new_window(rt);
+       odometry value;
+       rt.calls([&](std::uint64_t) { use(w.reader.read(value)); });
+     }},
+    {"window_reader::read", "of what was read already",
+     [](real_time& rt) {
+       const auto w = new_window(rt);
+       w.writer.write({});
+       odometry value;
+       rt.calls([&](std::uint64_t) { use(w.reader.read(value)); });
+     }},
+    {"window_reader::read", "of something new",
+     [](real_time& rt) {
+       const auto w = new_window(rt);
+       odometry value;
+       rt.calls([&](std::uint64_t i) {
+         w.writer.write({{static_cast<double>(i)}});
+         use(w.reader.read(value));
+       });
+     }},
+    {"window_reader::sequence", "always",
+     [](real_time& rt) {
+       const auto w = new_window(rt);
+       rt.calls([&](std::uint64_t) { use(w.reader.sequence()); });
+     }},
+};
+
+} // namespace
+
+std::span<const exercise> exercises_of_rings() { return list; }
+
+} // namespace rowe::contract

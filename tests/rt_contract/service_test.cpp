@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// The contract with the real service thread at the other end of the lanes: it takes what is published and
+// brings it to a subscriber, on memory of the endpoint, while the loop's calls are watched.
+#include "contract.hpp"
+
+#include <rowe/rowe.hpp>
+#include <rowe/rt/thread.hpp>
+
+#include "rt/watchdog.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+
+struct service_contract_pose {
+  double stamp, x, y;
+};
+template <>
+inline constexpr auto rowe::schema<service_contract_pose> =
+    rowe::fields<&service_contract_pose::stamp, &service_contract_pose::x, &service_contract_pose::y>{};
+
+namespace rowe::contract {
+namespace {
+
+using pose = service_contract_pose;
+
+struct endpoint_with_a_listener {
+  endpoint robot = endpoint::listen(0).value();
+  subscriber<json_text> seen = robot.subscribe<json_text>("/pose", {.depth = 64}).value();
+};
+
+// Publishes from a watched real-time thread, taking what comes back; the number of messages taken is added to
+// `taken`.
+rt::tripwire::report publish_and_take(publisher<pose>& odom, subscriber<json_text>& seen,
+                                      std::uint64_t cycles, std::uint64_t& taken) {
+  rt::tripwire::report report;
+  std::string trouble;
+  {
+    const rt::thread loop{{.name = "loop"}, [&] {
+                            if (!rt::tripwire::watch_system_calls())
+                              trouble = "system calls cannot be watched";
+                            const auto cycle = [&](std::uint64_t i) {
+                              use(odom.publish({static_cast<double>(i), 1, 2}, rt::monotonic_clock::now()));
+                              if (const auto message = seen.try_take()) taken += message->text().size() != 0;
+                            };
+                            for (std::uint64_t i = 0; i < 1000; ++i) cycle(i);
+                            (void)rt::tripwire::arm().disarm();
+                            auto wire = rt::tripwire::arm();
+                            for (std::uint64_t i = 0; i < cycles; ++i) cycle(i);
+                            report = wire.disarm();
+                          }};
+    EXPECT_EQ(loop.error(), 0);
+  }
+  EXPECT_EQ(trouble, "");
+  return report;
+}
+
+std::string text(const rt::tripwire::report& report) {
+  char buffer[300];
+  return std::string{report.text(buffer)};
+}
+
+// Until the service thread has seen the subscription.
+void wait_until_wanted(const publisher<pose>& odom) {
+  while (!odom.wanted()) std::this_thread::yield();
+}
+
+TEST(rt_contract, is_kept_by_a_loop_beside_a_working_service_thread) {
+  const tests::watchdog guard{"a loop beside the service thread"};
+  for (const rowe::keep kept : {rowe::keep::all, rowe::keep::newest}) {
+    endpoint_with_a_listener e;
+    auto odom = e.robot.advertise<pose>("/pose", {.keep = kept}).value();
+    wait_until_wanted(odom);
+    std::uint64_t taken = 0;
+    const auto report = publish_and_take(odom, e.seen, calls_made, taken);
+    EXPECT_TRUE(report.clean()) << text(report);
+    while (taken == 0) { // what was published last may still be on its way
+      if (e.seen.try_take()) ++taken;
+      std::this_thread::yield();
+    }
+  }
+}
+
+TEST(rt_contract, needs_no_allocation_per_message_in_the_whole_process) {
+  const tests::watchdog guard{"a process that does not allocate"};
+  endpoint_with_a_listener e;
+  auto odom = e.robot.advertise<pose>("/pose", {.keep = rowe::keep::newest}).value();
+  wait_until_wanted(odom);
+  std::atomic<bool> start{false}, done{false};
+  std::uint64_t taken = 0;
+  // Everything that allocates stands outside of what is counted: the loop's thread runs already, and still
+  // runs.
+  const rt::thread loop{{.name = "loop"}, [&] {
+                          for (std::uint64_t i = 0; taken < 2000; ++i) {
+                            if (taken >= 100) start = true; // both threads have done everything once
+                            (void)odom.publish({static_cast<double>(i), 1, 2}, rt::monotonic_clock::now());
+                            if (const auto message = e.seen.try_take()) ++taken;
+                          }
+                          done = true;
+                        }};
+  while (!start) std::this_thread::yield();
+  const std::uint64_t before = rt::tripwire::process_allocations();
+  while (!done) std::this_thread::yield();
+  EXPECT_EQ(rt::tripwire::process_allocations() - before, 0u);
+}
+
+} // namespace
+} // namespace rowe::contract
