@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core's memory does not grow: private memory of the process before and after many simulated messages, each taken
+// from a lane, encoded, queued for two peers, framed and written, some expired, some thinned out. One million by
+// default; ROWE_GROWTH_MESSAGES asks for more (tools/test --all: 10^8).
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "service/stage.hpp"
+
+struct sample {
+  double stamp, x, y, heading, speed;
+};
+template <>
+inline constexpr auto rowe::schema<sample> =
+    rowe::fields<&sample::stamp, &sample::x, &sample::y, &sample::heading, &sample::speed>{};
+
+namespace {
+
+using namespace std::chrono_literals;
+
+std::uint64_t messages_wanted() {
+  const char* const asked = std::getenv("ROWE_GROWTH_MESSAGES");
+  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 1'000'000;
+}
+
+// Kilobytes that belong to this process alone, as the kernel counts pages.
+std::uint64_t private_kilobytes() {
+  std::ifstream file{"/proc/self/smaps_rollup"};
+  std::uint64_t sum = 0;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("Private_")) sum += std::strtoull(line.c_str() + line.find(':') + 1, nullptr, 10);
+  }
+  return sum;
+}
+
+TEST(growth, is_none_however_many_messages_pass) {
+  stage::theatre on;
+  auto& lane = on.offer(rowe::detail::lane_kind::publish_value, "/odom", sizeof(sample), {.ttl = 1500us, .depth = 16},
+                        &rowe::describe<sample>());
+  stage::peer quick{on};
+  stage::peer throttled{on};
+  quick.say(R"({"op":"subscribe","topic":"/odom"})");
+  throttled.say(R"({"op":"subscribe","topic":"/odom","throttle_rate":5,"queue_length":2})");
+  on.cycle();
+
+  sample value{};
+  std::uint64_t published = 0;
+  const auto run = [&](std::uint64_t until) {
+    while (published < until) {
+      for (int burst = 0; burst < 8; ++burst) {
+        value.x += 0.001;
+        published += rowe::detail::publish_into(lane, sizeof value, on.now, [&](std::byte* slot) {
+                       std::memcpy(slot, &value, sizeof value);
+                     }).has_value();
+      }
+      // Now and then a peer does not read for a while, so that messages wait and expire.
+      const bool stalled = (published / 4096) % 8 == 7;
+      on.cycle(1ms);
+      for (auto* p : {&quick, &throttled}) {
+        if (!stalled) on.net.peer_reads(p->id(), SIZE_MAX);
+        on.net.weather_of(p->id()).room_bytes = stalled ? 2000 : 65536;
+        p->send(rowe::wire::opcode::pong, {});  // heard of
+      }
+    }
+  };
+  const std::uint64_t wanted = messages_wanted();
+  run(wanted / 10);
+  const std::uint64_t before = private_kilobytes();
+  run(wanted);
+  const std::uint64_t after = private_kilobytes();
+  EXPECT_EQ(after, before) << "kilobytes, after " << published << " messages";
+  EXPECT_GT(on.count(rowe::service::counter::expired), 0U);
+  EXPECT_GT(on.count(rowe::service::counter::messages_out), wanted / 2);
+}
+
+}  // namespace
