@@ -24,10 +24,10 @@ export function count(value) {
   return String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
 
-// Something per second: one decimal below 1000, thousands parted above; a plain 0 for none.
+// Something per second: one decimal below 10 000, thousands parted above; a plain 0 for none.
 export function rate(value) {
   if (!Number.isFinite(value)) return absent;
-  if (value >= 1000) return count(value);
+  if (value >= 9999.95) return count(value);
   return value > 0 ? fixed(value, 1) : "0";
 }
 
@@ -109,9 +109,9 @@ export const text = {
 export const losses = {
   full: "refused, queue full",
   expired: "too old to be sent",
-  outbox_full: "slow peer, oldest dropped",
+  outbox_full: "dropped, slow peer",
   no_slot: "no slot free",
-  inbox_full: "slow subscriber in the robot",
+  inbox_full: "dropped, slow subscriber",
   lost_with_peer: "gone with its peer",
   too_big: "larger than its slot",
   malformed: "not valid JSON",

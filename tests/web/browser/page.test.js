@@ -73,22 +73,21 @@ test("the title says live, with a mark and the robot's name", limit, async () =>
 });
 
 test("the rate shown is the robot's", limit, async () => {
+  const { page } = await live_page();
   const client = await rosbridge_client.connect(server.url);
   client.send({ op: "subscribe", id: "s", topic: "/rowe/stats" });
-  const { page } = await live_page();
-  const odom = (message) => message.topics.find(({ topic }) => topic === "/odom");
-  const heard = () => client.published("/rowe/stats");
-  const [first, last] = await until("two seconds of statistics", () => {
-    const all = heard();
-    return all.length > 1 && all.at(-1).uptime_s - all[0].uptime_s > 2 && [all[0], all.at(-1)];
+  const count_of = ({ topics }) => topics.find(({ topic }) => topic === "/odom").messages;
+  const shown_rate = async () => {
+    const words = await page.locator("#rates tr[aria-current] td").first().textContent();
+    return Number(words.replace("\u202f", ""));
+  };
+  // Both are means over about two seconds, of a robot whose host may be busy: they meet when it is calm.
+  await until("the page shows what the endpoint counts", async () => {
+    const told = client.published("/rowe/stats").slice(-20);
+    if (told.length < 20) return false;
+    const counted = (count_of(told[19]) - count_of(told[0])) / (told[19].uptime_s - told[0].uptime_s);
+    return counted > 0 && Math.abs((await shown_rate()) - counted) < 0.1 * counted;
   });
-  const wanted = (odom(last).messages - odom(first).messages) / (last.uptime_s - first.uptime_s);
-  const shown = await until("a rate", async () => {
-    const cell = page.locator("#rates tr[aria-current] td").first();
-    const value = Number((await cell.textContent()).replace("\u202f", ""));
-    return Number.isFinite(value) && Math.abs(value - wanted) < 0.2 * wanted && value;
-  });
-  assert.ok(shown > 0);
   client.close();
   await page.context().close();
 });
