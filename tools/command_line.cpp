@@ -13,8 +13,6 @@ namespace {
 // What is wrong, as a sentence; empty when nothing is.
 using complaint = std::string;
 
-std::string quoted(std::string_view text) { return "'" + printable(text) + "'"; }
-
 // Reads one value for each kind of target.
 struct store {
   std::string_view name;
@@ -25,7 +23,7 @@ struct store {
     return {};
   }
   complaint operator()(std::string* into) const {
-    if (text.empty()) return std::string{name} + " needs a value that is not empty";
+    if (text.empty()) return joined(name, " needs a value that is not empty");
     *into = text;
     return {};
   }
@@ -35,11 +33,9 @@ struct store {
   }
   complaint operator()(const integer& to) const {
     const auto value = integer_of(text);
-    const std::string range = std::to_string(to.min) + " to " + std::to_string(to.max);
-    if (!value) return std::string{name} + " needs a whole number of " + range + ", not " + quoted(text);
-    if (*value < to.min || *value > to.max) {
-      return std::string{name} + " " + std::to_string(*value) + " is out of range: " + range;
-    }
+    const std::string range = joined(to.min, " to ", to.max);
+    if (!value) return joined(name, " needs a whole number of ", range, ", not ", quoted(text));
+    if (*value < to.min || *value > to.max) return joined(name, " ", *value, " is out of range: ", range);
     *to.into = *value;
     return {};
   }
@@ -51,22 +47,22 @@ struct store {
     }
     std::string known;
     for (const std::string_view one : to.names) known.append(known.empty() ? "" : " or ").append(one);
-    return std::string{name} + " is " + known + ", not " + quoted(text);
+    return joined(name, " is ", known, ", not ", quoted(text));
   }
   complaint operator()(const time_span& to) const {
     const auto value = duration_of(text);
     if (!value || *value <= rt::duration{0}) {
-      return std::string{name} + " needs a time above 0 such as 50ms, 2s or 10m, not " + quoted(text);
+      return joined(name, " needs a time above 0 such as 50ms, 2s or 10m, not ", quoted(text));
     }
     *to.into = value;
     return {};
   }
   complaint operator()(const rate& to) const {
     const auto value = rate_of(text);
-    if (!value) return std::string{name} + " needs a rate above 0 such as 50Hz or 1kHz, not " + quoted(text);
+    if (!value) return joined(name, " needs a rate above 0 such as 50Hz or 1kHz, not ", quoted(text));
     if (*value > to.max) {
-      const auto limit = std::to_string(static_cast<std::int64_t>(to.max));
-      return std::string{name} + " " + printable(text) + " is out of range: at most " + limit + " Hz";
+      const auto limit = static_cast<std::int64_t>(to.max);
+      return joined(name, " ", printable(text), " is out of range: at most ", limit, " Hz");
     }
     *to.into = value;
     return {};
@@ -79,8 +75,7 @@ complaint unknown_option(const command& table, std::string_view name) {
   std::vector<std::string_view> names{"--help"};
   for (const option& o : table.options) names.push_back(o.name);
   const std::string_view meant = nearest(name, names);
-  return "unknown option " + quoted(name) +
-         (meant.empty() ? "" : "; did you mean " + std::string{meant} + "?");
+  return joined("unknown option ", quoted(name), meant.empty() ? "" : joined("; did you mean ", meant, "?"));
 }
 
 // Reads the option at arguments[at] and moves `at` past its value.
@@ -94,10 +89,10 @@ complaint read_option(const command& table, argument_list arguments, std::size_t
   const auto found = std::find_if(table.options.begin(), table.options.end(),
                                   [&](const option& o) { return o.name == name || o.letter == name; });
   if (found == table.options.end()) return unknown_option(table, name);
-  if (!takes_value(*found) && value) return std::string{name} + " takes no value";
+  if (!takes_value(*found) && value) return joined(name, " takes no value");
   if (takes_value(*found) && !value) {
     if (++at == arguments.size()) {
-      return std::string{name} + " needs a value: " + std::string{name} + " " + std::string{found->value};
+      return joined(name, " needs a value: ", name, " ", found->value);
     }
     value = arguments[at];
   }
@@ -113,7 +108,7 @@ const char* from_environment(const operand& o) noexcept {
 // Gives each operand its word. With one word too few, the operand that the environment knows goes without.
 complaint place_operands(const command& table, std::span<const std::string_view> words) {
   const std::size_t wanted = table.operands.size();
-  if (words.size() > wanted) return "one argument too many: " + quoted(words[wanted]);
+  if (words.size() > wanted) return joined("one argument too many: ", quoted(words[wanted]));
   std::size_t next = 0;
   for (const operand& o : table.operands) {
     const char* const known = words.size() + 1 == wanted ? from_environment(o) : nullptr;
@@ -122,7 +117,7 @@ complaint place_operands(const command& table, std::span<const std::string_view>
     } else if (next < words.size()) {
       *o.into = words[next++];
     } else {
-      return "the argument " + std::string{o.name} + " is missing";
+      return joined("the argument ", o.name, " is missing");
     }
   }
   return {};
@@ -153,10 +148,7 @@ bool asks_for_help(argument_list arguments) noexcept {
 }
 
 std::string spelling_of(const option& o) {
-  std::string left = o.letter.empty() ? "" : std::string{o.letter} + ", ";
-  left.append(o.name);
-  if (!o.value.empty()) left.append(" ").append(o.value);
-  return left;
+  return joined(o.letter, o.letter.empty() ? "" : ", ", o.name, o.value.empty() ? "" : " ", o.value);
 }
 
 // Rows of two columns.
@@ -217,7 +209,7 @@ std::string help_of(const command& table) {
 exit_code usage_error(std::string_view verb, std::string_view text) {
   const console to{verb};
   to.error(text);
-  to.error("`rowe " + std::string{verb} + " --help` says what it takes");
+  to.error("`rowe ", verb, " --help` says what it takes");
   return exit_code::usage;
 }
 

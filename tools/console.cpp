@@ -8,12 +8,6 @@
 namespace rowe::tools {
 namespace {
 
-// stderr is not buffered, so a line made first is one write and is not mixed with those of other programs.
-void write_line(std::string line) {
-  line += '\n';
-  std::fwrite(line.data(), 1, line.size(), stderr);
-}
-
 void append_code_point(std::string& to, unsigned code) {
   constexpr std::string_view digits = "0123456789abcdef";
   to.append("\\u00");
@@ -23,11 +17,11 @@ void append_code_point(std::string& to, unsigned code) {
 
 } // namespace
 
-void console::note(std::string_view text) const {
-  if (!quiet_) write_line(prefix_ + std::string{text});
+// stderr is not buffered, so a line made first is one write and is not mixed with those of other programs.
+void console::write(std::string_view line) const {
+  const std::string whole = joined(prefix_, line, "\n");
+  std::fwrite(whole.data(), 1, whole.size(), stderr);
 }
-
-void console::error(std::string_view text) const { write_line(prefix_ + std::string{text}); }
 
 bool emit(std::string_view text) {
   return std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
@@ -39,11 +33,14 @@ std::string sentence_of(const error& reason) {
 }
 
 std::string sentence_of(const event& happened) {
+  const std::string_view peer = happened.peer;
+  const std::string_view what = happened.what;
+  const std::string_view remedy = happened.remedy;
   std::string line;
-  if (const std::string_view peer = happened.peer; !peer.empty()) line.append(peer).append(": ");
-  line.append(happened.what);
-  if (const std::string_view remedy = happened.remedy; !remedy.empty())
-    line.append(" (").append(remedy).append(")");
+  if (what.find(peer) == std::string_view::npos)
+    line.append(peer).append(": "); // some sentences name it already
+  line.append(what);
+  if (!remedy.empty()) line.append(" (").append(remedy).append(")");
   return printable(line);
 }
 
@@ -64,6 +61,8 @@ std::string printable(std::string_view text) {
   }
   return shown;
 }
+
+std::string quoted(std::string_view text) { return joined("'", printable(text), "'"); }
 
 std::string seconds_text(rt::duration time) {
   std::array<char, 40> room;

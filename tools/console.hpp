@@ -2,8 +2,10 @@
 // What the program says to people, on stderr, one line at a time; data goes to stdout, through emit().
 // Nothing is coloured, so nothing has to be switched off where no colour is wanted.
 #pragma once
+#include <concepts>
 #include <string>
 #include <string_view>
+#include <type_traits>
 
 #include <rowe/event.hpp>
 #include <rowe/result.hpp>
@@ -11,19 +13,42 @@
 
 namespace rowe::tools {
 
+// Texts and whole numbers, one after another.
+template <class... Parts>
+std::string joined(const Parts&... parts) {
+  std::string text;
+  const auto append = [&](const auto& part) {
+    if constexpr (std::integral<std::remove_cvref_t<decltype(part)>>) {
+      text.append(std::to_string(part));
+    } else {
+      text.append(std::string_view{part});
+    }
+  };
+  (append(parts), ...);
+  return text;
+}
+
 class console {
  public:
   // `verb` opens every line: "rowe serve: ...".
-  explicit console(std::string_view verb) : prefix_{"rowe "} { prefix_.append(verb).append(": "); }
+  explicit console(std::string_view verb) : prefix_{joined("rowe ", verb, ": ")} {}
 
   // --quiet: notes are left out, errors are not.
   void be_quiet(bool quiet) noexcept { quiet_ = quiet; }
   bool quiet() const noexcept { return quiet_; }
 
-  void note(std::string_view text) const;
-  void error(std::string_view text) const;
+  template <class... Parts>
+  void note(const Parts&... parts) const {
+    if (!quiet_) write(joined(parts...));
+  }
+  template <class... Parts>
+  void error(const Parts&... parts) const {
+    write(joined(parts...));
+  }
 
  private:
+  void write(std::string_view line) const;
+
   std::string prefix_;
   bool quiet_ = false;
 };
@@ -40,6 +65,9 @@ std::string sentence_of(const event& happened);
 // Text from a peer, fit for a terminal: control characters (C0, DEL, and C1 in UTF-8) become "\u009b" and the
 // like, since some of them move the cursor or do worse.
 std::string printable(std::string_view text);
+
+// The same in quotes.
+std::string quoted(std::string_view text);
 
 // "1.250 s".
 std::string seconds_text(rt::duration time);

@@ -69,7 +69,8 @@ class printer {
   exit_code run() {
     while (chosen_.count == 0 || printed_ < chosen_.count) {
       if (const auto end = wait()) return *end;
-      if (!emit(chosen_.json ? on_one_line(taken_->text()) : outline_of(taken_->text()) + "---\n")) break;
+      if (!emit(chosen_.json ? on_one_line(taken_->text()) : joined(outline_of(taken_->text()), "---\n")))
+        break;
       taken_.reset();
       ++printed_;
     }
@@ -96,7 +97,7 @@ class printer {
         return exit_code::failed;
       }
       if (rt::monotonic_clock::now() >= end) {
-        to_.error("no message on " + printable(chosen_.topic) + " within " + seconds_text(*chosen_.timeout));
+        to_.error("no message on ", printable(chosen_.topic), " within ", seconds_text(*chosen_.timeout));
         return exit_code::timed_out;
       }
     }
@@ -114,7 +115,7 @@ exit_code print_from(endpoint hub, const std::string& url, std::uint32_t text_by
                      const echo_options& o, const console& to) {
   auto topic = hub.subscribe<json_text>(o.topic, {.depth = queue_depth, .text_bytes_max = text_bytes_max});
   if (!topic) {
-    to.error("cannot subscribe to '" + printable(o.topic) + "': " + sentence_of(topic.error()));
+    to.error("cannot subscribe to ", quoted(o.topic), ": ", sentence_of(topic.error()));
     return topic.code() == errc::bad_argument ? exit_code::usage : exit_code::failed;
   }
   remote connection{hub, url, to};
@@ -123,7 +124,7 @@ exit_code print_from(endpoint hub, const std::string& url, std::uint32_t text_by
   const exit_code end = printing.run();
   const std::uint64_t lost = lost_here(hub);
   if (interrupt::seen() || lost > 0) {
-    to.note(std::to_string(printing.printed()) + " messages, lost " + std::to_string(lost));
+    to.note(printing.printed(), " messages, lost ", lost);
   }
   return end;
 }
@@ -145,7 +146,7 @@ exit_code echo(argument_list arguments) {
   options.limits.lane_bytes = (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024);
   auto hub = endpoint::connect(url.url, options);
   if (!hub) {
-    to.error(printable(url.url) + ": " + sentence_of(hub.error()));
+    to.error(printable(url.url), ": ", sentence_of(hub.error()));
     return hub.code() == errc::bad_url ? exit_code::usage : exit_code::failed;
   }
   return print_from(std::move(hub).value(), url.url, text_bytes_max, chosen, to);

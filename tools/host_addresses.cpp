@@ -10,6 +10,8 @@
 #include <memory>
 #include <optional>
 
+#include "console.hpp"
+
 namespace rowe::tools {
 namespace {
 
@@ -19,7 +21,7 @@ struct list_free {
 
 std::string in_url(std::string_view address) {
   const bool six = address.find(':') != std::string_view::npos;
-  return six ? "[" + std::string{address} + "]" : std::string{address};
+  return six ? joined("[", address, "]") : std::string{address};
 }
 
 std::optional<std::string> host_of(const ifaddrs& one) {

@@ -42,10 +42,10 @@ class outline {
     take('{');
     if (peek() == '}') behind_key("{}");
     while (peek() != '}') {
-      const std::string_view quoted = scalar();
-      const std::string_view key = quoted.substr(1, quoted.size() - 2);
+      const std::string token = scalar();
+      const auto key = std::string_view{token}.substr(1, token.size() - 2);
       begin_line(depth);
-      text_.append(printable(is_plain_key(key) ? key : quoted)).append(":");
+      text_.append(is_plain_key(key) ? key : std::string_view{token}).append(":");
       take(':');
       value(depth + 1);
       if (peek() == ',') take(',');

@@ -56,8 +56,7 @@ exit_code unknown(std::string_view word) {
   for (const verb& v : verbs) names.push_back(v.name);
   const std::string_view meant = nearest(word, names);
   const console to{"help"};
-  to.error("there is no verb '" + printable(word) + "'" +
-           (meant.empty() ? "" : "; did you mean " + std::string{meant} + "?"));
+  to.error("there is no verb ", quoted(word), meant.empty() ? "" : joined("; did you mean ", meant, "?"));
   to.error("`rowe help` lists them");
   return exit_code::usage;
 }

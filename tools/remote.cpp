@@ -16,16 +16,15 @@ constexpr rt::duration unremarkable = std::chrono::milliseconds{200};
 spelled_url read_url(std::string_view text) {
   constexpr std::string_view socket = "ws://";
   constexpr std::string_view page = "http://";
-  const std::string shown = "'" + printable(text) + "'";
   if (text.starts_with(socket)) return {std::string{text}, {}};
-  if (text.starts_with(page)) return {std::string{socket}.append(text.substr(page.size())), {}};
+  if (text.starts_with(page)) return {joined(socket, text.substr(page.size())), {}};
   if (text.starts_with("wss://") || text.starts_with("https://")) {
-    return {{}, shown + " asks for TLS, which this version does not speak: use ws://"};
+    return {{}, joined(quoted(text), " asks for TLS, which this version does not speak: use ws://")};
   }
   if (text.find("://") == std::string_view::npos && text.find(':') != std::string_view::npos) {
-    return {std::string{socket}.append(text), {}};
+    return {joined(socket, text), {}};
   }
-  return {{}, shown + " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT"};
+  return {{}, joined(quoted(text), " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT")};
 }
 
 std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
@@ -41,12 +40,12 @@ std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
     if (interrupt::seen()) return exit_code::interrupted;
     if (rt::monotonic_clock::now() >= end) break;
     if (!told && rt::monotonic_clock::now() - begin >= unremarkable) {
-      to_.note("waiting for " + url_ + " (Ctrl-C to stop)");
+      to_.note("waiting for ", url_, " (Ctrl-C to stop)");
       told = true;
     }
   }
-  to_.error("could not connect to " + url_ + " within " + seconds_text(*patience) + ": " +
-            (failure_.empty() ? "no answer" : failure_));
+  to_.error("could not connect to ", url_, " within ", seconds_text(*patience), ": ",
+            failure_.empty() ? "no answer" : failure_);
   return exit_code::no_connection;
 }
 

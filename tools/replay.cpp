@@ -167,7 +167,7 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
                   const replay_options& o, const console& to) {
   auto odom = hub.advertise<ros::odometry>(o.topic, {.keep = keep::all, .depth = queue_depth});
   if (!odom) {
-    to.error("cannot publish on '" + printable(o.topic) + "': " + sentence_of(odom.error()));
+    to.error("cannot publish on ", quoted(o.topic), ": ", sentence_of(odom.error()));
     return odom.code() == errc::bad_argument ? exit_code::usage : exit_code::failed;
   }
   remote connection{hub, url, to};
@@ -180,10 +180,10 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
   const auto elapsed = rt::monotonic_clock::now() - begin;
   connection.report();
   const std::uint64_t lost = lost_here(hub);
-  if (!drained) to.error("at the end: " + sentence_of(drained.error()));
+  if (!drained) to.error("at the end: ", sentence_of(drained.error()));
 
-  to.note("sent " + std::to_string(playing.sent()) + (o.loop ? "" : " of " + std::to_string(poses.size())) +
-          " poses in " + seconds_text(elapsed) + ", dropped " + std::to_string(lost));
+  to.note("sent ", playing.sent(), o.loop ? "" : joined(" of ", poses.size()), " poses in ",
+          seconds_text(elapsed), ", dropped ", lost);
   const bool looped =
       o.loop && end == exit_code::interrupted && playing.sent() > 0; // the one way a loop ends
   if (end && !looped) return *end;
@@ -204,8 +204,8 @@ exit_code replay(argument_list arguments) {
 
   const tum_file file = read_tum_file(chosen.file);
   if (!file.fault.what.empty()) {
-    const std::string line = file.fault.line == 0 ? "" : ":" + std::to_string(file.fault.line);
-    to.error(printable(chosen.file) + line + ": " + file.fault.what);
+    const std::string line = file.fault.line == 0 ? "" : joined(":", file.fault.line);
+    to.error(printable(chosen.file), line, ": ", file.fault.what);
     return exit_code::failed;
   }
   if (chosen.loop && !chosen.rate && pace{file.poses, {}}.lap() <= rt::duration{0}) {
@@ -213,7 +213,7 @@ exit_code replay(argument_list arguments) {
   }
   auto hub = endpoint::connect(url.url);
   if (!hub) {
-    to.error(printable(url.url) + ": " + sentence_of(hub.error()));
+    to.error(printable(url.url), ": ", sentence_of(hub.error()));
     return hub.code() == errc::bad_url ? exit_code::usage : exit_code::failed;
   }
   return play_to(std::move(hub).value(), url.url, file.poses, chosen, to);

@@ -28,8 +28,9 @@ using namespace std::chrono_literals;
 
 constexpr std::int64_t port_default = 8080;
 constexpr std::int64_t port_max = 65535;
-constexpr rt::duration event_period = 50ms;  // how late an event is printed at most
-constexpr rt::duration goodbye_time = 250ms; // for what is queued when we are told to end
+constexpr rt::duration event_period = 50ms;                // how late an event is printed at most
+constexpr rt::duration goodbye_time = 250ms;               // for what is queued when we are told to end
+constexpr int demo_service_priority = demo::priority - 10; // below the loop it serves
 constexpr std::array<std::string_view, 2> idle_names{"poll", "spin"};
 
 struct serve_options {
@@ -42,7 +43,7 @@ struct serve_options {
   std::string name;
   std::size_t idle = 0;
   std::int64_t cpu = -1;
-  std::int64_t priority = 0;
+  std::int64_t priority = -1; // as given; -1: not
   bool quiet = false;
 };
 
@@ -70,7 +71,8 @@ command table_of(serve_options& o) {
           {"--idle", "", "poll|spin", "how the service thread waits (default poll)",
            choice{&o.idle, idle_names}},
           {"--cpu", "", "N", "pin the service thread to this core", integer{&o.cpu, 0, last_cpu}},
-          {"--priority", "", "N", "SCHED_FIFO priority of the service thread", integer{&o.priority, 1, 99}},
+          {"--priority", "", "N", "SCHED_FIFO priority of the service thread (default none; 70 with --demo)",
+           integer{&o.priority, 1, 99}},
           {"--quiet", "-q", "", "print errors and warnings only", &o.quiet},
       }};
 }
@@ -83,9 +85,9 @@ std::string split_listen(const std::string& text, endpoint_options& to, std::uin
   std::string address = text.substr(0, colon == text.npos ? 0 : colon);
   if (address.starts_with('[') && address.ends_with(']')) address = address.substr(1, address.size() - 2);
   if (!number || address.empty())
-    return "--listen needs ADDR:PORT such as 0.0.0.0:8080, not '" + printable(text) + "'";
+    return joined("--listen needs ADDR:PORT such as 0.0.0.0:8080, not ", quoted(text));
   if (*number < 0 || *number > port_max) {
-    return "--listen: the port " + std::to_string(*number) + " is out of range: 0 to 65535";
+    return joined("--listen: the port ", *number, " is out of range: 0 to ", port_max);
   }
   to.address = std::move(address);
   port = static_cast<std::uint16_t>(*number);
@@ -97,7 +99,8 @@ endpoint_options endpoint_options_of(const serve_options& o) {
   to.relay = true;
   to.idle_policy = o.idle == 0 ? idle::poll : idle::spin;
   to.service_cpu = static_cast<int>(o.cpu);
-  to.service_priority = static_cast<int>(o.priority);
+  const int priority_default = o.demo ? demo_service_priority : 0;
+  to.service_priority = o.priority < 0 ? priority_default : static_cast<int>(o.priority);
   to.name = o.name;
   to.insecure = o.insecure;
   to.allow_origins = o.allow_origins;
@@ -108,16 +111,14 @@ endpoint_options endpoint_options_of(const serve_options& o) {
 exit_code cannot_listen(const error& reason, const endpoint_options& asked, const console& to) {
   switch (reason.code) {
   case errc::not_loopback:
-    to.error("listening on " + asked.address +
+    to.error("listening on ", asked.address,
              " lets everyone who reaches it read and publish: add --insecure");
     return exit_code::usage;
   case errc::bad_argument: to.error(sentence_of(reason)); return exit_code::usage;
   case errc::address_in_use:
-    to.error(sentence_of(reason) + " (choose another with --port; 0 takes any free one)");
+    to.error(sentence_of(reason), " (choose another with --port; 0 takes any free one)");
     return exit_code::failed;
-  default:
-    to.error("cannot listen on " + asked.address + ": " + sentence_of(reason));
-    return exit_code::failed;
+  default: to.error("cannot listen on ", asked.address, ": ", sentence_of(reason)); return exit_code::failed;
   }
 }
 
@@ -150,12 +151,12 @@ void report_events(endpoint& hub, const console& to) {
   }
 }
 
-std::string in_microseconds(rt::duration time) { return std::to_string(time.count() / 1000) + " us"; }
+std::string in_microseconds(rt::duration time) { return joined(time.count() / 1000, " us"); }
 
 // All counters, a line for each group. Zeros are shown: nothing lost is news too.
 void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_report>& driven,
                const console& to) {
-  to.note("up for " + seconds_text(up));
+  to.note("up for ", seconds_text(up));
   const auto counts = hub.counts();
   for (auto first = counts.begin(); first != counts.end();) {
     const auto last =
@@ -163,17 +164,16 @@ void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_re
     std::string line{first->group};
     line += ':';
     for (auto one = first; one != last; ++one) {
-      line.append(one == first ? " " : ", ").append(one->name).append(" ").append(std::to_string(one->value));
+      line.append(joined(one == first ? " " : ", ", one->name, " ", one->value));
     }
     to.note(line);
     first = last;
   }
   if (!driven) return;
-  to.note("robot: " + std::to_string(driven->cycles) + " cycles, " + std::to_string(driven->skipped) +
-          " skipped; late by " + in_microseconds(driven->late_p50) + " (p50), " +
-          in_microseconds(driven->late_p99) + " (p99), " + in_microseconds(driven->late_max) +
-          " (max); published " + std::to_string(driven->published) + ", refused " +
-          std::to_string(driven->refused));
+  to.note("robot: ", driven->cycles, " cycles, ", driven->skipped, " skipped; late by ",
+          in_microseconds(driven->late_p50), " (p50), ", in_microseconds(driven->late_p99), " (p99), ",
+          in_microseconds(driven->late_max), " (max); published ", driven->published, ", refused ",
+          driven->refused);
 }
 
 // Serves until a signal comes.
@@ -183,12 +183,12 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   if (o.demo) {
     auto odom = demo::advertise(hub);
     if (!odom) {
-      to.error("the robot cannot publish: " + sentence_of(odom.error()));
+      to.error("the robot cannot publish: ", sentence_of(odom.error()));
       return exit_code::failed;
     }
     loop.emplace(std::move(odom).value(), asked.service_cpu);
     if (loop->error() != 0) {
-      to.error("the robot's thread cannot be started (errno " + std::to_string(loop->error()) + ")");
+      to.error("the robot's thread cannot be started (errno ", loop->error(), ")");
       return exit_code::failed;
     }
   }
@@ -199,13 +199,12 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   }
   if (o.insecure) to.error("warning: --insecure: whoever reaches this port may read and publish everything");
 
-  const std::string port = std::to_string(hub.port());
-  const std::string authority = host_for_here(asked.address) + ":" + port + "/";
-  (void)emit("rowe serves http://" + authority + " (ws://" + authority +
-             ")\n"); // with nobody to read it we serve too
+  const std::string authority = joined(host_for_here(asked.address), ":", hub.port(), "/");
+  (void)emit(
+      joined("rowe serves http://", authority, " (ws://", authority, ")\n")); // unread, it still serves
   if (is_any(asked.address)) {
     for (const std::string& host : hosts_reaching(asked.address))
-      to.note("also at http://" + host + ":" + port + "/");
+      to.note("also at http://", host, ":", hub.port(), "/");
   }
 
   while (!interrupt::seen()) {

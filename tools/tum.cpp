@@ -106,13 +106,13 @@ std::string read_pose(const fields& from, tum_pose& pose) {
   for (std::size_t i = 0; i < from.size(); ++i) {
     const auto number = number_of(from[i]);
     if (!number) {
-      return "field " + std::to_string(i + 1) + " (" + std::string{field_names[i]} + ") is '" +
-             printable(from[i]) + "', not a finite number";
+      return joined("field ", i + 1, " (", field_names[i], ") is ", quoted(from[i]), ", not a finite number");
     }
     numbers[i] = *number;
   }
   const auto time_ns = nanoseconds_of(from[0]);
-  if (!time_ns) return "the time " + printable(from[0]) + " is out of range: 0 to 4294967295.999999999 s";
+  if (!time_ns)
+    return joined("the time ", printable(from[0]), " is out of range: 0 to 4294967295.999999999 s");
   pose.time_ns = *time_ns;
   std::copy_n(numbers.begin() + 1, pose.position.size(), pose.position.begin());
   std::copy_n(numbers.begin() + 4, pose.orientation.size(), pose.orientation.begin());
@@ -124,12 +124,12 @@ std::string read_line(std::string_view line, std::vector<tum_pose>& poses) {
   const std::size_t count = split(line, found);
   if (count == 0 || found[0].starts_with('#')) return {};
   if (count != fields_in_a_line) {
-    return std::to_string(count) + " fields where a pose has 8: time tx ty tz qx qy qz qw";
+    return joined(count, " fields where a pose has 8: time tx ty tz qx qy qz qw");
   }
   tum_pose pose;
   if (std::string wrong = read_pose(found, pose); !wrong.empty()) return wrong;
   if (!poses.empty() && pose.time_ns < poses.back().time_ns) {
-    return "the time " + std::string{found[0]} + " lies before the pose above";
+    return joined("the time ", found[0], " lies before the pose above");
   }
   poses.push_back(pose);
   return {};

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command_line.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+// A verb with one option of each kind.
+struct fixture {
+  std::string url, topic, name;
+  std::vector<std::string> origins;
+  std::int64_t port = 8080;
+  std::size_t idle = 0;
+  std::optional<rt::duration> timeout;
+  std::optional<double> frequency;
+  bool json = false;
+
+  static constexpr std::array<std::string_view, 2> idle_names{"poll", "spin"};
+
+  command table() {
+    return {.verb = "try",
+            .examples = {{{"rowe try A b", "first"}, {"rowe try A c", "second"}}},
+            .description = "Tries.\n",
+            .operands = {{"URL", "where", &url, "ROWE_TEST_URL"}, {"TOPIC", "what", &topic}},
+            .options = {{"--port", "", "N", "a port", integer{&port, 0, 65535}},
+                        {"--name", "", "NAME", "a name", &name},
+                        {"--origin", "", "O", "an origin", &origins},
+                        {"--idle", "", "poll|spin", "a policy", choice{&idle, idle_names}},
+                        {"--timeout", "", "TIME", "a time", time_span{&timeout}},
+                        {"--rate", "", "HZ", "a rate", rate{&frequency, 1000}},
+                        {"--json", "-j", "", "a switch", &json}}};
+  }
+
+  std::optional<exit_code> read(std::vector<std::string> words) {
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    const auto end = tools::read(table(), arguments);
+    said = testing::internal::GetCapturedStderr();
+    shown = testing::internal::GetCapturedStdout();
+    return end;
+  }
+  std::string said;  // on stderr
+  std::string shown; // on stdout
+};
+
+TEST(command_line, reads_each_kind_of_option_and_the_operands_around_them) {
+  fixture f;
+  EXPECT_EQ(f.read({"--port", "0", "ws://h", "--name=a b", "--origin", "x", "--origin", "y", "/t", "--idle",
+                    "spin", "--timeout", "50ms", "--rate", "1kHz", "-j"}),
+            std::nullopt);
+  EXPECT_EQ(f.url, "ws://h");
+  EXPECT_EQ(f.topic, "/t");
+  EXPECT_EQ(f.port, 0);
+  EXPECT_EQ(f.name, "a b");
+  EXPECT_EQ(f.origins, (std::vector<std::string>{"x", "y"}));
+  EXPECT_EQ(f.idle, 1U);
+  EXPECT_EQ(f.timeout, 50ms);
+  EXPECT_EQ(f.frequency, 1000);
+  EXPECT_TRUE(f.json);
+}
+
+TEST(command_line, leaves_defaults_alone) {
+  fixture f;
+  EXPECT_EQ(f.read({"u", "t"}), std::nullopt);
+  EXPECT_EQ(f.port, 8080);
+  EXPECT_EQ(f.timeout, std::nullopt);
+  EXPECT_FALSE(f.json);
+}
+
+TEST(command_line, names_the_value_and_the_limit_of_what_is_out_of_range) {
+  fixture f;
+  EXPECT_EQ(f.read({"u", "t", "--port", "65536"}), exit_code::usage);
+  EXPECT_NE(f.said.find("--port 65536 is out of range: 0 to 65535"), std::string::npos) << f.said;
+  EXPECT_EQ(f.read({"u", "t", "--rate", "2kHz"}), exit_code::usage);
+  EXPECT_NE(f.said.find("--rate 2kHz is out of range: at most 1000 Hz"), std::string::npos) << f.said;
+}
+
+TEST(command_line, refuses_values_that_are_none) {
+  for (const std::vector<std::string>& words :
+       std::initializer_list<std::vector<std::string>>{{"u", "t", "--port", "http"},
+                                                       {"u", "t", "--timeout", "5"},
+                                                       {"u", "t", "--timeout", "0"},
+                                                       {"u", "t", "--rate", "-1"},
+                                                       {"u", "t", "--idle", "sleep"},
+                                                       {"u", "t", "--name", ""},
+                                                       {"u", "t", "--json=yes"},
+                                                       {"u", "t", "--port"},
+                                                       {"u", "t", "more"},
+                                                       {"u"},
+                                                       {}}) {
+    fixture f;
+    EXPECT_EQ(f.read(words), exit_code::usage);
+    EXPECT_NE(f.said.find("rowe try: "), std::string::npos);
+    EXPECT_EQ(f.shown, "");
+  }
+}
+
+TEST(command_line, suggests_the_option_that_was_meant) {
+  fixture f;
+  EXPECT_EQ(f.read({"u", "t", "--prot", "1"}), exit_code::usage);
+  EXPECT_NE(f.said.find("did you mean --port?"), std::string::npos) << f.said;
+  EXPECT_EQ(f.read({"u", "t", "--colour", "1"}), exit_code::usage);
+  EXPECT_EQ(f.said.find("did you mean"), std::string::npos) << f.said;
+}
+
+TEST(command_line, takes_from_the_environment_the_operand_that_is_missing) {
+  ::setenv("ROWE_TEST_URL", "ws://from-there", 1);
+  fixture f;
+  EXPECT_EQ(f.read({"/t"}), std::nullopt);
+  EXPECT_EQ(f.url, "ws://from-there");
+  EXPECT_EQ(f.topic, "/t");
+  EXPECT_EQ(f.read({"ws://given", "/t"}), std::nullopt);
+  EXPECT_EQ(f.url, "ws://given");
+  ::unsetenv("ROWE_TEST_URL");
+}
+
+TEST(command_line, takes_words_with_dashes_behind_a_double_dash) {
+  fixture f;
+  EXPECT_EQ(f.read({"--", "--port", "--help"}), std::nullopt);
+  EXPECT_EQ(f.url, "--port");
+  EXPECT_EQ(f.topic, "--help");
+}
+
+TEST(command_line, writes_help_from_the_table_beginning_with_its_two_examples) {
+  fixture f;
+  EXPECT_EQ(f.read({"--help"}), exit_code::done);
+  EXPECT_TRUE(f.shown.starts_with(
+      "examples:\n  rowe try A b  first\n  rowe try A c  second\n\nusage: rowe try [options] URL TOPIC\n"))
+      << f.shown;
+  for (const option& o : f.table().options) EXPECT_NE(f.shown.find(o.meaning), std::string::npos) << o.name;
+}
+
+TEST(command_line, does_not_pass_control_characters_on_to_the_terminal) {
+  fixture f;
+  EXPECT_EQ(f.read({"u", "t", "--\x1b[2J"}), exit_code::usage);
+  EXPECT_EQ(f.said.find('\x1b'), std::string::npos);
+  EXPECT_NE(f.said.find("\\u001b[2J"), std::string::npos) << f.said;
+}
+
+} // namespace
+} // namespace rowe::tools

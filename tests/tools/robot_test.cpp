@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "robot.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace rowe::tools {
+namespace {
+
+constexpr int steps_a_second = 1000;
+static_assert(robot::period * steps_a_second == 1);
+
+double distance(const planar_pose& a, const planar_pose& b) { return std::hypot(a.x - b.x, a.y - b.y); }
+
+TEST(robot, begins_at_rest_on_its_path) {
+  const robot moving;
+  EXPECT_EQ(distance(moving.pose(), moving.reference()), 0);
+  EXPECT_EQ(moving.twist().forward, 0);
+  EXPECT_EQ(moving.twist().turn, 0);
+}
+
+TEST(robot, keeps_to_the_figure_of_eight_for_an_hour) {
+  robot moving;
+  for (int i = 0; i < 5 * steps_a_second; ++i) moving.step(); // it begins slower than its reference
+  double worst = 0;
+  for (int i = 0; i < 3600 * steps_a_second; ++i) {
+    moving.step();
+    worst = std::max(worst, distance(moving.pose(), moving.reference()));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
+TEST(robot, turns_both_ways_and_crosses_the_whole_figure) {
+  robot moving;
+  double left = 0, right = 0, farthest = 0;
+  for (int i = 0; i < 2 * static_cast<int>(robot::lap) * steps_a_second; ++i) {
+    moving.step();
+    left = std::max(left, moving.twist().turn);
+    right = std::min(right, moving.twist().turn);
+    farthest = std::max(farthest, std::abs(moving.pose().x));
+  }
+  EXPECT_GT(left, 0.3);
+  EXPECT_LT(right, -0.3);
+  EXPECT_NEAR(farthest, robot::half_length, 0.05);
+}
+
+TEST(robot, respects_the_limits_of_its_wheels) {
+  robot moving;
+  wheel_speeds before = moving.wheels();
+  for (int i = 0; i < 60 * steps_a_second; ++i) {
+    moving.step();
+    const wheel_speeds now = moving.wheels();
+    constexpr double change_max = robot::wheel_acceleration_max * robot::period * (1 + 1e-9);
+    ASSERT_LE(std::abs(now.left), robot::wheel_speed_max);
+    ASSERT_LE(std::abs(now.right), robot::wheel_speed_max);
+    ASSERT_LE(std::abs(now.left - before.left), change_max) << "step " << i;
+    ASSERT_LE(std::abs(now.right - before.right), change_max) << "step " << i;
+    before = now;
+  }
+}
+
+TEST(robot, integrates_its_pose_along_the_heading_halfway_through_each_step) {
+  robot moving;
+  for (int i = 0; i < 30 * steps_a_second; ++i) {
+    const planar_pose from = moving.pose();
+    moving.step();
+    const planar_twist twist = moving.twist();
+    const double halfway = from.heading + twist.turn * robot::period / 2;
+    ASSERT_DOUBLE_EQ(moving.pose().x, from.x + twist.forward * robot::period * std::cos(halfway));
+    ASSERT_DOUBLE_EQ(moving.pose().y, from.y + twist.forward * robot::period * std::sin(halfway));
+    ASSERT_LE(std::abs(moving.pose().heading), std::numbers::pi);
+  }
+}
+
+TEST(robot, is_the_same_each_time) {
+  robot one, other;
+  for (int i = 0; i < 10 * steps_a_second; ++i) one.step(), other.step();
+  EXPECT_EQ(one.pose().x, other.pose().x);
+  EXPECT_EQ(one.pose().heading, other.pose().heading);
+}
+
+} // namespace
+} // namespace rowe::tools
