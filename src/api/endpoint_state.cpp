@@ -135,6 +135,14 @@ status endpoint_state::start(service::side ours) {
   core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_), lanes_, *board_,
                                       service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
                                       rt::monotonic_clock::now());
+  if (!rt::clock_is_cheap()) {
+    event warning;
+    warning.what_kind = event::kind::warning;
+    warning.what = "reading the clock enters the kernel on this machine, in every cycle of a loop too";
+    warning.remedy = "choose the clock source tsc or arch_sys_counter "
+                     "(/sys/devices/system/clocksource/clocksource0/current_clocksource)";
+    board_->post(warning);  // the service thread, whose ring it is, does not run yet
+  }
   loop_.emplace(*core_, *carrier_, options_.idle_policy, options_.poll_period);
 
   rt::thread_options how{.name = "rowe", .priority = options_.service_priority};
