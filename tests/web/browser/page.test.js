@@ -101,6 +101,13 @@ test("losses are listed in words, none as zero", limit, async () => {
   await page.context().close();
 });
 
+test("the page's own slower rate counts as thinning on purpose", limit, async () => {
+  const { page } = await live_page();
+  const total = page.locator("#thinned tr", { hasText: "slower rate asked for" }).locator("td").first();
+  await until("a count", async () => Number((await total.textContent()).replaceAll("\u202f", "")) > 0);
+  await page.context().close();
+});
+
 test("a live page has no console error and asks nobody but the robot", limit, async () => {
   const { page } = await live_page();
   await until("statistics", async () => (await page.locator("#rates tr").count()) > 0);
