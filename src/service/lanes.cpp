@@ -156,7 +156,7 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
 
 // For the statistics: how many, and how far apart.
 void core::note(topic& on, rt::time_point published) noexcept {
-  if (on.messages != 0) on.gap_max = std::max(on.gap_max, published - on.newest_at);
+  if (on.newest_at != rt::time_point{}) on.gap_max = std::max(on.gap_max, published - on.newest_at);
   on.newest_at = published;
   ++on.messages;
 }
@@ -178,8 +178,9 @@ bool core::wanted_now(const topic& on) noexcept {
 
 // Tells the publishers of a topic whether anybody listens.
 void core::update_wanted(std::uint32_t topic_index) noexcept {
-  const topic& on = router_.at(topic_index);
+  topic& on = router_.at(topic_index);
   const bool wanted = on.first_subscription != no_index || on.first_inbox != no_index || on.latched;
+  if (!wanted) on.newest_at = {};  // what is published from now on is not seen, so the pause is no gap
   const audience now = wanted ? audience::somebody : audience::nobody;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     if (!views_[i].attached || views_[i].topic != topic_index || lanes_[i].kind == lane_kind::subscribe_text) continue;

@@ -39,7 +39,7 @@ struct topic {
   std::uint64_t messages = 0;
   std::uint64_t messages_before = 0;  // at the last report
   std::size_t bytes = 0;              // of the newest body
-  rt::time_point newest_at{};
+  rt::time_point newest_at{};         // zero: nobody listened until now
   rt::duration gap_max{0};            // since the last report
 };
 
