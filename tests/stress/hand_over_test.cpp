@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(places, ring_stress, ::testing::Values(1, 2, 64));
 
 TEST_P(ring_stress, brings_every_item_whole_and_in_order) {
   const watchdog dog{"a ring between two threads", patience};
-  const std::uint64_t items = stressed(400'000);
+  const std::uint64_t items = stressed(150'000);
   std::vector<spsc_ring<wide>::entry> entries(GetParam());
   spsc_ring<wide> shared{entries, near_wrap};
   std::thread pushing{[&, in = shared.take_producer()] {
@@ -114,7 +114,7 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   const watchdog dog{"a ring out and a ring home", patience};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
-  const std::uint64_t items = stressed(400'000);
+  const std::uint64_t items = stressed(150'000);
   const std::uint32_t slots = GetParam();
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};
   const slab cells{memory.carve_bytes(slab::bytes_for(slots, sizeof(wide))), slots, sizeof(wide)};
@@ -166,7 +166,7 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
 
 TEST(window_stress, shows_whole_values_that_never_go_back) {
   const watchdog dog{"a window between two threads", patience};
-  const std::uint64_t writes = stressed(1'000'000);
+  const std::uint64_t writes = stressed(500'000);
   rowe::rt::window<wide> shared;
   std::thread writing{[&, in = shared.take_writer()] {
     for (std::uint64_t number = 1; number <= writes; ++number) in->write(wide{number});

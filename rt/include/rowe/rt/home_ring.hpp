@@ -42,8 +42,8 @@ class home_producer {
     assert(slot < slots_);
     entries_[tail_ & mask_].store(slot);
     ++tail_;
-    ring().shared_tail_.store(tail_,
-                              std::memory_order_release); // pairs with the acquire in home_consumer::look
+    // release: pairs with the acquire in home_consumer::look
+    ring().shared_tail_.store(tail_, std::memory_order_release);
   }
 
   home_producer(const home_producer&) = delete;
@@ -56,8 +56,8 @@ class home_producer {
 
   home_ring<Atomics>& ring() noexcept { return static_cast<home_ring<Atomics>&>(*this); }
 
-  alignas(line_bytes)
-      std::uint64_t tail_; // the index of the next give; the shared word's value, without its line
+  // The index of the next give, which is what the shared word says; kept here so as not to load its line.
+  alignas(line_bytes) std::uint64_t tail_;
   std::uint64_t mask_;
   entry* entries_;
   std::uint32_t slots_;
@@ -105,11 +105,13 @@ class home_consumer {
 
   home_ring<Atomics>& ring() noexcept { return static_cast<home_ring<Atomics>&>(*this); }
   void look() noexcept {
-    seen_tail_ = ring().shared_tail_.load(std::memory_order_acquire); // pairs with the release in give
-    assert(seen_tail_ - head_ <= slots_);                             // else a number was given twice
+    // acquire: pairs with the release in give, so that the number read has been written
+    seen_tail_ = ring().shared_tail_.load(std::memory_order_acquire);
+    assert(seen_tail_ - head_ <= slots_); // else a number was given twice
   }
 
-  alignas(line_bytes) std::uint64_t head_; // the index of the next take; nobody else needs it
+  // The index of the next take; nobody else needs it.
+  alignas(line_bytes) std::uint64_t head_;
   std::uint64_t seen_tail_; // never ahead of the real one, so a number that seems to be there is
   std::uint64_t mask_;
   entry* entries_;

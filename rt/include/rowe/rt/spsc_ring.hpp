@@ -45,8 +45,8 @@ class ring_producer {
     }
     entries_[tail_ & mask_].store(item);
     ++tail_;
-    ring().shared_tail_.store(tail_,
-                              std::memory_order_release); // pairs with the acquire in ring_consumer::look
+    // release: pairs with the acquire in ring_consumer::look
+    ring().shared_tail_.store(tail_, std::memory_order_release);
     return true;
   }
 
@@ -66,12 +66,12 @@ class ring_producer {
 
   spsc_ring<T, Atomics>& ring() noexcept { return static_cast<spsc_ring<T, Atomics>&>(*this); }
   void look() noexcept {
-    seen_head_ =
-        ring().shared_head_.load(std::memory_order_acquire); // pairs with the releases in ring_consumer
+    // acquire: pairs with the releases in try_pop and drain, so that what is overwritten has been read
+    seen_head_ = ring().shared_head_.load(std::memory_order_acquire);
   }
 
-  alignas(line_bytes)
-      std::uint64_t tail_;  // the index of the next push; the shared word's value, without its line
+  // The index of the next push, which is what the shared word says; kept here so as not to load its line.
+  alignas(line_bytes) std::uint64_t tail_;
   std::uint64_t seen_head_; // never ahead of the real one, so a ring that seems to have room has it
   std::uint64_t mask_;
   entry* entries_;
@@ -92,8 +92,8 @@ class ring_consumer {
     }
     const T item = entries_[head_ & mask_].load();
     ++head_;
-    ring().shared_head_.store(head_,
-                              std::memory_order_release); // pairs with the acquire in ring_producer::look
+    // release: pairs with the acquire in ring_producer::look
+    ring().shared_head_.store(head_, std::memory_order_release);
     return item;
   }
 
@@ -110,8 +110,8 @@ class ring_consumer {
       const T& item = entries_[head_ & mask_].load();
       take(item);
     }
-    ring().shared_head_.store(head_,
-                              std::memory_order_release); // pairs with the acquire in ring_producer::look
+    // release: pairs with the acquire in ring_producer::look
+    ring().shared_head_.store(head_, std::memory_order_release);
     return static_cast<std::size_t>(count);
   }
 
@@ -131,12 +131,13 @@ class ring_consumer {
 
   spsc_ring<T, Atomics>& ring() noexcept { return static_cast<spsc_ring<T, Atomics>&>(*this); }
   void look() noexcept {
-    seen_tail_ = ring().shared_tail_.load(std::memory_order_acquire); // pairs with the release in try_push
+    // acquire: pairs with the release in try_push, so that what is read has been written
+    seen_tail_ = ring().shared_tail_.load(std::memory_order_acquire);
   }
 
-  alignas(
-      line_bytes) std::uint64_t head_; // the index of the next pop; the shared word's value, without its line
-  std::uint64_t seen_tail_;            // never ahead of the real one, so an item that seems to be there is
+  // The index of the next pop, which is what the shared word says; kept here so as not to load its line.
+  alignas(line_bytes) std::uint64_t head_;
+  std::uint64_t seen_tail_; // never ahead of the real one, so an item that seems to be there is
   std::uint64_t mask_;
   entry* entries_;
   typename Atomics::template variable<bool> taken_{false};
@@ -191,10 +192,9 @@ class spsc_ring : ring_producer<T, Atomics>, ring_consumer<T, Atomics> {
 
   // The invariant that is broken, or nullptr. Only while no thread is inside either end.
   const char* check() const noexcept {
-    const std::uint64_t tail =
-        shared_tail_.load(std::memory_order_acquire); // pairs with the release in try_push
-    const std::uint64_t head =
-        shared_head_.load(std::memory_order_acquire); // pairs with those in ring_consumer
+    // acquire: pair with the releases in try_push, and in try_pop and drain
+    const std::uint64_t tail = shared_tail_.load(std::memory_order_acquire);
+    const std::uint64_t head = shared_head_.load(std::memory_order_acquire);
     const std::uint64_t places = producer::mask_ + 1;
     if (producer::mask_ != consumer::mask_ || producer::entries_ != consumer::entries_)
       return "both ends see the same entries";

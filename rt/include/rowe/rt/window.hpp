@@ -74,8 +74,8 @@ class core_writer {
 
   window_core<Atomics>& core() noexcept { return static_cast<window_core<Atomics>&>(*this); }
 
-  alignas(line_bytes) std::uint64_t sequence_ =
-      0; // this and the next: the shared words' values, without their line
+  // What the shared words say; kept here so as not to load their line.
+  alignas(line_bytes) std::uint64_t sequence_ = 0;
   std::uint32_t newest_[2] = {0, 0};
   std::uint32_t pair_ = 0; // being written
   typename Atomics::template variable<bool> taken_{false};
