@@ -156,11 +156,11 @@ tum_file read_tum(std::string_view text) {
 
 tum_file read_tum_file(const std::string& path) {
   std::ifstream file{path, std::ios::binary};
+  if (!file.is_open()) return {{}, {0, std::strerror(errno)}};
   std::ostringstream text;
   errno = 0;
-  // A folder opens and then cannot be read; an empty file sets failbit here too, and is told apart by errno.
-  if (file.is_open()) text << file.rdbuf();
-  if (!file.is_open() || errno != 0) return {{}, {0, std::strerror(errno)}};
+  text << file.rdbuf(); // fails for an empty file too, so errno tells: a folder can be opened and not read
+  if (errno != 0) return {{}, {0, std::strerror(errno)}};
   return read_tum(text.view());
 }
 

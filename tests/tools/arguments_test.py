@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the program says to arguments, right and wrong."""
+import json
+import unittest
+
+from program import run
+
+
+class arguments(unittest.TestCase):
+    def refused(self, *arguments, says, code=2):
+        ended = run(*arguments)
+        self.assertEqual(ended.code, code, (arguments, ended.stderr))
+        self.assertEqual(ended.stdout, [], arguments)
+        for text in says:
+            self.assertIn(text, "\n".join(ended.stderr), arguments)
+
+    def test_usage_errors_name_the_value_and_the_limit(self):
+        self.refused("serve", "--port", "70000", says=["--port 70000", "0 to 65535"])
+        self.refused("serve", "--port", "http", says=["'http'", "0 to 65535"])
+        self.refused("serve", "--priority", "100", says=["--priority 100", "1 to 99"])
+        self.refused("serve", "--cpu", "100000", says=["--cpu 100000", "out of range: 0 to "])
+        self.refused("serve", "--idle", "sleep", says=["'sleep'", "poll or spin"])
+        self.refused("serve", "--listen", "8080", says=["'8080'", "ADDR:PORT"])
+        self.refused("serve", "--listen", "127.0.0.1:70000", says=["70000", "0 to 65535"])
+        self.refused("serve", "--port", "0", "--listen", "127.0.0.1:0", says=["exclude"])
+        self.refused("serve", "now", says=["'now'"])
+        self.refused("replay", "ws://127.0.0.1:1", says=["--tum FILE is missing"])
+        self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", says=["--topic NAME is missing"])
+        self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", "--topic", "/t", "--rate", "1MHz", says=["'1MHz'"])
+        self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", "--topic", "/t", "--rate", "200kHz",
+                     says=["200kHz", "at most 100000 Hz"])
+        self.refused("echo", "ws://127.0.0.1:1", says=["TOPIC is missing"])
+        self.refused("echo", "ws://127.0.0.1:1", "/t", "-n", "0", says=["-n 0", "out of range: 1 to "])
+        self.refused("echo", "ws://127.0.0.1:1", "/t", "--timeout", "5", says=["'5'", "50ms"])
+        self.refused("echo", "ws://127.0.0.1:1", "/t", "--once", "-n", "2", says=["exclude"])
+
+    def test_urls_that_are_none_say_what_one_looks_like(self):
+        for url in ("127.0.0.1", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):
+            self.refused("echo", url, "/t", says=["ws://HOST[:PORT][/PATH]"])
+        self.refused("echo", "wss://127.0.0.1:1/", "/t", says=["TLS"])
+
+    def test_topics_that_are_none_are_refused(self):
+        self.refused("echo", "ws://127.0.0.1:1", "x" * 300, says=["xxx", "limit"])
+
+    def test_an_unknown_verb_or_option_suggests_the_nearest(self):
+        self.refused("srve", says=["'srve'", "did you mean serve?"])
+        self.refused("hlep", says=["did you mean help?"])
+        self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
+        self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])
+        self.refused(says=["a verb is missing"])
+
+    def test_listening_beyond_loopback_needs_to_be_asked_for(self):
+        self.refused("serve", "--listen", "0.0.0.0:0", says=["0.0.0.0", "--insecure"])
+
+    def test_an_address_that_is_not_ours_is_refused(self):
+        self.refused("serve", "--listen", "192.0.2.1:0", "--insecure", says=["192.0.2.1"], code=1)
+
+    def test_help_begins_with_two_examples(self):
+        for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"], ["version", "--help"]):
+            ended = run(*words)
+            self.assertEqual(ended.code, 0, words)
+            self.assertEqual(ended.stderr, [])
+            self.assertEqual(ended.stdout[0], "examples:")
+            self.assertRegex(ended.stdout[1], "^  rowe ")
+            self.assertRegex(ended.stdout[2], "^  rowe ")
+            self.assertEqual(ended.stdout[3], "")
+
+    def test_help_lists_every_verb_and_every_exit_code(self):
+        text = "\n".join(run("help").stdout)
+        for word in ("serve", "replay", "echo", "version", "0", "1", "2", "3", "4", "6", "130"):
+            self.assertRegex(text, rf"(?m)^ +{word} ")
+
+    def test_version_is_one_line_and_one_json_object(self):
+        self.assertRegex("\n".join(run("version").stdout), r"^rowe \d+\.\d+\.\d+$")
+        described = json.loads("\n".join(run("version", "--json").stdout))
+        self.assertRegex(described["version"], r"^\d+\.\d+\.\d+$")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,83 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe echo`: what it prints and how it ends."""
+import json
+import signal
+import subprocess
+import unittest
+
+from program import ROWE, hub, program, run
+from websocket import peer
+
+
+class echoing(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.demo = cls.enterClassContext(hub("--demo"))
+
+    def test_prints_one_json_object_a_line(self):
+        ended = run("echo", self.demo.url, "/odom", "--json", "-n", "20")
+        self.assertEqual(ended.code, 0)
+        numbers = [json.loads(line)["header"]["seq"] for line in ended.stdout]
+        self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 20)))
+        self.assertEqual(ended.stderr, [])
+
+    def test_prints_what_people_can_read(self):
+        ended = run("echo", self.demo.url, "/odom", "--once")
+        self.assertEqual(ended.code, 0)
+        self.assertEqual(ended.stdout[0], "header:")
+        self.assertRegex(ended.stdout[1], r"^  seq: \d+$")
+        self.assertIn('  frame_id: "odom"', ended.stdout)
+        self.assertEqual(ended.stdout[-1], "---")
+
+    def test_takes_the_url_as_a_browser_shows_it_or_from_the_environment(self):
+        for arguments, environment in (((f"http://127.0.0.1:{self.demo.port}/", "/odom"), {}),
+                                       ((f"127.0.0.1:{self.demo.port}", "/odom"), {}),
+                                       ((f"localhost:{self.demo.port}", "/odom"), {}),
+                                       (("/odom",), {"ROWE_URL": self.demo.url})):
+            ended = run("echo", *arguments, "--once", "--timeout", "20s", environment=environment)
+            self.assertEqual(ended.code, 0, (arguments, ended.stderr))
+
+    def test_a_message_with_line_breaks_stays_on_one_line(self):
+        with hub() as serving, peer(serving.port) as p:
+            with program("echo", serving.url, "/t", "--json", "--once") as echo:
+                p.send({"op": "advertise", "topic": "/t", "type": "x/T"})
+                while echo.process.poll() is None and not echo.stdout:
+                    p.send_text('{"op":"publish","topic":"/t",\n"msg":{"a":\r\n1,\n"b":"x\\ny"}}')
+                    p.send({"op": "no such thing"})
+                    p.receive_until(lambda m: m["op"] == "status")
+                self.assertEqual(echo.end(), 0)
+                self.assertEqual([json.loads(line) for line in echo.stdout], [{"a": 1, "b": "x\ny"}])
+
+    def test_a_topic_without_messages_is_a_time_out(self):
+        ended = run("echo", self.demo.url, "/nothing", "--timeout", "200ms")
+        self.assertEqual(ended.code, 4)
+        self.assertIn("no message on /nothing within 0.200 s", ended.stderr[-1])
+
+    def test_who_is_not_there_or_does_not_speak_websocket_is_named(self):
+        ended = run("echo", "127.0.0.1:1", "/odom", "--timeout", "300ms")
+        self.assertEqual(ended.code, 3)
+        self.assertIn("nobody listens at 127.0.0.1:1", ended.stderr[-1])
+        ended = run("echo", "no-such-host.invalid:80", "/odom", "--timeout", "300ms")
+        self.assertEqual(ended.code, 3)
+        self.assertIn("no-such-host.invalid", ended.stderr[-1])
+
+    def test_interrupted_before_any_message_is_130_and_after_one_is_success(self):
+        with program("echo", "127.0.0.1:1", "/odom") as waiting:
+            waiting.line("waiting for ws://127.0.0.1:1")
+            self.assertEqual(waiting.end(signal.SIGINT), 130)
+        with program("echo", self.demo.url, "/odom", "--json") as running:
+            running.lines(5)
+            self.assertEqual(running.end(signal.SIGINT), 0)
+            running.line(r"\d+ messages, lost \d+")
+
+    def test_a_reader_that_has_enough_ends_it_quietly(self):
+        with subprocess.Popen([ROWE, "echo", self.demo.url, "/odom", "--json"], stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE) as echo:
+            echo.stdout.readline()
+            echo.stdout.close()
+            self.assertEqual(echo.wait(timeout=60), 0)
+            self.assertEqual(echo.stderr.read(), b"")
+
+
+if __name__ == "__main__":
+    unittest.main()

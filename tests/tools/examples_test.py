@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The documentation's programs, started, listened to and ended as a reader would. ROWE_EXAMPLES is their folder."""
+import json
+import math
+import os
+import shutil
+import signal
+import socket
+import unittest
+
+from program import hub, program, run
+
+folder = os.environ["ROWE_EXAMPLES"]
+port = 8080  # what the documentation says
+
+
+def example(name, *arguments, before=()):
+    return program(*arguments, command=(*before, os.path.join(folder, name)))
+
+
+class control_loop(unittest.TestCase):
+    def setUp(self):
+        with socket.socket() as probe:
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            try:
+                probe.bind(("127.0.0.1", port))
+            except OSError:
+                self.skipTest(f"port {port} is in use by another program")
+
+    def check(self, **options):
+        with example("control_loop", **options) as robot:
+            ended = run("echo", f"ws://127.0.0.1:{port}", "/odom", "-n", "100", "--json", "--timeout", "30s")
+            self.assertEqual(ended.code, 0, (ended.stderr, robot.said))
+            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+            self.assertEqual(robot.said, {"stdout": [], "stderr": []})
+        messages = [json.loads(line) for line in ended.stdout]
+        self.assertEqual(list(messages[0]), ["stamp", "x", "y", "heading", "speed"])
+        for m in messages:
+            self.assertAlmostEqual(math.hypot(m["x"], m["y"]), 1)
+            self.assertAlmostEqual(math.cos(m["heading"]), -m["y"])
+            self.assertAlmostEqual(math.sin(m["heading"]), m["x"])
+            self.assertEqual(m["speed"], 0.5)
+        stamps = [m["stamp"] for m in messages]
+        self.assertEqual(stamps, sorted(set(stamps)))
+
+    def test_publishes_what_it_measures(self):
+        self.check()
+
+    def test_does_so_when_started_on_one_core(self):
+        if shutil.which("taskset") is None:
+            self.skipTest("there is no taskset")
+        self.check(before=("taskset", "-c", "0"))
+
+
+class listen(unittest.TestCase):
+    def test_prints_the_messages_of_a_robot(self):
+        with hub("--demo") as robot, example("listen", robot.url, "/odom") as listening:
+            numbers = [json.loads(line)["header"]["seq"] for line in listening.lines(50)[:50]]
+            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 50)))
+            self.assertEqual(listening.end(signal.SIGTERM), -signal.SIGTERM)
+
+    def test_says_how_it_is_used(self):
+        with example("listen") as listening:
+            self.assertEqual(listening.end(), 2)
+            self.assertEqual(listening.stderr, ["usage: listen URL TOPIC"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The hub as plain rosbridge clients see it."""
+import time
+import unittest
+
+from program import hub
+from websocket import peer
+
+odom = {"topic": "/odom", "type": "nav_msgs/Odometry"}
+
+
+def settle(p):
+    """Returns when the hub has carried out all that `p` asked for so far: requests of a peer are answered in order."""
+    p.send({"op": "no such thing", "id": "settle"})
+    return p.receive_until(lambda m: m["op"] == "status")
+
+
+def seconds_of(message):
+    stamp = message["msg"]["header"]["stamp"]
+    return stamp["secs"] + stamp["nsecs"] * 1e-9
+
+
+class subscribing(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.demo = cls.enterClassContext(hub("--demo"))
+
+    def test_brings_every_message_in_order(self):
+        with peer(self.demo.port) as p:
+            p.send({"op": "subscribe", "id": "s1", **odom})
+            numbers = [p.receive()["msg"]["header"]["seq"] for _ in range(300)]
+            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 300)))
+
+    def test_at_a_throttle_rate_brings_the_newest_message_of_each_period(self):
+        with peer(self.demo.port) as p:
+            p.send({"op": "subscribe", "throttle_rate": 50, "queue_length": 1, **odom})
+            times = [seconds_of(p.receive()) for _ in range(10)]
+        gaps = [b - a for a, b in zip(times, times[1:])]
+        self.assertGreater(min(gaps[1:]), 0.040, gaps)
+
+    def test_at_a_throttle_rate_without_a_queue_drops_what_lies_between(self):
+        with peer(self.demo.port) as p:
+            p.send({"op": "subscribe", "throttle_rate": 50, "queue_length": 0, **odom})
+            times = [seconds_of(p.receive()) for _ in range(10)]
+        self.assertGreater(min(b - a for a, b in zip(times, times[1:])), 0.045)  # of the stamps, which are older by a turn or so
+
+    def test_ends_with_unsubscribe(self):
+        with peer(self.demo.port) as p:
+            p.send({"op": "subscribe", "id": "s1", **odom})
+            p.receive()
+            p.send({"op": "unsubscribe", "id": "s1", "topic": "/odom"})
+            settle(p)
+            with self.assertRaises(TimeoutError):
+                p.receive(wait=0.2)
+
+    def test_a_topic_keeps_its_type(self):
+        with peer(self.demo.port) as p:
+            p.send({"op": "advertise", "id": "a9", "topic": "/odom", "type": "std_msgs/String"})
+            answer = p.receive()
+            self.assertEqual((answer["op"], answer["level"], answer["id"]), ("status", "error", "a9"))
+            self.assertIn("nav_msgs/Odometry", answer["msg"])
+
+
+class publishing(unittest.TestCase):
+    def setUp(self):
+        self.serving = self.enterContext(hub())
+        self.one = self.enterContext(peer(self.serving.port))
+        self.other = self.enterContext(peer(self.serving.port))
+
+    def test_reaches_the_other_peers_as_it_was_written(self):
+        self.other.send({"op": "subscribe", "topic": "/cmd_vel", "type": "geometry_msgs/Twist"})
+        settle(self.other)
+        self.one.send({"op": "advertise", "topic": "/cmd_vel", "type": "geometry_msgs/Twist"})
+        body = '{"linear":{"x":1.0,"y":-0.0,"z":1e-320},"angular":{"x":0,"y":0,"z":18446744073709551616}}'
+        self.one.send_text('{"op":"publish","topic":"/cmd_vel","msg":' + body + "}")
+        self.assertIn(body, self.other.receive_text())
+
+    def test_in_fragments_reaches_the_other_peers_whole(self):
+        self.other.send({"op": "subscribe", "topic": "/t", "type": "x/T"})
+        settle(self.other)
+        self.one.send({"op": "advertise", "topic": "/t", "type": "x/T"})
+        text = b'{"op":"publish","topic":"/t","msg":{"name":"\xc3\xa9"}}'
+        self.one.send_frame(0x1, text[:45], fin=False)  # between the two bytes of one character
+        self.one.send_frame(0x9, b"in between")
+        self.one.send_frame(0x0, text[45:])
+        self.assertEqual(self.other.receive()["msg"], {"name": "é"})
+
+    def test_keeps_the_order_of_a_thousand_messages(self):
+        self.other.send({"op": "subscribe", "topic": "/t", "type": "x/T"})
+        settle(self.other)
+        self.one.send({"op": "advertise", "topic": "/t", "type": "x/T"})
+        for i in range(1000):
+            self.one.send({"op": "publish", "topic": "/t", "msg": {"i": i}})
+            if i % 100 == 99:
+                settle(self.one)  # not faster than the other one's queue can follow
+        self.assertEqual([self.other.receive()["msg"]["i"] for _ in range(1000)], list(range(1000)))
+
+    def test_what_is_not_understood_is_answered_with_a_status_error_and_the_id(self):
+        for wrong in ({"op": "explode"}, {"op": "subscribe"}, {"op": "subscribe", "topic": 7},
+                      {"op": "subscribe", "topic": "/t", "throttle_rate": -1}, {"op": "publish", "topic": "/t"}):
+            self.one.send({"id": "w", **wrong})
+            answer = self.one.receive()
+            self.assertEqual((answer["op"], answer["level"]), ("status", "error"), wrong)
+            self.assertEqual(answer.get("id"), "w", wrong)
+
+    def test_what_is_no_json_is_answered_and_does_not_end_the_connection(self):
+        for wrong in ("{", "nonsense", '{"op":"publish","topic":"/t","msg":{"a":01}}', '{"op":"subscribe","topic":"\\ud800"}x'):
+            self.one.send_text(wrong)
+            self.assertEqual(self.one.receive()["level"], "error", wrong)
+        settle(self.one)
+
+
+class staying(unittest.TestCase):
+    def test_a_peer_that_leaves_takes_nothing_with_it(self):
+        with hub("--demo") as serving, peer(serving.port) as stays:
+            stays.send({"op": "subscribe", **odom})
+            for _ in range(20):
+                with peer(serving.port) as leaves:
+                    leaves.send({"op": "subscribe", **odom})
+                    leaves.receive()
+            begin = time.monotonic()
+            numbers = [stays.receive()["msg"]["header"]["seq"] for _ in range(500)]
+            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 500)), time.monotonic() - begin)
+
+
+if __name__ == "__main__":
+    unittest.main()

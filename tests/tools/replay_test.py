@@ -1,0 +1,168 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe replay` into a hub and out of `rowe echo`: every pose, in order, to the last bit."""
+import json
+import os
+import random
+import re
+import signal
+import socket
+import tempfile
+import unittest
+
+from program import hub, program, run
+from trajectory import bits, numbers_of, time_of, trajectory
+from websocket import peer
+
+seed = int(os.environ.get("ROWE_SEED", random.SystemRandom().randrange(2**32)))
+
+
+class listening:
+    """`rowe echo --json`, known to be subscribed: it has printed a probe that we published."""
+
+    def __init__(self, serving, topic, count):
+        self.echo = program("echo", serving.url, topic, "--json", "-n", str(count), "--timeout", "50s")
+        with peer(serving.port) as p:
+            p.send({"op": "advertise", "topic": topic, "type": "nav_msgs/Odometry"})
+            self.probes = 0
+            while not self.echo.stdout:  # published into the void until somebody is there
+                p.send({"op": "publish", "topic": topic, "msg": {"probe": self.probes}})
+                p.send({"op": "no such thing"})
+                p.receive_until(lambda m: m["op"] == "status")  # the hub has seen the probe
+                if self.echo.process.poll() is not None:
+                    raise AssertionError(self.echo.stderr)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *how):
+        self.echo.__exit__(*how)
+
+    def messages(self, count):
+        """Waits until `count` messages that are no probes were printed; returns them."""
+        lines = 0
+        while True:
+            found = [m for m in map(json.loads, list(self.echo.stdout)) if "probe" not in m]
+            if len(found) >= count:
+                return found
+            lines = max(lines, len(self.echo.stdout)) + 1
+            self.echo.lines(lines)
+
+
+class replaying(unittest.TestCase):
+    def setUp(self):
+        self.folder = self.enterContext(tempfile.TemporaryDirectory())
+        self.path = os.path.join(self.folder, "path.txt")
+
+    def replay(self, *arguments, **options):
+        return run("replay", *arguments, "--tum", self.path, "--topic", "/odom", **options)
+
+    def check(self, messages, wanted):
+        self.assertEqual([time_of(m) for m in messages], wanted.times, f"ROWE_SEED={seed}")
+        for i, (message, numbers) in enumerate(zip(messages, wanted.numbers)):
+            self.assertEqual([bits(n) for n in numbers_of(message)], [bits(n) for n in numbers],
+                             f"pose {i}: {numbers}, ROWE_SEED={seed}")
+        self.assertEqual([m["header"]["seq"] for m in messages], list(range(len(messages))))
+
+    def test_every_pose_arrives_in_order_and_exact_at_a_fixed_rate(self):
+        wanted = trajectory(400, 10_000_000, seed)
+        wanted.write(self.path)
+        with hub() as serving, listening(serving, "/odom", 100_000) as listener:
+            ended = self.replay(serving.url, "--rate", "2kHz")
+            self.assertEqual(ended.code, 0, ended.stderr)
+            self.assertRegex(ended.stderr[-1], r"sent 400 of 400 poses in \d+\.\d+ s, dropped 0")
+            self.check(listener.messages(400), wanted)
+
+    def test_every_pose_arrives_at_its_own_pace(self):
+        wanted = trajectory(60, 10_000_000, seed + 1)
+        wanted.write(self.path)
+        with hub() as serving, listening(serving, "/odom", 100_000) as listener:
+            ended = self.replay(serving.url)
+            self.assertEqual(ended.code, 0, ended.stderr)
+            seconds = float(re.search(r"sent 60 of 60 poses in (\S+) s, dropped 0", ended.stderr[-1])[1])
+            self.assertGreaterEqual(seconds, 0.59)
+            self.check(listener.messages(60), wanted)
+
+    def test_says_what_it_publishes(self):
+        trajectory(1, 1, seed).write(self.path)
+        with hub() as serving, peer(serving.port) as p:
+            p.send({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry"})
+            p.send({"op": "no such thing"})
+            p.receive_until(lambda m: m["op"] == "status")
+            self.assertEqual(self.replay(serving.url).code, 0)
+            message = p.receive()["msg"]
+            self.assertEqual((message["header"]["frame_id"], message["child_frame_id"]), ("odom", "base_link"))
+            self.assertEqual(message["pose"]["covariance"], [0] * 36)
+            self.assertEqual(message["twist"]["twist"]["linear"], {"x": 0, "y": 0, "z": 0})
+
+    def test_loops_with_stamps_that_go_on_until_it_is_interrupted(self):
+        wanted = trajectory(10, 1_000_000, seed)
+        wanted.write(self.path)
+        with hub() as serving, listening(serving, "/odom", 100_000) as listener:
+            with program("replay", serving.url, "--tum", self.path, "--topic", "/odom", "--loop") as looping:
+                messages = listener.messages(35)
+                self.assertEqual(looping.end(signal.SIGINT), 0)
+                looping.line(r"sent \d+ poses in")
+        stamps = [secs * 10**9 + nsecs for secs, nsecs in map(time_of, messages)]
+        self.assertEqual({b - a for a, b in zip(stamps, stamps[1:])}, {1_000_000})
+        self.assertEqual([bits(n) for n in numbers_of(messages[10])], [bits(n) for n in wanted.numbers[0]])
+
+    def test_a_replay_that_is_interrupted_says_how_far_it_came(self):
+        trajectory(10, 10**9, seed).write(self.path)
+        with hub() as serving, listening(serving, "/odom", 100_000) as listener:
+            with program("replay", serving.url, "--tum", self.path, "--topic", "/odom") as playing:
+                listener.messages(1)
+                self.assertEqual(playing.end(signal.SIGINT), 130)
+                playing.line(r"sent \d+ of 10 poses")
+
+    def test_waits_for_a_hub_that_comes_later(self):
+        trajectory(5, 1_000_000, seed).write(self.path)
+        with socket.socket() as held:  # a port that nobody listens on, until the hub does
+            held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            held.bind(("127.0.0.1", 0))
+            port = held.getsockname()[1]
+        with program("replay", f"127.0.0.1:{port}", "--tum", self.path, "--topic", "/odom") as playing:
+            playing.line(r"waiting for ws://127\.0\.0\.1:\d+ \(Ctrl-C to stop\)")
+            with hub(port=port):
+                self.assertEqual(playing.end(), 0)
+                playing.line("sent 5 of 5 poses")
+
+    def test_goes_on_when_the_hub_comes_back(self):
+        trajectory(10, 1_000_000, seed).write(self.path)
+        with program("version"):
+            pass
+        with hub() as first:
+            playing = self.enterContext(program("replay", first.url, "--tum", self.path, "--topic", "/odom", "--loop"))
+            with listening(first, "/odom", 100_000) as listener:
+                listener.messages(20)
+            first.end(signal.SIGKILL)
+        with hub(port=first.port) as second, listening(second, "/odom", 100_000) as listener:
+            listener.messages(20)
+        self.assertIn(playing.end(signal.SIGINT), (0, 6))  # 6: some were under way when the first one died
+
+    def test_a_hub_that_is_not_there_is_named_after_the_timeout(self):
+        trajectory(5, 1_000_000, seed).write(self.path)
+        ended = self.replay("127.0.0.1:1", "--timeout", "300ms")
+        self.assertEqual(ended.code, 3)
+        self.assertRegex(ended.stderr[-1], r"could not connect to ws://127\.0\.0\.1:1 within 0\.300 s: nobody listens")
+
+    def test_a_broken_file_is_named_with_its_line(self):
+        with open(self.path, "w") as file:
+            file.write("# comment\n1 0 0 0 0 0 0 1\n2 0 0 zero 0 0 0 1\n")
+        ended = self.replay("127.0.0.1:1")
+        self.assertEqual(ended.code, 1)
+        self.assertIn(f"{self.path}:3: field 4 (tz) is 'zero', not a finite number", ended.stderr[0])
+
+    def test_a_file_that_is_not_there_is_named(self):
+        ended = self.replay("127.0.0.1:1")
+        self.assertEqual(ended.code, 1)
+        self.assertIn(f"{self.path}: No such file or directory", ended.stderr[0])
+
+    def test_a_file_without_duration_needs_a_rate_to_loop(self):
+        trajectory(1, 1, seed).write(self.path)
+        ended = self.replay("127.0.0.1:1", "--loop")
+        self.assertEqual(ended.code, 2)
+        self.assertIn("--rate", ended.stderr[0])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe serve`: what it prints, who may connect, how it ends; and its demo robot."""
+import gzip
+import math
+import os
+import resource
+import shutil
+import signal
+import socket
+import unittest
+
+from program import ROWE, hub, program, run
+from websocket import get, peer, refused
+
+
+def own_address():
+    """An address of this host that is not loopback, or None. Nothing is sent."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(("192.0.2.1", 9))
+            address = probe.getsockname()[0]
+        except OSError:
+            return None
+    return None if address.startswith("127.") else address
+
+
+class serving(unittest.TestCase):
+    def test_prints_exactly_one_line_on_stdout_and_ends_with_a_summary(self):
+        for ending in (signal.SIGTERM, signal.SIGINT):
+            with hub() as serving:
+                self.assertEqual(serving.end(ending), 0)
+                self.assertEqual(len(serving.stdout), 1)
+                text = "\n".join(serving.stderr)
+                for group in ("up for ", "loss: full 0, expired 0", "flow: ", "refusal: ", "own: "):
+                    self.assertIn(f"rowe serve: {group}", text)
+
+    def test_counts_and_reports_its_peers(self):
+        with hub() as serving:
+            with peer(serving.port):
+                serving.line(r"127\.0\.0\.1:\d+: connected")
+            serving.line(r"127\.0\.0\.1:\d+: .*", count=2)
+            self.assertEqual(serving.summary()["peers_joined"], 1)
+
+    def test_says_nothing_but_errors_when_asked_to_be_quiet(self):
+        with hub("--quiet") as serving:
+            with peer(serving.port) as p:
+                p.send({"op": "subscribe", "topic": "/rowe/stats"})
+                p.receive()
+            self.assertEqual(serving.end(signal.SIGTERM), 0)
+            self.assertEqual([line for line in serving.stderr if "real-time" not in line], [])
+
+    def test_a_port_in_use_is_named(self):
+        with hub() as first:
+            second = run("serve", "--port", str(first.port))
+            self.assertEqual(second.code, 1)
+            self.assertIn(f"port {first.port} is in use", second.stderr[0])
+            self.assertIn("--port", second.stderr[0])
+
+    def test_the_port_can_be_used_again_at_once(self):
+        with hub() as first:
+            with peer(first.port):
+                first.end(signal.SIGTERM)
+        with hub(port=first.port):
+            pass
+
+    def test_listens_on_loopback_only(self):
+        address = own_address()
+        if address is None:
+            self.skipTest("this host has no address but loopback")
+        with hub() as serving:
+            with self.assertRaises(ConnectionRefusedError):
+                socket.create_connection((address, serving.port), timeout=10)
+
+    def test_insecure_serves_the_whole_host_with_one_warning(self):
+        with hub("--listen", "0.0.0.0:0", "--insecure") as serving:
+            address = own_address()
+            if address is not None:
+                serving.line(rf"also at http://{address}:{serving.port}/$")
+                with peer(serving.port, host=address):
+                    pass
+            serving.end(signal.SIGTERM)
+            self.assertEqual(len([line for line in serving.stderr if "warning" in line]), 1)
+
+    def test_listens_on_ipv6_loopback(self):
+        if not os.path.exists("/proc/net/if_inet6"):
+            self.skipTest("this kernel has no IPv6")
+        with hub("--listen", "[::1]:0") as serving:
+            self.assertEqual(serving.host, "[::1]")
+
+    def test_accepts_its_real_time_options(self):
+        with hub("--idle", "spin", "--cpu", "0", "--priority", "10", "--name", "bench") as serving:
+            with peer(serving.port) as p:
+                p.send({"op": "subscribe", "topic": "/rowe/stats"})
+                self.assertEqual(p.receive()["msg"]["name"], "bench")
+            self.assertEqual(serving.end(signal.SIGTERM), 0)
+
+
+class the_page(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.serving = cls.enterClassContext(hub())
+
+    def test_is_served_gzipped_to_who_takes_it(self):
+        status, plain, page = get(self.serving.port)
+        self.assertEqual(status, 200)
+        self.assertIn(b"<html", page)
+        status, packed, body = get(self.serving.port, headers={"Accept-Encoding": "gzip, br"})
+        self.assertEqual((status, packed["content-encoding"]), (200, "gzip"))
+        self.assertEqual(gzip.decompress(body), page)
+        self.assertNotEqual(packed["etag"], plain["etag"])
+
+    def test_has_scripts_and_style_from_the_same_place_only(self):
+        _, headers, page = get(self.serving.port)
+        self.assertIn("default-src 'none'", headers["content-security-policy"])
+        self.assertEqual(headers["x-content-type-options"], "nosniff")
+        for asset, kind in (("app.js", "javascript"), ("style.css", "text/css"), ("favicon.svg", "svg")):
+            status, headers, _ = get(self.serving.port, f"/{asset}", {"Accept-Encoding": "gzip"})
+            self.assertEqual((status, headers["content-encoding"]), (200, "gzip"), asset)
+            self.assertIn(kind, headers["content-type"])
+            self.assertIn(asset.encode(), page)
+
+    def test_is_not_sent_again_to_who_has_it(self):
+        _, headers, _ = get(self.serving.port)
+        status, _, body = get(self.serving.port, headers={"If-None-Match": headers["etag"]})
+        self.assertEqual((status, body), (304, b""))
+
+    def test_what_is_not_there_is_404_and_what_is_not_read_is_405(self):
+        self.assertEqual(get(self.serving.port, "/../etc/passwd")[0], 404)
+        self.assertEqual(get(self.serving.port, method="POST")[0], 405)
+
+
+class admission(unittest.TestCase):
+    def test_pages_of_other_origins_are_refused_with_the_remedy(self):
+        with hub() as serving:
+            for origin in ("http://evil.example", "null", f"http://127.0.0.1:{serving.port + 1}"):
+                with self.assertRaises(refused) as refusal:
+                    peer(serving.port, headers={"Origin": origin})
+                self.assertEqual(refusal.exception.status, 403)
+                self.assertIn(origin, refusal.exception.body)
+                remedy = "open the page over http" if origin == "null" else f"--allow-origin {origin}"
+                self.assertIn(remedy, refusal.exception.body)
+            serving.line(r"http://evil\.example.*--allow-origin")
+            self.assertEqual(serving.summary()["refused_handshakes"], 3)
+
+    def test_the_own_page_and_listed_origins_are_let_in(self):
+        with hub("--allow-origin", "http://trusted.example") as serving:
+            for origin in (f"http://127.0.0.1:{serving.port}", "http://trusted.example"):
+                with peer(serving.port, headers={"Origin": origin}):
+                    pass
+
+    def test_other_host_names_are_refused_with_the_remedy(self):
+        with hub() as serving:
+            with self.assertRaises(refused) as refusal:
+                peer(serving.port, headers={"Host": f"evil.example:{serving.port}"})
+            self.assertEqual(refusal.exception.status, 403)
+            self.assertIn("evil.example", refusal.exception.body)
+            serving.line(r"evil\.example.*--allow-host")
+            self.assertEqual(get(serving.port, headers={"Host": "evil.example"})[0], 403)
+
+    def test_listed_host_names_are_let_in(self):
+        with hub("--allow-host", "robot.local") as serving:
+            with peer(serving.port, headers={"Host": f"robot.local:{serving.port}"}):
+                pass
+
+
+class the_demo(unittest.TestCase):
+    def watch(self, serving, count):
+        with peer(serving.port) as p:
+            p.send({"op": "subscribe", "topic": "/odom", "type": "nav_msgs/Odometry"})
+            return [p.receive()["msg"] for _ in range(count)]
+
+    def check(self, poses):
+        seconds = [m["header"]["stamp"]["secs"] + m["header"]["stamp"]["nsecs"] * 1e-9 for m in poses]
+        numbers = [m["header"]["seq"] for m in poses]
+        self.assertEqual(numbers, sorted(set(numbers)))
+        self.assertEqual(seconds, sorted(seconds))
+        for m in poses:
+            turn = m["pose"]["pose"]["orientation"]
+            self.assertAlmostEqual(turn["z"] ** 2 + turn["w"] ** 2, 1)
+            place = m["pose"]["pose"]["position"]
+            self.assertLess(math.hypot(place["x"], place["y"]), 2.3)
+            self.assertEqual((m["header"]["frame_id"], m["child_frame_id"]), ("odom", "base_link"))
+            self.assertGreater(m["pose"]["covariance"][0], 0)
+
+    def test_drives_and_publishes_odometry(self):
+        with hub("--demo") as serving:
+            poses = self.watch(serving, 1500)
+            self.check(poses)
+            first, last = poses[0], poses[-1]
+            self.assertGreater(last["twist"]["twist"]["linear"]["x"], 0.1)
+            self.assertNotEqual(first["pose"]["pose"]["position"], last["pose"]["pose"]["position"])
+            serving.end(signal.SIGTERM)
+            serving.line(r"robot: \d+ cycles, \d+ skipped; late by .*; published \d+, refused \d+")
+
+    def test_runs_on_one_core(self):
+        if shutil.which("taskset") is None:
+            self.skipTest("there is no taskset")
+        with hub("--demo", command=("taskset", "-c", "0", ROWE)) as serving:
+            self.check(self.watch(serving, 500))
+            self.assertEqual(serving.end(signal.SIGTERM), 0)
+
+    def test_says_in_one_line_what_the_machine_does_not_permit(self):
+        options = {}
+        if os.geteuid() == 0:
+            nobody = 65534
+            if not self.can_run_as(nobody):
+                self.skipTest("the program's folder is closed to other users")
+            options = {"user": nobody, "group": nobody, "extra_groups": []}
+
+        def without_limits():
+            resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+            resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+
+        with hub("--demo", preexec_fn=without_limits, **options) as serving:
+            line = serving.line(r"not as real-time as asked: (.*)")[1]
+            self.assertIn("SCHED_FIFO not permitted (rtprio limit 0)", line)
+            self.assertIn("ulimit -r", line)
+            self.assertIn("ulimit -l", line)
+            self.check(self.watch(serving, 200))
+            self.assertEqual(serving.end(signal.SIGTERM), 0)
+            self.assertEqual(len([text for text in serving.stderr if "real-time as asked" in text]), 1)
+
+    def can_run_as(self, user):
+        try:
+            with program("version", user=user, group=user, extra_groups=[]) as attempt:
+                return attempt.end() == 0
+        except PermissionError:
+            return False
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A WebSocket client on a plain socket that can be as odd as a test wants: RFC 6455 written out, no library, and no
+code in common with what it tests.
+
+    with peer(port) as p:
+        p.send({"op": "subscribe", "topic": "/odom"})
+        message = p.receive()          # a dict; answers pings on the way
+"""
+import base64
+import hashlib
+import json
+import os
+import socket
+import struct
+import time
+
+CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0x0, 0x1, 0x2, 0x8, 0x9, 0xA
+patience = 60.0  # seconds; the end of every wait
+
+
+class refused(Exception):
+    """The answer to the handshake was not 101."""
+
+    def __init__(self, status, headers, body):
+        super().__init__(f"{status}: {body!r}")
+        self.status, self.headers, self.body = status, headers, body
+
+
+class closed(Exception):
+    """The connection ended; `code` is that of the close frame, None without one."""
+
+    def __init__(self, code=None, reason=""):
+        super().__init__(f"closed with {code} {reason}")
+        self.code, self.reason = code, reason
+
+
+def connect(port, host="127.0.0.1"):
+    stream = socket.create_connection((host, port), timeout=patience)
+    stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return stream
+
+
+def read_answer(stream):
+    """Reads one HTTP answer: status, headers (names in lower case), body, and what came behind it."""
+    data = b""
+    while b"\r\n\r\n" not in data:
+        more = stream.recv(65536)
+        if not more:
+            raise closed(None, f"while answering: {data!r}")
+        data += more
+    head, rest = data.split(b"\r\n\r\n", 1)
+    first, *lines = head.decode("latin-1").split("\r\n")
+    headers = {name.strip().lower(): value.strip() for name, value in (line.split(":", 1) for line in lines)}
+    length = int(headers.get("content-length", 0))
+    while len(rest) < length:
+        more = stream.recv(65536)
+        if not more:
+            break
+        rest += more
+    return int(first.split()[1]), headers, rest[:length], rest[length:]
+
+
+def get(port, path="/", headers=None, host="127.0.0.1", method="GET"):
+    """One HTTP request on a connection of its own: status, headers, body."""
+    fields = {"Host": f"{host}:{port}", "Connection": "close", **(headers or {})}
+    with connect(port, host) as stream:
+        request = f"{method} {path} HTTP/1.1\r\n" + "".join(f"{n}: {v}\r\n" for n, v in fields.items()) + "\r\n"
+        stream.sendall(request.encode())
+        return read_answer(stream)[:3]
+
+
+def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key=None):
+    """The bytes of one frame. `length` states another length than the payload's; `key` is the mask, else random."""
+    stated = len(payload) if length is None else length
+    first = (0x80 if fin else 0) | reserved << 4 | opcode
+    masked = 0x80 if mask else 0
+    if stated < 126:
+        head = struct.pack("!BB", first, masked | stated)
+    elif stated < 65536:
+        head = struct.pack("!BBH", first, masked | 126, stated)
+    else:
+        head = struct.pack("!BBQ", first, masked | 127, stated)
+    if not mask:
+        return head + payload
+    key = os.urandom(4) if key is None else key
+    return head + key + bytes(byte ^ key[i % 4] for i, byte in enumerate(payload))
+
+
+class peer:
+    def __init__(self, port, host="127.0.0.1", path="/", headers=None):
+        key = base64.b64encode(os.urandom(16)).decode()
+        fields = {"Host": f"{host}:{port}", "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": key,
+                  "Sec-WebSocket-Version": "13", **(headers or {})}
+        self.stream = connect(port, host)
+        self.buffer = b""
+        try:
+            request = f"GET {path} HTTP/1.1\r\n" + "".join(f"{n}: {v}\r\n" for n, v in fields.items()) + "\r\n"
+            self.stream.sendall(request.encode())
+            status, answer, body, self.buffer = read_answer(self.stream)
+            if status != 101:
+                raise refused(status, answer, body.decode(errors="replace"))
+            wanted = base64.b64encode(hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest())
+            assert answer["sec-websocket-accept"] == wanted.decode(), answer
+        except BaseException:
+            self.stream.close()
+            raise
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stream.close()
+
+    def send_raw(self, data):
+        self.stream.sendall(data)
+
+    def send_frame(self, opcode, payload=b"", **how):
+        self.send_raw(frame(opcode, payload, **how))
+
+    def send_text(self, text, **how):
+        self.send_frame(TEXT, text.encode(), **how)
+
+    def send(self, message):
+        self.send_text(json.dumps(message))
+
+    def exactly(self, count, end):
+        while len(self.buffer) < count:
+            self.stream.settimeout(max(0.001, end - time.monotonic()))
+            more = self.stream.recv(65536)
+            if not more:
+                raise closed()
+            self.buffer += more
+        data, self.buffer = self.buffer[:count], self.buffer[count:]
+        return data
+
+    def receive_frame(self, wait=patience):
+        """(fin, opcode, payload); TimeoutError after `wait` seconds. A server must not mask."""
+        end = time.monotonic() + wait
+        try:
+            first, second = self.exactly(2, end)
+            length = second & 0x7F
+            assert second & 0x80 == 0, "the server masked a frame"
+            if length == 126:
+                (length,) = struct.unpack("!H", self.exactly(2, end))
+            elif length == 127:
+                (length,) = struct.unpack("!Q", self.exactly(8, end))
+            return bool(first & 0x80), first & 0x0F, self.exactly(length, end)
+        except ConnectionResetError as error:
+            raise closed(None, "reset") from error
+
+    def receive_text(self, wait=patience):
+        """The next message. Answers pings; raises closed at the end."""
+        end = time.monotonic() + wait
+        text = b""
+        while True:
+            fin, opcode, payload = self.receive_frame(end - time.monotonic())
+            if opcode == PING:
+                self.send_frame(PONG, payload)
+            elif opcode == CLOSE:
+                code = struct.unpack("!H", payload[:2])[0] if len(payload) >= 2 else None
+                raise closed(code, payload[2:].decode())
+            elif opcode in (TEXT, CONTINUATION):
+                text += payload
+                if fin:
+                    return text.decode()
+
+    def receive(self, wait=patience):
+        return json.loads(self.receive_text(wait))
+
+    def receive_until(self, wanted, wait=patience):
+        """The next message for which wanted(message) is true; others are passed over."""
+        end = time.monotonic() + wait
+        while True:
+            message = self.receive(end - time.monotonic())
+            if wanted(message):
+                return message
+
+    def wait_for_close(self, wait=patience, answer_pings=True):
+        """Waits for the end; returns the code of the close frame, None without one."""
+        end = time.monotonic() + wait
+        while True:
+            try:
+                _, opcode, payload = self.receive_frame(end - time.monotonic())
+            except closed as ended:
+                return ended.code
+            if opcode == PING and answer_pings:
+                self.send_frame(PONG, payload)
+            if opcode == CLOSE:
+                return struct.unpack("!H", payload[:2])[0] if len(payload) >= 2 else None
