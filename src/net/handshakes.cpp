@@ -72,7 +72,9 @@ handshakes::handshakes(const socket_limits& limits, const wire::handshake_policy
       guests_(limits.handshakes_max),
       header_{limits.header_timeout},
       page_{limits.page_timeout},
-      parting_{limits.close_timeout} {}
+      parting_{limits.close_timeout} {
+  ready_.reserve(limits.handshakes_max);
+}
 
 handshakes::~handshakes() {
   for (guest& one : guests_)
@@ -116,6 +118,7 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->peer = accepted.peer;
   one->watch = {};
   one->scanned = 0;
+  one->events = 0;
   const auto index = static_cast<std::uint32_t>(one - guests_.data());
   send_at_once(one->socket.get());
   if (!polled_.add(one->socket.get(), EPOLLIN | EPOLLRDHUP | EPOLLET,
@@ -135,6 +138,7 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
 // Goes on to `page` or `parting`.
 void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
   if (next == phase::parting) --busy_;
+  unqueue(one);
   one.now = next;
   deadlines.arm(one, now_);
   const auto index = static_cast<std::uint32_t>(&one - guests_.data());
@@ -145,6 +149,7 @@ void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::ui
 void handshakes::leave(guest& one) noexcept {
   if (one.now == phase::header || one.now == phase::page) --busy_;
   host_.let_go(one.watch);
+  unqueue(one);
   one.disarm();
   one.now = phase::free;
   if (!one.socket) return;
@@ -157,14 +162,18 @@ void handshakes::part(guest& one) noexcept {
   enter(one, phase::parting, parting_, EPOLLIN);
 }
 
-void handshakes::on_event(const socket_event& event, transport_sink& sink) noexcept {
+void handshakes::on_event(const socket_event& event) noexcept {
   guest& one = guests_[event.token.index];
   if (one.generation != event.token.generation) return; // left earlier in this batch
   switch (one.now) {
   case phase::free: return;
-  case phase::header: return read_header(one, event.events, sink);
+  case phase::header:
+    if (one.events == 0) ready_.push_back(event.token.index);
+    one.events |= event.events;
+    return;
   case phase::page:
     if (event.events & (EPOLLERR | EPOLLHUP)) return leave(one);
+    if (std::exchange(page_was_driven_, true)) return; // level triggered: the next turn hears of it again
     host_.drive(one.watch);
     if (!one.watch.wsi) part(one);
     return;
@@ -173,6 +182,19 @@ void handshakes::on_event(const socket_event& event, transport_sink& sink) noexc
     if (bytes == 0 || (bytes < 0 && errno != EAGAIN && errno != EINTR)) leave(one);
     return;
   }
+}
+
+void handshakes::step(transport_sink& sink) noexcept {
+  if (ready_.empty()) return;
+  guest& one = guests_[ready_.front()];
+  const std::uint32_t events = one.events;
+  unqueue(one);
+  read_header(one, events, sink);
+}
+
+void handshakes::unqueue(guest& one) noexcept {
+  if (std::exchange(one.events, 0) == 0) return;
+  std::erase(ready_, static_cast<std::uint32_t>(&one - guests_.data()));
 }
 
 void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& sink) noexcept {

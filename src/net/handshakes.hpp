@@ -8,6 +8,10 @@
 // own. The epoll is edge triggered in this phase, since bytes that are left where they are would be reported
 // again and again.
 //
+// A turn takes one step with libwebsockets, whoever asks for it: a stop on an open connection waits behind
+// one of them, not behind as many as strangers like to send. Headers that are ready wait in a queue for
+// theirs.
+//
 // Whoever is answered and closed *parts*: our end is shut, and what still comes is thrown away until the
 // other end is shut too. A socket closed with unread bytes sends a reset, which makes clients drop the answer
 // unread.
@@ -40,9 +44,15 @@ class handshakes {
   handshakes(const handshakes&) = delete;
   handshakes& operator=(const handshakes&) = delete;
 
-  void begin_turn(rt::time_point now) noexcept { now_ = now; }
+  void begin_turn(rt::time_point now) noexcept {
+    now_ = now;
+    page_was_driven_ = false;
+  }
   void begin(accepted_socket accepted, service::transport_sink& sink) noexcept;
-  void on_event(const socket_event& event, service::transport_sink& sink) noexcept;
+  void on_event(const socket_event& event) noexcept;
+  // Looks at one header of those that are ready. Once a turn.
+  void step(service::transport_sink& sink) noexcept;
+  bool has_ready() const noexcept { return !ready_.empty(); }
   void expire(service::transport_sink& sink) noexcept;
   rt::time_point next_deadline() const noexcept;
 
@@ -57,12 +67,14 @@ class handshakes {
     lws_watch watch;
     std::uint32_t generation = 0;
     std::uint32_t scanned = 0; // bytes of the header seen without its end
+    std::uint32_t events = 0;  // that wait for step(); not 0 while it is in `ready_`
     phase now = phase::free;
   };
 
   guest* place() noexcept;
   void enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
   void leave(guest& one) noexcept;
+  void unqueue(guest& one) noexcept;
   void part(guest& one) noexcept;
   void read_header(guest& one, std::uint32_t events, service::transport_sink& sink) noexcept;
   void serve(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
@@ -81,7 +93,9 @@ class handshakes {
   socket_counters& counters_;
   std::span<std::byte> scratch_;
   std::vector<guest> guests_;
+  std::vector<std::uint32_t> ready_; // a queue of indices
   std::uint32_t busy_ = 0;
+  bool page_was_driven_ = false;
   deadline_list header_;
   deadline_list page_;
   deadline_list parting_;

@@ -47,7 +47,8 @@ void reset_on_close(int fd) noexcept {
 }
 
 ssize_t discard_input(int fd) noexcept {
-  return ::recv(fd, nullptr, discarded_per_call, MSG_TRUNC | MSG_DONTWAIT);
+  char nothing[discarded_per_call]; // is not written: MSG_TRUNC
+  return ::recv(fd, nothing, sizeof nothing, MSG_TRUNC | MSG_DONTWAIT);
 }
 
 } // namespace rowe::net

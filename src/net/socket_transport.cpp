@@ -177,6 +177,7 @@ void epoll_transport::poll(rt::time_point now, transport_sink& sink) noexcept {
   const std::span<const socket_event> events = polled_.take();
   serve_connections(events, sink); // before strangers
   serve_others(events, sink);
+  if (handshakes_) handshakes_->step(sink);
 
   connections_.expire(sink);
   if (handshakes_) handshakes_->expire(sink);
@@ -209,7 +210,7 @@ void epoll_transport::serve_others(std::span<const socket_event> events, transpo
   for (const socket_event& event : events) {
     switch (event.token.from) {
     case source::listener: accept_some(sink); break;
-    case source::handshake: handshakes_->on_event(event, sink); break;
+    case source::handshake: handshakes_->on_event(event); break;
     case source::attempt: attempt_->on_event(event, now_, sink); break;
     case source::connection: // served already
     case source::waker:      // its whole purpose was to end the wait
@@ -241,7 +242,9 @@ rt::time_point epoll_transport::next_deadline() const noexcept {
 }
 
 void epoll_transport::wait(rt::time_point now, rt::time_point until) noexcept {
-  if (connections_.has_ended() || (attempt_ && attempt_->asked())) return; // poll() has work
+  const bool work = connections_.has_ended() || (handshakes_ && handshakes_->has_ready()) ||
+                    (attempt_ && attempt_->asked());
+  if (work) return; // for poll()
   const rt::time_point end = std::min(until, next_deadline());
   if (end <= now) return;
   ++counters_.waits;

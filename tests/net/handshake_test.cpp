@@ -142,6 +142,22 @@ const bad_request bad_requests[] = {
 INSTANTIATE_TEST_SUITE_P(handshake, refused_request, testing::ValuesIn(bad_requests),
                          [](const auto& one) { return std::string{one.param.name}; });
 
+TEST(handshake, lets_a_client_finish_sending_before_it_reads_the_refusal) {
+  auto transport = listening();
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  ASSERT_TRUE(client.send("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n"));
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().refusals.empty(); }));
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(client.send(std::string(1000, 'x'))) << "cut after " << i << " pieces";
+    drive.turn();
+  }
+  client.shut();
+  ASSERT_TRUE(drive.until([&] { return client.ended(); }));
+  EXPECT_FALSE(client.failed);
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 405");
+}
+
 TEST(handshake, allows_listed_origins_and_hosts_and_its_own_page) {
   const std::string_view origins[] = {"http://lab.example:8000"};
   const std::string_view hosts[] = {"robot.local"};
@@ -203,6 +219,20 @@ TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
   client.reset();
   EXPECT_TRUE(drive.until([&] { return !transport->busy(); }));
   EXPECT_TRUE(drive.sink().refusals.empty());
+}
+
+TEST(handshake, takes_one_step_a_turn_whoever_waits) {
+  auto transport = listening();
+  driver drive{*transport};
+  std::vector<raw_socket> clients;
+  for (int i = 0; i < 4; ++i) clients.emplace_back(transport->port());
+  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 4; }));
+  for (const raw_socket& one : clients) ASSERT_TRUE(one.send(upgrade_request(transport->port())));
+  for (std::size_t turns = 1; turns <= 4; ++turns) {
+    wait_for_event(*transport, drive.now()); // one that is ready counts
+    drive.turn();
+    EXPECT_EQ(drive.sink().opens.size(), turns);
+  }
 }
 
 TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages) {

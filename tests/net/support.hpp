@@ -252,6 +252,12 @@ inline std::size_t write(socket_transport& transport, connection_id id, std::str
   return transport.write(id, {&piece, 1});
 }
 
+// A wait that only an event can end: seen from an hour ago, every deadline of the transport is an hour away.
+// The test's time-out is the watchdog.
+inline void wait_for_event(socket_transport& transport, rt::time_point now) {
+  transport.wait(now - 1h, rt::never);
+}
+
 inline std::size_t open_descriptors() {
   DIR* folder = ::opendir("/proc/self/fd");
   std::size_t count = 0;

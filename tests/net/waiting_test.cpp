@@ -57,7 +57,7 @@ TEST(waiting, ends_when_bytes_arrive_and_the_poll_needs_no_second_look) {
   driver drive{*transport};
   const raw_socket client = upgraded(drive, *transport);
   ASSERT_TRUE(client.send("x"));
-  transport->wait(drive.now(), rt::never); // the test's time-out is the watchdog
+  wait_for_event(*transport, drive.now());
   drive.turn();
   EXPECT_EQ(drive.sink().received.begin()->second, "x");
 }
@@ -68,8 +68,8 @@ TEST(waiting, twice_before_a_poll_loses_nothing) {
   raw_socket client{transport->port()};
   ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
   ASSERT_TRUE(client.send(upgrade_request(transport->port()))); // reported once only: edge triggered
-  transport->wait(drive.now(), rt::never);
-  transport->wait(drive.now(), rt::never);
+  wait_for_event(*transport, drive.now());
+  wait_for_event(*transport, drive.now());
   drive.turn();
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }
@@ -79,7 +79,7 @@ TEST(waiting, ends_at_once_while_a_close_is_unreported) {
   driver drive{*transport};
   const raw_socket client = upgraded(drive, *transport);
   transport->close(drive.sink().opens[0].id, close_how::aborted);
-  transport->wait(drive.now(), rt::never);
+  wait_for_event(*transport, drive.now());
   drive.turn();
   EXPECT_EQ(drive.sink().closes.size(), 1U);
 }
@@ -99,10 +99,8 @@ TEST(waiting, is_ended_by_wake_from_another_thread) {
   for (int i = 0; i < 100; ++i) {
     const auto now = clock_now();
     transport->poll(now, sink);
-    // The ring may come before the wait or during it. An hour ago, libwebsockets' next turn was an hour away:
-    // only the ring can end this, and the test's time-out is the watchdog.
-    std::thread other{[&] { transport->wake(); }};
-    transport->wait(now - 1h, rt::never);
+    std::thread other{[&] { transport->wake(); }}; // before the wait or during it
+    wait_for_event(*transport, now);
     other.join();
   }
 }
