@@ -29,41 +29,43 @@ Function* own(std::atomic<Function*>& found, const char* name) noexcept {
 } // namespace
 } // namespace rowe::rt::tripwire
 
+using when = const timespec*;
+
 // name, parameters, arguments, `noexcept` where the C library says so.
 // clang-format off
-#define ROWE_LOCKS(X)                                                                                                   \
-  X(pthread_mutex_lock, (pthread_mutex_t* m), (m), noexcept)                                                            \
-  X(pthread_mutex_trylock, (pthread_mutex_t* m), (m), noexcept)                                                         \
-  X(pthread_mutex_timedlock, (pthread_mutex_t* m, const timespec* t), (m, t), noexcept)                                 \
-  X(pthread_mutex_clocklock, (pthread_mutex_t* m, clockid_t c, const timespec* t), (m, c, t), noexcept)                 \
-  X(pthread_spin_lock, (pthread_spinlock_t* s), (s), noexcept)                                                          \
-  X(pthread_spin_trylock, (pthread_spinlock_t* s), (s), noexcept)                                                       \
-  X(pthread_rwlock_rdlock, (pthread_rwlock_t* l), (l), noexcept)                                                        \
-  X(pthread_rwlock_tryrdlock, (pthread_rwlock_t* l), (l), noexcept)                                                     \
-  X(pthread_rwlock_timedrdlock, (pthread_rwlock_t* l, const timespec* t), (l, t), noexcept)                             \
-  X(pthread_rwlock_clockrdlock, (pthread_rwlock_t* l, clockid_t c, const timespec* t), (l, c, t), noexcept)             \
-  X(pthread_rwlock_wrlock, (pthread_rwlock_t* l), (l), noexcept)                                                        \
-  X(pthread_rwlock_trywrlock, (pthread_rwlock_t* l), (l), noexcept)                                                     \
-  X(pthread_rwlock_timedwrlock, (pthread_rwlock_t* l, const timespec* t), (l, t), noexcept)                             \
-  X(pthread_rwlock_clockwrlock, (pthread_rwlock_t* l, clockid_t c, const timespec* t), (l, c, t), noexcept)             \
-  X(pthread_cond_wait, (pthread_cond_t* v, pthread_mutex_t* m), (v, m), )                                               \
-  X(pthread_cond_timedwait, (pthread_cond_t* v, pthread_mutex_t* m, const timespec* t), (v, m, t), )                    \
-  X(pthread_cond_clockwait, (pthread_cond_t* v, pthread_mutex_t* m, clockid_t c, const timespec* t), (v, m, c, t), )    \
-  X(pthread_cond_signal, (pthread_cond_t* v), (v), noexcept)                                                            \
-  X(pthread_cond_broadcast, (pthread_cond_t* v), (v), noexcept)                                                         \
-  X(pthread_barrier_wait, (pthread_barrier_t* b), (b), noexcept)                                                        \
-  X(sem_wait, (sem_t* s), (s), )                                                                                        \
-  X(sem_trywait, (sem_t* s), (s), noexcept)                                                                             \
-  X(sem_timedwait, (sem_t* s, const timespec* t), (s, t), )                                                             \
-  X(sem_clockwait, (sem_t* s, clockid_t c, const timespec* t), (s, c, t), )                                             \
+#define ROWE_LOCKS(X)                                                                                        \
+  X(pthread_mutex_lock, (pthread_mutex_t* m), (m), noexcept)                                                 \
+  X(pthread_mutex_trylock, (pthread_mutex_t* m), (m), noexcept)                                              \
+  X(pthread_mutex_timedlock, (pthread_mutex_t* m, when t), (m, t), noexcept)                                 \
+  X(pthread_mutex_clocklock, (pthread_mutex_t* m, clockid_t c, when t), (m, c, t), noexcept)                 \
+  X(pthread_spin_lock, (pthread_spinlock_t* s), (s), noexcept)                                               \
+  X(pthread_spin_trylock, (pthread_spinlock_t* s), (s), noexcept)                                            \
+  X(pthread_rwlock_rdlock, (pthread_rwlock_t* l), (l), noexcept)                                             \
+  X(pthread_rwlock_tryrdlock, (pthread_rwlock_t* l), (l), noexcept)                                          \
+  X(pthread_rwlock_timedrdlock, (pthread_rwlock_t* l, when t), (l, t), noexcept)                             \
+  X(pthread_rwlock_clockrdlock, (pthread_rwlock_t* l, clockid_t c, when t), (l, c, t), noexcept)             \
+  X(pthread_rwlock_wrlock, (pthread_rwlock_t* l), (l), noexcept)                                             \
+  X(pthread_rwlock_trywrlock, (pthread_rwlock_t* l), (l), noexcept)                                          \
+  X(pthread_rwlock_timedwrlock, (pthread_rwlock_t* l, when t), (l, t), noexcept)                             \
+  X(pthread_rwlock_clockwrlock, (pthread_rwlock_t* l, clockid_t c, when t), (l, c, t), noexcept)             \
+  X(pthread_cond_wait, (pthread_cond_t* v, pthread_mutex_t* m), (v, m), )                                    \
+  X(pthread_cond_timedwait, (pthread_cond_t* v, pthread_mutex_t* m, when t), (v, m, t), )                    \
+  X(pthread_cond_clockwait, (pthread_cond_t* v, pthread_mutex_t* m, clockid_t c, when t), (v, m, c, t), )    \
+  X(pthread_cond_signal, (pthread_cond_t* v), (v), noexcept)                                                 \
+  X(pthread_cond_broadcast, (pthread_cond_t* v), (v), noexcept)                                              \
+  X(pthread_barrier_wait, (pthread_barrier_t* b), (b), noexcept)                                             \
+  X(sem_wait, (sem_t* s), (s), )                                                                             \
+  X(sem_trywait, (sem_t* s), (s), noexcept)                                                                  \
+  X(sem_timedwait, (sem_t* s, when t), (s, t), )                                                             \
+  X(sem_clockwait, (sem_t* s, clockid_t c, when t), (s, c, t), )                                             \
   X(sem_post, (sem_t* s), (s), noexcept)
 
 extern "C" {
-#define ROWE_DEFINE_LOCK(name, parameters, arguments, specifier)                                                        \
-  int name parameters specifier {                                                                                       \
-    static constinit std::atomic<int(*) parameters> found{nullptr};                                                     \
-    rowe::rt::tripwire::saw_lock(#name);                                                                                \
-    return rowe::rt::tripwire::own(found, #name) arguments;                                                             \
+#define ROWE_DEFINE_LOCK(name, parameters, arguments, specifier)                                             \
+  int name parameters specifier {                                                                            \
+    static constinit std::atomic<int(*) parameters> found{nullptr};                                          \
+    rowe::rt::tripwire::saw_lock(#name);                                                                     \
+    return rowe::rt::tripwire::own(found, #name) arguments;                                                  \
   }
 ROWE_LOCKS(ROWE_DEFINE_LOCK)
 #undef ROWE_DEFINE_LOCK

@@ -197,14 +197,15 @@ bool watch_system_calls() noexcept {
 bool watches_system_calls() noexcept { return here.filtered; }
 
 // clang-format off
-#define ROWE_SYSTEM_CALLS(X)                                                                                            \
-  X(read) X(write) X(readv) X(writev) X(openat) X(close) X(lseek) X(ioctl) X(fcntl) X(dup) X(dup3) X(pipe2)             \
-  X(socket) X(connect) X(accept4) X(sendto) X(recvfrom) X(sendmsg) X(recvmsg) X(shutdown) X(setsockopt)                 \
-  X(ppoll) X(pselect6) X(epoll_pwait) X(epoll_ctl) X(eventfd2) X(timerfd_settime)                                       \
-  X(mmap) X(munmap) X(mremap) X(mprotect) X(madvise) X(brk) X(mlock) X(munlock) X(mlockall) X(membarrier)               \
-  X(futex) X(clock_nanosleep) X(nanosleep) X(clock_gettime) X(gettimeofday) X(sched_yield) X(getcpu) X(getrusage)       \
-  X(getpid) X(gettid) X(tgkill) X(kill) X(rt_sigprocmask) X(rt_sigaction) X(sigaltstack) X(prctl) X(getrandom)          \
-  X(clone) X(clone3) X(execve) X(sched_setaffinity) X(sched_setscheduler) X(sched_getaffinity) X(uname) X(newfstatat)
+#define ROWE_SYSTEM_CALLS(X)                                                                                 \
+  X(read) X(write) X(readv) X(writev) X(openat) X(close) X(lseek) X(ioctl) X(fcntl) X(dup) X(dup3)           \
+  X(pipe2) X(socket) X(connect) X(accept4) X(sendto) X(recvfrom) X(sendmsg) X(recvmsg) X(shutdown)           \
+  X(setsockopt) X(ppoll) X(pselect6) X(epoll_pwait) X(epoll_ctl) X(eventfd2) X(timerfd_settime) X(mmap)      \
+  X(munmap) X(mremap) X(mprotect) X(madvise) X(brk) X(mlock) X(munlock) X(mlockall) X(membarrier) X(futex)   \
+  X(clock_nanosleep) X(nanosleep) X(clock_gettime) X(gettimeofday) X(sched_yield) X(getcpu) X(getrusage)     \
+  X(getpid) X(gettid) X(tgkill) X(kill) X(rt_sigprocmask) X(rt_sigaction) X(sigaltstack) X(prctl)            \
+  X(getrandom) X(clone) X(clone3) X(execve) X(sched_setaffinity) X(sched_setscheduler)                       \
+  X(sched_getaffinity) X(uname) X(newfstatat)
 // clang-format on
 
 const char* system_call_name(long number) noexcept {

@@ -104,6 +104,7 @@ TEST(histogram, counts_what_is_above_a_minute_as_a_minute_and_as_saturated) {
   EXPECT_EQ(h.count(), 3u);
   EXPECT_EQ(h.max(), duration::max());
   EXPECT_GE(h.percentile(100), 1min);
+  EXPECT_EQ(h.mean(), 1min) << "what is saturated counts as a minute here too";
 }
 
 TEST(histogram, counts_a_negative_duration_as_zero) {

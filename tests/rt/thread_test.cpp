@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include <sched.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 
@@ -217,6 +218,13 @@ TEST(prepare_this_thread, leaves_signals_and_scheduling_as_they_are) {
              ::pthread_sigmask(SIG_BLOCK, nullptr, &blocked);
              EXPECT_FALSE(::sigismember(&blocked, SIGUSR1));
            }};
+}
+
+TEST(lock_process_memory, locks_it_or_says_why_not) {
+  const grant locked = rowe::rt::lock_process_memory();
+  ::munlockall();
+  EXPECT_TRUE(locked.asked);
+  EXPECT_TRUE(locked || locked.error == ENOMEM || locked.error == EPERM) << locked.error;
 }
 
 TEST(grants, say_what_was_granted) {

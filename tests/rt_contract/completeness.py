@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fails when a function marked ROWE_RT has no exercise in tests/rt_contract, or an exercise names no such function.
+"""Fails when a function marked ROWE_RT has no exercise in tests/rt_contract, or an exercise names none.
 
-    completeness.py PROGRAM FOLDER...    PROGRAM --functions prints one name for each exercise; the headers are all
-                                         *.hpp and *.h below the folders. Where a function has several overloads, as
-                                         many exercises must carry its name.
+    completeness.py PROGRAM FOLDER...    PROGRAM --functions prints one name for each exercise; the headers
+                                         are all *.hpp and *.h below the folders. Where a function has
+                                         several overloads, as many exercises must carry its name.
     completeness.py --self-test
 
 A function's name is qualified by its classes and namespaces, without rowe:: and rt::, for example
-spsc_ring::producer::try_push. It is found by reading the tokens of a header: enough of C++ to know which braces belong to
-namespaces and classes, and that a declaration's name stands before its first parenthesis.
+histogram::record. It is found by reading the tokens of a header: enough of C++ to know which braces belong
+to namespaces and classes, and that a declaration's name stands before its first parenthesis.
 """
 import collections
 import pathlib
@@ -42,7 +42,7 @@ def closing(tokens, at, opening, end):
 
 
 def class_name(tokens, at):
-    """For `class`, `struct` or `union` at `at`: its name when a body follows, and where the body's brace stands."""
+    """For `class`, `struct` or `union` at `at`: its name when a body follows, and where its brace stands."""
     name = None
     while at + 1 < len(tokens):
         at += 1
@@ -139,7 +139,8 @@ def compare(declared, exercised):
             faults.append(f"{name} is marked {MARK} and has no exercise")
         elif count < overloads:
             faults.append(f"{name} has {overloads} overloads marked {MARK} and only {count} exercises")
-    faults += [f"{name} is exercised, but no header marks it" for name in sorted(exercised) if name not in declared]
+    unknown = sorted(name for name in exercised if name not in declared)
+    faults += [f"{name} is exercised, but no header marks it" for name in unknown]
     return faults
 
 
@@ -178,8 +179,8 @@ namespace rowe { namespace detail { struct lane { ROWE_RT decltype(auto) get() c
 def self_test():
     expected = ["ring::producer::try_push", "ring::producer::peek", "ring::drain", "ring::operator bool",
                 "ring::operator std::string_view", "ring::operator*", "ring::operator*", "ring::operator->",
-                "ring::operator()", "ring::operator==", "ring::~ring", "ring::ring", "ring::has_value", "free_one",
-                "detail::lane::get"]
+                "ring::operator()", "ring::operator==", "ring::~ring", "ring::ring", "ring::has_value",
+                "free_one", "detail::lane::get"]
     found = marked_functions(SAMPLE)
     assert found == expected, f"\nfound    {found}\nexpected {expected}"
     declared = collections.Counter(found)

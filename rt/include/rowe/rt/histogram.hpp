@@ -55,10 +55,11 @@ class histogram {
   ROWE_RT void record(duration value, std::uint64_t times) noexcept {
     const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(value.count(), 0));
     const auto top = static_cast<std::uint64_t>(value_max);
+    const std::uint64_t counted = std::min(ns, top);
     if (ns > top) saturated_.add(times);
-    counters_[index_of(std::min(ns, top), precision_bits_)].add(times);
+    counters_[index_of(counted, precision_bits_)].add(times);
     count_.add(times);
-    sum_.add(ns * times);
+    sum_.add(counted * times);
     if (ns < min_.get()) min_.set(ns);
     if (ns > max_.get()) max_.set(ns);
   }
@@ -69,7 +70,7 @@ class histogram {
   ROWE_RT [[nodiscard]] bool add(const histogram& other) noexcept;
 
   // Any thread, never waits; all of them are 0 while nothing is recorded. The extremes are exact, above
-  // value_max too; the mean is exact but for rounding down.
+  // value_max too; the mean is exact but for rounding down, and takes what is above value_max as value_max.
   ROWE_RT std::uint64_t count() const noexcept { return count_.get(); }
   ROWE_RT duration min() const noexcept { return duration{signed_of(std::min(min_.get(), max_.get()))}; }
   ROWE_RT duration max() const noexcept { return duration{signed_of(max_.get())}; }
@@ -105,8 +106,7 @@ class histogram {
     return lowest_of(index + 1, precision_bits) - 1;
   }
 
-  // ---- Text. Not for real-time threads.
-  // ---------------------------------------------------------------------------
+  // ---- Text; not for real-time threads ----
 
   // The percentile distribution as HdrHistogram writes it (`.hgrm`, which its plotter reads), values divided
   // by `unit`. The sink is called with consecutive pieces, each whole lines: void(std::string_view).
