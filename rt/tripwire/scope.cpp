@@ -10,6 +10,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cassert>
 #include <cstdlib>
 
@@ -35,6 +36,17 @@ void say_count(detail::sentence& s, std::uint64_t count, std::string_view what,
   if (count == 0) return;
   s.next(", ").say(static_cast<long>(count)).say(" ").say(what).say(count == 1 ? "" : "s");
   if (!last.empty()) s.say(" (last: ").say(last).say(")");
+}
+
+// The first backtrace() loads a library and allocates: not to be left to the moment of a breach, in which the
+// heap may be locked. Once a process; twice does no harm.
+void make_backtrace_ready() noexcept {
+  static constinit std::atomic<bool> ready{false};
+  if (ready.load(std::memory_order_relaxed))
+    return; // relaxed: pairs with the store below; only the flag counts
+  void* frame[1];
+  (void)::backtrace(frame, 1);
+  ready.store(true, std::memory_order_relaxed); // relaxed: pairs with the load above
 }
 
 } // namespace
