@@ -84,11 +84,7 @@ void stop_program(const char* call) noexcept {
 
 scope::scope(on_violation reaction) noexcept {
   assert(!here.armed);
-  if (reaction == on_violation::stop) {
-    void*
-        frame[1]; // the first call loads a library and allocates; not in a moment when the heap may be locked
-    (void)::backtrace(frame, 1);
-  }
+  if (reaction == on_violation::stop) make_backtrace_ready();
   here.reaction = reaction;
   here.seen = report{};
   before_ = kernel_counts();
