@@ -6,13 +6,13 @@
 
 #include <array>
 #include <cstdint>
-#include <cstdlib>
 #include <random>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "model/axioms.hpp"
+#include "model/expect.hpp"
 #include "model/program.hpp"
 
 namespace rowe::model {
@@ -89,11 +89,6 @@ std::string difference(const program& p) {
     if (!allowed.contains(o)) text += "not allowed: " + text_of(o) + "\n";
   }
   return text.empty() ? text : text + text_of(p);
-}
-
-std::uint64_t seed_or(std::uint64_t usual) {
-  const char* given = std::getenv("ROWE_SEED");
-  return given != nullptr ? std::strtoull(given, nullptr, 0) : usual;
 }
 
 void expect_same_outcomes(std::uint64_t usual_seed, int programs, std::size_t threads,

@@ -84,7 +84,10 @@ class choices {
 
 inline std::string text_of(const choices::row& row) {
   std::string text = "{";
-  for (const std::size_t choice : row) text += (text.size() > 1 ? ", " : "") + std::to_string(choice);
+  for (const std::size_t choice : row) {
+    if (text.size() > 1) text += ", ";
+    text += std::to_string(choice);
+  }
   return text + "}";
 }
 

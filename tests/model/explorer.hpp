@@ -32,6 +32,9 @@
 // actors, runs of more than 128 operations, and anything that depends on time.
 #pragma once
 #include <array>
+#include <cassert>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -65,6 +68,7 @@ class explorer {
 
   // For the policy below and the primitives beside it: the explorer whose run this is.
   static explorer& active() noexcept { return *active_; }
+  static bool is_active() noexcept { return active_ != nullptr; }
 
   std::size_t make_word(std::uint64_t value) { return memory_.make_word(running_, value); }
   std::size_t make_plain(const site& where) { return memory_.make_plain(running_, where); }
@@ -94,6 +98,11 @@ class explorer {
   // there is no fiber to leave.
   void fail(const char* why) {
     record(why);
+    leave();
+  }
+
+  void fail_assertion(const char* assertion, const char* file, unsigned line) {
+    record("assertion: " + std::string{assertion} + " at " + text_of(site{file, "", line, 0}));
     leave();
   }
 
@@ -415,3 +424,15 @@ inline void explorer::race(const access* earlier, const char* what, const site& 
 }
 
 } // namespace rowe::model
+
+#if defined(__GLIBC__) && !defined(NDEBUG)
+// What a failed assert() calls: an assertion of the code explored ends the run as any failure does, with its
+// schedule.
+extern "C" [[gnu::weak]] void __assert_fail(const char* assertion, const char* file, unsigned line,
+                                            const char* function) noexcept {
+  if (rowe::model::explorer::is_active())
+    rowe::model::explorer::active().fail_assertion(assertion, file, line);
+  std::fprintf(stderr, "%s:%u: %s: assertion `%s' failed\n", file, line, function, assertion);
+  std::abort();
+}
+#endif

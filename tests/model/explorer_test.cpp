@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cassert>
+#include <optional>
 #include <string>
 
 #include "model/atomics.hpp"
@@ -90,6 +92,21 @@ TEST(explorer, reports_a_word_that_is_used_before_its_making_is_known) {
   const report r = explore<makes_late>();
   EXPECT_TRUE(contains(r.failure, "used before it is made")) << r.text();
 }
+
+#if defined(__GLIBC__) && !defined(NDEBUG)
+TEST(explorer, reports_an_assertion_of_the_code_it_runs) {
+  struct asserts {
+    atomics::variable<int> word;
+    std::array<actor, 2> actors() {
+      return {{{"writer", [this] { word.store(1, order::relaxed); }},
+               {"reader", [this] { assert(word.load(order::relaxed) == 0); }}}};
+    }
+  };
+  const report r = explore<asserts>();
+  EXPECT_TRUE(contains(r.failure, "assertion: word.load(order::relaxed) == 0 at explorer_test.cpp:"))
+      << r.text();
+}
+#endif
 
 TEST(explorer, replays_a_failure_from_its_choices_and_traces_it) {
   using broken = passes_a_datum<order::release, order::relaxed>;

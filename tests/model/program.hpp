@@ -42,9 +42,9 @@ struct outcome {
 
 inline std::string text_of(const outcome& o) {
   std::string text = "read";
-  for (const std::uint64_t value : o.reads) text += " " + std::to_string(value);
+  for (const std::uint64_t value : o.reads) (text += ' ') += std::to_string(value);
   text += ", left";
-  for (const std::uint64_t value : o.last) text += " " + std::to_string(value);
+  for (const std::uint64_t value : o.last) (text += ' ') += std::to_string(value);
   return text;
 }
 

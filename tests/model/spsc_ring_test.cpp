@@ -10,6 +10,7 @@
 #include <rowe/rt/spsc_ring.hpp>
 
 #include "model/atomics.hpp"
+#include "model/expect.hpp"
 #include "model/mutation.hpp"
 
 namespace rowe::model {
@@ -19,7 +20,7 @@ using ring = rt::spsc_ring<std::uint32_t, atomics>;
 
 // A ring of two, and for each item pushed something plain that must be visible when it is popped.
 struct ring_of_two {
-  static constexpr std::size_t items = 6;
+  static constexpr std::size_t items_max = 20;
 
   explicit ring_of_two(std::uint64_t first_index = 0) : queue{entries, first_index} {}
 
@@ -27,7 +28,7 @@ struct ring_of_two {
   ring queue;
   ring::producer& in{*queue.take_producer()};
   ring::consumer& out{*queue.take_consumer()};
-  std::array<atomics::plain<std::uint32_t>, items> payloads;
+  std::array<atomics::plain<std::uint32_t>, items_max> payloads;
   std::uint32_t pushed = 0;
   std::uint32_t popped = 0;
 
@@ -62,22 +63,23 @@ struct ring_of_two {
 
 // Item by item. The producer tries more often than there are places, the consumer more often than there are
 // items.
+template <int Tries>
 struct pushes_and_pops : ring_of_two {
   using ring_of_two::ring_of_two;
   std::array<actor, 2> actors() {
     return {{{"producer",
               [this] {
-                for (int i = 0; i != 6; ++i) (void)push();
+                for (int i = 0; i != Tries; ++i) (void)push();
               }},
              {"consumer", [this] {
-                for (int i = 0; i != 6; ++i) (void)pop();
+                for (int i = 0; i != Tries; ++i) (void)pop();
               }}}};
   }
 };
 
 // The same where the 64-bit indices pass their end.
-struct pushes_and_pops_at_the_end : pushes_and_pops {
-  pushes_and_pops_at_the_end() : pushes_and_pops{std::numeric_limits<std::uint64_t>::max()} {}
+struct pushes_and_pops_at_the_end : pushes_and_pops<6> {
+  pushes_and_pops_at_the_end() : pushes_and_pops<6>{std::numeric_limits<std::uint64_t>::max()} {}
 };
 
 // In batches. What room_at_least() promises is kept, and so is what waiting_at_least() does.
@@ -133,28 +135,28 @@ struct contested {
   }
 };
 
-const std::array scenarios{scenario<pushes_and_pops>("pushes_and_pops"),
+const std::array scenarios{scenario<pushes_and_pops<5>>("pushes_and_pops"),
                            scenario<pushes_and_drains>("pushes_and_drains"), scenario<watched>("watched"),
                            scenario<contested>("contested")};
 
-template <class Scenario>
-void expect_passes() {
-  const report r = explore<Scenario>();
-  EXPECT_TRUE(r.passed) << r.text();
-  std::printf("  %llu runs\n", static_cast<unsigned long long>(r.runs));
+TEST(spsc_ring, loses_doubles_and_reorders_nothing) {
+  expect_passes_in_every_interleaving<pushes_and_pops<5>>();
+  expect_passes<pushes_and_pops<7>>();
 }
 
-TEST(spsc_ring, loses_doubles_and_reorders_nothing) { expect_passes<pushes_and_pops>(); }
+TEST(spsc_ring, loses_doubles_and_reorders_nothing_in_long_random_runs) {
+  expect_passes_at_random<pushes_and_pops<20>>(1, 20'000);
+}
 
 TEST(spsc_ring, loses_nothing_where_the_indices_pass_their_end) {
   expect_passes<pushes_and_pops_at_the_end>();
 }
 
-TEST(spsc_ring, drains_in_batches_without_loss) { expect_passes<pushes_and_drains>(); }
+TEST(spsc_ring, drains_in_batches_without_loss) { expect_passes_in_every_interleaving<pushes_and_drains>(); }
 
-TEST(spsc_ring, counts_no_item_that_was_never_pushed) { expect_passes<watched>(); }
+TEST(spsc_ring, counts_no_item_that_was_never_pushed) { expect_passes_in_every_interleaving<watched>(); }
 
-TEST(spsc_ring, gives_each_end_to_one_thread_only) { expect_passes<contested>(); }
+TEST(spsc_ring, gives_each_end_to_one_thread_only) { expect_passes_in_every_interleaving<contested>(); }
 
 TEST(spsc_ring, needs_every_memory_order_it_asks_for) {
   constexpr const char* once = "who gets an end is decided by the exchange alone, and no data goes with it";

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe::rt::home_ring under the explorer, in the only setting in which it is sound: with a ring that leads
+// out. A lane of two or three slots; each slot's payload is plain, so the explorer reports at once if it ever
+// has two owners.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/spsc_ring.hpp>
+
+#include "model/atomics.hpp"
+#include "model/expect.hpp"
+#include "model/mutation.hpp"
+
+namespace rowe::model {
+namespace {
+
+using home_ring = rt::home_ring<atomics>;
+using out_ring = rt::spsc_ring<std::uint32_t, atomics>;
+
+// As many places as slots, both ways.
+template <std::uint32_t Slots, std::size_t Places = Slots>
+struct lane {
+  explicit lane(std::uint64_t first_index = 0) : home{home_entries, Slots, first_index}, out{out_entries} {}
+
+  std::array<home_ring::entry, Places> home_entries;
+  std::array<out_ring::entry, Places> out_entries;
+  home_ring home;
+  out_ring out;
+  home_ring::consumer& take_end{*home.take_consumer()};
+  home_ring::producer& give_end{*home.take_producer()};
+  out_ring::producer& push_end{*out.take_producer()};
+  out_ring::consumer& pop_end{*out.take_consumer()};
+  std::array<atomics::plain<std::uint32_t>, Slots> payloads;
+  std::uint32_t sent = 0;
+  std::uint32_t received = 0;
+
+  void send() {
+    const auto slot = take_end.try_take();
+    if (!slot) return;
+    payloads[*slot].store(++sent);
+    require(push_end.try_push(*slot), "a ring with a place for every slot is never full");
+  }
+  void receive() {
+    if (const auto slot = pop_end.try_pop()) finish(*slot);
+  }
+  // The borrower owns the slot until it gives its number back: it may write there too.
+  void finish(std::uint32_t slot) {
+    require(payloads[slot].load() == ++received, "messages arrive in order, each once");
+    payloads[slot].store(0);
+    give_end.give(slot);
+  }
+
+  void afterwards() {
+    require(home.check() == nullptr && out.check() == nullptr, "the invariants hold at rest");
+    require(take_end.home_at_least() == Slots - (sent - received), "at rest the owner counts right");
+    while (pop_end.waiting_at_least() != 0) receive();
+    require(received == sent, "what was sent is received in the end");
+    require(take_end.all_home(), "every slot comes home");
+    require(home.check() == nullptr, "no number comes home twice");
+  }
+};
+
+template <int Tries>
+struct two_slots : lane<2> {
+  using lane<2>::lane;
+  std::array<actor, 2> actors() {
+    return {{{"owner",
+              [this] {
+                for (int i = 0; i != Tries; ++i) send();
+              }},
+             {"borrower", [this] {
+                for (int i = 0; i != Tries; ++i) receive();
+              }}}};
+  }
+};
+
+struct two_slots_at_the_end : two_slots<5> {
+  two_slots_at_the_end() : two_slots<5>{std::numeric_limits<std::uint64_t>::max() - 2} {}
+};
+
+struct three_slots_in_four_places : lane<3, 4> {
+  std::array<actor, 2> actors() {
+    return {{{"owner",
+              [this] {
+                for (int i = 0; i != 5; ++i) send();
+              }},
+             {"borrower", [this] {
+                for (int i = 0; i != 4; ++i) receive();
+              }}}};
+  }
+};
+
+// The owner waits with one slot for its turn to use the memory of all of them.
+struct all_home_again : lane<2> {
+  bool used = false;
+  std::array<actor, 2> actors() {
+    return {{{"owner",
+              [this] {
+                send();
+                send();
+                for (int i = 0; i != 3 && !used; ++i) {
+                  if (!take_end.all_home()) continue;
+                  used = true;
+                  for (auto& payload : payloads) payload.store(99);
+                }
+              }},
+             {"borrower", [this] {
+                for (int i = 0; i != 3; ++i) receive();
+              }}}};
+  }
+};
+
+// The service thread's way: batches, whose places in the ring out are given back together at the end. Numbers
+// are then home before their places are free, so the owner keeps a number that it could not push.
+struct drained_in_batches : lane<2> {
+  std::optional<std::uint32_t> kept;
+
+  void send_or_keep() {
+    if (!kept) {
+      kept = take_end.try_take();
+      if (!kept) return;
+      payloads[*kept].store(++sent);
+    }
+    if (push_end.try_push(*kept)) kept.reset();
+  }
+  std::array<actor, 2> actors() {
+    return {{{"owner",
+              [this] {
+                for (int i = 0; i != 5; ++i) send_or_keep();
+              }},
+             {"borrower", [this] {
+                for (int i = 0; i != 3; ++i)
+                  (void)pop_end.drain([this](std::uint32_t slot) { finish(slot); }, 2);
+              }}}};
+  }
+  void afterwards() {
+    while (pop_end.waiting_at_least() != 0) receive();
+    if (kept) require(push_end.try_push(*kept), "a slot that was kept has its place at rest");
+    lane::afterwards();
+  }
+};
+
+struct contested {
+  std::array<home_ring::entry, 2> entries;
+  home_ring home{entries, 2};
+  std::array<int, 2> producers{};
+  std::array<int, 2> consumers{};
+
+  void take(std::size_t who) {
+    producers[who] = home.take_producer() != nullptr;
+    consumers[who] = home.take_consumer() != nullptr;
+  }
+  std::array<actor, 2> actors() {
+    return {{{"one", [this] { take(0); }}, {"other", [this] { take(1); }}}};
+  }
+  void afterwards() {
+    require(producers[0] + producers[1] == 1, "one thread gets the producer");
+    require(consumers[0] + consumers[1] == 1, "one thread gets the consumer");
+  }
+};
+
+TEST(home_ring, brings_every_slot_home_and_never_gives_one_two_owners) {
+  expect_passes_in_every_interleaving<two_slots<4>>();
+  expect_passes<two_slots<6>>();
+}
+
+TEST(home_ring, brings_every_slot_home_in_long_random_runs) {
+  expect_passes_at_random<two_slots<14>>(2, 20'000);
+}
+
+TEST(home_ring, brings_every_slot_home_where_the_indices_pass_their_end) {
+  expect_passes<two_slots_at_the_end>();
+}
+
+TEST(home_ring, brings_every_slot_home_when_there_are_more_places_than_slots) {
+  expect_passes<three_slots_in_four_places>();
+}
+
+TEST(home_ring, says_that_all_are_home_only_when_nobody_touches_any) {
+  expect_passes_in_every_interleaving<all_home_again>();
+}
+
+TEST(home_ring, brings_every_slot_home_when_the_ring_out_is_drained_in_batches) {
+  expect_passes_in_every_interleaving<drained_in_batches>();
+}
+
+TEST(home_ring, gives_each_end_to_one_thread_only) { expect_passes_in_every_interleaving<contested>(); }
+
+TEST(home_ring, needs_every_memory_order_it_asks_for) {
+  const std::array scenarios{scenario<two_slots<5>>("two_slots"), scenario<all_home_again>("all_home_again"),
+                             scenario<contested>("contested")};
+  constexpr const char* once = "who gets an end is decided by the exchange alone, and no data goes with it";
+  constexpr const char* at_rest = "check() is called where all of both threads happens before already";
+  const std::array listed{stronger_than_needed{"take_producer", "exchange", order::relaxed, once},
+                          stronger_than_needed{"take_consumer", "exchange", order::relaxed, once},
+                          stronger_than_needed{"check", "tail_.load", order::relaxed, at_rest}};
+  EXPECT_EQ((mutation_test{"rowe/rt/home_ring.hpp", scenarios, listed}.findings()), "");
+}
+
+} // namespace
+} // namespace rowe::model
