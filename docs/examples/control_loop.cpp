@@ -6,20 +6,20 @@
 
 using namespace std::chrono_literals;
 
-struct odometry { double stamp, x, y, heading, speed; };             // seconds, metres, radians, m/s
-template <> inline constexpr auto rowe::schema<odometry> =           // list the members; the names follow
+struct odometry { double stamp, x, y, heading, speed; };          // seconds, metres, radians, m/s
+template <> inline constexpr auto rowe::schema<odometry> =        // list the members; the names follow
     rowe::fields<&odometry::stamp, &odometry::x, &odometry::y, &odometry::heading, &odometry::speed>{};
 
-static odometry measure(rowe::time_point now) {                      // yours: here, a circle of 1 m at 0.5 m/s
+static odometry measure(rowe::time_point now) {                   // yours: here, a circle of 1 m at 0.5 m/s
   const double stamp = std::chrono::duration<double>(now.time_since_epoch()).count(), angle = 0.5 * stamp;
   return {stamp, std::cos(angle), std::sin(angle), std::remainder(angle + M_PI_2, 2 * M_PI), 0.5};
 }
 
 int main() {
-  auto robot = rowe::endpoint::listen(8080, {.service_cpu = 1}).value(); // set-up may throw, the loop never does
+  auto robot = rowe::endpoint::listen(8080, {.service_cpu = 1}).value(); // set-up may throw, loops never do
   auto odom = robot.advertise<odometry>("/odom", {.ttl = 20ms, .keep = rowe::keep::newest}).value();
   rowe::rt::periodic loop{1ms, {.cpu = 2, .priority = 80}};
-  while (auto now = loop.wait()) {                                   // your loop, your thread; one clock read
-    (void)odom.publish(measure(*now), *now);                         // losing one sample is fine, and counted
+  while (auto now = loop.wait()) {                                // your loop, your thread; one clock read
+    (void)odom.publish(measure(*now), *now);                      // losing one sample is fine, and counted
   }
 }

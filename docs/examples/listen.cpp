@@ -9,16 +9,16 @@ using namespace std::chrono_literals;
 
 int main(int count, char** arguments) {
   if (count != 3) return std::fputs("usage: listen URL TOPIC\n", stderr), 2;
-  auto robot = rowe::endpoint::connect(arguments[1]).value();        // connects, and again if it is lost
+  auto robot = rowe::endpoint::connect(arguments[1]).value();     // connects, and again if it is lost
   auto messages = robot.subscribe<rowe::json_text>(arguments[2]).value();
   for (;;) {
-    const auto message = messages.take(10s);                         // waits: this thread is not a real-time one
+    const auto message = messages.take(10s);                      // waits: this thread is not a real-time one
     if (!message) {
       std::array<char, 128> room;
       const auto reason = message.error().text(room);
       return std::fprintf(stderr, "%.*s\n", static_cast<int>(reason.size()), reason.data()), 1;
     }
-    const auto text = message->text();                               // valid JSON, in place until `message` goes
+    const auto text = message->text();                            // valid JSON, in place until `message` goes
     std::printf("%.*s\n", static_cast<int>(text.size()), text.data());
     std::fflush(stdout);
   }

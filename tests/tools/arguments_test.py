@@ -56,7 +56,8 @@ class arguments(unittest.TestCase):
         self.refused("serve", "--listen", "192.0.2.1:0", "--insecure", says=["192.0.2.1"], code=1)
 
     def test_help_begins_with_two_examples(self):
-        for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"], ["version", "--help"]):
+        for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"],
+                      ["version", "--help"]):
             ended = run(*words)
             self.assertEqual(ended.code, 0, words)
             self.assertEqual(ended.stderr, [])

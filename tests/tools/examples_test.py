@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The documentation's programs, started, listened to and ended as a reader would. ROWE_EXAMPLES is their folder."""
+"""The documentation's programs, started, listened to and ended as a reader would; from ROWE_EXAMPLES."""
 import json
 import math
 import os

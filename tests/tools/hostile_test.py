@@ -6,7 +6,8 @@ import time
 import unittest
 
 from program import hub, in_parallel
-from websocket import (BINARY, CLOSE, CONTINUATION, PING, TEXT, closed, connect, frame, get, peer, read_answer, refused)
+from websocket import (BINARY, CLOSE, CONTINUATION, PING, TEXT, closed, connect, frame, get, peer,
+                       read_answer, refused)
 
 
 def upgrade(port, **changes):
@@ -154,9 +155,9 @@ class patience(unittest.TestCase):
 
     def test_peers_that_stall_are_cut_and_those_that_answer_stay(self):
         with hub() as serving:
-            in_parallel(*(lambda job=job: job(serving.port) for job in (
-                self.half_a_handshake, self.no_request, self.half_a_message, self.drips_a_message, self.silence,
-                self.answers)))
+            kinds = (self.half_a_handshake, self.no_request, self.half_a_message, self.drips_a_message,
+                     self.silence, self.answers)
+            in_parallel(*(lambda kind=kind: kind(serving.port) for kind in kinds))
             counts = serving.summary()
         self.assertEqual(counts["unfinished_messages"], 2)
         self.assertEqual(counts["silent_peers"], 1)

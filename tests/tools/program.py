@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program under test, as a user runs it: its arguments, its lines, its exit code.
 
-Every wait has an end (`patience`), so a program that hangs fails a test instead of hanging it. ROWE_BIN names the
-program. Nothing here sleeps to synchronise: a test waits for the line that says so.
+Every wait has an end (`patience`), so a program that hangs fails a test instead of hanging it. ROWE_BIN names
+the program. Nothing here sleeps to synchronise: a test waits for the line that says so.
 """
 import os
 import queue
@@ -68,8 +68,9 @@ class program:
                 if len(found) >= count:
                     return found[count - 1]
                 if self.process.poll() is not None and not any(reader.is_alive() for reader in self.readers):
-                    raise AssertionError(f"{self.arguments} ended with {self.process.returncode} without a line like"
-                                         f" {pattern!r}: {self.said}")
+                    code = self.process.returncode
+                    raise AssertionError(f"{self.arguments} ended with {code} and no line like {pattern!r}:"
+                                         f" {self.said}")
                 if not self.changed.wait(min(0.5, end - time.monotonic())) and time.monotonic() > end:
                     raise AssertionError(f"{self.arguments} said no line like {pattern!r}: {self.said}")
 
@@ -116,7 +117,8 @@ class hub(program):
         counts = {}
         for line in self.stderr:
             if re.match(r"rowe serve: (loss|chosen|flow|refusal|own): ", line):
-                counts.update((name, int(value)) for name, value in re.findall(r"(\w+) (\d+)", line.split(": ", 2)[2]))
+                pairs = re.findall(r"(\w+) (\d+)", line.split(": ", 2)[2])
+                counts.update((name, int(value)) for name, value in pairs)
         return counts
 
 

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A WebSocket client on a plain socket that can be as odd as a test wants: RFC 6455 written out, no library, and no
-code in common with what it tests.
+"""A WebSocket client on a plain socket that can be as odd as a test wants: RFC 6455 written out, no library,
+and no code in common with what it tests.
 
     with peer(port) as p:
         p.send({"op": "subscribe", "topic": "/odom"})
@@ -40,6 +40,11 @@ def connect(port, host="127.0.0.1"):
     return stream
 
 
+def request(method, path, fields):
+    lines = "".join(f"{name}: {value}\r\n" for name, value in fields.items())
+    return f"{method} {path} HTTP/1.1\r\n{lines}\r\n".encode()
+
+
 def read_answer(stream):
     """Reads one HTTP answer: status, headers (names in lower case), body, and what came behind it."""
     data = b""
@@ -64,13 +69,12 @@ def get(port, path="/", headers=None, host="127.0.0.1", method="GET"):
     """One HTTP request on a connection of its own: status, headers, body."""
     fields = {"Host": f"{host}:{port}", "Connection": "close", **(headers or {})}
     with connect(port, host) as stream:
-        request = f"{method} {path} HTTP/1.1\r\n" + "".join(f"{n}: {v}\r\n" for n, v in fields.items()) + "\r\n"
-        stream.sendall(request.encode())
+        stream.sendall(request(method, path, fields))
         return read_answer(stream)[:3]
 
 
 def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key=None):
-    """The bytes of one frame. `length` states another length than the payload's; `key` is the mask, else random."""
+    """The bytes of one frame. `length` states another length than the payload's; `key` is the mask."""
     stated = len(payload) if length is None else length
     first = (0x80 if fin else 0) | reserved << 4 | opcode
     masked = 0x80 if mask else 0
@@ -89,18 +93,17 @@ def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key
 class peer:
     def __init__(self, port, host="127.0.0.1", path="/", headers=None):
         key = base64.b64encode(os.urandom(16)).decode()
-        fields = {"Host": f"{host}:{port}", "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Key": key,
-                  "Sec-WebSocket-Version": "13", **(headers or {})}
+        fields = {"Host": f"{host}:{port}", "Upgrade": "websocket", "Connection": "Upgrade",
+                  "Sec-WebSocket-Key": key, "Sec-WebSocket-Version": "13", **(headers or {})}
         self.stream = connect(port, host)
         self.buffer = b""
         try:
-            request = f"GET {path} HTTP/1.1\r\n" + "".join(f"{n}: {v}\r\n" for n, v in fields.items()) + "\r\n"
-            self.stream.sendall(request.encode())
+            self.stream.sendall(request("GET", path, fields))
             status, answer, body, self.buffer = read_answer(self.stream)
             if status != 101:
                 raise refused(status, answer, body.decode(errors="replace"))
-            wanted = base64.b64encode(hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest())
-            assert answer["sec-websocket-accept"] == wanted.decode(), answer
+            accept = hashlib.sha1((key + "258EAFA5-E914-47DA-95CA-C5AB0DC85B11").encode()).digest()
+            assert answer["sec-websocket-accept"] == base64.b64encode(accept).decode(), answer
         except BaseException:
             self.stream.close()
             raise

@@ -1,0 +1,338 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The rules of the house that no compiler knows, checked over the whole tree.
+
+    tests/tidy/tidy.py [TREE]      prints `path:line: rule: what`, one a line; exit code 1 if there is any
+
+A rule is a function that takes the tree and yields findings. Every exception stands in `exempt`, with its
+reason; one that excuses nothing any more is a finding itself. tidy_test.py plants offences against each rule
+in a copy of the tree and sees that they are found.
+"""
+import collections
+import os
+import re
+import sys
+
+from tree import code_suffixes, tree
+
+columns_max = 110
+library = ("src", "include", "rt")
+product = (*library, "tools", "docs")
+
+finding = collections.namedtuple("finding", "path line rule what")
+
+# (path, rule): why it may.
+exempt = {
+    ("include/rowe/result.hpp", "no-output-no-abort"): "without exceptions, value() can only end the program",
+    ("rt/src/arena.cpp", "banned-word"): "each page is to be written, although its content does not change",
+    ("rt/src/thread.cpp", "banned-word"): "each page of the stack is to be written, although nobody reads it",
+    ("rt/tripwire/scope.cpp", "no-output-no-abort"): "stopping the program is what a tripwire is for",
+    ("src/service/service_loop.cpp", "core-is-a-function"): "the loop around the core reads the clock for it",
+    ("tests/rt/tripwire_test.cpp", "no-sleep-in-tests"): "the sleep is what the tripwire has to see",
+}
+
+
+def matches(t, paths, pattern, rule, what, raw=False):
+    """A finding for each line with `pattern` in it; unless `raw`, C++ comments and strings do not count."""
+    for path in paths:
+        lines = t.code(path) if path.endswith(code_suffixes) and not raw else t.lines(path)
+        for number, line in enumerate(lines, 1):
+            found = re.search(pattern, line)
+            if found:
+                yield finding(path, number, rule, what.format(found[0].strip()))
+
+
+# ---- who may see what
+
+
+def libraries_stay_in_their_room(t):
+    """Each foreign library is seen by one room; tests and benches may use them as baselines."""
+    homes = {r"\blws_|libwebsockets|\bLWS_": "src/net/", r"simdjson": "src/json/", r"dragonbox": "src/json/",
+             r"moodycamel|concurrentqueue": "src/service/front_door"}
+    for pattern, home in homes.items():
+        elsewhere = [path for path in t.within(product) if not path.startswith(home)]
+        yield from matches(t, elsewhere, pattern, "library-room", "{} belongs to " + home, raw=True)
+
+
+def arrows(t):
+    """room -> the rooms it may see, from src/CMakeLists.txt: `rowe_room(wire rowe_json)`, transitively."""
+    calls = re.findall(r"(?m)^rowe_room\((\w+)([^)]*)\)", "\n".join(t.lines("src/CMakeLists.txt")))
+    direct = {room: set(re.findall(r"rowe_(\w+)", links)) for room, links in calls}
+    direct["page"] = {"service"}  # in a CMakeLists.txt of its own
+    direct["api"] = {*direct}
+    direct["capi"] = {"api"}
+
+    def reached(room):
+        return {room}.union(*(reached(other) for other in direct.get(room, ())))
+
+    return {room: reached(room) for room in direct}
+
+
+# Narrower than the link says: of that room only these headers.
+narrowed = {("net", "service"): {"service/transport.hpp"}, ("page", "service"): {"service/transport.hpp"}}
+
+
+def rooms_include_along_the_arrows(t):
+    allowed = arrows(t)
+    for path in t.within(["src"]):
+        room = path.split("/")[1]
+        for number, line in enumerate(t.lines(path), 1):
+            named = re.match(r'\s*#\s*include\s+"((\w+)/[^"]+)"', line)
+            if not named:
+                continue
+            header, other = named[1], named[2]
+            few = narrowed.get((room, other), {header})
+            if other not in allowed.get(room, {room}):
+                yield finding(path, number, "arrow", f"{room} must not see {other}: {header}")
+            elif header not in few:
+                yield finding(path, number, "arrow", f"of {other}, {room} sees only {', '.join(sorted(few))}")
+
+
+kernel_headers = re.compile(
+    r"(sys|arpa|net|netinet|linux|asm)/\w+\.h|"
+    r"(dirent|dlfcn|errno|execinfo|fcntl|ifaddrs|link|malloc|netdb|poll|pthread|pwd|sched|semaphore|signal|"
+    r"spawn|stdlib|string|syscall|termios|time|ucontext|unistd)\.h")
+
+
+def outsiders_include_the_interface_only(t):
+    """include/ needs std and rowe; rt/ std and the kernel; tools and examples all three."""
+    for folder, kernel in (("include", False), ("rt", True), ("tools", True), ("docs/examples", True)):
+        for path in t.within([folder]):
+            for number, line in enumerate(t.lines(path), 1):
+                named = re.match(r'\s*#\s*include\s+(["<])([^">]+)', line)
+                if not named:
+                    continue
+                quoted, name = named[1] == '"', named[2]
+                target = os.path.normpath(os.path.join(os.path.dirname(path), name))
+                beside = target.startswith(folder + "/") and t.exists(target)
+                own = name.startswith("rowe/rt/" if folder == "rt" else "rowe/")
+                standard = re.fullmatch(r"\w+", name) or (kernel and kernel_headers.fullmatch(name))
+                if not (beside if quoted else own or standard):
+                    yield finding(path, number, "interface", f"{folder} may not include {name}")
+
+
+# ---- what must not be called
+
+
+def no_fences_and_no_volatile(t):
+    """TSan cannot model fences, and volatile orders nothing."""
+    pattern = r"\batomic_(thread|signal)_fence\b|__sync_synchronize|\b_mm_[lms]fence\b|\bvolatile\b"
+    yield from matches(t, t.within((*library, "tools")), pattern, "banned-word", "{} orders nothing here")
+
+
+def the_library_neither_prints_nor_ends_the_program(t):
+    pattern = (r"\b(?:v?f?printf|puts|fputs|putchar|perror|fwrite)\s*\(|<iostream>|"
+               r"\bstd::(?:cout|cerr|clog)\b|\b(?:abort|exit|_exit|quick_exit|terminate)\s*\(")
+    yield from matches(t, t.within(library), pattern, "no-output-no-abort", "{}: return an error, or count")
+
+
+def the_core_has_no_clock_and_no_chance(t):
+    """src/service and src/wire are functions of their arguments."""
+    pattern = (r"\bclock_gettime\b|\b(?:steady|system|high_resolution|monotonic)_clock\b|\bs?rand\s*\(|"
+               r"\brandom_device\b|\bmt19937|\bgetrandom\b|\bthis_thread\b|\bgettid\b|\bpthread_self\b")
+    core = t.within(["src/service", "src/wire"])
+    yield from matches(t, core, pattern, "core-is-a-function", "{}: comes in as an argument")
+
+
+def tests_do_not_sleep(t):
+    instead = "{}: wait for what is to happen"
+    pattern = r"\bthis_thread::sleep_(for|until)\b|\bu?sleep\s*\(\s*\d|\bnanosleep\s*\("
+    yield from matches(t, t.within(["tests"]), pattern, "no-sleep-in-tests", instead)
+    scripts = [path for path in t.within(["tests"], (".py",)) if not path.startswith("tests/tidy/")]
+    yield from matches(t, scripts, r"\btime\.sleep\b", "no-sleep-in-tests", instead)
+
+
+def errors_are_not_swallowed(t):
+    pattern = r"\bcatch\s*\(\s*\.\.\.\s*\)"
+    yield from matches(t, t.within((*library, "tools")), pattern, "catch-all", "{} hides what it catches")
+
+
+def comments_above(lines, number):
+    """What the comments near a line say: those of the four lines above it, a block of them as a whole."""
+    said, reach = [], 4
+    while number > 0 and reach > 0:
+        number -= 1
+        if "//" not in lines[number]:
+            reach -= 1
+        said.append(lines[number].partition("//")[2])
+    return " ".join(said)
+
+
+def orders_name_their_partner(t):
+    """An order other than seq_cst has a comment beside it, or one above that names its partner or reason."""
+    order = re.compile(r"\bmemory_order(?:_|::)(relaxed|acquire|release|acq_rel|consume)\b")
+    for path in t.within((*library, "tools")):
+        lines = t.lines(path)
+        for number, line in enumerate(t.code(path)):
+            for name in order.findall(line):
+                beside = lines[number].partition("//")[2].split()
+                near = re.search(rf"\bpairs?\b|\b{name}s?\b", comments_above(lines, number))
+                if len(beside) < 2 and not near:
+                    yield finding(path, number + 1, "order", f"{name}: no comment names its partner")
+
+
+# ---- how files look
+
+
+def sources_name_their_licence(t):
+    for path in t.sources():
+        if not any("SPDX-License-Identifier: Apache-2.0" in line for line in t.lines(path)[:3]):
+            yield finding(path, 1, "spdx", "the first lines name no licence")
+
+
+def lines_fit(t):
+    """Lines with an address, and tables (between `clang-format off` and `on`), may be longer."""
+    for path in t.sources():
+        if path.endswith((".svg", ".html")):
+            continue
+        table = False
+        for number, line in enumerate(t.lines(path), 1):
+            table = (table or "clang-format off" in line) and "clang-format on" not in line
+            if len(line) > columns_max and not table and "://" not in line:
+                yield finding(path, number, "columns", f"{len(line)} columns; {columns_max} fit")
+
+
+def white_space_is_plain(t):
+    for path in t.texts():
+        lines = t.lines(path)
+        for number, line in enumerate(lines, 1):
+            if "\t" in line or "\r" in line:
+                yield finding(path, number, "white-space", "a tab or a carriage return")
+            elif line != line.rstrip() and not path.endswith(".md"):  # there, two blanks break a line
+                yield finding(path, number, "white-space", "blanks at the end of the line")
+        if lines[-1:] != [""]:
+            yield finding(path, len(lines), "white-space", "no line break at the end of the file")
+
+
+# Written in two halves, so that this file does not offend against its own rules.
+open_ends = "|".join(("TO" "DO", "FIX" "ME", "XX" "X", "HA" "CK"))
+machines = "|".join(("/wo" "rk/", "/ro" "ot/", "/ho" "me/", "/tmp/bu" "ild"))
+
+
+def nothing_is_left_open(t):
+    yield from matches(t, t.texts(), rf"\b({open_ends})\b", "left-open", "{}", raw=True)
+
+
+def no_machine_is_named(t):
+    pattern = rf"(?<![\w.])({machines})"
+    yield from matches(t, t.texts(), pattern, "machine", "{} is a path of one machine", raw=True)
+
+
+# ---- what texts say of other files
+
+named_file = re.compile(
+    r"(?<![\w./\-}$<])(?:(?:include|src|tools|tests|bench|docs)/|rt/(?:include|src|tripwire)/|\.ci/)"
+    r"[\w./*\-]*(?:\{[\w,]+\}[\w./*\-]*)?")
+
+
+def spelt_out(name):
+    """`a/{b,c}.hpp` is two names."""
+    braces = re.search(r"\{([\w,]+)\}", name)
+    if not braces:
+        return [name]
+    return [name[:braces.start()] + one + name[braces.end():] for one in braces[1].split(",")]
+
+
+def is_there(t, name):
+    if "*" in name:
+        pattern = re.escape(name).replace(r"\*", "[^/]*")
+        return any(re.fullmatch(pattern, path) for path in t.paths)
+    return t.exists(name) or t.exists(name + ".hpp")
+
+
+def named_files_exist(t):
+    """A path from the top of the tree, in prose, a comment or a CMake file, leads somewhere."""
+    for path in t.texts():
+        if path.startswith("tests/tidy/") or path.endswith((".json", ".svg")):
+            continue
+        for number, line in enumerate(t.lines(path), 1):
+            if path.endswith(code_suffixes):
+                line = line.partition("//")[2]
+            for name in named_file.findall(line):
+                for one in spelt_out(name.rstrip("./-,")):
+                    placeholder = re.search(r"\b[A-Z]{3,}\b", one)
+                    if not placeholder and not is_there(t, one):
+                        yield finding(path, number, "named-file", f"there is no {one}")
+
+
+def anchors(t, path):
+    """What a heading is called in a link, as GitHub makes it up."""
+    headings = (re.match(r"#+\s+(.*)", line) for line in t.lines(path))
+    return {re.sub(r"[^\w\- ]", "", h[1].strip().lower()).replace(" ", "-") for h in headings if h}
+
+
+def cpp_blocks(lines):
+    """(number, line) of each line of C++ in Markdown, block by block."""
+    block = None
+    for number, line in enumerate(lines, 1):
+        if line.startswith("```"):
+            if block:
+                yield block
+            block = [] if line.strip() == "```cpp" else None
+        elif block is not None and line.strip():
+            block.append((number, line))
+
+
+def first_missing(block, example):
+    rest = iter(example)
+    return next((one for one in block if one[1] not in rest), None)
+
+
+def documented_code_is_compiled(t):
+    """C++ in Markdown stands in one of docs/examples, line by line in its order; lines may be left out."""
+    examples = [t.lines(path) for path in t.within(["docs/examples"], (".cpp",))]
+    for path in t.paths:
+        for block in cpp_blocks(t.lines(path) if path.endswith(".md") else ()):
+            missing = [first_missing(block, example) for example in examples]
+            if None not in missing:
+                number, line = max(missing, default=block[0])  # of the example that goes furthest
+                yield finding(path, number, "example", f"in no file of docs/examples: {line.strip()}")
+
+
+def links_lead_somewhere(t):
+    for path in t.paths:
+        fenced = False
+        for number, line in enumerate(t.lines(path) if path.endswith(".md") else (), 1):
+            fenced ^= line.lstrip().startswith("```")
+            prose = "" if fenced else re.sub(r"`[^`]*`", "", line)
+            for to in re.findall(r"\]\(<?([^)\s>]+)>?(?:\s+\"[^\"]*\")?\)", prose):
+                if re.match(r"[a-z]+:", to):
+                    continue
+                file, _, anchor = to.partition("#")
+                target = os.path.normpath(os.path.join(os.path.dirname(path), file)) if file else path
+                if not t.exists(target):
+                    yield finding(path, number, "link", f"{to} leads nowhere")
+                elif anchor and target.endswith(".md") and anchor not in anchors(t, target):
+                    yield finding(path, number, "link", f"{target} has no heading #{anchor}")
+
+
+rules = (
+    libraries_stay_in_their_room, rooms_include_along_the_arrows, outsiders_include_the_interface_only,
+    no_fences_and_no_volatile, the_library_neither_prints_nor_ends_the_program,
+    the_core_has_no_clock_and_no_chance, tests_do_not_sleep, errors_are_not_swallowed,
+    orders_name_their_partner, sources_name_their_licence, lines_fit, white_space_is_plain,
+    nothing_is_left_open, no_machine_is_named, named_files_exist, documented_code_is_compiled,
+    links_lead_somewhere)
+
+
+def check(root):
+    """All findings, sorted."""
+    t = tree(root)
+    found, used = [], set()
+    for rule in rules:
+        for one in rule(t):
+            if (one.path, one.rule) in exempt:
+                used.add((one.path, one.rule))
+            else:
+                found.append(one)
+    stale = sorted(set(exempt) - used)
+    found += [finding(path, 1, "exempt", f"nothing is excused from {rule} any more") for path, rule in stale]
+    return sorted(found)
+
+
+if __name__ == "__main__":
+    here = os.path.dirname(os.path.abspath(__file__))
+    offences = check(sys.argv[1] if len(sys.argv) > 1 else os.path.join(here, "..", ".."))
+    for one in offences:
+        print(f"{one.path}:{one.line}: {one.rule}: {one.what}")
+    sys.exit(1 if offences else 0)

@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Tests the tidy test: offences are planted in a copy of the tree, and each must be found where it is; what
+only looks like one must not be."""
+import os
+import shutil
+import tempfile
+import unittest
+import unittest.mock
+
+import tidy
+from tree import strip, tree
+
+top = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+spdx = "// SPDX-License-Identifier: Apache-2.0\n"
+hash_spdx = "# SPDX-License-Identifier: Apache-2.0\n"
+
+# (file, text, [(line, rule)]): a file to add and all that is wrong with it. Line 1 is the licence.
+plants = [
+    ("src/service/plant_a.cpp",
+     spdx + "lws_context* c;\n// as libwebsockets has it\nsimdjson::dom::parser p;\n",
+     [(2, "library-room"), (3, "library-room"), (4, "library-room")]),
+    ("src/net/plant_b.cpp", spdx + "#include <simdjson.h>\n#include <concurrentqueue/concurrentqueue.h>\n",
+     [(2, "library-room"), (3, "library-room")]),
+    ("src/wire/plant_c.cpp", spdx + "#include <dragonbox/dragonbox.h>\n", [(2, "library-room")]),
+    ("src/service/plant_d.cpp", spdx + "moodycamel::ConcurrentQueue<int> q;\n", [(2, "library-room")]),
+    ("tools/plant_e.cpp", spdx + "lws_context* c;\n", [(2, "library-room")]),
+
+    ("src/wire/plant_f.cpp", spdx + '#include "service/core.hpp"\n#include "net/address.hpp"\n',
+     [(2, "arrow"), (3, "arrow")]),
+    ("src/service/plant_g.cpp", spdx + '#include "net/address.hpp"\n#include "page/page.hpp"\n',
+     [(2, "arrow"), (3, "arrow")]),
+    ("src/json/plant_h.cpp", spdx + '#include "wire/utf8.hpp"\n', [(2, "arrow")]),
+    ("src/net/plant_i.cpp", spdx + '#include "service/core.hpp"\n#include "api/url.hpp"\n',
+     [(2, "arrow"), (3, "arrow")]),
+
+    ("tools/plant_j.cpp",
+     spdx + '#include "service/core.hpp"\n#include <boost/any.hpp>\n#include "../src/api/url.hpp"\n',
+     [(2, "interface"), (3, "interface"), (4, "interface")]),
+    ("docs/examples/plant_k.cpp", spdx + "#include <fmt/core.h>\n", [(2, "interface")]),
+    ("include/rowe/plant_l.hpp", spdx + "#include <pthread.h>\n#include \"wire/utf8.hpp\"\n",
+     [(2, "interface"), (3, "interface")]),
+    ("rt/src/plant_m.cpp", spdx + "#include <rowe/result.hpp>\n", [(2, "interface")]),
+
+    ("rt/src/plant_n.cpp",
+     spdx + "std::atomic_thread_fence(std::memory_order_seq_cst);\nvolatile int flag;\n",
+     [(2, "banned-word"), (3, "banned-word")]),
+    ("src/api/plant_o.cpp",
+     spdx + '#include <iostream>\nstd::printf("x");\nstd::abort();\nstd::cerr << 1;\nexit(1);\n',
+     [(line, "no-output-no-abort") for line in range(2, 7)]),
+    ("src/service/plant_p.cpp",
+     spdx + "clock_gettime(CLOCK_MONOTONIC, &t);\nstd::chrono::steady_clock::now();\nrand();\n"
+     "std::random_device r;\nstd::this_thread::get_id();\nrt::monotonic_clock::now();\n",
+     [(line, "core-is-a-function") for line in range(2, 8)]),
+    ("src/wire/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
+    ("tests/rt/plant_r.cpp", spdx + "std::this_thread::sleep_for(1ms);\nusleep(5);\n",
+     [(2, "no-sleep-in-tests"), (3, "no-sleep-in-tests")]),
+    ("tests/tools/plant_s.py", hash_spdx + "time.sleep(1)\n", [(2, "no-sleep-in-tests")]),
+    ("src/api/plant_t.cpp", spdx + "try {\n} catch (...) {\n}\n", [(3, "catch-all")]),
+    ("src/api/plant_u.cpp",
+     spdx + "x.load(std::memory_order_acquire);\ny.store(1, std::memory_order_release);  // counted\n\n\n\n\n"
+     "// of the words in the lane\nz.load(std::memory_order::relaxed);\n",
+     [(2, "order"), (3, "order"), (9, "order")]),
+
+    ("src/api/plant_v.cpp", "int x;\n", [(1, "spdx")]),
+    ("tools/plant_w", "#!/bin/bash\necho\n", [(1, "spdx")]),
+    ("tests/rt/plant_x.cpp", spdx + "// " + "x" * 108 + "\n", [(2, "columns")]),
+    ("tests/rt/plant_y.cpp", spdx + "int\tx;\nint y; \r\nint z; \nint last;",
+     [(2, "white-space"), (3, "white-space"), (4, "white-space"), (5, "white-space")]),
+    ("docs/plant_z.md", "later: TO" "DO\nFIX" "ME\nsee /wo" "rk/x and /ro" "ot/.bashrc\n",
+     [(1, "left-open"), (2, "left-open"), (3, "machine")]),
+    ("docs/plant_1.md",
+     "# One heading\n[gone](nowhere.md) [there](plant_1.md#one-heading)\n[gone](#no-heading)\n"
+     "Read `src/net/nowhere.hpp` and `include/rowe/{result,nowhere}.hpp`.\n",
+     [(2, "link"), (3, "link"), (4, "named-file"), (4, "named-file")]),
+    ("docs/plant_4.md", "```cpp\nint main() {\n  rowe::nothing_of_the_kind();\n}\n```\n", [(3, "example")]),
+    ("tests/rt/plant_2.cpp", spdx + "// as tests/rt/nowhere_test.cpp shows\n", [(2, "named-file")]),
+    ("bench/plant_3.cmake", hash_spdx + "# see docs/nowhere.md\n", [(2, "named-file")]),
+]
+
+# What comes close and is right.
+innocent = [
+    ("src/net/innocent_a.cpp",
+     spdx + '#include "service/transport.hpp"\n#include "wire/utf8.hpp"\nlws_context* c;\n'),
+    ("src/service/front_door_innocent.cpp", spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
+    ("src/service/innocent_b.cpp",
+     spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'
+     "std::snprintf(room, 8, format);\nauto strand(int);\nint brand(int);\n"),
+    ("src/api/innocent_c.cpp",
+     spdx + "x.load(std::memory_order_acquire);  // pairs with the release in stop()\n"
+     "// relaxed, both: the two counters are advice, and nothing\n// is read because of them\n"
+     "a.load(std::memory_order_relaxed);\nb.load(std::memory_order_relaxed);\n"
+     "c.load(std::memory_order_seq_cst);\n"),
+    ("tools/innocent_d.cpp",
+     spdx + "#include <sys/socket.h>\n#include <rowe/rowe.hpp>\nstd::printf(\"x\");\n"),
+    ("tests/bench_innocent_e.cpp", spdx + "#include <simdjson.h>\n// " + "http://x.example/" + "x" * 120 + "\n"),
+    ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
+    ("docs/innocent_g.md",
+     "`tests/ROOM/CMakeLists.txt`, `src/*/*.cpp`, `include/rowe/{result,event}.hpp`, and/or\n"
+     "```cpp\n#include <rowe/rowe.hpp>\n\nint main() {\n}\n```\n[out](https://example.org/x) `[no](link.md)`\n```\n[no](link.md)\n```\n"),
+]
+
+
+class tidy_test(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        folder = cls.enterClassContext(tempfile.TemporaryDirectory())
+        cls.root = os.path.join(folder, "copy")
+        skip = shutil.ignore_patterns(".git", "build", "build-*", "node_modules", "__pycache__")
+        shutil.copytree(top, cls.root, ignore=skip, symlinks=True)
+        cls.before = set(tidy.check(cls.root))
+        for path, text, *_ in plants + innocent:
+            where = os.path.join(cls.root, path)
+            os.makedirs(os.path.dirname(where), exist_ok=True)
+            with open(where, "w", newline="") as file:
+                file.write(text)
+        new = set(tidy.check(cls.root)) - cls.before
+        cls.found = sorted((one.path, one.line, one.rule) for one in new)
+
+    def found_in(self, path):
+        return [(line, rule) for where, line, rule in self.found if where == path]
+
+    def test_each_planted_offence_is_found_where_it_is_and_nothing_else(self):
+        for path, _, offences in plants:
+            with self.subTest(path):
+                self.assertEqual(self.found_in(path), sorted(offences))
+
+    def test_what_only_looks_like_an_offence_is_not_one(self):
+        for path, _ in innocent:
+            with self.subTest(path):
+                self.assertEqual(self.found_in(path), [])
+
+    def test_planting_in_one_place_is_not_found_in_another(self):
+        planted = {path for path, *_ in plants}
+        self.assertEqual([one for one in self.found if one[0] not in planted], [])
+
+    def test_every_rule_has_a_plant(self):
+        planted = {path for path, *_ in plants}
+        copy = tree(self.root)
+        for rule in tidy.rules:
+            with self.subTest(rule.__name__):
+                self.assertTrue(any(one.path in planted for one in rule(copy)))
+
+    def test_an_exemption_that_excuses_nothing_is_found(self):
+        stale = {("src/api/endpoint.cpp", "catch-all"): "it used to"}
+        with unittest.mock.patch.dict(tidy.exempt, stale):
+            found = [(one.path, one.rule) for one in tidy.check(self.root)]
+        self.assertIn(("src/api/endpoint.cpp", "exempt"), found)
+
+    def test_an_exemption_excuses_its_own_file_and_rule_only(self):
+        path, _, offences = plants[0]
+        with unittest.mock.patch.dict(tidy.exempt, {(path, "catch-all"): "another rule"}):
+            found = [one for one in tidy.check(self.root) if (one.path, one.rule) == (path, "library-room")]
+        self.assertEqual(len(found), len(offences))
+
+
+class stripping(unittest.TestCase):
+    def test_blanks_comments_and_literals_and_keeps_lines(self):
+        self.assertEqual(strip('a; // b\n/* c\nd */ e; "f // g" h;\n'), 'a; \n\n e; "" h;\n')
+        self.assertEqual(strip("1'000'000; 'x'; '\\''; '\"';"), "1'000'000; ' '; ' '; ' ';")
+        self.assertEqual(strip('R"(a " // b)" c; R"x(\n)")x" d'), '"" c; ""\n d')
+
+
+if __name__ == "__main__":
+    unittest.main()
