@@ -2,6 +2,7 @@
 // Looking at eight bytes of text at once, in an ordinary register, which is the same on every machine.
 #pragma once
 #include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -16,6 +17,22 @@ ROWE_RT inline std::uint64_t load_eight(const char* at) noexcept {
   std::uint64_t word;
   std::memcpy(&word, at, 8);
   return word;
+}
+
+// `bytes` (1 to 7) of text, and spaces behind them.
+ROWE_RT inline std::uint64_t load_fewer(const char* at, std::size_t bytes) noexcept {
+  constexpr std::uint64_t spaces = 0x2020'2020'2020'2020;
+  std::uint64_t word = 0;
+  if (bytes >= 4) {
+    // Two loads that overlap: the bytes that both hold are the same ones.
+    std::uint32_t first, last;
+    std::memcpy(&first, at, 4);
+    std::memcpy(&last, at + bytes - 4, 4);
+    word = first | std::uint64_t{last} << (8 * (bytes - 4));
+  } else {
+    for (std::size_t i = bytes; i-- > 0;) word = word << 8 | static_cast<std::uint8_t>(at[i]);
+  }
+  return word | spaces << (8 * bytes);
 }
 
 inline constexpr std::uint64_t each_byte = 0x0101'0101'0101'0101;

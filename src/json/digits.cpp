@@ -11,8 +11,12 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include <dragonbox/dragonbox.h>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 
 namespace rowe::json {
 namespace {
@@ -84,12 +88,47 @@ char* write_below_ten_to_8(char* at, std::uint32_t x) noexcept {
   return at + 4;
 }
 
-// x < 10^17 as 17 digits; those behind the first nine only where `count` says that they are wanted.
-void seventeen_digits(char* at, std::uint64_t x, int count) noexcept {
-  const auto first = static_cast<std::uint32_t>(x / ten_to_8);
-  one_digit(at, first / ten_to_8);
-  eight_digits(at + 1, first % ten_to_8);
-  if (count > 9) eight_digits(at + 9, static_cast<std::uint32_t>(x % ten_to_8));
+void sixteen_digits_portably(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+  eight_digits(at, high);
+  eight_digits(at + 8, low);
+}
+
+#if defined(__SSE2__) // every x86-64; a sixth of the whole time
+// Halves three times, in all lanes at once: eight digits to fours, to twos, to ones. The multiplications by
+// 2^45 / 10^4, 2^19 / 100 and 2^16 / 10, rounded up, are divisions that are exact for operands this small.
+void sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+  const auto lanes = [](std::uint32_t x) { return _mm_set1_epi32(static_cast<int>(x)); };
+  const __m128i eights =
+      _mm_unpacklo_epi64(_mm_cvtsi32_si128(static_cast<int>(high)), _mm_cvtsi32_si128(static_cast<int>(low)));
+  const __m128i fours_high = _mm_srli_epi64(_mm_mul_epu32(eights, lanes(3'518'437'209)), 45);
+  const __m128i fours_low = _mm_sub_epi32(eights, _mm_mul_epu32(fours_high, lanes(ten_to_4)));
+  const __m128i fours = _mm_or_si128(fours_high, _mm_slli_epi64(fours_low, 32));
+  const __m128i twos_high = _mm_srli_epi16(_mm_mulhi_epu16(fours, lanes(5243)), 3);
+  const __m128i twos_low = _mm_sub_epi16(fours, _mm_mullo_epi16(twos_high, lanes(100)));
+  const __m128i twos = _mm_or_si128(twos_high, _mm_slli_epi32(twos_low, 16));
+  const __m128i ones_high = _mm_mulhi_epu16(twos, _mm_set1_epi16(6554));
+  const __m128i ones_low = _mm_sub_epi16(twos, _mm_mullo_epi16(ones_high, _mm_set1_epi16(10)));
+  const __m128i ones = _mm_or_si128(ones_high, _mm_slli_epi16(ones_low, 8));
+  const __m128i text = _mm_or_si128(ones, _mm_set1_epi8('0'));
+  std::memcpy(at, &text, sizeof text);
+#ifndef NDEBUG
+  char expected[16];
+  sixteen_digits_portably(expected, high, low);
+  assert(std::memcmp(at, expected, sizeof expected) == 0);
+#endif
+}
+#else
+void sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+  sixteen_digits_portably(at, high, low);
+}
+#endif
+
+// x < 10^17 as 17 digits.
+void seventeen_digits(char* at, std::uint64_t x) noexcept {
+  const std::uint64_t rest = x % ten_to_16;
+  one_digit(at, static_cast<std::uint32_t>(x / ten_to_16));
+  sixteen_digits(at + 1, static_cast<std::uint32_t>(rest / ten_to_8),
+                 static_cast<std::uint32_t>(rest % ten_to_8));
 }
 
 int digit_count(std::uint64_t x) noexcept {
@@ -124,14 +163,14 @@ char* write_plain(char* at, std::uint64_t whole, decimal d) noexcept {
   at = write_unsigned(at, whole);
   std::memcpy(at, ".000000", 8);
   at += 1 + zeros;
-  seventeen_digits(at, fraction * power_of_ten(17 - count), count);
+  seventeen_digits(at, fraction * power_of_ten(17 - count));
   return at + count;
 }
 
 char* write_with_exponent(char* at, decimal d) noexcept {
   const int count = digit_count(d.digits);
   const int exponent = d.exponent + count - 1;
-  seventeen_digits(at + 1, d.digits * power_of_ten(17 - count), count);
+  seventeen_digits(at + 1, d.digits * power_of_ten(17 - count));
   at[0] = at[1];
   if (count > 1) {
     at[1] = '.';
@@ -147,7 +186,6 @@ char* write_with_exponent(char* at, decimal d) noexcept {
 // `integers_end`: the end of the integers that are all exact in a Real.
 template <class Real>
 char* write_real(char* at, Real x, Real integers_end) noexcept {
-  assert(std::isfinite(x));
   *at = '-';
   at += std::signbit(x);
   const Real magnitude = std::fabs(x);
@@ -164,12 +202,14 @@ char* write_real(char* at, Real x, Real integers_end) noexcept {
     if (magnitude >= Real(1e-6))
       return write_plain(at, static_cast<std::uint64_t>(whole), shortest(magnitude));
   }
+  if (!(magnitude <= std::numeric_limits<Real>::max())) return nullptr;
   return write_with_exponent(at, shortest(magnitude));
 }
 
 } // namespace
 
-char* write_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
+// In one piece: what it calls is called from nowhere else that matters, and an eighth of the time is calls.
+[[gnu::flatten]] char* write_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
 char* write_float(char* at, float x) noexcept { return write_real(at, x, 0x1p24f); }
 
 char* write_unsigned(char* at, std::uint64_t x) noexcept {
@@ -193,10 +233,10 @@ char* write_signed(char* at, std::int64_t x) noexcept {
 }
 
 char* write_fixed(char* at, double x, int decimals) noexcept {
-  assert(std::isfinite(x) && decimals >= 0 && decimals <= decimals_max);
+  assert(decimals >= 0 && decimals <= decimals_max);
   const std::uint64_t power = power_of_ten(decimals);
   const double scaled = std::fabs(x) * static_cast<double>(power);
-  if (scaled >= 0x1p53) return write_double(at, x);
+  if (!(scaled < 0x1p53)) return write_double(at, x); // no number at all, too
   const auto units = static_cast<std::uint64_t>(scaled + 0.5);
   *at = '-';
   at += std::signbit(x) && units != 0;
@@ -205,7 +245,7 @@ char* write_fixed(char* at, double x, int decimals) noexcept {
   if (fraction == 0) return at;
   for (; fraction % 10 == 0; fraction /= 10) --decimals;
   *at++ = '.';
-  seventeen_digits(at, fraction * power_of_ten(17 - decimals), decimals);
+  seventeen_digits(at, fraction * power_of_ten(17 - decimals));
   return at + decimals;
 }
 

@@ -26,7 +26,7 @@ inline constexpr std::size_t float_text_bytes_max = 17;   // -0.00000123456789
 inline constexpr std::size_t integer_text_bytes_max = 20; // -9223372036854775808, 18446744073709551615
 inline constexpr int decimals_max = 9;
 
-// `x` must be finite.
+// Null, and nothing meant by what was written, when `x` is no number or infinite: JSON has no text for it.
 ROWE_RT char* write_double(char* at, double x) noexcept;
 ROWE_RT char* write_float(char* at, float x) noexcept;
 

@@ -6,7 +6,6 @@
 #include "encoder.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "digits.hpp"
@@ -26,128 +25,133 @@ char* write_text(char* at, std::string_view text) noexcept { return std::copy(te
 
 } // namespace
 
+// The place to write to is passed along and handed back, so that it stays in a register; null says that the
+// room is used up.
 class encoder::run {
  public:
   run(const encoder& program, writer& into) noexcept
-      : literals_{program.literals_.get()}, into_{into}, at_{into.at_}, end_{into.end_} {}
+      : literals_{program.literals_.get()}, into_{into}, end_{into.end_} {}
 
-  // Runs the steps from `first` to `last` on the object at `base`. False when the room is used up.
-  bool steps(const step* first, const step* last, const char* base) noexcept {
-    for (const step* s = first; s != last; s += 1 + s->body) {
-      if (!literal(*s)) return false;
-      const char* const at = base + s->offset;
-      bool fits = true;
-      switch (s->what) {
-      case operation::nothing: break;
-      case operation::text: fits = text(s->text_of(base + s->argument)); break;
-      case operation::scalars: fits = scalars(*s, at, count(*s, base)); break;
-      case operation::repeat: fits = repeat(*s, at, count(*s, base)); break;
-      case operation::perhaps: fits = perhaps(*s, base); break;
-      default: fits = scalar(*s, s->what, at); break;
+  // Runs the steps from `first` to `last` on the object at `base`.
+  char* steps(const step* first, const step* last, const char* base, char* at) noexcept {
+    const step* s = first;
+    while (s != last) {
+      if (s->doubles > 0 && room(at) >= s->ample_bytes) [[likely]] {
+        // Most of most messages, and most of the time; the fewer instructions around the digits the better.
+        const step* const end = std::min(s + s->doubles, last);
+        do {
+          at = copy_literal(*s, at);
+          at = or_null(at, write_double(at, load<double>(base + s->offset)));
+        } while (++s != end);
+        continue;
       }
-      if (!fits) return false;
+      at = literal(*s, at);
+      if (at != nullptr) at = value(*s, base, at);
+      if (at == nullptr) return nullptr;
+      s += 1 + s->body;
     }
-    return true;
+    return at;
   }
-
-  void finish() noexcept { into_.at_ = at_; }
 
  private:
-  std::size_t room() const noexcept { return static_cast<std::size_t>(end_ - at_); }
+  std::size_t room(const char* at) const noexcept { return static_cast<std::size_t>(end_ - at); }
 
-  bool copy(std::string_view text) noexcept {
-    if (text.size() > room()) return false;
-    at_ = write_text(at_, text);
-    return true;
+  char* copy(std::string_view text, char* at) const noexcept {
+    return text.size() <= room(at) ? write_text(at, text) : nullptr;
   }
 
-  bool literal(const step& s) noexcept {
-    // No value ends in an opening brace: after one, this is the first member that is written.
-    if (s.comma_if_needed && at_[-1] != '{' && !copy(",")) return false;
+  char* literal(const step& s, char* at) const noexcept {
+    if (room(at) >= s.literal_bytes + literal_chunk_bytes) [[likely]]
+      return copy_literal(s, at);
+    return copy({literals_ + s.literal, s.literal_bytes}, at);
+  }
+
+  // Where there is room for whole chunks. Most literals are one.
+  char* copy_literal(const step& s, char* at) const noexcept {
     const char* const from = literals_ + s.literal;
-    if (room() < s.literal_bytes + literal_chunk_bytes) return copy({from, s.literal_bytes});
-    for (std::size_t i = 0; i < s.literal_bytes; i += literal_chunk_bytes) {
-      std::memcpy(at_ + i, from + i, literal_chunk_bytes);
+    std::memcpy(at, from, literal_chunk_bytes);
+    for (std::size_t i = literal_chunk_bytes; i < s.literal_bytes; i += literal_chunk_bytes) {
+      std::memcpy(at + i, from + i, literal_chunk_bytes);
     }
-    at_ += s.literal_bytes;
-    return true;
+    return at + s.literal_bytes;
+  }
+
+  char* value(const step& s, const char* base, char* at) noexcept {
+    switch (s.what) {
+    case operation::nothing: return at;
+    case operation::comma: return at[-1] == '{' ? at : copy(",", at); // no value ends in an opening brace
+    case operation::text: return text(s.text_of(base + s.argument), at);
+    case operation::scalars: return scalars(s, base, at);
+    case operation::repeat: return repeat(s, base, at);
+    case operation::perhaps: return perhaps(s, base, at);
+    default: return scalar(s, s.what, base + s.offset, at);
+    }
   }
 
   static std::size_t count(const step& s, const char* base) noexcept {
     return s.count_of == nullptr ? s.count : std::min<std::size_t>(s.count_of(base + s.argument), s.count);
   }
 
-  bool scalars(const step& s, const char* at, std::size_t count) noexcept {
-    for (std::size_t i = 0; i < count; ++i, at += s.stride) {
-      if (i != 0 && !copy(",")) return false;
-      if (!scalar(s, s.element, at)) return false;
+  char* scalars(const step& s, const char* base, char* at) noexcept {
+    const char* from = base + s.offset;
+    const std::size_t n = count(s, base);
+    if (room(at) / (scalar_room_bytes + 1) >= n) [[likely]] {
+      if (s.element == operation::float64) return reals<double>(from, n, at);
+      if (s.element == operation::float32) return reals<float>(from, n, at);
     }
-    return true;
+    for (std::size_t i = 0; i < n && at != nullptr; ++i, from += s.stride) {
+      if (i != 0) at = copy(",", at);
+      if (at != nullptr) at = scalar(s, s.element, from, at);
+    }
+    return at;
   }
 
-  bool repeat(const step& s, const char* at, std::size_t count) noexcept {
-    for (std::size_t i = 0; i < count; ++i, at += s.stride) {
-      if (i != 0 && !copy(",")) return false;
-      if (!steps(&s + 1, &s + 1 + s.body, at)) return false;
+  // Covariances and laser scans, where there is room for any.
+  template <class Real>
+  char* reals(const char* from, std::size_t n, char* at) noexcept {
+    for (std::size_t i = 0; i < n; ++i, from += sizeof(Real)) {
+      *at = ',';
+      at += i != 0;
+      at = or_null(at, write(at, load<Real>(from)));
     }
-    return true;
+    return at;
+  }
+  static char* write(char* at, double x) noexcept { return write_double(at, x); }
+  static char* write(char* at, float x) noexcept { return write_float(at, x); }
+
+  char* repeat(const step& s, const char* base, char* at) noexcept {
+    const char* from = base + s.offset;
+    for (std::size_t i = 0, n = count(s, base); i < n && at != nullptr; ++i, from += s.stride) {
+      if (i != 0) at = copy(",", at);
+      if (at != nullptr) at = steps(&s + 1, &s + 1 + s.body, from, at);
+    }
+    return at;
   }
 
-  bool perhaps(const step& s, const char* base) noexcept {
+  char* perhaps(const step& s, const char* base, char* at) noexcept {
     const void* const inside = s.engaged(base + s.argument);
-    if (inside == nullptr) return !s.else_null || copy("null");
-    return steps(&s + 1, &s + 1 + s.body, static_cast<const char*>(inside));
+    if (inside == nullptr) return s.else_null ? copy("null", at) : at;
+    return steps(&s + 1, &s + 1 + s.body, static_cast<const char*>(inside), at);
   }
 
   // Strings are the writer's business.
-  bool text(std::string_view utf8) noexcept {
-    into_.at_ = at_;
+  char* text(std::string_view utf8, char* at) noexcept {
+    into_.at_ = at;
     into_.quoted(utf8);
-    at_ = into_.at_;
-    return !into_.overflowed_;
+    return into_.overflowed_ ? nullptr : into_.at_;
   }
 
   // As in the writer: in place where the room is ample, else beside it and copied.
-  bool scalar(const step& s, operation what, const char* from) noexcept {
-    constexpr std::size_t room_wanted = number_room_bytes + 2; // with quotes
-    if (room() >= room_wanted) [[likely]] {
-      at_ = write_scalar(at_, s, what, from);
-      return true;
-    }
-    char scratch[room_wanted];
-    return copy({scratch, static_cast<std::size_t>(write_scalar(scratch, s, what, from) - scratch)});
+  char* scalar(const step& s, operation what, const char* from, char* at) noexcept {
+    if (room(at) >= scalar_room_bytes) [[likely]]
+      return write_scalar(at, s, what, from);
+    char scratch[scalar_room_bytes];
+    return copy({scratch, static_cast<std::size_t>(write_scalar(scratch, s, what, from) - scratch)}, at);
   }
 
   char* write_scalar(char* at, const step& s, operation what, const char* from) noexcept {
     switch (what) {
-    case operation::float64: return write_real(at, s, load<double>(from));
-    case operation::float32: return write_real(at, s, load<float>(from));
     case operation::boolean: return write_text(at, load<std::uint8_t>(from) != 0 ? "true" : "false");
-    default: break;
-    }
-    if (!s.as_string) return write_integer(at, what, from);
-    *at++ = '"';
-    at = write_integer(at, what, from);
-    *at++ = '"';
-    return at;
-  }
-
-  template <class Real>
-  char* write_real(char* at, const step& s, Real x) noexcept {
-    if (!std::isfinite(x)) {
-      ++into_.nonfinite_;
-      return write_text(at, "null");
-    }
-    if (s.decimals >= 0) return write_fixed(at, static_cast<double>(x), s.decimals);
-    if constexpr (sizeof x == sizeof(double)) {
-      return write_double(at, x);
-    } else {
-      return write_float(at, x);
-    }
-  }
-
-  static char* write_integer(char* at, operation what, const char* from) noexcept {
-    switch (what) {
     case operation::int8: return write_signed(at, load<std::int8_t>(from));
     case operation::int16: return write_signed(at, load<std::int16_t>(from));
     case operation::int32: return write_signed(at, load<std::int32_t>(from));
@@ -155,13 +159,31 @@ class encoder::run {
     case operation::uint8: return write_unsigned(at, load<std::uint8_t>(from));
     case operation::uint16: return write_unsigned(at, load<std::uint16_t>(from));
     case operation::uint32: return write_unsigned(at, load<std::uint32_t>(from));
-    default: return write_unsigned(at, load<std::uint64_t>(from));
+    case operation::uint64: return write_unsigned(at, load<std::uint64_t>(from));
+    case operation::float32: return or_null(at, write_float(at, load<float>(from)));
+    case operation::float64: return or_null(at, write_double(at, load<double>(from)));
+    case operation::rounded_float32:
+      return or_null(at, write_fixed(at, static_cast<double>(load<float>(from)), s.decimals));
+    case operation::rounded_float64: return or_null(at, write_fixed(at, load<double>(from), s.decimals));
+    default: break;
     }
+    // An integer as a string.
+    *at++ = '"';
+    at = write_scalar(at, s, s.quoted, from);
+    *at++ = '"';
+    return at;
+  }
+
+  // `end` is that of a number's text, or null where JSON has none.
+  char* or_null(char* at, char* end) noexcept {
+    if (end != nullptr) [[likely]]
+      return end;
+    ++into_.nonfinite_;
+    return write_text(at, "null");
   }
 
   const char* const literals_;
   writer& into_;
-  char* at_;
   char* const end_;
 };
 
@@ -172,10 +194,12 @@ encoder::~encoder() = default;
 
 void encoder::encode(const void* object, writer& into) const noexcept {
   into.place_comma();
-  run r{*this, into};
   const step* const first = program_.get();
-  if (!into.overflowed_ && r.steps(first, first + step_count_, static_cast<const char*>(object))) {
-    r.finish();
+  char* const at = into.overflowed_ ? nullptr
+                                    : run{*this, into}.steps(first, first + step_count_,
+                                                             static_cast<const char*>(object), into.at_);
+  if (at != nullptr) {
+    into.at_ = at;
   } else {
     into.overflow();
   }

@@ -20,12 +20,15 @@ static_assert(encoder::bytes_limit <= std::numeric_limits<std::uint32_t>::max())
 
 bool is_scalar(value_kind k) noexcept { return k <= value_kind::float64; }
 
-std::size_t scalar_bytes_max(operation what, bool as_string) noexcept {
+std::size_t scalar_bytes_max(operation what) noexcept {
   switch (what) {
   case operation::boolean: return 5;
   case operation::float32: return float_text_bytes_max;
-  case operation::float64: return double_text_bytes_max;
-  default: return integer_text_bytes_max + (as_string ? 2 : 0);
+  case operation::float64:
+  case operation::rounded_float32:
+  case operation::rounded_float64: return double_text_bytes_max;
+  case operation::in_quotes: return integer_text_bytes_max + 2;
+  default: return integer_text_bytes_max;
   }
 }
 
@@ -67,6 +70,7 @@ class encoder::compiler {
   status compile(const schema_description& schema) noexcept {
     object(schema, base_, 0);
     flush();
+    if (program_ != nullptr) count_doubles();
     return failed_;
   }
 
@@ -87,6 +91,21 @@ class encoder::compiler {
 
   std::uint32_t offset_of(const void* at) const noexcept {
     return static_cast<std::uint32_t>(static_cast<const char*>(at) - base_);
+  }
+
+  // From the last step to the first: how many doubles follow in a row, and the room that they need.
+  void count_doubles() noexcept {
+    const step none;
+    const step* next = &none;
+    for (std::size_t i = step_count_; i-- > 0;) {
+      step& s = program_[i];
+      if (s.what == operation::float64) {
+        const std::size_t own = s.literal_bytes + literal_chunk_bytes + scalar_room_bytes;
+        s.doubles = next->doubles + 1;
+        s.ample_bytes = next->ample_bytes + static_cast<std::uint32_t>(own);
+      }
+      next = &s;
+    }
   }
 
   // ---- literals and steps ----
@@ -112,10 +131,8 @@ class encoder::compiler {
   step* emit(step s, std::size_t bytes_max) noexcept {
     s.literal = static_cast<std::uint32_t>(literal_begin_);
     s.literal_bytes = static_cast<std::uint32_t>(literal_end_ - literal_begin_);
-    s.comma_if_needed = comma_if_needed_;
-    comma_if_needed_ = false;
     literal_begin_ = literal_end_;
-    text_bytes_max_ += s.literal_bytes + s.comma_if_needed + bytes_max;
+    text_bytes_max_ += s.literal_bytes + bytes_max;
     if (text_bytes_max_ > bytes_limit) fail(text_bytes_max_, bytes_limit);
     const std::size_t index = step_count_++;
     if (program_ == nullptr) return nullptr;
@@ -160,7 +177,9 @@ class encoder::compiler {
         if (some_written) {
           add(",");
         } else if (!first) {
-          comma_if_needed_ = true;
+          step comma; // known only when it runs; the literal is empty here, behind an optional
+          comma.what = operation::comma;
+          emit(comma, 1);
         }
         add_name(m.name);
       };
@@ -199,10 +218,20 @@ class encoder::compiler {
       emit(s, d.count_max * escaped_bytes_max + 2);
       return;
     }
-    s.what = static_cast<operation>(d.kind);
-    s.as_string = how.as_string;
+    s.what = scalar(d.kind, how, s);
+    emit(s, scalar_bytes_max(s.what));
+  }
+
+  // The operation that writes a scalar in the form asked for; what it needs to know goes into the step.
+  static operation scalar(value_kind kind, form how, step& s) noexcept {
+    const auto plain = static_cast<operation>(kind);
+    if (how.as_string) {
+      s.quoted = plain;
+      return operation::in_quotes;
+    }
+    if (how.decimals < 0) return plain;
     s.decimals = static_cast<std::int8_t>(how.decimals);
-    emit(s, scalar_bytes_max(s.what, s.as_string));
+    return kind == value_kind::float32 ? operation::rounded_float32 : operation::rounded_float64;
   }
 
   // `count_of`, when given, takes the object that the array is a member of.
@@ -217,12 +246,10 @@ class encoder::compiler {
     s.stride = static_cast<std::uint32_t>(element.bytes);
     s.count_of = count_of != nullptr ? count_of : d.count;
     s.argument = count_of != nullptr ? offset_of(owner) : offset_of(where);
-    s.as_string = how.as_string;
-    s.decimals = static_cast<std::int8_t>(how.decimals);
     if (is_scalar(element.kind)) {
       s.what = operation::scalars;
-      s.element = static_cast<operation>(element.kind);
-      emit(s, d.count_max * (scalar_bytes_max(s.element, s.as_string) + 1));
+      s.element = scalar(element.kind, how, s);
+      emit(s, d.count_max * (scalar_bytes_max(s.element) + 1));
     } else {
       s.what = operation::repeat;
       emit_with_body(s, d.count_max, [&] { value(element, base_, how, depth + 1); });
@@ -255,7 +282,6 @@ class encoder::compiler {
   std::size_t literal_begin_ = 0; // of the literal that grows
   std::size_t literal_end_ = 0;
   std::size_t text_bytes_max_ = 0;
-  bool comma_if_needed_ = false; // before the literal that grows
   status failed_;
 };
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
+#include "digits.hpp"
 #include "encoder.hpp"
 
 namespace rowe::json {
@@ -16,15 +17,26 @@ namespace rowe::json {
 inline constexpr std::size_t literal_chunk_bytes = 16;
 
 enum class operation : std::uint8_t {
+  // Scalars.
   // clang-format off
   boolean, int8, int16, int32, int64, uint8, uint16, uint32, uint64, float32, float64,  // as value_kind
   // clang-format on
+  in_quotes, // the integer `quoted`, as a string
+  rounded_float32,
+  rounded_float64, // to `decimals`
+  // Everything else.
   text,
-  scalars, // an array of one of the first row, which `element` names
+  scalars, // an array of the scalar `element`
   repeat,  // an array of anything else
   perhaps, // an optional
+  comma,   // if the object has a member so far
   nothing, // the literal was all
 };
+
+// Room for a scalar to be written in place: a number in quotes.
+inline constexpr std::size_t scalar_room_bytes = number_room_bytes + 2;
+
+constexpr bool is_scalar(operation o) noexcept { return o < operation::text; }
 
 struct encoder::step {
   std::uint32_t literal = 0; // index of its first byte
@@ -34,12 +46,13 @@ struct encoder::step {
   std::uint32_t count = 0;    // of an array's elements; with a function, the most there can be
   std::uint32_t stride = 0;   // from element to element
   std::uint32_t body = 0;     // steps that follow and belong to this one
+  std::uint32_t doubles = 0;  // float64 steps in a row: this one and all that follow, be it beyond the body
+  std::uint32_t ample_bytes = 0; // room in which these can be written without another look at it
   operation what = operation::nothing;
   operation element = operation::nothing;
-  std::int8_t decimals = -1;
-  bool as_string = false;
-  bool else_null = false;       // a missing optional is null, else nothing at all
-  bool comma_if_needed = false; // before the literal: whether a member precedes it is not known in advance
+  operation quoted = operation::nothing;
+  std::int8_t decimals = 0;
+  bool else_null = false; // a missing optional is null, else nothing at all
   std::size_t (*count_of)(const void*) noexcept = nullptr;
   const void* (*engaged)(const void*) noexcept = nullptr;
   std::string_view (*text_of)(const void*) noexcept = nullptr;

@@ -2,7 +2,6 @@
 #include "writer.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "bytes.hpp"
@@ -12,19 +11,21 @@
 namespace rowe::json {
 namespace {
 
-// The end of the bytes that are written as they are: ASCII but for control characters, quotes and
-// backslashes.
+// Marks (bytes.hpp) the bytes that are not written as they are: control characters, quotes, backslashes, and
+// all that is not ASCII.
+std::uint64_t special_bytes(std::uint64_t word) noexcept {
+  return bytes_below(word, 0x20) | bytes_equal(word, '"') | bytes_equal(word, '\\') | (word & high_bits);
+}
+
+// The end of the bytes that are.
 const char* plain_run(const char* at, const char* end) noexcept {
   for (; end - at >= 8; at += 8) {
-    const std::uint64_t word = load_eight(at);
-    const std::uint64_t special =
-        bytes_below(word, 0x20) | bytes_equal(word, '"') | bytes_equal(word, '\\') | (word & high_bits);
+    const std::uint64_t special = special_bytes(load_eight(at));
     if (special != 0) return at + first_byte(special);
   }
-  return std::find_if(at, end, [](char c) {
-    const auto byte = static_cast<std::uint8_t>(c);
-    return byte < 0x20 || byte >= 0x80 || c == '"' || c == '\\';
-  });
+  if (at == end) return end;
+  const std::uint64_t special = special_bytes(load_fewer(at, static_cast<std::size_t>(end - at)));
+  return special != 0 ? at + first_byte(special) : end;
 }
 
 // What stands for `c`, a control character, a quote or a backslash.
@@ -48,15 +49,33 @@ std::string_view escape(char c, std::span<char, 6> scratch) noexcept {
 
 } // namespace
 
+// Copies and looks eight bytes at a time, as long as there is nothing to escape and room for whole words.
 void writer::quoted(std::string_view utf8) noexcept {
-  put('"');
+  constexpr std::size_t word_bytes = 8;
   const char* at = utf8.data();
   const char* const end = at + utf8.size();
+  put('"');
+  if (static_cast<std::size_t>(end_ - at_) >= utf8.size() + word_bytes) [[likely]] {
+    while (at != end) {
+      const std::size_t bytes = std::min<std::size_t>(static_cast<std::size_t>(end - at), word_bytes);
+      const std::uint64_t word = bytes == word_bytes ? load_eight(at) : load_fewer(at, bytes);
+      if (special_bytes(word) != 0) break;
+      std::memcpy(at_, &word, word_bytes);
+      at_ += bytes;
+      at += bytes;
+    }
+  }
+  if (at != end) [[unlikely]]
+    escaped(at, end);
+  put('"');
+}
+
+void writer::escaped(const char* at, const char* end) noexcept {
   while (at != end && !overflowed_) {
     const char* const special = plain_run(at, end);
     append({at, static_cast<std::size_t>(special - at)});
     at = special;
-    if (at == end) break;
+    if (at == end) return;
     if (static_cast<std::uint8_t>(*at) < 0x80) {
       char scratch[6];
       append(escape(*at++, scratch));
@@ -67,7 +86,6 @@ void writer::quoted(std::string_view utf8) noexcept {
     invalid_utf8_ += !piece.valid;
     at += piece.bytes;
   }
-  put('"');
 }
 
 void writer::key(std::string_view name) noexcept {
@@ -84,33 +102,35 @@ void writer::string(std::string_view utf8) noexcept {
 }
 
 // Digits are written in place where the room is ample, else beside it and copied, so that the last byte of
-// the room can be used and none behind it is touched.
+// the room can be used and none behind it is touched. False when there is no text for the number.
 template <class Write>
-void writer::number_with(Write write) noexcept {
-  if (static_cast<std::size_t>(end_ - at_) > number_room_bytes) {
+bool writer::number_with(Write write) noexcept {
+  if (static_cast<std::size_t>(end_ - at_) > number_room_bytes) [[likely]] {
     *at_ = ',';
-    at_ = write(at_ + comma_);
+    char* const end = write(at_ + comma_);
+    if (end == nullptr) return false;
+    at_ = end;
     comma_ = true;
-    return;
+    return true;
   }
   char scratch[number_room_bytes];
-  raw({scratch, static_cast<std::size_t>(write(scratch) - scratch)});
+  const char* const end = write(scratch);
+  if (end == nullptr) return false;
+  raw({scratch, static_cast<std::size_t>(end - scratch)});
+  return true;
 }
 
 void writer::number(double x) noexcept {
-  if (!std::isfinite(x)) {
-    ++nonfinite_;
-    return null();
-  }
-  number_with([x](char* at) { return write_double(at, x); });
+  if (!number_with([x](char* at) { return write_double(at, x); })) not_finite();
 }
 
 void writer::number(float x) noexcept {
-  if (!std::isfinite(x)) {
-    ++nonfinite_;
-    return null();
-  }
-  number_with([x](char* at) { return write_float(at, x); });
+  if (!number_with([x](char* at) { return write_float(at, x); })) not_finite();
+}
+
+void writer::not_finite() noexcept {
+  ++nonfinite_;
+  null();
 }
 
 void writer::number_signed(std::int64_t x) noexcept {

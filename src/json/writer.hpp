@@ -116,8 +116,10 @@ class writer {
     at_ = end_;
   }
   void quoted(std::string_view utf8) noexcept;
+  void escaped(const char* at, const char* end) noexcept;
   template <class Write>
-  void number_with(Write write) noexcept;
+  bool number_with(Write write) noexcept;
+  void not_finite() noexcept;
   void number_signed(std::int64_t x) noexcept;
   void number_unsigned(std::uint64_t x) noexcept;
 
