@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <libwebsockets.h>
+#include <strings.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -107,7 +108,6 @@ struct lws_host::tables {
       watch = host->current_;
       host->bind(*watch, wsi);
     }
-    if (!watch->wsi && reason != LWS_CALLBACK_WSI_DESTROY) watch->wsi = wsi;
     return on_event(wsi, reason, *watch, in, bytes);
   }
 };
@@ -194,24 +194,22 @@ bool lws_host::connect(lws_watch& watch, const lws_client_target& target) noexce
   info.ssl_connection = LCCSCF_HTTP_NO_FOLLOW_REDIRECT;
   info.retry_and_idle_policy = &no_liveness;
   info.opaque_user_data = &watch;
-  lws* wsi = lws_client_connect_via_info(&info);
-  if (!wsi || !watch.wsi) {
-    // Destroyed already, or it never had a callback: then there is nothing that could be destroyed later.
-    if (!wsi) return watch.wsi = nullptr, false;
-    watch.wsi = wsi;
+  watch.wsi = lws_client_connect_via_info(&info);
+  if (!watch.wsi) return false;
+  watch.duplicate = lws_get_socket_fd(watch.wsi);
+  if (watch.duplicate < 0) {
+    let_go(watch);
+    return false;
   }
-  watch.duplicate = lws_get_socket_fd(wsi);
-  if (watch.duplicate < 0) return let_go(watch), false;
-  lws_rx_flow_control(wsi, 0); // it must not read one byte that we have not seen
+  lws_rx_flow_control(watch.wsi, 0); // it must not read one byte that we have not seen
   return true;
 }
 
 bool lws_host::take_answer(lws_watch& watch, std::string_view header) noexcept {
   // libwebsockets reads the header, and nothing but the header, from a socket pair that takes the place of
   // the connection under its number.
-  int pair[2];
-  if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair) != 0)
-    return let_go(watch), false;
+  int pair[2] = {-1, -1};
+  (void)::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair); // send() will say so
   const descriptor theirs{pair[0]};
   const descriptor ours{pair[1]};
   const bool swapped =
@@ -236,8 +234,7 @@ void lws_host::let_go(lws_watch& watch) noexcept {
   if (!watch.wsi) return;
   if (watch.duplicate < 0)
     return lws_set_timeout(watch.wsi, PENDING_TIMEOUT_KILLED_BY_PARENT, LWS_TO_KILL_SYNC);
-  // A hang-up is the one way to close that neither shuts the socket down nor sends a frame: only its number
-  // goes.
+  // The one way to close that neither shuts the socket down nor sends a frame: only its number goes.
   service(watch, 0, LWS_POLLHUP);
   assert(!watch.wsi);
 }

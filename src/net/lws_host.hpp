@@ -79,8 +79,7 @@ class lws_host {
   // Client: libwebsockets reads `header` as the other side's whole answer, and lets go. True when upgraded.
   bool take_answer(lws_watch& watch, std::string_view header) noexcept;
 
-  // Tells libwebsockets that its duplicate may be written to. watch.wsi is nullptr afterwards if that ended
-  // it.
+  // Tells libwebsockets that its duplicate may be written to; watch.wsi is nullptr if that ended it.
   void drive(lws_watch& watch) noexcept;
   // Makes libwebsockets forget the socket and close its duplicate, without a word to the peer.
   void let_go(lws_watch& watch) noexcept;

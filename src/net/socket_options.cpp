@@ -13,7 +13,7 @@ namespace rowe::net {
 
 namespace {
 
-constexpr std::size_t discarded_per_call = 65536;
+constexpr std::size_t discarded_per_call = 16384;
 
 void set(int fd, int level, int option, int value) noexcept {
   (void)::setsockopt(fd, level, option, &value, sizeof value); // see the header

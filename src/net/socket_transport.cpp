@@ -28,8 +28,7 @@ namespace {
 
 // A stop waits behind what one turn does for strangers.
 constexpr int accepts_per_turn = 4;
-// libwebsockets' timers and deferred work, none of which anything here depends on: sockets are driven by our
-// epoll.
+// libwebsockets' timers and deferred work. Nothing here depends on them: sockets are driven by our epoll.
 constexpr rt::duration lws_turn_period = std::chrono::milliseconds{250};
 
 status check(const socket_limits& limits) noexcept {
@@ -69,9 +68,8 @@ class epoll_transport final : public socket_transport {
 
   void poll(rt::time_point now, transport_sink& sink) noexcept override;
   void wait(rt::time_point now, rt::time_point until) noexcept override;
-  void wake() noexcept override {
-    (void)::eventfd_write(waker_.get(), 1);
-  } // fails only when it is rung already
+  // Fails only when it has been rung 2^64 times: then it is rung.
+  void wake() noexcept override { (void)::eventfd_write(waker_.get(), 1); }
   std::size_t write(service::connection_id connection,
                     std::span<const std::span<const std::byte>> pieces) noexcept override {
     return connections_.write(connection, pieces);
@@ -112,6 +110,7 @@ class epoll_transport final : public socket_transport {
 
   // A server has these,
   std::optional<listener> listener_;
+  bool pause_is_told_ = false;
   std::unique_ptr<policy_owner> policy_;
   std::unique_ptr<handshakes> handshakes_;
   // a client that.
@@ -127,7 +126,6 @@ epoll_transport::epoll_transport(const socket_limits& limits, poll_set polled)
 result<std::unique_ptr<epoll_transport>>
 epoll_transport::prepare(const socket_limits& limits, lws_role role,
                          std::span<const std::string_view> subprotocols) {
-  if (const status good = check(limits); !good) return good.error();
   auto polled = poll_set::open();
   if (!polled) return polled.error();
   std::unique_ptr<epoll_transport> made{new epoll_transport{limits, std::move(*polled)}};
@@ -142,6 +140,7 @@ epoll_transport::prepare(const socket_limits& limits, lws_role role,
 }
 
 result<std::unique_ptr<socket_transport>> epoll_transport::open(const listen_options& options) {
+  if (const status good = check(options.limits); !good) return good.error();
   auto bound = listener::open(options);
   if (!bound) return bound.error();
   auto made = prepare(options.limits, lws_role::server, options.subprotocols);
@@ -157,6 +156,7 @@ result<std::unique_ptr<socket_transport>> epoll_transport::open(const listen_opt
 }
 
 result<std::unique_ptr<socket_transport>> epoll_transport::open(const connect_options& options) {
+  if (const status good = check(options.limits); !good) return good.error();
   auto made = prepare(options.limits, lws_role::client, options.subprotocols);
   if (!made) return made.error();
   epoll_transport& one = **made;
@@ -224,10 +224,12 @@ void epoll_transport::accept_some(transport_sink& sink) noexcept {
     auto accepted = listener_->accept(polled_, now_);
     if (!accepted) break;
     ++counters_.accepted;
+    pause_is_told_ = false;
     handshakes_->begin(std::move(*accepted), sink);
   }
   if (!listener_->paused()) return;
   ++counters_.accept_pauses;
+  if (std::exchange(pause_is_told_, true)) return; // once, until somebody is accepted again
   sink.on_refused({.http_status = 0,
                    .peer = {},
                    .what = "nobody can be accepted: this process has no file descriptor or memory left",

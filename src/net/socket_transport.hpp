@@ -27,8 +27,8 @@
 namespace rowe::net {
 
 struct socket_limits {
-  // Established connections; an upgrade beyond them is answered 503, pages are served all the same. 1 to
-  // 65536.
+  // Established connections, 1 to 65536; an upgrade beyond them is answered 503, pages are served all the
+  // same.
   std::uint32_t connections_max = 64;
   // Connections and handshakes from one address that is not loopback; beyond them 503. At least 1.
   std::uint32_t connections_per_address_max = 8;
@@ -37,8 +37,7 @@ struct socket_limits {
   // The whole header of a request (server) or of the answer to ours (client). 256 to 4096.
   std::uint32_t header_bytes_max = 4096;
   // What one connection may deliver in a turn while others are readable too, and while it is alone. A stop
-  // waits behind one quantum of each other connection, which is why it is small. 512 to 65536; alone is not
-  // less.
+  // waits behind one quantum of each other connection: hence so small. 512 to 65536; alone it is not less.
   std::uint32_t read_quantum_bytes = 4096;
   std::uint32_t read_alone_bytes = 65536;
   // SO_SNDBUF, which the kernel doubles; 0 leaves the kernel's. For links with a round trip below 2 ms only:

@@ -129,7 +129,7 @@ const bad_request bad_requests[] = {
     {"version_8",
      [](std::uint16_t p) {
        std::string text = upgrade_request(p);
-       return text.replace(text.find("13\r\n"), 2, "8");
+       return text.replace(text.find("Version: 13"), 11, "Version: 8");
      },
      426},
     {"no_http", [](std::uint16_t) { return std::string{"\x16\x03\x01 hello\n\n"}; }, 400},
