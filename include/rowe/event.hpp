@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 
 namespace rowe {
@@ -27,7 +26,7 @@ struct event {
    public:
     text& operator=(std::string_view from) noexcept {
       bytes_ = static_cast<std::uint16_t>(std::min(from.size(), Bytes));
-      std::memcpy(room_.data(), from.data(), bytes_);
+      std::copy_n(from.data(), bytes_, room_.data());
       return *this;
     }
     operator std::string_view() const noexcept { return {room_.data(), bytes_}; }  // NOLINT(google-explicit-constructor)

@@ -247,8 +247,8 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
   built.ttl = options.ttl;
   built.name_bytes = static_cast<std::uint8_t>(topic.size());
   built.type_bytes = static_cast<std::uint8_t>(type.size());
-  std::memcpy(built.name_text.data(), topic.data(), topic.size());
-  std::memcpy(built.type_text.data(), type.data(), type.size());
+  std::copy(topic.begin(), topic.end(), built.name_text.begin());
+  std::copy(type.begin(), type.end(), built.type_text.begin());
   for (rt::counter* one : {&built.published, &built.refused_full, &built.no_peer}) one->set(0);
   auto& kept_encoder = encoders_[static_cast<std::size_t>(&built - lanes_.data())];
   kept_encoder = std::move(encoder);
