@@ -58,9 +58,7 @@ class subscriber<json_text> {
   ROWE_RT result<message_view> try_take() noexcept {
     if (!lane_) return errc::misuse;
     if (const auto slot = lane_->subscriber.out->try_pop()) return message_view{*lane_, *slot};
-    // acquire: pairs with the release in endpoint_state::close(), after which nothing is pushed
-    const bool closed = lane_->heard_by.load(std::memory_order_acquire) == detail::audience::closed;
-    return closed ? errc::closed : errc::empty;
+    return closed() ? errc::closed : errc::empty;
   }
 
   // The newest message; older ones that were not taken are given back unread. Errors as try_take(). Never waits,
@@ -77,16 +75,19 @@ class subscriber<json_text> {
   // of empty. Not for real-time loops: sleeps in the kernel.
   result<message_view> take(duration patience) noexcept {
     if (!lane_) return errc::misuse;
-    result<message_view> taken = errc::empty;
-    lane_->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience), [&] {
-      taken = try_take();
-      return taken || taken.code() == errc::closed;
-    });
+    lane_->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience),
+                           [&] { return lane_->subscriber.out->waiting_at_least() > 0 || closed(); });
+    result<message_view> taken = try_take();
     if (!taken && taken.code() == errc::empty) return error{errc::timed_out, 0, patience.count()};
     return taken;
   }
 
  private:
+  bool closed() const noexcept {
+    // acquire: pairs with the release in endpoint_state::close(), after which nothing is pushed
+    return lane_->heard_by.load(std::memory_order_acquire) == detail::audience::closed;
+  }
+
   detail::lane_handle lane_;
 };
 
