@@ -88,7 +88,7 @@ char* write_below_ten_to_8(char* at, std::uint32_t x) noexcept {
   return at + 4;
 }
 
-void sixteen_digits_portably(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+[[maybe_unused]] void sixteen_digits_portably(char* at, std::uint32_t high, std::uint32_t low) noexcept {
   eight_digits(at, high);
   eight_digits(at + 8, low);
 }
