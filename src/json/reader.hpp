@@ -106,10 +106,25 @@ class array_walk {
   const char* end_;
 };
 
+// Does `escaped` (what stands between the quotes) say `plain`? Every escape is longer than what it stands
+// for; so most texts that differ are told apart by their length and first byte, which is done here, where
+// `plain` is often known to the compiler.
+ROWE_RT bool says_by_escapes(std::string_view escaped, std::string_view plain) noexcept;
+ROWE_RT inline bool says(std::string_view escaped, std::string_view plain) noexcept {
+  if (escaped.size() == plain.size()) return escaped == plain && plain.find('\\') == std::string_view::npos;
+  if (escaped.size() < plain.size() || plain.empty()) return false;
+  if (escaped.front() != plain.front() && escaped.front() != '\\') return false;
+  return says_by_escapes(escaped, plain);
+}
+
 // Is this the member's name? Escapes are understood: {"\u006fp":1} has a member "op".
-ROWE_RT bool name_is(const member& m, std::string_view name) noexcept;
+ROWE_RT inline bool name_is(const member& m, std::string_view name) noexcept {
+  return says(m.name_raw, name);
+}
 // Is this value a string that says `text`? Escapes are understood ("\/odom" says "/odom").
-ROWE_RT bool text_is(const value& v, std::string_view text) noexcept;
+ROWE_RT inline bool text_is(const value& v, std::string_view text) noexcept {
+  return v.type == kind::string && v.raw.size() >= 2 && says(v.raw.substr(1, v.raw.size() - 2), text);
+}
 
 // The first member with this name, searched from the start of the object each time.
 ROWE_RT std::optional<value> find(std::string_view validated_object, std::string_view name) noexcept;

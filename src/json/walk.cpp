@@ -4,10 +4,11 @@
 // `end` first and moves forward, so that on any other text it stays inside and ends.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cstring>
 
-#include "bytes.hpp"
+#include "block.hpp"
 #include "fault.hpp"
 #include "reader.hpp"
 #include "utf8.hpp"
@@ -28,21 +29,24 @@ const char* skip_space(const char* at, const char* end) noexcept {
 
 // From behind the opening quote to the closing one; `end` when there is none.
 const char* find_quote(const char* at, const char* end) noexcept {
-  for (;;) {
-    while (end - at >= 8) {
-      const std::uint64_t word = load_eight(at);
-      const std::uint64_t marks = bytes_equal(word, '"') | bytes_equal(word, '\\');
-      if (marks != 0) {
-        at += first_byte(marks);
-        break;
-      }
-      at += 8;
+  while (end - at >= block::bytes) {
+    const block b{at};
+    const std::uint32_t quotes = b.equal('"');
+    const std::uint32_t marks = quotes | b.equal('\\');
+    if (marks == 0) {
+      at += block::bytes;
+      continue;
     }
-    while (at != end && *at != '"' && *at != '\\') ++at;
-    if (at == end || *at == '"') return at;
+    at += std::countr_zero(marks);
+    if (((marks & (0 - marks)) & quotes) != 0) return at;
     if (end - at < 2) return end;
     at += 2; // a backslash and what it escapes
   }
+  while (at != end && *at != '"') {
+    if (*at == '\\' && ++at == end) return end;
+    ++at;
+  }
+  return at;
 }
 
 // From a quote to behind the string that it opens.
@@ -51,28 +55,74 @@ const char* skip_string(const char* at, const char* end) noexcept {
   return quote == end ? end : quote + 1;
 }
 
-// From an opening bracket to behind the one that closes it.
-const char* skip_container(const char* at, const char* end) noexcept {
-  std::size_t depth = 0;
-  while (at != end) {
-    switch (*at) {
-    case '"': at = skip_string(at, end); continue;
-    case '{':
-    case '[': ++depth; break;
-    case '}':
-    case ']':
-      if (--depth == 0) return at + 1;
-      break;
-    default: break;
-    }
-    ++at;
-  }
-  return end;
-}
+// Finds the bracket that closes the one it begins at. Sixteen bytes a step; bytes inside strings are told by
+// counting quotes, and a stretch with a backslash in it, which may hide quotes, is looked at byte by byte.
+class container_end {
+ public:
+  container_end(const char* begin, const char* end) noexcept : at_{begin}, end_{end} {}
 
+  // Behind the bracket; `end` when there is none.
+  const char* find() noexcept {
+    while (end_ - at_ >= block::bytes) {
+      const block b{at_};
+      if (b.equal('\\') != 0) [[unlikely]] {
+        if (found_by_bytes(at_ + block::bytes)) return at_;
+        continue;
+      }
+      const std::uint32_t inside = odd_so_far(b.equal('"')) ^ (in_string_ ? 0xffff : 0);
+      const std::uint32_t opening = b.equal_but_for_bit_5('{') & ~inside;
+      const std::uint32_t closing = b.equal_but_for_bit_5('}') & ~inside;
+      in_string_ = (inside & 0x8000) != 0;
+      for (std::uint32_t left = opening | closing; left != 0; left &= left - 1) {
+        const std::uint32_t lowest = left & (0 - left);
+        if ((opening & lowest) != 0) {
+          ++depth_;
+        } else if (--depth_ == 0) {
+          return at_ + std::countr_zero(lowest) + 1;
+        }
+      }
+      at_ += block::bytes;
+    }
+    return found_by_bytes(end_) ? at_ : end_;
+  }
+
+ private:
+  // Up to `stop`, or one byte further where an escape begins before it. True when the bracket is found; at_
+  // is behind it then.
+  bool found_by_bytes(const char* stop) noexcept {
+    while (at_ < stop) {
+      const char c = *at_++;
+      if (c == '"') {
+        in_string_ = !in_string_;
+      } else if (in_string_) {
+        if (c == '\\' && at_ != end_) ++at_;
+      } else if (c == '{' || c == '[') {
+        ++depth_;
+      } else if ((c == '}' || c == ']') && --depth_ == 0) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  const char* at_;
+  const char* const end_;
+  std::size_t depth_ = 0;
+  bool in_string_ = false;
+};
+
+const char* skip_container(const char* at, const char* end) noexcept { return container_end{at, end}.find(); }
+
+// To the comma, bracket or white space behind a number or a word.
 const char* skip_scalar(const char* at, const char* end) noexcept {
-  while (at != end && *at != ',' && *at != '}' && *at != ']' && !is_space(*at)) ++at;
-  return at;
+  for (; end - at >= block::bytes; at += block::bytes) {
+    const block b{at};
+    const std::uint32_t marks = b.equal(',') | b.equal_but_for_bit_5('}') | b.at_most(' ');
+    if (marks != 0) return at + std::countr_zero(marks);
+  }
+  return std::find_if(at, end, [](char c) {
+    return c == ',' || c == '}' || c == ']' || static_cast<std::uint8_t>(c) <= ' ';
+  });
 }
 
 // The value that begins at `at`, which is before `end`; `at` moves behind it. False where no value begins.
@@ -173,20 +223,6 @@ std::size_t take_escape(const char*& at, const char* end, std::span<char, 4> int
 
 bool has_escape(std::string_view escaped) noexcept { return escaped.find('\\') != std::string_view::npos; }
 
-// Does the escaped text say `plain`?
-bool says(std::string_view escaped, std::string_view plain) noexcept {
-  if (!has_escape(escaped)) return escaped == plain;
-  const char* at = escaped.data();
-  const char* const end = at + escaped.size();
-  while (at != end) {
-    std::array<char, 4> character{*at};
-    const std::size_t bytes = *at == '\\' ? take_escape(at, end, character) : (++at, 1);
-    if (!plain.starts_with(std::string_view{character.data(), bytes})) return false;
-    plain.remove_prefix(bytes);
-  }
-  return plain.empty();
-}
-
 std::string_view inside_quotes(const value& v) noexcept {
   return v.raw.size() < 2 ? std::string_view{} : v.raw.substr(1, v.raw.size() - 2);
 }
@@ -242,10 +278,17 @@ bool array_walk::next(value& into) noexcept {
   return false;
 }
 
-bool name_is(const member& m, std::string_view name) noexcept { return says(m.name_raw, name); }
-
-bool text_is(const value& v, std::string_view text) noexcept {
-  return v.type == kind::string && says(inside_quotes(v), text);
+bool says_by_escapes(std::string_view escaped, std::string_view plain) noexcept {
+  if (!has_escape(escaped)) return false;
+  const char* at = escaped.data();
+  const char* const end = at + escaped.size();
+  while (at != end) {
+    std::array<char, 4> character{*at};
+    const std::size_t bytes = *at == '\\' ? take_escape(at, end, character) : (++at, 1);
+    if (!plain.starts_with(std::string_view{character.data(), bytes})) return false;
+    plain.remove_prefix(bytes);
+  }
+  return plain.empty();
 }
 
 std::optional<value> find(std::string_view validated_object, std::string_view name) noexcept {

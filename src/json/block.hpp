@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sixteen bytes of text at once, in a vector register where the machine has one (SSE2 is part of every
+// x86-64, NEON of every arm64). What is asked about them is answered as one bit a byte, the first byte's
+// lowest.
+#pragma once
+#include <cstdint>
+#include <cstring>
+
+#include <rowe/rt/attributes.hpp>
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#endif
+
+namespace rowe::json {
+
+class block {
+ public:
+  static constexpr int bytes = 16;
+
+#if defined(__SSE2__)
+  ROWE_RT explicit block(const char* at) noexcept { std::memcpy(&text_, at, bytes); }
+
+  ROWE_RT std::uint32_t equal(char c) const noexcept { return mask(_mm_cmpeq_epi8(text_, _mm_set1_epi8(c))); }
+  // Not above `c`, as unsigned.
+  ROWE_RT std::uint32_t at_most(char c) const noexcept {
+    return mask(_mm_cmpeq_epi8(_mm_min_epu8(text_, _mm_set1_epi8(c)), text_));
+  }
+  // Equal but for bit 5, which is what tells '[' from '{' and ']' from '}'. `c` has that bit.
+  ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
+    return mask(_mm_cmpeq_epi8(_mm_or_si128(text_, _mm_set1_epi8(0x20)), _mm_set1_epi8(c)));
+  }
+
+ private:
+  static std::uint32_t mask(__m128i bytes_of_ones) noexcept {
+    return static_cast<std::uint32_t>(_mm_movemask_epi8(bytes_of_ones));
+  }
+  __m128i text_;
+#elif defined(__aarch64__)
+  ROWE_RT explicit block(const char* at) noexcept
+      : text_{vld1q_u8(reinterpret_cast<const std::uint8_t*>(at))} {}
+
+  ROWE_RT std::uint32_t equal(char c) const noexcept { return mask(vceqq_u8(text_, all(c))); }
+  ROWE_RT std::uint32_t at_most(char c) const noexcept { return mask(vcleq_u8(text_, all(c))); }
+  ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
+    return mask(vceqq_u8(vorrq_u8(text_, vdupq_n_u8(0x20)), all(c)));
+  }
+
+ private:
+  static uint8x16_t all(char c) noexcept { return vdupq_n_u8(static_cast<std::uint8_t>(c)); }
+  // Each byte keeps the bit of its place in its half; then the halves are summed up.
+  static std::uint32_t mask(uint8x16_t bytes_of_ones) noexcept {
+    const uint8x8_t places = vcreate_u8(0x8040'2010'0804'0201);
+    const uint8x16_t bits = vandq_u8(bytes_of_ones, vcombine_u8(places, places));
+    return vaddv_u8(vget_low_u8(bits)) | std::uint32_t{vaddv_u8(vget_high_u8(bits))} << 8;
+  }
+  uint8x16_t text_;
+#else
+  ROWE_RT explicit block(const char* at) noexcept { std::memcpy(text_, at, bytes); }
+
+  ROWE_RT std::uint32_t equal(char c) const noexcept {
+    return mask([c](char byte) { return byte == c; });
+  }
+  ROWE_RT std::uint32_t at_most(char c) const noexcept {
+    return mask([c](char byte) { return static_cast<std::uint8_t>(byte) <= static_cast<std::uint8_t>(c); });
+  }
+  ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
+    return mask([c](char byte) { return (byte | 0x20) == c; });
+  }
+
+ private:
+  template <class Predicate>
+  std::uint32_t mask(Predicate holds) const noexcept {
+    std::uint32_t bits = 0;
+    for (int i = 0; i < bytes; ++i) bits |= static_cast<std::uint32_t>(holds(text_[i])) << i;
+    return bits;
+  }
+  char text_[bytes];
+#endif
+};
+
+// Bit i of the answer: is the number of ones among bits 0 to i of `mask` odd? Of quotes: is the byte inside a
+// string, the opening quote counted to it.
+ROWE_RT constexpr std::uint32_t odd_so_far(std::uint32_t mask) noexcept {
+  mask ^= mask << 1;
+  mask ^= mask << 2;
+  mask ^= mask << 4;
+  mask ^= mask << 8;
+  return mask & 0xffff;
+}
+
+} // namespace rowe::json
