@@ -42,7 +42,7 @@ class program:
     def __enter__(self):
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, failure=None, *_):
         if self.process.poll() is None:
             self.process.kill()
         self.process.wait()
@@ -50,6 +50,9 @@ class program:
             reader.join()
         self.process.stdout.close()
         self.process.stderr.close()
+        found = [line for line in self.stderr if re.search(r"Sanitizer|runtime error:", line)]
+        if failure is None and found:
+            raise AssertionError("\n".join(self.stderr))
 
     @property
     def stdout(self):
@@ -104,11 +107,18 @@ class hub(program):
         super().__init__("serve", *where, *arguments, **options)
         try:
             ready = self.line(r"^rowe serves http://(\S+):(\d+)/ \(ws://\1:\2/\)$", "stdout")
-        except BaseException:
-            self.__exit__()
+        except BaseException as failure:
+            self.__exit__(failure)
             raise
         self.host, self.port = ready[1], int(ready[2])
         self.url = f"ws://{self.host}:{self.port}/"
+
+    def __exit__(self, failure=None, *how):
+        """Ends in order where a test does not end it in another way."""
+        code = self.end(signal.SIGTERM) if failure is None and self.process.poll() is None else 0
+        super().__exit__(failure, *how)
+        if code != 0:
+            raise AssertionError(f"serve ended with {code}: {self.stderr}")
 
     def summary(self):
         """Ends it; returns the counters it prints."""

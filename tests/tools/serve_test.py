@@ -3,6 +3,7 @@
 import gzip
 import math
 import os
+import re
 import resource
 import shutil
 import signal
@@ -215,10 +216,15 @@ class the_demo(unittest.TestCase):
             line = serving.line(r"not as real-time as asked: (.*)")[1]
             self.assertIn("SCHED_FIFO not permitted (rtprio limit 0)", line)
             self.assertIn("ulimit -r", line)
-            self.assertIn("ulimit -l", line)
+            if not self.sanitized():  # sanitizers answer mlock() themselves, and say yes
+                self.assertIn("ulimit -l", line)
             self.check(self.watch(serving, 200))
             self.assertEqual(serving.end(signal.SIGTERM), 0)
             self.assertEqual(len([text for text in serving.stderr if "real-time as asked" in text]), 1)
+
+    def sanitized(self):
+        with open(ROWE, "rb") as file:
+            return re.search(b"__[at]san_init", file.read()) is not None
 
     def can_run_as(self, user):
         try:
