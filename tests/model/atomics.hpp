@@ -18,18 +18,18 @@ struct atomics {
   class variable {
    public:
     variable() : variable{T{}} {}
-    explicit variable(T value) : word_{explorer::active().make_word(bits_of(value))} {}
+    explicit variable(T value) : word_{explorer::active()->make_word(bits_of(value))} {}
     variable(const variable&) = delete;
     variable& operator=(const variable&) = delete;
 
     T load(order o, site where = site::here()) const noexcept {
-      return value_of(explorer::active().load(word_, o, where));
+      return value_of(explorer::active()->load(word_, o, where));
     }
     void store(T value, order o, site where = site::here()) noexcept {
-      explorer::active().store(word_, bits_of(value), o, where);
+      explorer::active()->store(word_, bits_of(value), o, where);
     }
     T exchange(T value, order o, site where = site::here()) noexcept {
-      return value_of(explorer::active().exchange(word_, bits_of(value), o, where));
+      return value_of(explorer::active()->exchange(word_, bits_of(value), o, where));
     }
 
    private:
@@ -52,16 +52,16 @@ struct atomics {
   template <class T>
   class plain {
    public:
-    plain(site where = site::here()) : datum_{explorer::active().make_plain(where)} {}
+    plain(site where = site::here()) : datum_{explorer::active()->make_plain(where)} {}
     plain(const plain&) = delete;
     plain& operator=(const plain&) = delete;
 
     T load(site where = site::here()) const noexcept {
-      explorer::active().read_plain(datum_, where);
+      explorer::active()->read_plain(datum_, where);
       return data_;
     }
     void store(const T& data, site where = site::here()) noexcept {
-      explorer::active().write_plain(datum_, where);
+      explorer::active()->write_plain(datum_, where);
       data_ = data;
     }
 
@@ -76,7 +76,7 @@ struct atomics {
 class bell {
  public:
   void ring() {
-    explorer& e = explorer::active();
+    explorer& e = *explorer::active();
     e.enter_kernel(this);
     e.note("rings");
     rung_ = true;
@@ -84,7 +84,7 @@ class bell {
     e.leave_kernel(this);
   }
   void wait() {
-    explorer& e = explorer::active();
+    explorer& e = *explorer::active();
     e.enter_kernel(this);
     while (!rung_) {
       e.leave_kernel(this);
@@ -106,7 +106,7 @@ struct futex {
   using word = atomics::variable<std::uint32_t>;
 
   static bool wait(word& w, std::uint32_t expected, rt::time_point deadline) noexcept {
-    explorer& e = explorer::active();
+    explorer& e = *explorer::active();
     e.enter_kernel(&w);
     const bool waits = w.load(order::relaxed) == expected;
     e.leave_kernel(&w);
@@ -116,7 +116,7 @@ struct futex {
   }
 
   static void wake(word& w) noexcept {
-    explorer& e = explorer::active();
+    explorer& e = *explorer::active();
     e.enter_kernel(&w);
     e.note("wakes");
     e.wake(&w);

@@ -223,6 +223,13 @@ TEST(explorer, refuses_orders_that_an_operation_cannot_have) {
   EXPECT_TRUE(contains(explore<acquires_a_store>().failure, "no store can be acq_rel"));
 }
 
+TEST(explorer, refuses_more_actors_than_it_has_room_for) {
+  struct crowd {
+    std::array<actor, threads_max> actors() { return {}; }
+  };
+  EXPECT_TRUE(contains(explore<crowd>().failure, "more actors"));
+}
+
 // How a sleeper is woken with two words: each side stores its own and then loads the other's.
 template <order StoreData, order LoadAsleep, order StoreAsleep, order LoadData>
 struct sleeps_and_wakes {

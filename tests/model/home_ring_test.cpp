@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include <rowe/rt/home_ring.hpp>
 #include <rowe/rt/spsc_ring.hpp>

@@ -28,9 +28,6 @@ constexpr bool releases(order o) noexcept {
   return o == order::release || o == order::acq_rel || o == order::seq_cst;
 }
 
-inline constexpr std::size_t threads_max = 5; // four actors, and the thread that sets up and looks afterwards
-inline constexpr std::size_t steps_max = 256; // atomic operations a run, half the actors', half afterwards'
-
 // A moment in a thread: its tick-th atomic operation, or plain accesses just before it.
 struct moment {
   std::size_t thread;

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>

@@ -16,6 +16,10 @@ namespace rowe::model {
 
 using order = std::memory_order;
 
+inline constexpr std::size_t threads_max = 5; // four actors, and the thread that sets up and looks afterwards
+inline constexpr std::size_t steps_max =
+    256; // operations a run: half for the actors, half for what comes afterwards
+
 // One thread of a scenario. A scenario is a type whose constructor sets up, `actors()` returns an array of
 // these, and `afterwards()`, if there is one, looks at the end when all actors have ended. It is made anew
 // for each run. Actors keep nothing on their stacks that owns memory, and depend on nothing but shared words.
