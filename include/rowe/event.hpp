@@ -10,14 +10,14 @@ namespace rowe {
 
 struct event {
   enum class kind : std::uint8_t {
-    peer_joined,        // a connection is established
-    peer_left,          // and has ended; `what` says why
-    refused_handshake,  // a peer was refused before it became one; `remedy` says what would let it in
-    cannot_connect,     // an attempt of endpoint::connect failed; it is repeated
-    refused_request,    // a peer asked for something that was answered with a status error
-    status_from_peer,   // a server we are connected to sent a status
-    limit,              // something did not fit; `remedy` names the limit
-    warning,            // the endpoint works, but not as promised
+    peer_joined,       // a connection is established
+    peer_left,         // and has ended; `what` says why
+    refused_handshake, // a peer was refused before it became one; `remedy` says what would let it in
+    cannot_connect,    // an attempt of endpoint::connect failed; it is repeated
+    refused_request,   // a peer asked for something that was answered with a status error
+    status_from_peer,  // a server we are connected to sent a status
+    limit,             // something did not fit; `remedy` names the limit
+    warning,           // the endpoint works, but not as promised
   };
 
   // A text of its own, cut at what fits.
@@ -29,7 +29,9 @@ struct event {
       std::copy_n(from.data(), bytes_, room_.data());
       return *this;
     }
-    operator std::string_view() const noexcept { return {room_.data(), bytes_}; }  // NOLINT(google-explicit-constructor)
+    operator std::string_view() const noexcept {
+      return {room_.data(), bytes_};
+    } // NOLINT(google-explicit-constructor)
 
    private:
     std::array<char, Bytes> room_{};
@@ -42,4 +44,4 @@ struct event {
   text<192> remedy; // what to change; empty where nothing can be
 };
 
-}  // namespace rowe
+} // namespace rowe

@@ -3,8 +3,8 @@
 
 namespace rowe {
 
-// Stands for messages that are JSON text already, in publisher<json_text> and subscriber<json_text>: for tools, and
-// for programs that make or read JSON themselves.
+// Stands for messages that are JSON text already, in publisher<json_text> and subscriber<json_text>: for
+// tools, and for programs that make or read JSON themselves.
 struct json_text {};
 
-}  // namespace rowe
+} // namespace rowe

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every limit of an endpoint, in one place. All memory is a product of these, taken and locked when the endpoint
-// opens; nothing grows afterwards, and what does not fit is refused or dropped under a counter's name.
+// Every limit of an endpoint, in one place. All memory is a product of these, taken and locked when the
+// endpoint opens; nothing grows afterwards, and what does not fit is refused or dropped under a counter's
+// name.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,33 +11,33 @@ namespace rowe {
 // The defaults stay below 8 MiB together, Debian's limit on locked memory for ordinary users.
 struct limits {
   // Peers.
-  std::uint32_t connections_max = 64;             // established connections; one more is answered 503
-  std::uint32_t connections_per_address_max = 8;  // from one address that is not loopback
-  std::uint32_t message_bytes_max = 60 * 1024;    // one inbound message; a larger one ends its connection (1009)
-  std::uint32_t fragments_max = 1024;             // of one inbound message
-  std::uint32_t depth_max = 64;                   // nesting of one inbound message
+  std::uint32_t connections_max = 64;            // established connections; one more is answered 503
+  std::uint32_t connections_per_address_max = 8; // from one address that is not loopback
+  std::uint32_t message_bytes_max = 60 * 1024; // one inbound message; a larger one ends its connection (1009)
+  std::uint32_t fragments_max = 1024;          // of one inbound message
+  std::uint32_t depth_max = 64;                // nesting of one inbound message
 
   // Topics.
   std::uint32_t topics_max = 128;
-  std::uint32_t topic_bytes_max = 128;                    // a topic's name; a type's name likewise
-  std::uint32_t subscriptions_max = 1024;                 // of all peers together
-  std::uint32_t subscriptions_per_connection_max = 128;   // of one peer
-  std::uint32_t advertisements_per_connection_max = 64;   // topics one peer advertises
+  std::uint32_t topic_bytes_max = 128;                  // a topic's name; a type's name likewise
+  std::uint32_t subscriptions_max = 1024;               // of all peers together
+  std::uint32_t subscriptions_per_connection_max = 128; // of one peer
+  std::uint32_t advertisements_per_connection_max = 64; // topics one peer advertises
 
   // Messages on their way out.
-  std::uint32_t small_slots = 512;          // encoded messages of up to small_slot_bytes that may exist at once
+  std::uint32_t small_slots = 512; // encoded messages of up to small_slot_bytes that may exist at once
   std::uint32_t small_slot_bytes = 2 * 1024;
-  std::uint32_t large_slots = 16;           // encoded messages of up to message_bytes_max
-  std::uint32_t queue_depth_max = 256;      // messages queued for one peer on one topic; the oldest is dropped
-  std::uint32_t queued_max = 16 * 1024;     // entries of all those queues together
+  std::uint32_t large_slots = 16;       // encoded messages of up to message_bytes_max
+  std::uint32_t queue_depth_max = 256;  // messages queued for one peer on one topic; the oldest is dropped
+  std::uint32_t queued_max = 16 * 1024; // entries of all those queues together
 
   // Handles of this process.
   std::uint32_t lanes_max = 32;
-  std::size_t lane_bytes = 512 * 1024;      // rings and slots of all lanes together
-  std::uint32_t events_max = 64;            // events nobody has asked for yet; a further one is counted
+  std::size_t lane_bytes = 512 * 1024; // rings and slots of all lanes together
+  std::uint32_t events_max = 256;       // events nobody has asked for yet; a further one is counted
 
   // What an endpoint with these limits takes, before it is opened. Never allocates.
   std::size_t footprint_bytes() const noexcept;
 };
 
-}  // namespace rowe
+} // namespace rowe

@@ -16,57 +16,58 @@ using time_point = rt::time_point;
 
 // How the service thread waits for the next thing to do.
 enum class idle : std::uint8_t {
-  poll,  // in the kernel, for sockets, at most `poll_period`: inbound is immediate, outbound at most that old
-  spin,  // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
+  poll, // in the kernel, for sockets, at most `poll_period`: inbound is immediate, outbound at most that old
+  spin, // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
 };
 
 // What an endpoint is opened with.
 struct endpoint_options {
   // The service thread.
   idle idle_policy = idle::poll;
-  duration poll_period = std::chrono::microseconds{250};  // of idle::poll; 50 us to 10 ms
-  int service_cpu = -1;      // the core it is pinned to; -1: any
-  int service_priority = 0;  // its SCHED_FIFO priority; 0: an ordinary thread
+  duration poll_period = std::chrono::microseconds{250}; // of idle::poll; 50 us to 10 ms
+  int service_cpu = -1;                                  // the core it is pinned to; -1: any
+  int service_priority = 0;                              // its SCHED_FIFO priority; 0: an ordinary thread
 
   // Peers.
-  std::string name = {};    // shown to them; empty: the host's name
-  bool relay = false;  // a hub: what one peer publishes reaches every peer that subscribed
-  duration ping_period = std::chrono::seconds{3};       // one that is silent this long is pinged
-  duration silence_max = std::chrono::seconds{8};       // and cut when it is silent this long
-  duration message_time_max = std::chrono::seconds{5};  // from a message's first byte to its last
-  duration stats_period = std::chrono::milliseconds{100};  // of the topic /rowe/stats; 100 ms or more
+  std::string name = {}; // shown to them; empty: the host's name
+  bool relay = false;    // a hub: what one peer publishes reaches every peer that subscribed
+  duration ping_period = std::chrono::seconds{3};         // one that is silent this long is pinged
+  duration silence_max = std::chrono::seconds{8};         // and cut when it is silent this long
+  duration message_time_max = std::chrono::seconds{5};    // from a message's first byte to its last
+  duration stats_period = std::chrono::milliseconds{100}; // of the topic /rowe/stats; 100 ms or more
   rowe::limits limits = {};
 
   // endpoint::listen only.
-  std::string address = "127.0.0.1";       // numeric; beyond loopback only with `insecure`
-  bool insecure = false;                   // whoever reaches the address may read and publish
-  bool page = true;                        // serve the page at /
-  std::vector<std::string> allow_origins = {};  // pages of these origins may connect, besides our own
-  std::vector<std::string> allow_hosts = {};    // names this endpoint may be called by, besides localhost
+  std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`
+  bool insecure = false;                       // whoever reaches the address may read and publish
+  bool page = true;                            // serve the page at /
+  std::vector<std::string> allow_origins = {}; // pages of these origins may connect, besides our own
+  std::vector<std::string> allow_hosts = {};   // names this endpoint may be called by, besides localhost
 
-  // endpoint::connect only. An attempt that fails is repeated until the endpoint is closed: first after `retry_min`,
-  // then after twice that and so on up to `retry_max`, each time shortened by up to a quarter at random.
+  // endpoint::connect only. An attempt that fails is repeated until the endpoint is closed: first after
+  // `retry_min`, then after twice that and so on up to `retry_max`, each time shortened by up to a quarter at
+  // random.
   duration retry_min = std::chrono::milliseconds{250};
   duration retry_max = std::chrono::seconds{5};
 };
 
 // Which of the values that were published and not yet taken are kept.
 enum class keep : std::uint8_t {
-  all,     // every one, up to `depth`; one more is refused with errc::full
-  newest,  // only the newest; publishing never fails for want of room
+  all,    // every one, up to `depth`; one more is refused with errc::full
+  newest, // only the newest; publishing never fails for want of room
 };
 
 enum class priority : std::uint8_t { urgent, normal, bulk };
 
 // endpoint::advertise and endpoint::subscribe.
 struct topic_options {
-  duration ttl = rt::for_ever;  // a value older than this is not sent; more than `poll_period`
+  duration ttl = rt::for_ever; // a value older than this is not sent; more than `poll_period`
   rowe::keep keep = rowe::keep::all;
-  std::uint32_t depth = 64;     // values (keep::all) between this thread and the service thread; 1 to 4096
+  std::uint32_t depth = 64; // values (keep::all) between this thread and the service thread; 1 to 4096
   rowe::priority priority = rowe::priority::normal;
-  bool latched = false;         // a late subscriber gets the last value
-  std::string_view type = {};   // the type's name on the wire; empty: the schema's, or none
-  std::uint32_t text_bytes_max = 4096;  // publisher<json_text>, subscriber<json_text>: the longest text
+  bool latched = false;                // a late subscriber gets the last value
+  std::string_view type = {};          // the type's name on the wire; empty: the schema's, or none
+  std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
 };
 
-}  // namespace rowe
+} // namespace rowe

@@ -18,14 +18,14 @@ class publisher {
   static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= detail::value_alignment);
 
  public:
-  publisher() noexcept = default;  // empty: every call says errc::misuse
+  publisher() noexcept = default; // empty: every call says errc::misuse
   explicit publisher(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
 
-  // Hands a copy of `value` to the service thread, which sends it as JSON to whoever listens. `now` is the loop's
-  // time (rt::periodic::wait() returns it); the value's time to live runs from then. Errors: no_peer (nobody
-  // listens: nothing was queued), full (keep::all only: `depth` values are still waiting), closed, misuse (an empty
-  // handle). Each but misuse is counted, so a loop may ignore the status.
-  // Never waits, never allocates, no system call: copying the struct and one release store.
+  // Hands a copy of `value` to the service thread, which sends it as JSON to whoever listens. `now` is the
+  // loop's time (rt::periodic::wait() returns it); the value's time to live runs from then. Errors: no_peer
+  // (nobody listens: nothing was queued), full (keep::all only: `depth` values are still waiting), closed,
+  // misuse (an empty handle). Each but misuse is counted, so a loop may ignore the status. Never waits, never
+  // allocates, no system call: copying the struct and one release store.
   ROWE_RT status publish(const T& value, time_point now) noexcept {
     if (!lane_) return errc::misuse;
     return detail::publish_into(*lane_, sizeof(T), now,
@@ -48,8 +48,8 @@ class publisher {
   detail::lane_handle lane_;
 };
 
-// Publishes text that is JSON already: one object. The service thread validates it; what is no JSON object is dropped
-// there and counted as `malformed`.
+// Publishes text that is JSON already: one object. The service thread validates it; what is no JSON object is
+// dropped there and counted as `malformed`.
 template <>
 class publisher<json_text> {
  public:
@@ -76,4 +76,4 @@ class publisher<json_text> {
   detail::lane_handle lane_;
 };
 
-}  // namespace rowe
+} // namespace rowe

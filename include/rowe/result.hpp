@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors as values. Everything fallible returns result<T> (or status, when there is nothing to return); an error
-// has one code of a closed list, and the value and the limit that met. Nothing throws but value(), which is for
-// set-up code.
+// Errors as values. Everything fallible returns result<T> (or status, when there is nothing to return); an
+// error has one code of a closed list, and the value and the limit that met. Nothing throws but value(),
+// which is for set-up code.
 #pragma once
 #include <algorithm>
 #include <charconv>
@@ -76,7 +76,7 @@ inline constexpr error_description error_descriptions[] = {
 #undef ROWE_ERROR_ROW
 };
 
-}  // namespace detail
+} // namespace detail
 
 inline std::string_view error::name() const noexcept {
   return detail::error_descriptions[static_cast<std::size_t>(code)].name;
@@ -88,8 +88,9 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
   char* const end = at + buffer.size();
   while (!sentence.empty() && at != end) {
     if (sentence.starts_with("%v") || sentence.starts_with("%l")) {
-      char digits[20];  // of the longest 64-bit number
-      const char* const last = std::to_chars(digits, digits + sizeof digits, sentence[1] == 'v' ? value : limit).ptr;
+      char digits[20]; // of the longest 64-bit number
+      const char* const last =
+          std::to_chars(digits, digits + sizeof digits, sentence[1] == 'v' ? value : limit).ptr;
       at = std::copy_n(digits, std::min(last - digits, end - at), at);
       sentence.remove_prefix(2);
     } else {
@@ -122,19 +123,20 @@ namespace detail {
 #if defined(__cpp_exceptions)
   throw bad_result{reason};
 #else
-  (void)reason;  // without exceptions there is nobody to tell
+  (void)reason; // without exceptions there is nobody to tell
   std::abort();
 #endif
 }
-}  // namespace detail
+} // namespace detail
 
 // A value or an error.
 template <class T>
 class [[nodiscard]] result {
  public:
-  result(T value) noexcept : value_{std::move(value)} {}  // NOLINT(google-explicit-constructor): `return value;`
-  result(errc code) noexcept : error_{code} {}            // NOLINT(google-explicit-constructor): `return errc::full;`
-  result(const error& reason) noexcept : error_{reason} {}  // NOLINT(google-explicit-constructor)
+  result(T value) noexcept
+      : value_{std::move(value)} {}            // NOLINT(google-explicit-constructor): `return value;`
+  result(errc code) noexcept : error_{code} {} // NOLINT(google-explicit-constructor): `return errc::full;`
+  result(const error& reason) noexcept : error_{reason} {} // NOLINT(google-explicit-constructor)
 
   ROWE_RT explicit operator bool() const noexcept { return value_.has_value(); }
   ROWE_RT bool has_value() const noexcept { return value_.has_value(); }
@@ -167,8 +169,8 @@ template <>
 class [[nodiscard]] result<void> {
  public:
   constexpr result() noexcept : ok_{true} {}
-  constexpr result(errc code) noexcept : error_{code} {}           // NOLINT(google-explicit-constructor)
-  constexpr result(const error& reason) noexcept : error_{reason} {}  // NOLINT(google-explicit-constructor)
+  constexpr result(errc code) noexcept : error_{code} {}             // NOLINT(google-explicit-constructor)
+  constexpr result(const error& reason) noexcept : error_{reason} {} // NOLINT(google-explicit-constructor)
 
   ROWE_RT constexpr explicit operator bool() const noexcept { return ok_; }
   ROWE_RT constexpr bool has_value() const noexcept { return ok_; }
@@ -184,4 +186,4 @@ class [[nodiscard]] result<void> {
 };
 using status = result<void>;
 
-}  // namespace rowe
+} // namespace rowe

@@ -9,12 +9,11 @@
 // Where the name or the form of a member should differ:
 //
 //   rowe::fields<&scan::stamp,
-//                rowe::field<&scan::frame, "frame_id">,           // renamed
-//                rowe::field<&scan::serial>.as_string(),          // "9007199254740993": beyond 2^53 browsers
-//                round rowe::field<&scan::angle>.decimals(4),           // fixed precision: shorter and
-//                faster rowe::counted<&scan::ranges, &scan::range_count> // only the first `range_count`
-//                elements
-//               >{}.type("sensor_msgs/LaserScan")                 // the type's name for ROS and others
+//                rowe::field<&scan::frame, "frame_id">,              // renamed
+//                rowe::field<&scan::serial>.as_string(),             // "9007199254740993": beyond 2^53
+//                rowe::field<&scan::angle>.decimals(4),              // fixed precision: shorter, faster
+//                rowe::counted<&scan::ranges, &scan::range_count>    // the first `range_count` elements
+//               >{}.type("sensor_msgs/LaserScan")                    // the type's name for ROS and others
 //
 // A member may be a bool, an integer, a float or a double, an enum (written as its number), a type with a
 // schema of its own, a std::array or C array of these, a rowe::bounded_array, a rowe::fixed_string, or a

@@ -13,8 +13,8 @@ namespace rowe {
 template <class T>
 class subscriber;
 
-// A message that arrived: a view of its text, which is valid JSON, in a slot of the subscriber. Gives the slot back
-// when it is destroyed, on the subscriber's thread and before the subscriber.
+// A message that arrived: a view of its text, which is valid JSON, in a slot of the subscriber. Gives the
+// slot back when it is destroyed, on the subscriber's thread and before the subscriber.
 class message_view {
  public:
   ROWE_RT message_view(message_view&& from) noexcept
@@ -50,19 +50,19 @@ class message_view {
 template <>
 class subscriber<json_text> {
  public:
-  subscriber() noexcept = default;  // empty: every call says errc::misuse
+  subscriber() noexcept = default; // empty: every call says errc::misuse
   explicit subscriber(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
 
-  // The oldest message that has arrived and was not taken. Errors: empty (none has), closed (the endpoint is, and
-  // nothing is left), misuse (an empty handle). Never waits, never allocates, no system call.
+  // The oldest message that has arrived and was not taken. Errors: empty (none has), closed (the endpoint is,
+  // and nothing is left), misuse (an empty handle). Never waits, never allocates, no system call.
   ROWE_RT result<message_view> try_take() noexcept {
     if (!lane_) return errc::misuse;
     if (const auto slot = lane_->subscriber.out->try_pop()) return message_view{*lane_, *slot};
     return closed() ? errc::closed : errc::empty;
   }
 
-  // The newest message; older ones that were not taken are given back unread. Errors as try_take(). Never waits,
-  // never allocates, no system call; at most `depth` steps.
+  // The newest message; older ones that were not taken are given back unread. Errors as try_take(). Never
+  // waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<message_view> latest() noexcept {
     result<message_view> newest = try_take();
     for (std::size_t left = newest ? lane_->subscriber.out->waiting_at_least() : 0; left > 0; --left) {
@@ -71,8 +71,8 @@ class subscriber<json_text> {
     return newest;
   }
 
-  // Waits for the next message at most `patience` (negative: for ever). Errors: as try_take(), but timed_out in place
-  // of empty. Not for real-time loops: sleeps in the kernel.
+  // Waits for the next message at most `patience` (negative: for ever). Errors: as try_take(), but timed_out
+  // in place of empty. Not for real-time loops: sleeps in the kernel.
   result<message_view> take(duration patience) noexcept {
     if (!lane_) return errc::misuse;
     lane_->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience),
@@ -91,4 +91,4 @@ class subscriber<json_text> {
   detail::lane_handle lane_;
 };
 
-}  // namespace rowe
+} // namespace rowe

@@ -42,8 +42,8 @@ void say_count(detail::sentence& s, std::uint64_t count, std::string_view what,
 // heap may be locked. Once a process; twice does no harm.
 void make_backtrace_ready() noexcept {
   static constinit std::atomic<bool> ready{false};
-  if (ready.load(std::memory_order_relaxed))
-    return; // relaxed: pairs with the store below; only the flag counts
+  // relaxed: pairs with the store below; only the flag counts
+  if (ready.load(std::memory_order_relaxed)) return;
   void* frame[1];
   (void)::backtrace(frame, 1);
   ready.store(true, std::memory_order_relaxed); // relaxed: pairs with the load above

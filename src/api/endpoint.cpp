@@ -21,9 +21,11 @@ net::socket_limits socket_limits_of(const limits& bounds) noexcept {
           .connections_per_address_max = bounds.connections_per_address_max};
 }
 
-std::vector<std::string_view> views_of(const std::vector<std::string>& texts) { return {texts.begin(), texts.end()}; }
+std::vector<std::string_view> views_of(const std::vector<std::string>& texts) {
+  return {texts.begin(), texts.end()};
+}
 
-}  // namespace
+} // namespace
 
 result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& options) {
   const auto origins = views_of(options.allow_origins);
@@ -62,14 +64,14 @@ endpoint::endpoint(endpoint&&) noexcept = default;
 
 endpoint& endpoint::operator=(endpoint&& from) noexcept {
   if (this != &from) {
-    if (state_) (void)state_->close(duration::zero());  // as the destructor
+    if (state_) (void)state_->close(duration::zero()); // as the destructor
     state_ = std::move(from.state_);
   }
   return *this;
 }
 
 endpoint::~endpoint() {
-  if (state_) (void)state_->close(duration::zero());  // with nothing to drain there is nothing to report
+  if (state_) (void)state_->close(duration::zero()); // with nothing to drain there is nothing to report
 }
 
 result<detail::lane_handle> endpoint::open_lane(detail::lane_kind kind, std::string_view topic,
@@ -89,4 +91,4 @@ const rt::grants& endpoint::service_grants() const noexcept { return state_->ser
 bool endpoint::memory_locked() const noexcept { return state_->memory_locked(); }
 status endpoint::close(duration drain) { return state_->close(drain); }
 
-}  // namespace rowe
+} // namespace rowe

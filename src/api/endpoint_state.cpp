@@ -18,8 +18,8 @@ namespace {
 
 using service::counter;
 
-// How long set-up waits for the service thread to answer a lane; it answers within a cycle, so that only a thread
-// that has died, or a machine that has stopped, takes so long.
+// How long set-up waits for the service thread to answer a lane; it answers within a cycle, so that only a
+// thread that has died, or a machine that has stopped, takes so long.
 constexpr duration answer_max = std::chrono::seconds{10};
 
 // And how long it waits for a lane that is being given back: a peer that takes nothing is cut after a second.
@@ -89,7 +89,7 @@ status check_options(const endpoint_options& o) noexcept {
 
 service::http_answer no_page(const service::http_request&) noexcept { return {}; }
 
-}  // namespace
+} // namespace
 
 void kernel_entropy::fill(std::span<std::byte> bytes) noexcept {
   while (!bytes.empty()) {
@@ -104,7 +104,8 @@ void kernel_entropy::fill(std::span<std::byte> bytes) noexcept {
 
 // ---- opening
 
-result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_options& options, service::side ours,
+result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_options& options,
+                                                             service::side ours,
                                                              std::unique_ptr<service::transport> carrier,
                                                              std::uint16_t port) {
   if (const status ok = check_options(options); !ok) return ok.error();
@@ -120,7 +121,7 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
       name_{options.name.empty() ? host_name() : options.name},
       carrier_{std::move(carrier)} {}
 
-endpoint_state::~endpoint_state() { (void)close(duration::zero()); }  // nobody is left to tell
+endpoint_state::~endpoint_state() { (void)close(duration::zero()); } // nobody is left to tell
 
 status endpoint_state::start(service::side ours) {
   const service::memory_plan plan = service::plan_memory(options_.limits);
@@ -132,16 +133,17 @@ status endpoint_state::start(service::side ours) {
   lanes_ = memory_.carve<lane>(options_.limits.lanes_max);
   encoders_.resize(lanes_.size());
   board_ = memory_.make<service::board>(memory_, options_.limits);
-  core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_), lanes_, *board_,
-                                      service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
-                                      rt::monotonic_clock::now());
+  core_ = memory_.make<service::core>(
+      memory_, service::core_options::from(options_, ours, name_), lanes_, *board_,
+      service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
+      rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
     event warning;
     warning.what_kind = event::kind::warning;
     warning.what = "reading the clock enters the kernel on this machine, in every cycle of a loop too";
     warning.remedy = "choose the clock source tsc or arch_sys_counter "
                      "(/sys/devices/system/clocksource/clocksource0/current_clocksource)";
-    board_->post(warning);  // the service thread, whose ring it is, does not run yet
+    board_->post(warning); // the service thread, whose ring it is, does not run yet
   }
   loop_.emplace(*core_, *carrier_, options_.idle_policy, options_.poll_period);
 
@@ -158,8 +160,10 @@ status endpoint_state::start(service::side ours) {
 
 // ---- lanes
 
-status endpoint_state::check(std::string_view topic, const topic_options& options, lane_kind kind) const noexcept {
-  if (const status ok = in_range(topic.size(), std::size_t{1}, std::size_t{options_.limits.topic_bytes_max}); !ok) {
+status endpoint_state::check(std::string_view topic, const topic_options& options,
+                             lane_kind kind) const noexcept {
+  if (const status ok = in_range(topic.size(), std::size_t{1}, std::size_t{options_.limits.topic_bytes_max});
+      !ok) {
     return ok;
   }
   if (const status ok = in_range(options.depth, 1U, depth_max); !ok) return ok;
@@ -176,14 +180,16 @@ status endpoint_state::check(std::string_view topic, const topic_options& option
   return {};
 }
 
-// Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces handles
-// finds the memory it had. A lane whose last values a peer does not take is not waited for longer than peers are.
+// Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces
+// handles finds the memory it had. A lane whose last values a peer does not take is not waited for longer
+// than peers are.
 void endpoint_state::settle_lanes() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
   for (lane& one : lanes_) {
-    if (one.state.load(std::memory_order_acquire) != lane_state::closing) continue;  // acquire: with close_lane()
+    // acquire, both: pair with the releases of close_lane() and detach()
+    if (one.state.load(std::memory_order_acquire) != lane_state::closing) continue;
     one.news.wait_until(deadline, [&] {
-      return one.state.load(std::memory_order_acquire) == lane_state::free;  // acquire: pairs with detach()
+      return one.state.load(std::memory_order_acquire) == lane_state::free; // pairs with detach()
     });
   }
 }
@@ -193,7 +199,7 @@ result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
   lane* fits = nullptr;
   lane* fresh = nullptr;
   for (lane& one : lanes_) {
-    if (one.state.load(std::memory_order_acquire) != lane_state::free) continue;  // acquire: with detach()
+    if (one.state.load(std::memory_order_acquire) != lane_state::free) continue; // acquire: with detach()
     if (one.memory.empty()) {
       if (fresh == nullptr) fresh = &one;
     } else if (one.memory.size() >= bytes && (fits == nullptr || one.memory.size() < fits->memory.size())) {
@@ -238,7 +244,8 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
   built.subscriber = {};
   built.published_end = {};
   built.subscriber_end = {};
-  build_path(built.memory, kept, options.depth, value_bytes, publishes ? built.publisher : built.subscriber_end,
+  build_path(built.memory, kept, options.depth, value_bytes,
+             publishes ? built.publisher : built.subscriber_end,
              publishes ? built.published_end : built.subscriber);
   built.kind = kind;
   built.keep = kept;
@@ -254,21 +261,22 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
   kept_encoder = std::move(encoder);
   built.encoder = kept_encoder ? &*kept_encoder : nullptr;
 
-  built.state.store(lane_state::offered, std::memory_order_release);  // release: pairs with take_from_lanes()
+  built.state.store(lane_state::offered, std::memory_order_release); // release: pairs with take_from_lanes()
   carrier_->wake();
   lane_state answered = lane_state::offered;
   built.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), answer_max), [&] {
-    answered = built.state.load(std::memory_order_acquire);  // acquire: pairs with the release in attach()
+    answered = built.state.load(std::memory_order_acquire); // acquire: pairs with the release in attach()
     return answered != lane_state::offered;
   });
   if (answered == lane_state::active) return &built;
   const error why = answered == lane_state::refused ? built.answer : error{errc::closed};
-  if (answered == lane_state::refused) built.state.store(lane_state::free, std::memory_order_release);  // with find_lane()
+  if (answered == lane_state::refused)
+    built.state.store(lane_state::free, std::memory_order_release); // with find_lane()
   return why;
 }
 
 void endpoint_state::close_lane(lane& gone) noexcept {
-  gone.state.store(lane_state::closing, std::memory_order_release);  // release: pairs with take_from_lanes()
+  gone.state.store(lane_state::closing, std::memory_order_release); // release: pairs with take_from_lanes()
   carrier_->wake();
 }
 
@@ -282,7 +290,8 @@ status endpoint_state::close(duration drain) noexcept {
   loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
   thread_.join();
   for (lane& one : lanes_) {
-    // release: pairs with the acquire in subscriber::try_take(); the service thread is gone and pushes nothing more
+    // release: pairs with the acquire in subscriber::try_take(); the service thread is gone and pushes
+    // nothing more
     one.heard_by.store(audience::closed, std::memory_order_release);
     one.news.notify();
   }
@@ -316,4 +325,4 @@ std::vector<count> endpoint_state::counts() const {
 
 void close_lane(endpoint_state& of, lane& gone) noexcept { of.close_lane(gone); }
 
-}  // namespace rowe::detail
+} // namespace rowe::detail

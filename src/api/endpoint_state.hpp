@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything behind an endpoint, put together: memory, transport, core, service thread. Set-up calls come from any
-// thread and take a mutex; the service thread takes none.
+// Everything behind an endpoint, put together: memory, transport, core, service thread. Set-up calls come
+// from any thread and take a mutex; the service thread takes none.
 #pragma once
 #include <array>
 #include <memory>
@@ -14,16 +14,17 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
 #include "service/board.hpp"
 #include "service/core.hpp"
 #include "service/service_loop.hpp"
 #include "service/transport.hpp"
+#include "json/encoder.hpp"
+#include "json/reader.hpp"
 
 namespace rowe::detail {
 
-// The kernel's random bytes. A failure cannot happen after start-up (getrandom(2)); if it does, masks are zero.
+// The kernel's random bytes. A failure cannot happen after start-up (getrandom(2)); if it does, masks are
+// zero.
 class kernel_entropy final : public service::entropy {
  public:
   void fill(std::span<std::byte> bytes) noexcept override;
@@ -33,15 +34,17 @@ class endpoint_state {
  public:
   // Takes all memory and starts the service thread. Errors: no_memory, no_thread, bad_argument.
   static result<std::shared_ptr<endpoint_state>> open(const endpoint_options& options, service::side ours,
-                                                      std::unique_ptr<service::transport> carrier, std::uint16_t port);
+                                                      std::unique_ptr<service::transport> carrier,
+                                                      std::uint16_t port);
 
-  endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> carrier, std::uint16_t port);
+  endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> carrier,
+                 std::uint16_t port);
   ~endpoint_state();
   endpoint_state(const endpoint_state&) = delete;
   endpoint_state& operator=(const endpoint_state&) = delete;
 
-  result<lane*> open_lane(lane_kind kind, std::string_view topic, const topic_options& options, std::string_view type,
-                          std::size_t value_bytes, const schema_description* schema);
+  result<lane*> open_lane(lane_kind kind, std::string_view topic, const topic_options& options,
+                          std::string_view type, std::size_t value_bytes, const schema_description* schema);
   void close_lane(lane& gone) noexcept;
 
   status close(duration drain) noexcept;
@@ -69,16 +72,16 @@ class endpoint_state {
   service::board* board_ = nullptr;
   std::span<lane> lanes_;
   std::size_t lane_bytes_used_ = 0;
-  std::vector<std::optional<json::encoder>> encoders_;  // of the lane with the same index
+  std::vector<std::optional<json::encoder>> encoders_; // of the lane with the same index
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;
   rt::thread thread_;
   rt::grants granted_;
 
-  std::mutex set_up_;       // lanes, closing
-  std::mutex events_;       // the reading end of the board's ring
-  std::mutex peer_waiter_;  // the board's notification has one waiter
+  std::mutex set_up_;      // lanes, closing
+  std::mutex events_;      // the reading end of the board's ring
+  std::mutex peer_waiter_; // the board's notification has one waiter
   bool closed_ = false;
 };
 
-}  // namespace rowe::detail
+} // namespace rowe::detail

@@ -24,7 +24,8 @@ class builder {
 
   template <class T, class... Arguments>
   T* make(Arguments&&... arguments) noexcept {
-    return std::construct_at(reinterpret_cast<T*>(take(sizeof(T)).data()), std::forward<Arguments>(arguments)...);
+    return std::construct_at(reinterpret_cast<T*>(take(sizeof(T)).data()),
+                             std::forward<Arguments>(arguments)...);
   }
   template <class T>
   std::span<T> array(std::size_t count) noexcept {
@@ -44,14 +45,16 @@ class builder {
   std::span<std::byte> left_;
 };
 
-}  // namespace
+} // namespace
 
 std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept {
   if (kept == keep::newest) {
     return arena::bytes_for<newest_window>() + newest_window::slots * stride_of(value_bytes);
   }
-  return arena::bytes_for<number_ring>() + arena::bytes_for<number_ring::entry>(number_ring::places_for(depth)) +
-         arena::bytes_for<numbers_home>() + arena::bytes_for<numbers_home::entry>(numbers_home::places_for(depth)) +
+  return arena::bytes_for<number_ring>() +
+         arena::bytes_for<number_ring::entry>(number_ring::places_for(depth)) +
+         arena::bytes_for<numbers_home>() +
+         arena::bytes_for<numbers_home::entry>(numbers_home::places_for(depth)) +
          depth * stride_of(value_bytes);
 }
 
@@ -80,4 +83,4 @@ void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dept
   fills.slots = empties.slots = {from.take(slots * stride).data(), stride, value_bytes};
 }
 
-}  // namespace rowe::detail
+} // namespace rowe::detail

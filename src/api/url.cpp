@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::string_view scheme = "ws://";
 
-}  // namespace
+} // namespace
 
 result<url_parts> split_url(std::string_view url) noexcept {
   const auto wrong_at = [&](std::string_view rest) {
@@ -41,4 +41,4 @@ result<url_parts> split_url(std::string_view url) noexcept {
   return parts;
 }
 
-}  // namespace rowe
+} // namespace rowe

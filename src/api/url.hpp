@@ -9,12 +9,12 @@ namespace rowe {
 
 // The parts of ws://HOST[:PORT][/PATH]; views into the text.
 struct url_parts {
-  std::string_view host;  // IPv6 without its brackets
+  std::string_view host; // IPv6 without its brackets
   std::uint16_t port = 80;
-  std::string_view path = "/";  // with its query
+  std::string_view path = "/"; // with its query
 };
 
 // Errors: bad_url (value: the position in the text where it goes wrong).
 result<url_parts> split_url(std::string_view url) noexcept;
 
-}  // namespace rowe
+} // namespace rowe

@@ -29,8 +29,8 @@ char* write_text(char* at, std::string_view text) noexcept { return std::copy(te
 // room is used up.
 class encoder::run {
  public:
-  run(const encoder& program, writer& into) noexcept
-      : literals_{program.literals_.get()}, into_{into}, end_{into.end_} {}
+  run(const encoder& program, writer& into, memory* last) noexcept
+      : literals_{program.literals_.get()}, into_{into}, last_{last}, end_{into.end_} {}
 
   // Runs the steps from `first` to `last` on the object at `base`.
   char* steps(const step* first, const step* last, const char* base, char* at) noexcept {
@@ -81,7 +81,7 @@ class encoder::run {
     case operation::nothing: return at;
     case operation::comma: return at[-1] == '{' ? at : copy(",", at); // no value ends in an opening brace
     case operation::text: return text(s.text_of(base + s.argument), at);
-    case operation::scalars: return scalars(s, base, at);
+    case operation::scalars: return array(s, base, at);
     case operation::repeat: return repeat(s, base, at);
     case operation::perhaps: return perhaps(s, base, at);
     default: return scalar(s, s.what, base + s.offset, at);
@@ -92,9 +92,37 @@ class encoder::run {
     return s.count_of == nullptr ? s.count : std::min<std::size_t>(s.count_of(base + s.argument), s.count);
   }
 
-  char* scalars(const step& s, const char* base, char* at) noexcept {
-    const char* from = base + s.offset;
+  char* array(const step& s, const char* base, char* at) noexcept {
+    const char* const from = base + s.offset;
     const std::size_t n = count(s, base);
+    if (last_ == nullptr || s.memory_entry == 0) return scalars(s, from, n, at);
+    return remembered(s, last_->entries_[s.memory_entry - 1], from, n, at);
+  }
+
+  char* remembered(const step& s, memory::entry& e, const char* from, std::size_t n, char* at) noexcept {
+    const std::size_t bytes = n * s.stride;
+    const bool same = e.bits_known && e.count == n && std::memcmp(e.bits, from, bytes) == 0;
+    if (same && e.text_known) {
+      into_.nonfinite_ += e.nonfinite;
+      return copy({e.text, e.text_bytes}, at);
+    }
+    const std::uint64_t nonfinite_before = into_.nonfinite_;
+    char* const end = scalars(s, from, n, at);
+    if (end == nullptr) return nullptr;
+    if (same) {
+      e.text_bytes = static_cast<std::size_t>(end - at);
+      e.nonfinite = into_.nonfinite_ - nonfinite_before;
+      std::memcpy(e.text, at, e.text_bytes);
+    } else {
+      e.count = n;
+      std::memcpy(e.bits, from, bytes);
+    }
+    e.bits_known = true;
+    e.text_known = same;
+    return end;
+  }
+
+  char* scalars(const step& s, const char* from, std::size_t n, char* at) noexcept {
     if (room(at) / (scalar_room_bytes + 1) >= n) [[likely]] {
       if (s.element == operation::float64) return reals<double>(from, n, at);
       if (s.element == operation::float32) return reals<float>(from, n, at);
@@ -184,6 +212,7 @@ class encoder::run {
 
   const char* const literals_;
   writer& into_;
+  memory* const last_; // null: nothing is remembered
   char* const end_;
 };
 
@@ -192,12 +221,25 @@ encoder::encoder(encoder&&) noexcept = default;
 encoder& encoder::operator=(encoder&&) noexcept = default;
 encoder::~encoder() = default;
 
-void encoder::encode(const void* object, writer& into) const noexcept {
+encoder::memory::memory() noexcept = default;
+encoder::memory::memory(memory&&) noexcept = default;
+encoder::memory& encoder::memory::operator=(memory&&) noexcept = default;
+encoder::memory::~memory() = default;
+
+void encoder::encode(const void* object, writer& into) const noexcept { run_program(object, into, nullptr); }
+
+void encoder::encode(const void* object, writer& into, memory& last) const noexcept {
+  run_program(object, into, &last);
+}
+
+void encoder::run_program(const void* object, writer& into, memory* last) const noexcept {
   into.place_comma();
-  const step* const first = program_.get();
-  char* const at = into.overflowed_ ? nullptr
-                                    : run{*this, into}.steps(first, first + step_count_,
-                                                             static_cast<const char*>(object), into.at_);
+  char* at = nullptr;
+  if (!into.overflowed_) {
+    const step* const first = program_.get();
+    run r{*this, into, last};
+    at = r.steps(first, first + step_count_, static_cast<const char*>(object), into.at_);
+  }
   if (at != nullptr) {
     into.at_ = at;
   } else {

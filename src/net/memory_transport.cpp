@@ -54,7 +54,8 @@ void memory_transport::peer_reads(connection_id id, std::size_t bytes) {
   link& on = links_[id.index];
   on.outbound_read = std::min(on.outbound_read + bytes, on.outbound.size());
   if (on.outbound_read == on.outbound.size() || on.outbound_read >= on.sky.room_bytes) {
-    on.outbound.erase(on.outbound.begin(), on.outbound.begin() + static_cast<std::ptrdiff_t>(on.outbound_read));
+    on.outbound.erase(on.outbound.begin(),
+                      on.outbound.begin() + static_cast<std::ptrdiff_t>(on.outbound_read));
     on.outbound_read = 0;
   }
 }
@@ -102,8 +103,8 @@ void memory_transport::poll(rt::time_point, service::transport_sink& sink) noexc
 void memory_transport::deliver(link& on, connection_id id, service::transport_sink& sink) {
   std::size_t budget = on.sky.arrive_bytes_max;
   while (budget > 0 && on.reading && !on.asked && on.inbound_taken < on.inbound.size()) {
-    const std::size_t bytes =
-        std::min({budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), on.inbound.size() - on.inbound_taken});
+    const std::size_t bytes = std::min(
+        {budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), on.inbound.size() - on.inbound_taken});
     buffer_.assign(bytes + service::transport_sink::tailroom_bytes, std::byte{0});
     std::memcpy(buffer_.data(), on.inbound.data() + on.inbound_taken, bytes);
     on.inbound_taken += bytes;
@@ -116,7 +117,8 @@ void memory_transport::deliver(link& on, connection_id id, service::transport_si
   }
 }
 
-std::size_t memory_transport::write(connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept {
+std::size_t memory_transport::write(connection_id id,
+                                    std::span<const std::span<const std::byte>> pieces) noexcept {
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
   const std::size_t waiting = on->outbound.size() - on->outbound_read;
@@ -124,7 +126,8 @@ std::size_t memory_transport::write(connection_id id, std::span<const std::span<
   std::size_t taken = 0;
   for (const auto piece : pieces) {
     const std::size_t bytes = std::min(room, piece.size());
-    on->outbound.insert(on->outbound.end(), piece.begin(), piece.begin() + static_cast<std::ptrdiff_t>(bytes));
+    on->outbound.insert(on->outbound.end(), piece.begin(),
+                        piece.begin() + static_cast<std::ptrdiff_t>(bytes));
     taken += bytes;
     room -= bytes;
     if (bytes < piece.size()) {
@@ -146,4 +149,4 @@ void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {
   if (link* const on = find(id)) on->reading = enabled;
 }
 
-}  // namespace rowe::net
+} // namespace rowe::net

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A transport without sockets: bytes go through pipes of a fixed size in memory. For tests, the simulation and
-// benches, which hold the other ends and decide how badly the network behaves: how much a pipe takes at a time, how
-// the bytes are cut when they arrive, when a connection stalls or breaks. One thread; deterministic.
+// A transport without sockets: bytes go through pipes of a fixed size in memory. For tests, the simulation
+// and benches, which hold the other ends and decide how badly the network behaves: how much a pipe takes at a
+// time, how the bytes are cut when they arrive, when a connection stalls or breaks. One thread;
+// deterministic.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -18,9 +19,9 @@ class memory_transport final : public service::transport {
  public:
   // What the network does to one connection.
   struct weather {
-    std::size_t arrive_bytes_max = SIZE_MAX;  // to our side in one poll()
-    std::size_t chunk_bytes_max = 64 * 1024;  // in one on_bytes()
-    std::size_t room_bytes = 256 * 1024;      // what the way to the peer holds before write() is refused
+    std::size_t arrive_bytes_max = SIZE_MAX; // to our side in one poll()
+    std::size_t chunk_bytes_max = 64 * 1024; // in one on_bytes()
+    std::size_t room_bytes = 256 * 1024;     // what the way to the peer holds before write() is refused
   };
 
   explicit memory_transport(std::uint32_t connections_max);
@@ -52,9 +53,10 @@ class memory_transport final : public service::transport {
 
   // ---- service::transport
   void poll(rt::time_point now, service::transport_sink& sink) noexcept override;
-  void wait(rt::time_point, rt::time_point) noexcept override {}  // whoever tests moves the time
+  void wait(rt::time_point, rt::time_point) noexcept override {} // whoever tests moves the time
   void wake() noexcept override {}
-  std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept override;
+  std::size_t write(service::connection_id id,
+                    std::span<const std::span<const std::byte>> pieces) noexcept override;
   void close(service::connection_id id, service::close_how how) noexcept override;
   void read_enabled(service::connection_id id, bool enabled) noexcept override;
   void connect() noexcept override { ++attempts_; }
@@ -72,9 +74,9 @@ class memory_transport final : public service::transport {
     std::size_t inbound_taken = 0;
     std::vector<std::byte> outbound;
     std::size_t outbound_read = 0;
-    bool refused = false;  // write() took less than it was given
+    bool refused = false; // write() took less than it was given
     bool reading = true;
-    bool asked = false;  // we have closed
+    bool asked = false; // we have closed
     service::close_cause cause = service::close_cause::peer;
     bool ending = false;
   };
@@ -89,4 +91,4 @@ class memory_transport final : public service::transport {
   std::uint64_t attempts_ = 0;
 };
 
-}  // namespace rowe::net
+} // namespace rowe::net

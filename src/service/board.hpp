@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the service thread shows to the other threads of the process: counters, how many peers there are, and events.
+// What the service thread shows to the other threads of the process: counters, how many peers there are, and
+// events.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -44,7 +45,7 @@ class board {
 
   // Any thread.
   std::uint32_t peers() const noexcept {
-    return peers_.load(std::memory_order_acquire);  // acquire: pairs with release in set_peers()
+    return peers_.load(std::memory_order_acquire); // acquire: pairs with release in set_peers()
   }
 
   counters counts;
@@ -58,7 +59,8 @@ class board {
 };
 
 // A counter with the part of it that user threads count in their lanes. Any thread.
-inline std::uint64_t read_count(const board& shown, std::span<const detail::lane> lanes, counter which) noexcept {
+inline std::uint64_t read_count(const board& shown, std::span<const detail::lane> lanes,
+                                counter which) noexcept {
   std::uint64_t sum = shown.counts.read(which);
   if (which != counter::full && which != counter::no_peer) return sum;
   for (const detail::lane& lane : lanes) {
@@ -69,4 +71,4 @@ inline std::uint64_t read_count(const board& shown, std::span<const detail::lane
   return sum;
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the core knows of one peer: the parser of its frames, what waits to be written to it, and when it was last
-// heard. Service thread only.
+// What the core knows of one peer: the parser of its frames, what waits to be written to it, and when it was
+// last heard. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -30,8 +30,8 @@ struct control_frames {
 // The message whose first bytes a socket has already: it goes on before anything else.
 struct begun_frame {
   std::uint32_t slot = no_index;
-  std::size_t written = 0;  // of header and payload together
-  wire::mask_key key{};     // client side: the rest is masked with the same key
+  std::size_t written = 0; // of header and payload together
+  wire::mask_key key{};    // client side: the rest is masked with the same key
 };
 
 // The subscriptions of one priority that have something to write, served in turn.
@@ -46,20 +46,20 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool blocked = false;     // the carrier has no room; on_writable() comes
-  bool listed = false;      // on the core's list of connections with something to write
+  bool blocked = false; // the carrier has no room; on_writable() comes
+  bool listed = false;  // on the core's list of connections with something to write
   wire::rosbridge::level status_level = wire::rosbridge::level::error;
   wire::frame_parser parser;
   std::span<std::byte> assembly;
 
   control_frames control;
   begun_frame begun;
-  queue direct;  // answers to its own requests
+  queue direct; // answers to its own requests
   std::array<ready_list, 3> ready;
 
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
-  std::span<std::uint32_t> advertised;  // topics, `advertisements` of them in use
+  std::span<std::uint32_t> advertised; // topics, `advertisements` of them in use
   std::uint32_t advertisements = 0;
 
   rt::time_point heard_at{};
@@ -74,4 +74,4 @@ struct connection {
   bool open() const noexcept { return state == phase::open; }
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

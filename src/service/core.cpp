@@ -28,25 +28,26 @@ std::size_t node_count(const limits& bounds) noexcept {
   return bounds.small_slots + bounds.large_slots + bounds.subscriptions_max + bounds.connections_max + 2;
 }
 
-constexpr std::size_t mask_bytes = 4096;  // keys are drawn a thousand at a time: one system call for all of them
+constexpr std::size_t mask_bytes =
+    4096; // keys are drawn a thousand at a time: one system call for all of them
 
-// A silent peer is found this much later than promised, at most; and so much may a look at an unfinished message be
-// late.
+// A silent peer is found this much later than promised, at most; and so much may a look at an unfinished
+// message be late.
 constexpr rt::duration care_period = std::chrono::milliseconds{500};
 
-}  // namespace
+} // namespace
 
 std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
-         router::footprint_bytes(bounds) +                                                      //
-         arena::bytes_for<connection>(bounds.connections_max) +                                 // peers,
-         bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) +                    // their messages,
+         router::footprint_bytes(bounds) +                                   //
+         arena::bytes_for<connection>(bounds.connections_max) +              // peers,
+         bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
          arena::bytes_for<std::uint32_t>(bounds.connections_max * bounds.advertisements_per_connection_max) +
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) +                              // who has to write
-         arena::bytes_for<lane_view>(bounds.lanes_max) +                                        //
-         arena::bytes_for<rt::timer_node>(node_count(bounds)) +                                 //
-         arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) +                //
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // who has to write
+         arena::bytes_for<lane_view>(bounds.lanes_max) +                         //
+         arena::bytes_for<rt::timer_node>(node_count(bounds)) +                  //
+         arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) + //
          arena::bytes_for(wire::rosbridge::scratch_bytes(name_limits_of(bounds)));
 }
 
@@ -113,7 +114,9 @@ core::timer_name core::name_of(std::uint32_t node) const noexcept {
   return {timer::slot, node};
 }
 
-void core::arm(timer what, std::uint32_t index, rt::time_point when) noexcept { wheel_.insert(node_of(what, index), when); }
+void core::arm(timer what, std::uint32_t index, rt::time_point when) noexcept {
+  wheel_.insert(node_of(what, index), when);
+}
 void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node_of(what, index)); }
 
 // ---- the cycle
@@ -130,7 +133,8 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
 
 void core::record_cycle(rt::duration took) noexcept {
   add(counter::cycles);
-  shown_.counts.raise_to(counter::cycle_ns_max, static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
+  shown_.counts.raise_to(counter::cycle_ns_max,
+                         static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
 }
 
 void core::expire() noexcept {
@@ -202,7 +206,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   arm(timer::connection, id.index, now_ + care_period);
   attempts_failed_ = 0;
   if (c.ours == side::client && !closing_) announce_all(c);
-  shown_.set_peers(++peers_);  // last: who waits for a peer may publish at once
+  shown_.set_peers(++peers_); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
 }
 
@@ -242,7 +246,7 @@ void core::forget(connection& c) noexcept {
 
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
-  c.state = connection::phase::closing;  // from here on only control frames are written
+  c.state = connection::phase::closing; // from here on only control frames are written
   // A close frame cannot stand in the middle of another one.
   if (c.begun.slot == no_index) {
     std::array<std::byte, wire::control_bytes_max> body;
@@ -253,8 +257,8 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   carrier_.close(c.id, close_how::flushed);
 }
 
-// Runs every care_period for each connection: pings whoever is silent, cuts whoever stays so or does not finish what
-// it began.
+// Runs every care_period for each connection: pings whoever is silent, cuts whoever stays so or does not
+// finish what it began.
 void core::look_after(connection& c) noexcept {
   if (!c.open()) return;
   arm(timer::connection, c.id.index, now_ + care_period);
@@ -284,8 +288,8 @@ void core::on_refused(const refusal& reason) noexcept {
   reconnect_later();
 }
 
-// Exponential back-off, each wait shortened by up to a quarter at random, so that the clients of a server that comes
-// back do not come all at once.
+// Exponential back-off, each wait shortened by up to a quarter at random, so that the clients of a server
+// that comes back do not come all at once.
 void core::reconnect_later() noexcept {
   if (closing_) return;
   rt::duration wait = options_.retry_min;
@@ -302,7 +306,8 @@ void core::reconnect_later() noexcept {
 
 http_answer core::on_http(const http_request& request) noexcept { return page_(request); }
 
-void core::report(event::kind kind, std::string_view peer, std::string_view what, std::string_view remedy) noexcept {
+void core::report(event::kind kind, std::string_view peer, std::string_view what,
+                  std::string_view remedy) noexcept {
   event happened;
   happened.what_kind = kind;
   happened.peer = peer;
@@ -317,4 +322,4 @@ bool core::check() const noexcept {
   return open == peers_ && slots_.check() && router_.check() && wheel_.check() == nullptr;
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

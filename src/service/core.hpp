@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The core: everything the service thread does, as a function of state, time and what the transport reports. It has
-// no thread, clock, socket or randomness of its own, so a simulation can run hours of bad network in seconds from one
-// seed, a fuzzer can feed it bytes, and libwebsockets is one transport among others.
+// The core: everything the service thread does, as a function of state, time and what the transport reports.
+// It has no thread, clock, socket or randomness of its own, so a simulation can run hours of bad network in
+// seconds from one seed, a fuzzer can feed it bytes, and sockets are one transport among others.
 //
 // One cycle, in this order:
 //   transport events in: requests are carried out as they are read, inbound before outbound
@@ -9,8 +9,8 @@
 //   expire: messages, throttled subscriptions that are due, peers to ping or cut, the statistics
 //   offer frames to every connection that has something to write, urgent first
 //
-// core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is written to
-// them, lanes.cpp what this process publishes and takes.
+// core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is
+// written to them, lanes.cpp what this process publishes and takes.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -25,19 +25,19 @@
 #include <rowe/rt/thread.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
-#include "json/reader.hpp"
-#include "json/writer.hpp"
 #include "service/board.hpp"
 #include "service/connection.hpp"
 #include "service/queues.hpp"
 #include "service/router.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
+#include "json/reader.hpp"
+#include "json/writer.hpp"
 
 namespace rowe::service {
 
-// Where random bytes come from: the kernel, or a seed. Masks of a client's frames must be unpredictable (RFC 6455
-// 10.3); the back-off of reconnecting wants jitter.
+// Where random bytes come from: the kernel, or a seed. Masks of a client's frames must be unpredictable (RFC
+// 6455 10.3); the back-off of reconnecting wants jitter.
 class entropy {
  public:
   virtual void fill(std::span<std::byte> bytes) noexcept = 0;
@@ -51,7 +51,7 @@ struct core_options {
   limits bounds;
   side ours = side::server;
   bool relay = false;
-  std::string_view name;  // copied
+  std::string_view name; // copied
   rt::duration ping_period;
   rt::duration silence_max;
   rt::duration message_time_max;
@@ -77,7 +77,7 @@ struct core_seams {
   transport& carrier;
   entropy& random;
   json::reader& validator;
-  http_answer (*page)(const http_request&) noexcept;  // what is served over HTTP
+  http_answer (*page)(const http_request&) noexcept; // what is served over HTTP
 };
 
 class core final : public transport_sink {
@@ -86,11 +86,12 @@ class core final : public transport_sink {
 
   // `lanes` and `shown` are shared with other threads; everything else of the core is the service thread's.
   // `memory` must have footprint_bytes() left; time begins at `start`.
-  core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown, core_seams seams,
-       rt::time_point start) noexcept;
+  core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown,
+       core_seams seams, rt::time_point start) noexcept;
 
-  // Does everything there is to do at `now` and returns when the next cycle is needed at the latest, provided that
-  // the transport has nothing to report and no handle publishes before. Bounded by the limits; never waits.
+  // Does everything there is to do at `now` and returns when the next cycle is needed at the latest, provided
+  // that the transport has nothing to report and no handle publishes before. Bounded by the limits; never
+  // waits.
   rt::time_point cycle(rt::time_point now) noexcept;
 
   // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
@@ -99,8 +100,8 @@ class core final : public transport_sink {
   // How long the last cycle took, by the clock of whoever runs the core.
   void record_cycle(rt::duration took) noexcept;
 
-  // True while a handle of this process may publish something that a peer waits for: lanes must be looked at every
-  // poll_period.
+  // True while a handle of this process may publish something that a peer waits for: lanes must be looked at
+  // every poll_period.
   bool lanes_wanted() const noexcept { return wanted_lanes_ != 0; }
   std::uint32_t peers() const noexcept { return peers_; }
   // True when nothing that was published waits to be written.
@@ -139,7 +140,8 @@ class core final : public transport_sink {
   void close(connection& c, std::uint16_t code, std::string_view reason) noexcept;
   void forget(connection& c) noexcept;
   void reconnect_later() noexcept;
-  void report(event::kind kind, std::string_view peer, std::string_view what, std::string_view remedy = {}) noexcept;
+  void report(event::kind kind, std::string_view peer, std::string_view what,
+              std::string_view remedy = {}) noexcept;
   void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
 
   // inbound.cpp
@@ -157,10 +159,11 @@ class core final : public transport_sink {
 
   // outbound.cpp
   struct batch;
-  template <class WriteBody>  // publishing.hpp has these two
+  template <class WriteBody> // publishing.hpp has these two
   std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
   template <class WriteBody>
-  void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires, WriteBody&& write_body) noexcept;
+  void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires,
+               WriteBody&& write_body) noexcept;
   void finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
               rt::time_point expires) noexcept;
   void deliver(std::uint32_t topic, std::uint32_t slot) noexcept;
@@ -170,7 +173,7 @@ class core final : public transport_sink {
   void send_direct(connection& c, std::string_view text) noexcept;
   void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
   bool drop_dead_front(queue& from) noexcept;
-  void drop_front(queue& from) noexcept;  // of a queue that begins with a live one
+  void drop_front(queue& from) noexcept; // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
   void release(std::uint32_t slot) noexcept;
   void expire_slot(std::uint32_t slot) noexcept;
@@ -180,7 +183,8 @@ class core final : public transport_sink {
   bool gather(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
-  bool gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip, batch& into) noexcept;
+  bool gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
+                    batch& into) noexcept;
   void settle(connection& c, batch& sent, std::size_t taken) noexcept;
   void settle_sent(subscription& of) noexcept;
   void settle_ready(connection& c) noexcept;
@@ -193,7 +197,7 @@ class core final : public transport_sink {
     bool attached = false;
     std::uint32_t topic = no_index;
     std::uint32_t next_inbox = no_index;
-    std::uint64_t sequence = 0;  // of the newest value taken from a window
+    std::uint64_t sequence = 0; // of the newest value taken from a window
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
@@ -229,16 +233,16 @@ class core final : public transport_sink {
   queue_entries entries_;
   router router_;
   std::span<connection> connections_;
-  std::span<std::uint32_t> listed_;  // connections with something to write
+  std::span<std::uint32_t> listed_; // connections with something to write
   std::uint32_t listed_count_ = 0;
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
   std::span<rt::timer_node> nodes_;
   rt::timer_wheel wheel_;
-  std::span<std::byte> masked_;   // client side: a batch of masked frames
-  std::span<std::byte> masks_;    // client side: keys not used yet
+  std::span<std::byte> masked_; // client side: a batch of masked frames
+  std::span<std::byte> masks_;  // client side: keys not used yet
   std::size_t masks_used_ = 0;
-  std::span<char> scratch_;       // names unescaped while a request is carried out
+  std::span<char> scratch_; // names unescaped while a request is carried out
 
   rt::time_point now_{};
   rt::time_point opened_at_ = rt::never;
@@ -252,4 +256,4 @@ class core final : public transport_sink {
   bool memory_locked_ = false;
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is counted, under which name, and what the name means. Written by the service thread alone (the two that
-// user threads cause are counted in their lanes and added when they are read), read by any thread.
+// What is counted, under which name, and what the name means. Written by the service thread alone (the two
+// that user threads cause are counted in their lanes and added when they are read), read by any thread.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -11,15 +11,15 @@
 
 namespace rowe::service {
 
-// name, group, meaning. Groups: loss = a message did not arrive; chosen = thinned out as asked; flow = it went
-// through; refusal = somebody was told no; own = the service thread itself.
+// name, group, meaning. Groups: loss = a message did not arrive; chosen = thinned out as asked; flow = it
+// went through; refusal = somebody was told no; own = the service thread itself.
 #define ROWE_COUNTERS(X)                                                                                     \
   X(full, loss, "refused: the handle's queue to the service thread was full")                                \
   X(expired, loss, "its time to live passed before it was written")                                          \
   X(outbox_full, loss, "dropped as the oldest: the peer does not read fast enough")                          \
   X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
-  X(malformed, loss, "not valid JSON, or not the object a message must be")                                                                      \
+  X(malformed, loss, "not valid JSON, or not the object a message must be")                                  \
   X(inbox_full, loss, "dropped: the subscriber in this process does not take fast enough")                   \
   X(lost_with_peer, loss, "queued for a peer that went away")                                                \
   X(no_peer, chosen, "nobody listened")                                                                      \
@@ -78,4 +78,4 @@ class counters {
   std::array<rt::counter, counter_descriptions.size()> counts_{};
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

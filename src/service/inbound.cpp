@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What peers say: frames to messages, messages to requests, requests to what is done. Everything that is refused is
-// answered with a status that names the value and the limit, and counted.
+// What peers say: frames to messages, messages to requests, requests to what is done. Everything that is
+// refused is answered with a status that names the value and the limit, and counted.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -28,7 +28,7 @@ std::uint32_t queue_length_of(const rosbridge::request& asked) noexcept {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX));
 }
 
-}  // namespace
+} // namespace
 
 void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   connection* const c = find(id);
@@ -40,7 +40,8 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
     const wire::frame_step step = c->parser.next(bytes);
     bytes = bytes.subspan(step.consumed);
     if (step.event == wire::frame_event::need_more) break;
-    const bool ends_message = step.event == wire::frame_event::text || step.event == wire::frame_event::binary;
+    const bool ends_message =
+        step.event == wire::frame_event::text || step.event == wire::frame_event::binary;
     if (ends_message) c->message_began_at = rt::never;
     take(*c, step);
   }
@@ -60,14 +61,15 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     break;
   case wire::frame_event::ping: send_control(c, wire::opcode::pong, step.payload); break;
   case wire::frame_event::close:
-    close(c, step.close_code == wire::close_code::none_given ? wire::close_code::normal : step.close_code, "");
+    close(c, step.close_code == wire::close_code::none_given ? wire::close_code::normal : step.close_code,
+          "");
     break;
   case wire::frame_event::violation:
     add(counter::violations);
     report(event::kind::peer_left, c.peer(), step.reason);
     close(c, step.close_code, step.reason);
     break;
-  case wire::frame_event::pong:  // having been heard is all it is for
+  case wire::frame_event::pong: // having been heard is all it is for
   case wire::frame_event::need_more: break;
   }
 }
@@ -92,8 +94,8 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
 void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   using rosbridge::op;
   if (c.ours == side::client && asked.what != op::publish && asked.what != op::status) {
-    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could only start
-    // a quarrel of two programs.
+    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
+    // only start a quarrel of two programs.
     return add(counter::refused_requests);
   }
   switch (asked.what) {
@@ -116,13 +118,13 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
   std::uint32_t index = router_.find_subscription(topic, c.first_subscription);
   if (index == no_index) {
-    router_.hold(topic);  // until the subscription does
+    router_.hold(topic); // until the subscription does
     const bool too_many = c.subscriptions >= bounds_.subscriptions_per_connection_max;
     if (!too_many) index = router_.add_subscription(topic, c.id.index, c.first_subscription);
     let_go_topic(topic);
     if (too_many) {
-      return refuse_limit(c, asked.id_raw, "subscriptions of one peer", bounds_.subscriptions_per_connection_max,
-                          "subscriptions_per_connection_max");
+      return refuse_limit(c, asked.id_raw, "subscriptions of one peer",
+                          bounds_.subscriptions_per_connection_max, "subscriptions_per_connection_max");
     }
     if (index == no_index) {
       return refuse_limit(c, asked.id_raw, "subscriptions", bounds_.subscriptions_max, "subscriptions_max");
@@ -150,14 +152,16 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
 
 void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t topic = router_.find(asked.topic);
-  const std::uint32_t index = topic == no_index ? no_index : router_.find_subscription(topic, c.first_subscription);
+  const std::uint32_t index =
+      topic == no_index ? no_index : router_.find_subscription(topic, c.first_subscription);
   if (index == no_index) return refuse(c, asked.id_raw, "unsubscribe: there is no such subscription");
   subscription& s = router_.subscription_at(index);
   if (!asked.id_raw.empty()) {
     const std::uint64_t id = hash_of(asked.id_raw);
     std::uint8_t place = 0;
     while (place < s.request_count && s.requests[place].id_hash != id) ++place;
-    if (place == s.request_count) return refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
+    if (place == s.request_count)
+      return refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
     s.requests[place] = s.requests[--s.request_count];
     if (s.request_count > 0) return router_.merge(s, bounds_.queue_depth_max);
   }
@@ -165,12 +169,13 @@ void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept 
 }
 
 void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
-  if (reserved(asked.topic)) return refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
+  if (reserved(asked.topic))
+    return refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
   const std::uint32_t topic = router_.find_or_add(asked.topic);
   if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
   const auto mine = c.advertised.first(c.advertisements);
   const bool known = std::find(mine.begin(), mine.end(), topic) != mine.end();
-  router_.hold(topic);  // the advertisement's
+  router_.hold(topic); // the advertisement's
   if (!router_.set_type(topic, asked.type)) {
     std::array<char, 192> why;
     const std::string_view type = router_.type(topic);
@@ -211,9 +216,9 @@ void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view
                         std::string_view option) noexcept {
   std::array<char, 224> why;
   const int bytes = std::snprintf(why.data(), why.size(), "all %llu %.*s are taken (limit %.*s)",
-                                  static_cast<unsigned long long>(limit), static_cast<int>(what.size()), what.data(),
-                                  static_cast<int>(option.size()), option.data());
+                                  static_cast<unsigned long long>(limit), static_cast<int>(what.size()),
+                                  what.data(), static_cast<int>(option.size()), option.data());
   refuse(c, id_raw, {why.data(), static_cast<std::size_t>(bytes)});
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

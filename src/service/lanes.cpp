@@ -4,9 +4,9 @@
 #include <array>
 #include <cstring>
 
-#include "json/encoder.hpp"
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "json/encoder.hpp"
 
 namespace rowe::service {
 namespace {
@@ -16,11 +16,11 @@ using detail::lane_kind;
 using detail::lane_state;
 namespace rosbridge = wire::rosbridge;
 
-constexpr std::size_t lane_budget = 64;  // values taken from one lane in one cycle
+constexpr std::size_t lane_budget = 64; // values taken from one lane in one cycle
 
 rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
 
-}  // namespace
+} // namespace
 
 void core::take_from_lanes() noexcept {
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
@@ -38,13 +38,13 @@ void core::take_from_lanes() noexcept {
   }
 }
 
-// Answers a lane that set-up offers. The topic's place may be gone to a peer since set-up looked, so the answer is
-// given here, where topics are.
+// Answers a lane that set-up offers. The topic's place may be gone to a peer since set-up looked, so the
+// answer is given here, where topics are.
 void core::attach(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
   lane_view& view = views_[index];
   const auto answer = [&](lane_state state) {
-    lane.state.store(state, std::memory_order_release);  // release: pairs with the acquire in open_lane()
+    lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
     lane.news.notify();
   };
   const std::uint32_t topic_index = router_.find_or_add(lane.name());
@@ -71,7 +71,8 @@ void core::attach(std::uint32_t index) noexcept {
   for (connection& c : connections_) {
     if (c.open() && c.ours == side::client) announce(c, index, true);
   }
-  update_wanted(topic_index);  // before the answer, so that a first value is not refused for want of a listener
+  update_wanted(
+      topic_index); // before the answer, so that a first value is not refused for want of a listener
   answer(lane_state::active);
 }
 
@@ -99,7 +100,7 @@ void core::detach(std::uint32_t index) noexcept {
     for (connection& c : connections_) {
       if (c.open() && c.ours == side::client) announce(c, index, false);
     }
-    if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_;  // ours alone
+    if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_; // ours alone
     add(counter::full, lane.refused_full.get());
     add(counter::no_peer, lane.no_peer.get());
     const std::uint32_t topic_index = view.topic;
@@ -107,8 +108,9 @@ void core::detach(std::uint32_t index) noexcept {
     update_wanted(topic_index);
     let_go_topic(topic_index);
   }
-  lane.heard_by.store(audience::nobody, std::memory_order_relaxed);  // relaxed: the store below publishes it
-  lane.state.store(lane_state::free, std::memory_order_release);     // release: pairs with the acquire in settle_lanes()
+  lane.heard_by.store(audience::nobody, std::memory_order_relaxed); // relaxed: the store below publishes it
+  lane.state.store(lane_state::free,
+                   std::memory_order_release); // release: pairs with the acquire in settle_lanes()
   lane.news.notify();
 }
 
@@ -128,7 +130,8 @@ void core::take_from(std::uint32_t index) noexcept {
     take_value(index, found.slot);
   } else if (path.out != nullptr) {
     // A closing lane is emptied, however much there is: nobody adds to it.
-    const bool closing = lane.state.load(std::memory_order_relaxed) == lane_state::closing;  // acquired by the caller
+    const bool closing =
+        lane.state.load(std::memory_order_relaxed) == lane_state::closing; // acquired by the caller
     const std::size_t budget = closing ? SIZE_MAX : lane_budget;
     path.out->drain(
         [&](std::uint32_t slot) {
@@ -147,10 +150,12 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
   const rt::time_point expires = time_of(header.expires_ns);
   const std::uint32_t topic_index = views_[index].topic;
   if (lane.kind == lane_kind::publish_value) {
-    return publish(topic_index, published, expires, [&](json::writer& into) { lane.encoder->encode(value, into); });
+    return publish(topic_index, published, expires,
+                   [&](json::writer& into) { lane.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  if (!validator_.validate(text) || json::root(text).type != json::kind::object) return add(counter::malformed);
+  if (!validator_.validate(text) || json::root(text).type != json::kind::object)
+    return add(counter::malformed);
   publish(topic_index, published, expires, [&](json::writer& into) { into.raw(text); });
 }
 
@@ -180,14 +185,15 @@ bool core::wanted_now(const topic& on) noexcept {
 void core::update_wanted(std::uint32_t topic_index) noexcept {
   topic& on = router_.at(topic_index);
   const bool wanted = on.first_subscription != no_index || on.first_inbox != no_index || on.latched;
-  if (!wanted) on.newest_at = {};  // what is published from now on is not seen, so the pause is no gap
+  if (!wanted) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
   const audience now = wanted ? audience::somebody : audience::nobody;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    if (!views_[i].attached || views_[i].topic != topic_index || lanes_[i].kind == lane_kind::subscribe_text) continue;
-    const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed);  // ours alone
+    if (!views_[i].attached || views_[i].topic != topic_index || lanes_[i].kind == lane_kind::subscribe_text)
+      continue;
+    const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed); // ours alone
     if (before == now) continue;
     wanted ? ++wanted_lanes_ : --wanted_lanes_;
-    lanes_[i].heard_by.store(now, std::memory_order_relaxed);  // relaxed: advice, see publish_into()
+    lanes_[i].heard_by.store(now, std::memory_order_relaxed); // relaxed: advice, see publish_into()
   }
 }
 
@@ -199,7 +205,7 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
     return refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   }
   const std::uint32_t topic_index = router_.find(asked.topic);
-  if (topic_index == no_index) return add(counter::no_peer);  // nobody has asked for it
+  if (topic_index == no_index) return add(counter::no_peer); // nobody has asked for it
   const auto write_body = [&](json::writer& into) { into.raw(asked.msg_raw); };
   if (options_.relay && c.ours == side::server) return publish(topic_index, now_, rt::never, write_body);
   topic& on = router_.at(topic_index);
@@ -219,13 +225,13 @@ void core::deliver_inbox(std::uint32_t index, std::span<const char> body) noexce
   if (!slot) return add(counter::inbox_full);
   *path.slots.header(*slot) = {rt::nanoseconds_of(now_), rt::nanoseconds_of(rt::never), body.size()};
   std::memcpy(path.slots.value(*slot), body.data(), body.size());
-  if (path.out->try_push(*slot)) lane.news.notify();  // there is a place for every slot
+  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
 }
 
 // ---- as a client
 
-// Tells a server what this process wants or offers, or no longer does. What it publishes goes to the server as if
-// that had subscribed.
+// Tells a server what this process wants or offers, or no longer does. What it publishes goes to the server
+// as if that had subscribed.
 void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
   const detail::lane& lane = lanes_[index];
   const std::uint32_t topic_index = views_[index].topic;
@@ -233,18 +239,22 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
     const bool reader = lanes_[i].kind == lane_kind::subscribe_text;
     if (i != index && views_[i].attached && views_[i].topic == topic_index &&
         reader == (lane.kind == lane_kind::subscribe_text)) {
-      if (!begins || i < index) return;  // another handle of the same kind said so, or goes on
+      if (!begins || i < index) return; // another handle of the same kind said so, or goes on
     }
   }
-  std::array<char, 8192> text;  // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then
+  std::array<char, 8192>
+      text; // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then
   if (lane.kind == lane_kind::subscribe_text) {
-    return send_direct(c, begins ? rosbridge::encode_subscribe(text, {.topic = lane.name(), .type = lane.type()})
-                                 : rosbridge::encode_unsubscribe(text, lane.name(), 1));
+    return send_direct(c, begins
+                              ? rosbridge::encode_subscribe(text, {.topic = lane.name(), .type = lane.type()})
+                              : rosbridge::encode_unsubscribe(text, lane.name(), 1));
   }
   std::uint32_t subscribed = router_.find_subscription(topic_index, c.first_subscription);
   if (begins) {
-    send_direct(c, rosbridge::encode_advertise(text, {.topic = lane.name(), .type = lane.type(), .latch = lane.latched}));
-    if (subscribed == no_index) subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
+    send_direct(c, rosbridge::encode_advertise(
+                       text, {.topic = lane.name(), .type = lane.type(), .latch = lane.latched}));
+    if (subscribed == no_index)
+      subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
     if (subscribed == no_index) return add(counter::no_slot);
     ++c.subscriptions;
     router_.merge(router_.subscription_at(subscribed), bounds_.queue_depth_max);
@@ -261,4 +271,4 @@ void core::announce_all(connection& c) noexcept {
   }
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -19,10 +19,10 @@ memory_plan plan_memory(const limits& bounds) noexcept {
   };
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service
 
 namespace rowe {
 
 std::size_t limits::footprint_bytes() const noexcept { return service::plan_memory(*this).total(); }
 
-}  // namespace rowe
+} // namespace rowe

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an endpoint's memory is for: one arena, a sum in which every line names its holder. limits::footprint_bytes()
-// is this sum.
+// What an endpoint's memory is for: one arena, a sum in which every line names its holder.
+// limits::footprint_bytes() is this sum.
 #pragma once
 #include <cstddef>
 
@@ -9,14 +9,14 @@
 namespace rowe::service {
 
 struct memory_plan {
-  std::size_t core;         // the core's tables and buffers, and the core itself
-  std::size_t board;        // what it shows to other threads
-  std::size_t lanes;        // the lanes' shared words
-  std::size_t lane_memory;  // their rings, windows and slots
+  std::size_t core;        // the core's tables and buffers, and the core itself
+  std::size_t board;       // what it shows to other threads
+  std::size_t lanes;       // the lanes' shared words
+  std::size_t lane_memory; // their rings, windows and slots
 
   std::size_t total() const noexcept { return core + board + lanes + lane_memory; }
 };
 
 memory_plan plan_memory(const limits& bounds) noexcept;
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written to peers. A message is encoded once into a slot; each subscription queues the slot's number; each
-// connection writes what its subscriptions have ready, several frames in one call of the transport, urgent first and
-// the subscriptions of one priority in turn. Whether a message may still be sent is decided here, by the clock, when
-// it is handed over; the wheel only gives the slots of those back that nobody came to send.
+// What is written to peers. A message is encoded once into a slot; each subscription queues the slot's
+// number; each connection writes what its subscriptions have ready, several frames in one call of the
+// transport, urgent first and the subscriptions of one priority in turn. Whether a message may still be sent
+// is decided here, by the clock, when it is handed over; the wheel only gives the slots of those back that
+// nobody came to send.
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -14,17 +15,17 @@
 namespace rowe::service {
 namespace {
 
-constexpr std::size_t pieces_max = 64;      // of one batch
-constexpr std::size_t batch_bytes_max = 64 * 1024;  // a batch ends with the frame that reaches it
-constexpr unsigned batches_max = 8;         // to one connection in one cycle
-constexpr std::uint32_t direct_depth = 64;  // answers to one peer that it has not read yet
+constexpr std::size_t pieces_max = 64;             // of one batch
+constexpr std::size_t batch_bytes_max = 64 * 1024; // a batch ends with the frame that reaches it
+constexpr unsigned batches_max = 8;                // to one connection in one cycle
+constexpr std::uint32_t direct_depth = 64;         // answers to one peer that it has not read yet
 
-}  // namespace
+} // namespace
 
 // What one call of the transport is given, and where each piece came from.
 struct core::batch {
   struct source {
-    queue* from = nullptr;  // null: control frames, or the rest of the frame that was begun
+    queue* from = nullptr; // null: control frames, or the rest of the frame that was begun
     std::uint32_t subscription = no_index;
     std::uint32_t slot = no_index;
     std::size_t bytes = 0;
@@ -35,8 +36,8 @@ struct core::batch {
   std::array<source, pieces_max> sources;
   std::size_t count = 0;
   std::size_t bytes = 0;
-  std::size_t masked = 0;  // bytes of the core's masking room in use
-  bool more = false;       // something was left out because the batch is full
+  std::size_t masked = 0; // bytes of the core's masking room in use
+  bool more = false;      // something was left out because the batch is full
 
   bool full() const noexcept { return count == pieces_max || bytes >= batch_bytes_max; }
   void add(std::span<const std::byte> piece, const source& of) noexcept {
@@ -62,8 +63,8 @@ void core::deliver(std::uint32_t topic_index, std::uint32_t slot) noexcept {
   }
 }
 
-// rosbridge's throttle: what comes within the period of the last one written is discarded, unless the peer asked for
-// a queue.
+// rosbridge's throttle: what comes within the period of the last one written is discarded, unless the peer
+// asked for a queue.
 bool core::accepts(subscription& s) noexcept {
   if (!s.discards || now_ >= s.next_due) return true;
   add(counter::throttled);
@@ -74,7 +75,8 @@ void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
   while (drop_dead_front(s.waiting)) continue;
   if (s.waiting.count >= s.depth) {
-    // Why it goes: the peer asked to be told less often, or wants the newest only, or does not read fast enough.
+    // Why it goes: the peer asked to be told less often, or wants the newest only, or does not read fast
+    // enough.
     add(s.timed ? counter::throttled : s.merges || s.discards ? counter::replaced : counter::outbox_full);
     drop_front(s.waiting);
   }
@@ -121,8 +123,8 @@ void core::send_control(connection& c, wire::opcode what, std::span<const std::b
   if (out.written == out.size) out.written = out.size = 0;
   const wire::role ours = c.ours == side::client ? wire::role::client : wire::role::server;
   const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
-  // A pong that finds no room was preceded by others the peer has not read; one for the latest ping is all that
-  // RFC 6455 5.5.3 asks for, and a peer that pings without reading gets none.
+  // A pong that finds no room was preceded by others the peer has not read; one for the latest ping is all
+  // that RFC 6455 5.5.3 asks for, and a peer that pings without reading gets none.
   if (out.bytes.size() - out.size < bytes) return;
   std::byte* const at = out.bytes.data() + out.size;
   if (ours == wire::role::client) {
@@ -152,8 +154,9 @@ wire::mask_key core::next_mask() noexcept {
 void core::finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
                   rt::time_point expires) noexcept {
   slots_.finish(slot, bytes, body_at, body_bytes, expires);
-  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()), wire::opcode::text,
-                                        bytes);  // where it starts follows from `bytes`
+  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
+                                        wire::opcode::text,
+                                        bytes); // where it starts follows from `bytes`
   if (expires != rt::never) arm(timer::slot, slot, expires + rt::duration{1});
 }
 
@@ -173,20 +176,21 @@ void core::expire_slot(std::uint32_t slot) noexcept {
   add(counter::expired, *deliveries);
 }
 
-// Drops the message at the front if it is gone or its time is. False when the queue begins with one to be sent.
+// Drops the message at the front if it is gone or its time is. False when the queue begins with one to be
+// sent.
 bool core::drop_dead_front(queue& from) noexcept {
   if (from.empty()) return false;
   const slot_ref front = entries_.front(from);
   if (slots_.alive(front)) {
     if (slots_.expires(front.index) >= now_) return false;
-    expire_slot(front.index);  // for all queues at once, and counted
+    expire_slot(front.index); // for all queues at once, and counted
     if (slots_.alive(front)) {
       // Another peer's socket is in the middle of it, so it goes for this peer alone.
       add(counter::expired);
       release(front.index);
     }
   }
-  (void)entries_.pop(from);  // the reference is given back already
+  (void)entries_.pop(from); // the reference is given back already
   return true;
 }
 
@@ -225,7 +229,7 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
 void core::let_go_topic(std::uint32_t index) noexcept {
   topic& held = router_.at(index);
   if (held.holders == 1 && held.last.index != no_index && slots_.alive(held.last)) release(held.last.index);
-  (void)router_.let_go(index);  // whether it was the last one matters to nobody here
+  (void)router_.let_go(index); // whether it was the last one matters to nobody here
 }
 
 // ---- towards the socket
@@ -275,21 +279,24 @@ bool core::gather(connection& c, batch& into) noexcept {
   return into.count > 0;
 }
 
-// The rest of the frame that a socket has the beginning of. Nothing may come before it. False when nothing may
-// follow either.
+// The rest of the frame that a socket has the beginning of. Nothing may come before it. False when nothing
+// may follow either.
 bool core::gather_begun(connection& c, batch& into) noexcept {
   if (c.begun.slot == no_index) return true;
   return gather_frame(c, c.begun.slot, c.begun.key, c.begun.written, into);
 }
 
-// As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is full.
+// As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
+// full.
 bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
   while (drop_dead_front(from)) continue;
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
   for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
     const slot_ref slot = entries_.at(at);
-    if (!slots_.alive(slot) || slots_.expires(slot.index) < now_) continue;  // dropped when it comes to the front
-    if (into.full() || !gather_frame(c, slot.index, c.ours == side::client ? next_mask() : wire::mask_key{}, 0, into)) {
+    if (!slots_.alive(slot) || slots_.expires(slot.index) < now_)
+      continue; // dropped when it comes to the front
+    if (into.full() ||
+        !gather_frame(c, slot.index, c.ours == side::client ? next_mask() : wire::mask_key{}, 0, into)) {
       into.more = true;
       return false;
     }
@@ -300,8 +307,9 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
   return true;
 }
 
-// One frame, or what is left of it behind `skip` bytes. As a server the header stands in front of the text already,
-// for all peers alike; as a client the frame is masked into a room of the core's. False when that is full.
+// One frame, or what is left of it behind `skip` bytes. As a server the header stands in front of the text
+// already, for all peers alike; as a client the frame is masked into a room of the core's. False when that is
+// full.
 bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
                         batch& into) noexcept {
   const std::span<char> text = slots_.text(slot);
@@ -315,14 +323,16 @@ bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key&
   const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::client);
   if (masked_.size() - into.masked < header + payload.size()) return false;
   const auto frame = masked_.subspan(into.masked, header + payload.size());
-  (void)wire::write_frame_header(frame.data(), wire::opcode::text, payload.size(), key);  // its size is `header`
+  (void)wire::write_frame_header(frame.data(), wire::opcode::text, payload.size(),
+                                 key); // its size is `header`
   wire::mask_copy(frame.subspan(header), payload, key);
   into.masked += frame.size();
   into.add(frame.subspan(skip), {.from = nullptr, .slot = slot, .key = key});
   return true;
 }
 
-// Books what the socket took: whole frames are done with, one may be begun, the rest stays queued where it is.
+// Books what the socket took: whole frames are done with, one may be begun, the rest stays queued where it
+// is.
 void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
   for (std::size_t i = 0; i < sent.count; ++i) {
     const batch::source& piece = sent.sources[i];
@@ -343,7 +353,7 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
       // What stands in front of it was passed over when it was gathered, because it is dead.
       while (drop_dead_front(*piece.from)) continue;
       assert(entries_.front(*piece.from).index == piece.slot);
-      (void)entries_.pop(*piece.from);  // its reference is released below, or goes on as the begun frame's
+      (void)entries_.pop(*piece.from); // its reference is released below, or goes on as the begun frame's
       if (piece.subscription != no_index) settle_sent(router_.subscription_at(piece.subscription));
       if (whole) {
         release(piece.slot);
@@ -358,15 +368,16 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
   settle_ready(c);
 }
 
-// A throttled subscription's next message is due a period after this one was, or after now if that is long past.
+// A throttled subscription's next message is due a period after this one was, or after now if that is long
+// past.
 void core::settle_sent(subscription& of) noexcept {
   of.served = true;
   if (of.throttle == rt::duration{0}) return;
   of.next_due = now_ - of.next_due < of.throttle ? of.next_due + of.throttle : now_ + of.throttle;
 }
 
-// Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served behind
-// those that were not, so that they take turns.
+// Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served
+// behind those that were not, so that they take turns.
 void core::settle_ready(connection& c) noexcept {
   for (ready_list& on : c.ready) {
     std::uint32_t i = std::exchange(on, {}).head;
@@ -394,4 +405,4 @@ void core::settle_ready(connection& c) noexcept {
   }
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

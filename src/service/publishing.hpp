@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a value to the queues of those who want it: encoded once per dialect, not per peer. A template over what
-// writes the body (a struct's encoder, text that is JSON already, the statistics), so that it is written where it
-// stays. Service thread only.
+// From a value to the queues of those who want it: encoded once per dialect, not per peer. A template over
+// what writes the body (a struct's encoder, text that is JSON already, the statistics), so that it is written
+// where it stays. Service thread only.
 #pragma once
 #include "service/core.hpp"
 
 namespace rowe::service {
 
-// The message of `topic` whose body `write_body(json::writer&)` writes, in a slot with one reference; no_index,
-// counted, when there is no slot or none is large enough.
+// The message of `topic` whose body `write_body(json::writer&)` writes, in a slot with one reference;
+// no_index, counted, when there is no slot or none is large enough.
 template <class WriteBody>
 std::uint32_t core::encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept {
   counter why = counter::no_slot;
@@ -45,8 +45,9 @@ void core::publish(std::uint32_t topic_index, rt::time_point published, rt::time
   if (slot == no_index) return;
   on.bytes = slots_.body(slot).size();
   deliver(topic_index, slot);
-  for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox) deliver_inbox(i, slots_.body(slot));
+  for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
+    deliver_inbox(i, slots_.body(slot));
   release(slot);
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bounded queues of encoded messages, one for each peer and topic. The entries of all of them come from one pool, so
-// that memory is bounded once and a queue costs nothing while it is empty. Service thread only.
+// Bounded queues of encoded messages, one for each peer and topic. The entries of all of them come from one
+// pool, so that memory is bounded once and a queue costs nothing while it is empty. Service thread only.
 #pragma once
 #include <cassert>
 #include <cstdint>
@@ -28,7 +28,8 @@ class queue_entries {
     return rt::arena::bytes_for<entry>(bounds.queued_max);
   }
 
-  queue_entries(rt::arena& memory, const limits& bounds) noexcept : entries_{memory.carve<entry>(bounds.queued_max)} {
+  queue_entries(rt::arena& memory, const limits& bounds) noexcept
+      : entries_{memory.carve<entry>(bounds.queued_max)} {
     for (std::uint32_t i = static_cast<std::uint32_t>(entries_.size()); i-- > 0;) {
       entries_[i].next = free_;
       free_ = i;
@@ -83,4 +84,4 @@ class queue_entries {
   std::uint32_t in_use_ = 0;
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

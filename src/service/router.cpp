@@ -11,13 +11,17 @@
 namespace rowe::service {
 namespace {
 
-std::size_t bucket_count(const limits& bounds) noexcept { return std::bit_ceil(std::size_t{bounds.topics_max} * 2); }
+std::size_t bucket_count(const limits& bounds) noexcept {
+  return std::bit_ceil(std::size_t{bounds.topics_max} * 2);
+}
 std::size_t head_bytes_max_of(const limits& bounds) noexcept {
   return wire::rosbridge::publish_head_bytes_max(bounds.topic_bytes_max);
 }
-std::size_t name_stride_of(const limits& bounds) noexcept { return 2 * bounds.topic_bytes_max + head_bytes_max_of(bounds); }
+std::size_t name_stride_of(const limits& bounds) noexcept {
+  return 2 * bounds.topic_bytes_max + head_bytes_max_of(bounds);
+}
 
-}  // namespace
+} // namespace
 
 std::size_t router::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
@@ -45,7 +49,9 @@ router::router(rt::arena& memory, const limits& bounds) noexcept
   }
 }
 
-std::string_view router::name(std::uint32_t index) const noexcept { return {names(index), topics_[index].name_bytes}; }
+std::string_view router::name(std::uint32_t index) const noexcept {
+  return {names(index), topics_[index].name_bytes};
+}
 
 std::string_view router::type(std::uint32_t index) const noexcept {
   return {names(index) + name_bytes_max_, topics_[index].type_bytes};
@@ -104,7 +110,8 @@ bool router::let_go(std::uint32_t index) noexcept {
   return true;
 }
 
-std::uint32_t router::find_subscription(std::uint32_t wanted, std::uint32_t first_on_connection) const noexcept {
+std::uint32_t router::find_subscription(std::uint32_t wanted,
+                                        std::uint32_t first_on_connection) const noexcept {
   for (std::uint32_t i = first_on_connection; i != no_index; i = subscriptions_[i].next_on_connection) {
     if (subscriptions_[i].topic == wanted) return i;
   }
@@ -138,9 +145,11 @@ void router::remove_subscription(std::uint32_t index, std::uint32_t& first_on_co
   while (*link != index) link = &subscriptions_[*link].next_on_connection;
   *link = gone.next_on_connection;
   topic& of = topics_[gone.topic];
-  (gone.previous_on_topic == no_index ? of.first_subscription : subscriptions_[gone.previous_on_topic].next_on_topic) =
+  (gone.previous_on_topic == no_index ? of.first_subscription
+                                      : subscriptions_[gone.previous_on_topic].next_on_topic) =
       gone.next_on_topic;
-  if (gone.next_on_topic != no_index) subscriptions_[gone.next_on_topic].previous_on_topic = gone.previous_on_topic;
+  if (gone.next_on_topic != no_index)
+    subscriptions_[gone.next_on_topic].previous_on_topic = gone.previous_on_topic;
   --of.subscriptions;
   gone = subscription{};
   gone.next_on_connection = free_subscription_;
@@ -171,7 +180,8 @@ bool router::check() const noexcept {
     for (std::uint32_t i = buckets_[b]; i != no_index; i = topics_[i].next) {
       if (++held > topics_.size() || topics_[i].holders == 0) return false;
       std::uint32_t on_topic = 0;
-      for (std::uint32_t s = topics_[i].first_subscription; s != no_index; s = subscriptions_[s].next_on_topic) {
+      for (std::uint32_t s = topics_[i].first_subscription; s != no_index;
+           s = subscriptions_[s].next_on_topic) {
         if (subscriptions_[s].topic != i || ++on_topic > topics_[i].subscriptions) return false;
       }
       if (on_topic != topics_[i].subscriptions) return false;
@@ -180,4 +190,4 @@ bool router::check() const noexcept {
   return held == topic_count_;
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Topics and who wants them. A topic exists while something holds it: a subscription of a peer, an advertisement of a
-// peer, or a handle of this process; the last one to let go frees its place, so that a peer that makes up names can
-// take no more than its own limits allow. Everything is an index into memory taken at open. Service thread only.
+// Topics and who wants them. A topic exists while something holds it: a subscription of a peer, an
+// advertisement of a peer, or a handle of this process; the last one to let go frees its place, so that a
+// peer that makes up names can take no more than its own limits allow. Everything is an index into memory
+// taken at open. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -22,32 +23,32 @@ namespace rowe::service {
 
 struct topic {
   std::uint64_t hash = 0;
-  std::uint32_t next = no_index;  // in its bucket, or in the free list
-  std::uint32_t holders = 0;      // subscriptions, advertisements and handles
+  std::uint32_t next = no_index; // in its bucket, or in the free list
+  std::uint32_t holders = 0;     // subscriptions, advertisements and handles
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
-  std::uint32_t first_inbox = no_index;  // handles of this process that subscribe
+  std::uint32_t first_inbox = no_index; // handles of this process that subscribe
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
   std::uint16_t head_bytes = 0;
   rowe::priority priority = rowe::priority::normal;
   rowe::keep keep = rowe::keep::all;
   bool latched = false;
-  slot_ref last;  // of a latched topic: holds one reference
+  slot_ref last; // of a latched topic: holds one reference
 
   // For /rowe/stats.
   std::uint64_t messages = 0;
-  std::uint64_t messages_before = 0;  // at the last report
-  std::size_t bytes = 0;              // of the newest body
-  rt::time_point newest_at{};         // zero: nobody listened until now
-  rt::duration gap_max{0};            // since the last report
+  std::uint64_t messages_before = 0; // at the last report
+  std::size_t bytes = 0;             // of the newest body
+  rt::time_point newest_at{};        // zero: nobody listened until now
+  rt::duration gap_max{0};           // since the last report
 };
 
 // What one subscribe request asked for; a peer's requests for one topic are merged.
 struct subscribe_request {
   std::uint64_t id_hash = 0;
   rt::duration throttle{0};
-  std::uint32_t queue_length = 0;  // 0: not stated
+  std::uint32_t queue_length = 0; // 0: not stated
 };
 
 struct subscription {
@@ -55,15 +56,15 @@ struct subscription {
   std::uint32_t connection = no_index;
   std::uint32_t next_on_topic = no_index;
   std::uint32_t previous_on_topic = no_index;
-  std::uint32_t next_on_connection = no_index;  // or in the free list
+  std::uint32_t next_on_connection = no_index; // or in the free list
   std::uint32_t next_ready = no_index;
   queue waiting;
   std::uint32_t depth = 0;
-  bool ready = false;     // on its connection's list of those that may be written now
-  bool served = false;    // something of it was written in the batch that is being settled
-  bool timed = false;     // on the wheel until next_due
-  bool merges = false;    // a newer value takes the place of an older one
-  bool discards = false;  // what comes within the throttle period is not even queued
+  bool ready = false;    // on its connection's list of those that may be written now
+  bool served = false;   // something of it was written in the batch that is being settled
+  bool timed = false;    // on the wheel until next_due
+  bool merges = false;   // a newer value takes the place of an older one
+  bool discards = false; // what comes within the throttle period is not even queued
   rt::duration throttle{0};
   rt::time_point next_due{};
   std::uint8_t request_count = 0;
@@ -77,7 +78,7 @@ class router {
 
   // Topics.
   std::uint32_t find(std::string_view name) const noexcept;  // no_index when there is none
-  std::uint32_t find_or_add(std::string_view name) noexcept;  // no_index when topics_max are taken
+  std::uint32_t find_or_add(std::string_view name) noexcept; // no_index when topics_max are taken
   topic& at(std::uint32_t index) noexcept { return topics_[index]; }
   std::string_view name(std::uint32_t index) const noexcept;
   std::string_view type(std::uint32_t index) const noexcept;
@@ -95,9 +96,12 @@ class router {
   // Subscriptions: on a topic's list and on a connection's, whose head the caller keeps.
   subscription& subscription_at(std::uint32_t index) noexcept { return subscriptions_[index]; }
   std::uint32_t find_subscription(std::uint32_t topic, std::uint32_t first_on_connection) const noexcept;
-  std::uint32_t add_subscription(std::uint32_t topic, std::uint32_t connection, std::uint32_t& first_on_connection) noexcept;
+  std::uint32_t add_subscription(std::uint32_t topic, std::uint32_t connection,
+                                 std::uint32_t& first_on_connection) noexcept;
   void remove_subscription(std::uint32_t index, std::uint32_t& first_on_connection) noexcept;
-  std::uint32_t subscription_places() const noexcept { return static_cast<std::uint32_t>(subscriptions_.size()); }
+  std::uint32_t subscription_places() const noexcept {
+    return static_cast<std::uint32_t>(subscriptions_.size());
+  }
 
   // Merges the requests of a subscription into what it does: the smallest throttle, the smallest queue.
   void merge(subscription& of, std::uint32_t depth_max) noexcept;
@@ -110,7 +114,7 @@ class router {
 
   std::span<topic> topics_;
   std::span<std::uint32_t> buckets_;
-  std::span<char> names_;  // name, type and head of each topic
+  std::span<char> names_; // name, type and head of each topic
   std::span<subscription> subscriptions_;
   std::size_t name_bytes_max_;
   std::size_t head_bytes_max_;
@@ -127,4 +131,4 @@ constexpr std::uint64_t hash_of(std::string_view text) noexcept {
   return hash;
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

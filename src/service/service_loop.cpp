@@ -10,9 +10,10 @@ using clock = rt::monotonic_clock;
 
 // An endpoint whose handles nobody listens to sleeps this long at a time; set-up and sockets wake it earlier.
 constexpr rt::duration rest_max = std::chrono::milliseconds{250};
-constexpr rt::duration goodbye_max = std::chrono::milliseconds{1500};  // the transport cuts slow peers after 1 s
+constexpr rt::duration goodbye_max =
+    std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
 
-}  // namespace
+} // namespace
 
 void service_loop::cycle() noexcept {
   const rt::time_point began = clock::now();
@@ -62,4 +63,4 @@ void service_loop::stop(rt::time_point drain_until) noexcept {
   carrier_.wake();
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

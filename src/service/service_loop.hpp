@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The service thread: cycles of the core, and how it waits between them. It reads the clock, which the core does not;
-// everything else about time is the core's. One loop runs on one thread; stop() is for others.
+// The service thread: cycles of the core, and how it waits between them. It reads the clock, which the core
+// does not; everything else about time is the core's. One loop runs on one thread; stop() is for others.
 #pragma once
 #include <atomic>
 
@@ -12,16 +12,18 @@
 
 namespace rowe::service {
 
-// Naps of a thread that otherwise never sleeps. A SCHED_FIFO thread that runs on without a pause is taken off its
-// core by the kernel for the rest of each second once it has used its share (950 ms by default: a gap of 50 ms), so
-// it gives up the core by itself: 6 % of the time, in naps far shorter than that gap.
+// Naps of a thread that otherwise never sleeps. A SCHED_FIFO thread that runs on without a pause is taken off
+// its core by the kernel for the rest of each second once it has used its share (950 ms by default: a gap of
+// 50 ms), so it gives up the core by itself: 6 % of the time, in naps far shorter than that gap.
 class nap_budget {
  public:
   static constexpr rt::duration nap_max = std::chrono::microseconds{100};
-  static constexpr rt::duration busy_max = nap_max * 94 / 6;  // between two naps
+  static constexpr rt::duration busy_max = nap_max * 94 / 6; // between two naps
 
   // How long to nap now; 0: not yet.
-  rt::duration due(rt::time_point now) const noexcept { return now - awake_since_ >= busy_max ? nap_max : rt::duration{0}; }
+  rt::duration due(rt::time_point now) const noexcept {
+    return now - awake_since_ >= busy_max ? nap_max : rt::duration{0};
+  }
   // What came of it: a nap that an event cut short buys less busy time.
   void napped(rt::time_point from, rt::time_point to) noexcept {
     const rt::duration slept = to - from;
@@ -41,8 +43,8 @@ class service_loop {
   // Runs until stop(). Service thread.
   void run(bool fifo) noexcept;
 
-  // Any other thread, once: everything published so far has until `drain_until` to be written, then peers are told
-  // goodbye and run() returns. Enters the kernel.
+  // Any other thread, once: everything published so far has until `drain_until` to be written, then peers are
+  // told goodbye and run() returns. Enters the kernel.
   void stop(rt::time_point drain_until) noexcept;
 
   // After run() has returned: whether all was written.
@@ -63,4 +65,4 @@ class service_loop {
   bool drained_ = false;
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

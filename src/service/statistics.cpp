@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The topic /rowe/stats: what the endpoint knows of itself, for the page and for tools, at most ten times a second
-// and only while somebody listens. docs/concepts.md describes its members.
+// The topic /rowe/stats: what the endpoint knows of itself, for the page and for tools, at most ten times a
+// second and only while somebody listens. docs/concepts.md describes its members.
 #include <array>
 #include <utility>
 
@@ -13,9 +13,11 @@ namespace {
 double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
 // Three digits are plenty for people, and short.
-double rounded(double value) noexcept { return static_cast<double>(static_cast<std::int64_t>(value * 1000 + 0.5)) / 1000; }
+double rounded(double value) noexcept {
+  return static_cast<double>(static_cast<std::int64_t>(value * 1000 + 0.5)) / 1000;
+}
 
-}  // namespace
+} // namespace
 
 void core::describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
   granted_ = granted;
@@ -24,7 +26,8 @@ void core::describe_thread(const rt::grants& granted, bool memory_locked) noexce
 
 void core::publish_statistics() noexcept {
   const topic& on = router_.at(statistics_topic_);
-  if (on.first_subscription == no_index && on.first_inbox == no_index) return;  // armed again by the next subscriber
+  if (on.first_subscription == no_index && on.first_inbox == no_index)
+    return; // armed again by the next subscriber
   arm(timer::statistics, 0, now_ + options_.stats_period);
   const rt::duration since = now_ - statistics_at_;
   if (since <= rt::duration{0}) return;
@@ -99,4 +102,4 @@ void core::write_losses(json::writer& into) noexcept {
   into.end_object();
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

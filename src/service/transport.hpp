@@ -2,12 +2,13 @@
 // The seam between the core and whatever carries bytes. The core calls a transport from one thread only, the
 // service thread; a transport calls its sink only from inside poll(). One transport serves one endpoint.
 //
-// A connection is an index below `connections_max` and a generation; the transport chooses the index, raises the
-// generation each time it is used again, and reports every connection with exactly one on_open and later exactly one
-// on_close, unless the transport itself is destroyed first. Calls that name a connection that is gone do nothing.
+// A connection is an index below `connections_max` and a generation; the transport chooses the index, raises
+// the generation each time it is used again, and reports every connection with exactly one on_open and later
+// exactly one on_close, unless the transport itself is destroyed first. Calls that name a connection that is
+// gone do nothing.
 //
-// What is carried is the byte stream *behind* the upgrade handshake: WebSocket frames, which the core reads and
-// writes itself. The transport does the handshake, HTTP and, later, TLS.
+// What is carried is the byte stream *behind* the upgrade handshake: WebSocket frames, which the core reads
+// and writes itself. The transport does the handshake, HTTP and, later, TLS.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +21,7 @@ namespace rowe::service {
 
 struct connection_id {
   std::uint32_t index = 0;
-  std::uint32_t generation = 0;  // never 0 for a connection that was reported
+  std::uint32_t generation = 0; // never 0 for a connection that was reported
   friend bool operator==(const connection_id&, const connection_id&) = default;
 };
 
@@ -29,40 +30,41 @@ enum class side : std::uint8_t { server, client };
 
 struct peer_info {
   side ours = side::server;
-  std::string_view address;      // numeric, with port; valid during the call
-  std::string_view path;         // of the request, query removed; valid during the call
-  std::string_view subprotocol;  // the one that was chosen, or empty
+  std::string_view address;     // numeric, with port; valid during the call
+  std::string_view path;        // of the request, query removed; valid during the call
+  std::string_view subprotocol; // the one that was chosen, or empty
 };
 
 // Why a connection ended, as far as the transport knows.
 enum class close_cause : std::uint8_t {
-  asked,      // the core called close()
-  peer,       // orderly end of the stream
-  reset,      // reset, or another socket error
-  timed_out,  // the write deadline passed
+  asked,     // the core called close()
+  peer,      // orderly end of the stream
+  reset,     // reset, or another socket error
+  timed_out, // the write deadline passed
 };
 
-// Something that did not become a connection. `what` says what was wrong with its value, `remedy` what to change.
+// Something that did not become a connection. `what` says what was wrong with its value, `remedy` what to
+// change.
 struct refusal {
-  std::uint16_t http_status = 0;  // what was answered; 0 when the connection was closed without an answer
-  std::string_view peer;          // numeric address with port; empty where unknown
+  std::uint16_t http_status = 0; // what was answered; 0 when the connection was closed without an answer
+  std::string_view peer;         // numeric address with port; empty where unknown
   std::string_view what;
   std::string_view remedy;
 };
 
 struct http_request {
-  std::string_view path;           // query removed
-  std::string_view if_none_match;  // empty when absent
+  std::string_view path;          // query removed
+  std::string_view if_none_match; // empty when absent
   bool accepts_gzip = false;
 };
 
-// An answer whose texts must outlive the writing of it (static assets, or memory of the core that does not change
-// before the next poll()).
+// An answer whose texts must outlive the writing of it (static assets, or memory of the core that does not
+// change before the next poll()).
 struct http_answer {
   std::uint16_t status = 404;
   std::string_view content_type = "text/plain; charset=utf-8";
-  std::string_view content_encoding;  // empty or "gzip"
-  std::string_view etag;              // quoted, or empty
+  std::string_view content_encoding; // empty or "gzip"
+  std::string_view etag;             // quoted, or empty
   std::string_view cache_control = "no-cache";
   std::span<const std::byte> body;
 };
@@ -88,8 +90,8 @@ class transport_sink {
 };
 
 enum class close_how : std::uint8_t {
-  flushed,  // send what write() has taken, then close in an orderly way; a peer that does not read is cut
-  aborted,  // at once
+  flushed, // send what write() has taken, then close in an orderly way; a peer that does not read is cut
+  aborted, // at once
 };
 
 class transport {
@@ -105,9 +107,9 @@ class transport {
   // Ends a wait() early. The only call that any thread may make; it enters the kernel.
   virtual void wake() noexcept = 0;
 
-  // Hands `pieces` to the connection in order, as one system call where the carrier has them. Returns the bytes
-  // taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers more than the
-  // carrier itself does, never waits.
+  // Hands `pieces` to the connection in order, as one system call where the carrier has them. Returns the
+  // bytes taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers
+  // more than the carrier itself does, never waits.
   virtual std::size_t write(connection_id connection,
                             std::span<const std::span<const std::byte>> pieces) noexcept = 0;
 
@@ -124,4 +126,4 @@ class transport {
   virtual bool busy() const noexcept = 0;
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -6,7 +6,8 @@
 namespace rowe::service {
 namespace {
 
-// Head room, the text, and what a JSON parser may read behind it, rounded so that slots start on lines of their own.
+// Head room, the text, and what a JSON parser may read behind it, rounded so that slots start on lines of
+// their own.
 constexpr std::size_t stride(std::size_t bytes) noexcept {
   constexpr std::size_t tailroom_bytes = 64;
   const std::size_t whole = wire_slots::headroom_bytes + bytes + tailroom_bytes;
@@ -14,20 +15,24 @@ constexpr std::size_t stride(std::size_t bytes) noexcept {
 }
 
 // A relayed message gains the envelope around it, and its topic's name may have to be escaped.
-constexpr std::size_t envelope_bytes_max(const limits& bounds) noexcept { return 64 + 6 * std::size_t{bounds.topic_bytes_max}; }
+constexpr std::size_t envelope_bytes_max(const limits& bounds) noexcept {
+  return 64 + 6 * std::size_t{bounds.topic_bytes_max};
+}
 
 std::size_t large_slot_bytes(const limits& bounds) noexcept {
   return bounds.message_bytes_max + envelope_bytes_max(bounds);
 }
 
 std::size_t slots_bytes(const limits& bounds) noexcept {
-  return bounds.small_slots * stride(bounds.small_slot_bytes) + bounds.large_slots * stride(large_slot_bytes(bounds));
+  return bounds.small_slots * stride(bounds.small_slot_bytes) +
+         bounds.large_slots * stride(large_slot_bytes(bounds));
 }
 
-}  // namespace
+} // namespace
 
 std::size_t wire_slots::footprint_bytes(const limits& bounds) noexcept {
-  return rt::arena::bytes_for<slot>(bounds.small_slots + bounds.large_slots) + rt::arena::bytes_for(slots_bytes(bounds));
+  return rt::arena::bytes_for<slot>(bounds.small_slots + bounds.large_slots) +
+         rt::arena::bytes_for(slots_bytes(bounds));
 }
 
 wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
@@ -44,9 +49,9 @@ wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
 }
 
 char* wire_slots::base(std::uint32_t index) const noexcept {
-  const std::size_t at = small(index) ? index * stride(small_bytes_)
-                                      : small_count_ * stride(small_bytes_) +
-                                            (index - small_count_) * stride(large_bytes_);
+  const std::size_t at =
+      small(index) ? index * stride(small_bytes_)
+                   : small_count_ * stride(small_bytes_) + (index - small_count_) * stride(large_bytes_);
   return reinterpret_cast<char*>(memory_.data() + at + headroom_bytes);
 }
 
@@ -120,4 +125,4 @@ bool wire_slots::check() const noexcept {
   return free_count + in_use_ == count();
 }
 
-}  // namespace rowe::service
+} // namespace rowe::service

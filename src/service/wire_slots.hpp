@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encoded messages on their way out. A message is encoded once into one slot, however many peers get it; each peer's
-// queue holds the slot's number and generation. Service thread only, so slots are counted with plain integers.
+// Encoded messages on their way out. A message is encoded once into one slot, however many peers get it; each
+// peer's queue holds the slot's number and generation. Service thread only, so slots are counted with plain
+// integers.
 //
-// Two sizes, because most messages are small and a few are not: a message is encoded into a small slot and, if it
-// does not fit, again into a large one. Each slot has room in front for a frame header and one node on the wheel;
-// when its time is over it is freed whoever still has it queued, and those find a newer generation in its place. A
-// slot that a socket has been given the first bytes of is held until the last one is out.
+// Two sizes, because most messages are small and a few are not: a message is encoded into a small slot and,
+// if it does not fit, again into a large one. Each slot has room in front for a frame header and one node on
+// the wheel; when its time is over it is freed whoever still has it queued, and those find a newer generation
+// in its place. A slot that a socket has been given the first bytes of is held until the last one is out.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -27,7 +28,7 @@ struct slot_ref {
 
 class wire_slots {
  public:
-  static constexpr std::size_t headroom_bytes = 16;  // the longest frame header is 14
+  static constexpr std::size_t headroom_bytes = 16; // the longest frame header is 14
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   wire_slots(rt::arena& memory, const limits& bounds) noexcept;
@@ -39,7 +40,8 @@ class wire_slots {
   std::size_t small_bytes() const noexcept { return small_bytes_; }
   std::size_t large_bytes() const noexcept { return large_bytes_; }
 
-  // The whole room of a slot, to encode into; finish() says what of it was used and where the body lies in it.
+  // The whole room of a slot, to encode into; finish() says what of it was used and where the body lies in
+  // it.
   std::span<char> room(std::uint32_t index) noexcept;
   void finish(std::uint32_t index, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
               rt::time_point expires) noexcept;
@@ -64,8 +66,8 @@ class wire_slots {
   void begin(std::uint32_t index) noexcept { ++slots_[index].begun; }
   void end(std::uint32_t index) noexcept { --slots_[index].begun; }
 
-  // Frees a slot before its references are released: they go stale. Returns how many deliveries there were; nothing,
-  // and no change, when a socket is in the middle of it.
+  // Frees a slot before its references are released: they go stale. Returns how many deliveries there were;
+  // nothing, and no change, when a socket is in the middle of it.
   std::optional<std::uint32_t> expire(std::uint32_t index) noexcept;
 
   std::uint32_t in_use() const noexcept { return in_use_; }
@@ -99,4 +101,4 @@ class wire_slots {
   std::uint32_t in_use_ = 0;
 };
 
-}  // namespace rowe::service
+} // namespace rowe::service

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// In steady state nothing in the whole process allocates for a message: neither publisher, core, transport and
-// libwebsockets of the server, nor those of the client that reads. Counted by the tripwire's malloc, in all threads.
+// In steady state nothing in the whole process allocates for a message: neither publisher, core, transport
+// and libwebsockets of the server, nor those of the client that reads. Counted by the tripwire's malloc, in
+// all threads.
 #include <rowe/rowe.hpp>
 
 #include <gtest/gtest.h>
@@ -58,4 +59,4 @@ TEST(allocations, are_none_for_a_message_from_publisher_to_subscriber_over_socke
   EXPECT_EQ(after - before, 0U);
 }
 
-}  // namespace
+} // namespace

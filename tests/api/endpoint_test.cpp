@@ -23,7 +23,7 @@ using rowe::endpoint;
 using rowe::errc;
 using rowe::json_text;
 
-constexpr auto patience = 20s;  // a watchdog: nothing here takes a thousandth of it
+constexpr auto patience = 20s; // a watchdog: nothing here takes a thousandth of it
 
 rowe::endpoint_options hub() {
   rowe::endpoint_options options;
@@ -38,7 +38,8 @@ std::string url_of(const endpoint& of) { return "ws://127.0.0.1:" + std::to_stri
 
 std::string numbered(int n) { return R"({"n":)" + std::to_string(n) + "}"; }
 
-// Publishes until `heard` says that it has come through: a subscription takes effect a moment after it is made.
+// Publishes until `heard` says that it has come through: a subscription takes effect a moment after it is
+// made.
 template <class Publish, class Heard>
 bool publish_until(Publish&& publish, Heard&& heard) {
   const auto until = rowe::rt::monotonic_clock::now() + patience;
@@ -74,12 +75,15 @@ TEST(endpoint, carries_a_struct_from_one_process_end_to_the_other) {
   auto seen = viewer.subscribe<json_text>("/odom").value();
   ASSERT_TRUE(viewer.wait_peer(patience));
   std::string text;
-  EXPECT_TRUE(publish_until([&] { (void)odom.publish({1.5, -2}); },  // no_peer until the subscription has arrived
-                            [&] {
-                              const auto message = seen.try_take();
-                              if (message) text = message->text();
-                              return !text.empty();
-                            }));
+  EXPECT_TRUE(publish_until(
+      [&] {
+        (void)odom.publish({1.5, -2});
+      }, // no_peer until the subscription has arrived
+      [&] {
+        const auto message = seen.try_take();
+        if (message) text = message->text();
+        return !text.empty();
+      }));
   EXPECT_EQ(text, R"({"x":1.5,"y":-2})");
 }
 
@@ -91,7 +95,8 @@ TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
   auto said = talker.advertise<json_text>("/count", {.depth = 16}).value();
   ASSERT_TRUE(talker.wait_peer(patience));
   ASSERT_TRUE(listener.wait_peer(patience));
-  ASSERT_TRUE(publish_until([&] { (void)said.publish(R"({"n":-1})"); }, [&] { return heard.take(1ms).has_value(); }));
+  ASSERT_TRUE(
+      publish_until([&] { (void)said.publish(R"({"n":-1})"); }, [&] { return heard.take(1ms).has_value(); }));
   int next = 0;
   std::thread taker{[&] {
     while (next < 5000) {
@@ -155,7 +160,8 @@ TEST(endpoint, writes_what_was_published_before_it_closes) {
     auto talker = endpoint::connect(url_of(server), hub()).value();
     auto said = talker.advertise<json_text>("/last", {.depth = 128}).value();
     ASSERT_TRUE(talker.wait_peer(patience));
-    ASSERT_TRUE(publish_until([&] { (void)said.publish(numbered(0)); }, [&] { return said.published() > 0; }));
+    ASSERT_TRUE(
+        publish_until([&] { (void)said.publish(numbered(0)); }, [&] { return said.published() > 0; }));
     const auto before = said.published();
     for (int i = 1; i <= 100; ++i) {
       while (!said.publish(numbered(i))) std::this_thread::yield();
@@ -320,7 +326,8 @@ TEST(endpoint_errors, tell_when_lanes_topics_or_their_memory_run_out) {
   EXPECT_EQ(big.error().limit, 64 * 1024);
   const auto one = robot.advertise<pose>("/a", {.depth = 4});
   ASSERT_TRUE(one);
-  EXPECT_EQ(robot.advertise<pose>("/b", {.depth = 4}).code(), errc::too_many_topics);  // /rowe/stats is the other
+  EXPECT_EQ(robot.advertise<pose>("/b", {.depth = 4}).code(),
+            errc::too_many_topics); // /rowe/stats is the other
   const auto two = robot.advertise<pose>("/a", {.depth = 4});
   const auto three = robot.advertise<pose>("/a", {.depth = 4});
   ASSERT_TRUE(two && three);
@@ -351,11 +358,11 @@ TEST(endpoint_errors, tell_what_could_not_be_written_in_time) {
   auto said = talker.advertise<json_text>("/big", {.depth = 2048, .text_bytes_max = 16}).value();
   ASSERT_TRUE(talker.wait_peer(patience));
   ASSERT_TRUE(publish_until([&] { (void)said.publish(numbered(0)); }, [&] { return said.published() > 0; }));
-  for (int i = 0; i < 2000; ++i) (void)said.publish(numbered(1));  // full at some point: enough is waiting
+  for (int i = 0; i < 2000; ++i) (void)said.publish(numbered(1)); // full at some point: enough is waiting
   const auto closed = talker.close(0ns);
   if (!closed) {
     EXPECT_EQ(closed.code(), errc::timed_out);
   }
 }
 
-}  // namespace
+} // namespace

@@ -60,4 +60,4 @@ TEST(status, is_success_unless_it_is_an_error) {
   EXPECT_THROW(rowe::status{errc::full}.value(), rowe::bad_result);
 }
 
-}  // namespace
+} // namespace

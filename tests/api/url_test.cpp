@@ -31,9 +31,10 @@ TEST(split_url, refuses_everything_else_and_says_where_it_goes_wrong) {
   struct {
     const char* url;
     int at;
-  } const wrong[] = {{"", 0},           {"http://a", 0},    {"wss://a", 0},     {"ws://", 5},      {"ws://:80", 5},
-                     {"ws://a:", 7},    {"ws://a:x", 7},    {"ws://a:0", 7},    {"ws://a:70000", 7}, {"ws://[::1", 5},
-                     {"ws://a?q", 6},   {"ws://a/#f", 6},   {"ws://u@h/", 8},   {"ws://a:80x", 9}};
+  } const wrong[] = {
+      {"", 0},         {"http://a", 0},  {"wss://a", 0},   {"ws://", 5},        {"ws://:80", 5},
+      {"ws://a:", 7},  {"ws://a:x", 7},  {"ws://a:0", 7},  {"ws://a:70000", 7}, {"ws://[::1", 5},
+      {"ws://a?q", 6}, {"ws://a/#f", 6}, {"ws://u@h/", 8}, {"ws://a:80x", 9}};
   for (const auto& [url, at] : wrong) {
     const auto parts = rowe::split_url(url);
     ASSERT_FALSE(parts) << url;
@@ -42,4 +43,4 @@ TEST(split_url, refuses_everything_else_and_says_where_it_goes_wrong) {
   }
 }
 
-}  // namespace
+} // namespace

@@ -152,7 +152,8 @@ TEST_F(allocation, never_happens_in_walking_and_reading) {
 
 TEST_F(allocation, never_happens_in_writing_and_encoding) {
   const encoder e = encoder::compile(describe<ros::odometry>()).value();
-  std::vector<char> room(e.bytes_max() + 1000);
+  encoder::memory memory = e.remember().value();
+  std::vector<char> room(2 * e.bytes_max() + 1000);
   std::mt19937_64 random{1};
   std::normal_distribution<double> metres;
   const std::uint64_t made = counted([&] {
@@ -165,6 +166,8 @@ TEST_F(allocation, never_happens_in_writing_and_encoding) {
       w.begin_object();
       w.key("msg");
       e.encode(&o, w);
+      w.key("again");
+      e.encode(&o, w, memory);
       w.key("é");
       w.string("\n\xff");
       w.end_object();

@@ -283,6 +283,97 @@ TEST(encoder, escapes_strings) {
   EXPECT_EQ(text_of(h), "{\"seq\":0,\"stamp\":{\"secs\":0,\"nsecs\":0},\"frame_id\":\"a\\\"b\\n\uFFFD\"}");
 }
 
+struct scan {
+  double stamp = 0;
+  std::array<double, 9> covariance{};
+  float ranges[20]{};
+  int range_count = 20;
+  point position;
+};
+
+} // namespace
+} // namespace rowe::json
+
+template <>
+inline constexpr auto rowe::schema<rowe::json::scan> =
+    rowe::fields<&rowe::json::scan::stamp, rowe::field<&rowe::json::scan::covariance>.decimals(6),
+                 rowe::counted<&rowe::json::scan::ranges, &rowe::json::scan::range_count>,
+                 &rowe::json::scan::position>{};
+
+namespace rowe::json {
+namespace {
+
+class encoder_memory : public ::testing::Test {
+ protected:
+  // The text; checked to be, with the count of nulls, what is written without a memory.
+  std::string text_of(const scan& object, std::size_t room_bytes = 4096) {
+    std::vector<char> room(room_bytes), other_room(room_bytes);
+    writer w{room}, other{other_room};
+    encoder_.encode(&object, w, memory_);
+    encoder_.encode(&object, other);
+    EXPECT_EQ(w.overflowed(), other.overflowed());
+    if (w.overflowed()) return {};
+    EXPECT_EQ(w.text(), other.text());
+    EXPECT_EQ(w.nonfinite(), other.nonfinite());
+    return std::string{w.text()};
+  }
+
+  encoder encoder_ = encoder::compile(describe<scan>()).value();
+  encoder::memory memory_ = encoder_.remember().value();
+};
+
+TEST_F(encoder_memory, changes_no_text) {
+  scan s;
+  for (int round = 0; round < 4; ++round) {
+    for (int same = 0; same < 4; ++same) {
+      s.stamp += 0.1;
+      text_of(s);
+    }
+    s.covariance[static_cast<std::size_t>(round)] += 0.25;
+    s.ranges[19 - round] = 1.5f + static_cast<float>(round);
+  }
+}
+
+TEST_F(encoder_memory, knows_zeros_by_their_sign_and_counts_by_their_number) {
+  scan s;
+  for (int i = 0; i < 3; ++i) text_of(s);
+  s.ranges[3] = -0.0f;
+  EXPECT_NE(text_of(s).find("-0.0"), std::string::npos);
+  s.range_count = 3;
+  for (int i = 0; i < 3; ++i) EXPECT_NE(text_of(s).find("\"ranges\":[0,0,0]"), std::string::npos);
+  s.range_count = 0;
+  for (int i = 0; i < 3; ++i) EXPECT_NE(text_of(s).find("\"ranges\":[]"), std::string::npos);
+  s.range_count = 20;
+  EXPECT_NE(text_of(s).find("-0.0"), std::string::npos);
+}
+
+TEST_F(encoder_memory, counts_nulls_each_time_they_are_written) {
+  scan s;
+  s.ranges[0] = std::numeric_limits<float>::quiet_NaN();
+  s.covariance[8] = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 4; ++i) EXPECT_NE(text_of(s).find("null"), std::string::npos);
+}
+
+TEST_F(encoder_memory, survives_a_room_that_is_too_small) {
+  scan s;
+  s.ranges[2] = 0.1f;
+  const std::size_t whole = text_of(s).size();
+  for (int round = 0; round < 3; ++round) {
+    for (std::size_t bytes = 0; bytes <= whole + 60; bytes += 7) text_of(s, bytes);
+    s.ranges[2] += 0.1f;
+  }
+}
+
+TEST(encoder, needs_no_memory_for_structs_without_long_arrays) {
+  const encoder e = encoder::compile(describe<point>()).value();
+  encoder::memory m = e.remember().value();
+  std::array<char, 64> room;
+  writer w{room};
+  const point p;
+  e.encode(&p, w, m);
+  EXPECT_EQ(w.text(), R"({"x":1,"y":2})");
+}
+
 // Hand-made descriptions, for what no type of reasonable size can provoke.
 const void* same_address(const void* at) noexcept { return at; }
 

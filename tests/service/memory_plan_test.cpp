@@ -21,4 +21,4 @@ TEST(memory_plan, is_the_sum_of_what_is_carved) {
   }
 }
 
-}  // namespace
+} // namespace

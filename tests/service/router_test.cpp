@@ -23,7 +23,9 @@ struct router_test : testing::Test {
   router routes{memory, bounds};
 };
 
-TEST_F(router_test, takes_no_more_memory_than_it_says) { EXPECT_EQ(memory.bytes_used(), router::footprint_bytes(bounds)); }
+TEST_F(router_test, takes_no_more_memory_than_it_says) {
+  EXPECT_EQ(memory.bytes_used(), router::footprint_bytes(bounds));
+}
 
 TEST_F(router_test, finds_a_topic_by_its_name) {
   const auto odom = routes.find_or_add("/odom");
@@ -91,7 +93,7 @@ TEST_F(router_test, refuses_a_subscription_more_than_its_limit_and_takes_places_
   for (int i = 0; i < 6; ++i) ASSERT_NE(routes.add_subscription(t, 0, first), no_index);
   EXPECT_EQ(routes.add_subscription(t, 0, first), no_index);
   routes.remove_subscription(first, first);
-  (void)routes.let_go(t);  // the subscription's hold; five and ours are left
+  (void)routes.let_go(t); // the subscription's hold; five and ours are left
   EXPECT_NE(routes.add_subscription(t, 0, first), no_index);
 }
 
@@ -131,4 +133,4 @@ TEST_F(router_test, keeps_only_the_newest_of_a_topic_that_says_so) {
   EXPECT_EQ(s.depth, 1U);
 }
 
-}  // namespace
+} // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A core on a stage: the memory transport in place of sockets, time that moves when told to, random bytes from a
-// seed, lanes without threads, and peers that speak frames by hand. For tests of the core, the simulation and benches.
+// A core on a stage: the memory transport in place of sockets, time that moves when told to, random bytes
+// from a seed, lanes without threads, and peers that speak frames by hand. For tests of the core, the
+// simulation and benches.
 #pragma once
 #include <cstddef>
 #include <cstring>
@@ -20,13 +21,13 @@
 #include <rowe/subscriber.hpp>
 
 #include "api/lane_memory.hpp"
-#include "json/encoder.hpp"
-#include "json/reader.hpp"
 #include "net/memory_transport.hpp"
 #include "service/board.hpp"
 #include "service/core.hpp"
 #include "service/memory_plan.hpp"
 #include "wire/websocket.hpp"
+#include "json/encoder.hpp"
+#include "json/reader.hpp"
 
 namespace stage {
 
@@ -69,16 +70,16 @@ class theatre {
       : options{chosen},
         memory{rowe::service::plan_memory(chosen.limits).total(), rowe::rt::page_lock::none},
         random{seed},
-        validator{rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
+        validator{
+            rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
         net{chosen.limits.connections_max},
         lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
         board{*memory.make<rowe::service::board>(memory, chosen.limits)},
         core{*memory.make<rowe::service::core>(
             memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board,
-            rowe::service::core_seams{net, random, validator,
-                                      [](const rowe::service::http_request&) noexcept {
-                                        return rowe::service::http_answer{};
-                                      }},
+            rowe::service::core_seams{
+                net, random, validator,
+                [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; }},
             now)} {}
 
   // Moves the time and does one cycle.
@@ -97,8 +98,8 @@ class theatre {
 
   // Offers a lane as set-up does. It is active after the next cycle.
   rowe::detail::lane& offer(rowe::detail::lane_kind kind, std::string_view topic, std::size_t value_bytes,
-                            const rowe::topic_options& how = {}, const rowe::schema_description* schema = nullptr,
-                            std::string_view type = {}) {
+                            const rowe::topic_options& how = {},
+                            const rowe::schema_description* schema = nullptr, std::string_view type = {}) {
     using namespace rowe::detail;
     for (lane& one : lanes) {
       if (one.state.load(std::memory_order_acquire) != lane_state::free) continue;
@@ -174,7 +175,8 @@ class peer {
   std::vector<std::string> hear(std::size_t bytes_max = SIZE_MAX) {
     std::vector<std::string> texts;
     const auto sent = net_.sent(id_);
-    std::vector<std::byte> bytes(sent.begin(), sent.begin() + static_cast<std::ptrdiff_t>(std::min(bytes_max, sent.size())));
+    std::vector<std::byte> bytes(
+        sent.begin(), sent.begin() + static_cast<std::ptrdiff_t>(std::min(bytes_max, sent.size())));
     net_.peer_reads(id_, bytes.size());
     std::span<std::byte> rest{bytes};
     while (!rest.empty()) {
@@ -193,13 +195,15 @@ class peer {
     return texts;
   }
   bool cut() const { return net_.closed_by_us(id_); }
-  void leave(rowe::service::close_cause how = rowe::service::close_cause::peer) { net_.peer_closes(id_, how); }
+  void leave(rowe::service::close_cause how = rowe::service::close_cause::peer) {
+    net_.peer_closes(id_, how);
+  }
 
   std::uint16_t close_code = 0;
   int pings = 0;
   int pongs = 0;
   bool answers_pings = true;
-  std::string violated;  // what was wrong with what we were sent
+  std::string violated; // what was wrong with what we were sent
 
  private:
   rowe::net::memory_transport& net_;
@@ -209,4 +213,4 @@ class peer {
   rowe::wire::frame_parser parser_;
 };
 
-}  // namespace stage
+} // namespace stage

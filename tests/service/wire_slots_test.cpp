@@ -43,7 +43,9 @@ TEST_F(wire_slots_test, refuses_when_all_slots_of_a_size_are_taken) {
   EXPECT_EQ(slots.in_use(), 3U);
 }
 
-TEST_F(wire_slots_test, refuses_what_is_larger_than_every_slot) { EXPECT_FALSE(slots.take(slots.large_bytes() + 1)); }
+TEST_F(wire_slots_test, refuses_what_is_larger_than_every_slot) {
+  EXPECT_FALSE(slots.take(slots.large_bytes() + 1));
+}
 
 TEST_F(wire_slots_test, frees_a_slot_with_its_last_reference) {
   const auto slot = *slots.take(10);
@@ -98,4 +100,4 @@ TEST_F(wire_slots_test, loses_and_doubles_no_slot_in_random_use) {
   }
 }
 
-}  // namespace
+} // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The core's memory does not grow: private memory of the process before and after many simulated messages, each taken
-// from a lane, encoded, queued for two peers, framed and written, some expired, some thinned out. One million by
-// default; ROWE_GROWTH_MESSAGES asks for more (tools/test --all: 10^8).
+// The core's memory does not grow: private memory of the process before and after many simulated messages,
+// each taken from a lane, encoded, queued for two peers, framed and written, some expired, some thinned out.
+// One million by default; ROWE_GROWTH_MESSAGES asks for more (tools/test --all: 10^8).
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -38,8 +38,8 @@ std::uint64_t private_kilobytes() {
 
 TEST(growth, is_none_however_many_messages_pass) {
   stage::theatre on;
-  auto& lane = on.offer(rowe::detail::lane_kind::publish_value, "/odom", sizeof(sample), {.ttl = 1500us, .depth = 16},
-                        &rowe::describe<sample>());
+  auto& lane = on.offer(rowe::detail::lane_kind::publish_value, "/odom", sizeof(sample),
+                        {.ttl = 1500us, .depth = 16}, &rowe::describe<sample>());
   stage::peer quick{on};
   stage::peer throttled{on};
   quick.say(R"({"op":"subscribe","topic":"/odom"})");
@@ -62,7 +62,7 @@ TEST(growth, is_none_however_many_messages_pass) {
       for (auto* p : {&quick, &throttled}) {
         if (!stalled) on.net.peer_reads(p->id(), SIZE_MAX);
         on.net.weather_of(p->id()).room_bytes = stalled ? 2000 : 65536;
-        p->send(rowe::wire::opcode::pong, {});  // heard of
+        p->send(rowe::wire::opcode::pong, {}); // heard of
       }
     }
   };
@@ -76,4 +76,4 @@ TEST(growth, is_none_however_many_messages_pass) {
   EXPECT_GT(on.count(rowe::service::counter::messages_out), wanted / 2);
 }
 
-}  // namespace
+} // namespace

@@ -43,7 +43,8 @@ TEST(sim, loses_no_slot_when_everyone_has_left) {
 // Every message ends in exactly one of: heard, expired, dropped for a peer that does not read.
 TEST(sim, accounts_for_every_message_to_every_peer) {
   for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
-    world w{seed, {.peers_leave = false, .peers_misbehave = false, .throttles = false, .lanes_change = false}};
+    world w{seed,
+            {.peers_leave = false, .peers_misbehave = false, .throttles = false, .lanes_change = false}};
     w.add_viewers(3);
     for (int i = 0; i < steps; ++i) {
       w.step();
@@ -74,4 +75,4 @@ TEST(sim, does_the_same_twice_from_one_seed) {
   }
 }
 
-}  // namespace
+} // namespace

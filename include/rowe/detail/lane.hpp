@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // A lane: the pair of paths between one handle, on one user thread, and the service thread. It lives in the
-// endpoint's memory. Set-up builds it and offers it; the service thread answers; afterwards the two threads meet only
-// in its rings, its window and the few words named here. Slots travel as numbers: the owner of a path takes a free
-// one out of the home ring, fills it, and sends its number; the other side gives the number back home.
+// endpoint's memory. Set-up builds it and offers it; the service thread answers; afterwards the two threads
+// meet only in its rings, its window and the few words named here. Slots travel as numbers: the owner of a
+// path takes a free one out of the home ring, fills it, and sends its number; the other side gives the number
+// back home.
 //
-//   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> free (service thread)
+//   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> free (service
+//   thread)
 //
-// This header is part of the interface only because the calls of a loop are inline; use publisher and subscriber.
+// This header is part of the interface only because the calls of a loop are inline; use publisher and
+// subscriber.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -42,7 +45,7 @@ enum class audience : std::uint32_t { nobody, somebody, closed };
 
 // In front of every value in a slot. The value behind it is aligned to value_alignment.
 struct value_header {
-  std::int64_t stamped_ns = 0;  // when it was published, or arrived
+  std::int64_t stamped_ns = 0; // when it was published, or arrived
   std::int64_t expires_ns = 0;
   std::uint64_t bytes = 0;
 };
@@ -54,7 +57,7 @@ static_assert(sizeof(value_header) <= value_offset);
 struct lane_slots {
   std::byte* base = nullptr;
   std::size_t stride = 0;
-  std::size_t bytes_max = 0;  // of a value
+  std::size_t bytes_max = 0; // of a value
 
   ROWE_RT value_header* header(std::uint32_t slot) const noexcept {
     return reinterpret_cast<value_header*>(base + slot * stride);
@@ -68,9 +71,9 @@ using newest_window = rt::window_core<>;
 
 // What the thread that fills slots holds of a path.
 struct filling_end {
-  number_ring::producer* out = nullptr;     // keep::all
-  numbers_home::consumer* home = nullptr;   // keep::all
-  newest_window::writer* newest = nullptr;  // keep::newest
+  number_ring::producer* out = nullptr;    // keep::all
+  numbers_home::consumer* home = nullptr;  // keep::all
+  newest_window::writer* newest = nullptr; // keep::newest
   lane_slots slots;
 };
 
@@ -87,7 +90,7 @@ struct lane {
 
   // The hand-over of the lane itself.
   alignas(rt::line_bytes) rt::std_atomics::variable<lane_state> state{lane_state::free};
-  error answer{errc::misuse};  // why it was refused; written before `refused` is stored
+  error answer{errc::misuse}; // why it was refused; written before `refused` is stored
 
   // Written by set-up before `offered` is stored, constant while the lane is not free.
   alignas(rt::line_bytes) lane_kind kind = lane_kind::publish_value;
@@ -98,16 +101,16 @@ struct lane {
   std::uint8_t type_bytes = 0;
   std::array<char, name_bytes_max> name_text{};
   std::array<char, name_bytes_max> type_text{};
-  const json::encoder* encoder = nullptr;  // publish_value
+  const json::encoder* encoder = nullptr; // publish_value
   duration ttl = rt::for_ever;
-  std::span<std::byte> memory;  // of the rings and slots; stays with the lane when it is free
+  std::span<std::byte> memory; // of the rings and slots; stays with the lane when it is free
 
   // The handle's side.
   alignas(rt::line_bytes) filling_end publisher;
   emptying_end subscriber;
-  rt::counter published;     // values accepted
-  rt::counter refused_full;  // errc::full
-  rt::counter no_peer;       // errc::no_peer
+  rt::counter published;    // values accepted
+  rt::counter refused_full; // errc::full
+  rt::counter no_peer;      // errc::no_peer
 
   // The service thread's side.
   alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
@@ -126,12 +129,13 @@ class endpoint_state;
 // Gives a lane back. Not real-time: it wakes the service thread.
 void close_lane(endpoint_state& of, lane& gone) noexcept;
 
-// Owns a lane and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its calls then say
-// errc::closed. Move-only; made and destroyed outside of the loop.
+// Owns a lane and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its calls
+// then say errc::closed. Move-only; made and destroyed outside of the loop.
 class lane_handle {
  public:
   lane_handle() noexcept = default;
-  lane_handle(std::shared_ptr<endpoint_state> of, lane& owned) noexcept : state_{std::move(of)}, lane_{&owned} {}
+  lane_handle(std::shared_ptr<endpoint_state> of, lane& owned) noexcept
+      : state_{std::move(of)}, lane_{&owned} {}
   lane_handle(lane_handle&& from) noexcept
       : state_{std::move(from.state_)}, lane_{std::exchange(from.lane_, nullptr)} {}
   lane_handle& operator=(lane_handle&& from) noexcept {
@@ -159,11 +163,12 @@ class lane_handle {
   lane* lane_ = nullptr;
 };
 
-// Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every publisher.
+// Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every
+// publisher.
 template <class Fill>
 ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
-  // relaxed: advice of the service thread (update_wanted); nothing is read on the strength of it, and a value that
-  // goes out a moment after the last listener left is counted there
+  // relaxed: advice of the service thread (update_wanted); nothing is read on the strength of it, and a value
+  // that goes out a moment after the last listener left is counted there
   switch (on.heard_by.load(std::memory_order_relaxed)) {
   case audience::nobody: on.no_peer.add(); return errc::no_peer;
   case audience::closed: return errc::closed;
@@ -171,7 +176,8 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   }
   const filling_end& path = on.publisher;
   if (bytes > path.slots.bytes_max) {
-    return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(path.slots.bytes_max)};
+    return error{errc::too_big, static_cast<std::int64_t>(bytes),
+                 static_cast<std::int64_t>(path.slots.bytes_max)};
   }
   std::uint32_t slot;
   if (path.newest != nullptr) {
@@ -182,15 +188,17 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
     on.refused_full.add();
     return errc::full;
   }
-  *path.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)), bytes};
+  *path.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
+                              bytes};
   fill(path.slots.value(slot));
   on.published.add();
   if (path.newest != nullptr) {
     path.newest->end_write(slot);
   } else if (!path.out->try_push(slot)) {
-    return errc::misuse;  // the ring has a place for every slot: only a second thread in this handle leads here
+    return errc::misuse; // the ring has a place for every slot: only a second thread in this handle leads
+                         // here
   }
   return {};
 }
 
-}  // namespace rowe::detail
+} // namespace rowe::detail

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The policy through which rings, windows and every other structure share words between threads, so that one source
-// runs on std::atomic, under the interleaving explorer of tests/model (which knows stale reads and reports races on
-// plain data) and under ThreadSanitizer. There are no stand-alone fences: TSan cannot model them.
+// The policy through which rings, windows and every other structure share words between threads, so that one
+// source runs on std::atomic, under the interleaving explorer of tests/model (which knows stale reads and
+// reports races on plain data) and under ThreadSanitizer. There are no stand-alone fences: TSan cannot model
+// them.
 #pragma once
 #include <atomic>
 
@@ -36,4 +37,4 @@ struct std_atomics {
   };
 };
 
-}  // namespace rowe::rt
+} // namespace rowe::rt
