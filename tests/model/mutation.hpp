@@ -58,6 +58,7 @@ class mutation_test {
     if (uses_.empty()) find("no scenario executes anything of " + std::string{header_});
     if (!findings_.empty()) return findings_;
     read_header();
+    if (statements_.empty()) return std::string{"cannot read "} + uses_.front().where.file;
     look_for_unreached();
     for (const use& u : uses_) weaken(u, u.asks);
     for (std::size_t i = 0; i != listed_.size(); ++i) {
