@@ -5,7 +5,6 @@
 #include <cassert>
 #include <charconv>
 #include <cstring>
-#include <limits>
 
 #include "utf8.hpp"
 
@@ -209,9 +208,11 @@ bool is_large(std::string_view token) noexcept {
       std::string_view behind = token.substr(i + 1);
       const bool negative = behind.starts_with('-');
       if (negative || behind.starts_with('+')) behind.remove_prefix(1);
+      // Beyond what the digits of any text can make up for, one exponent is as good as another.
+      constexpr std::int64_t exponent_max = std::int64_t{1} << 48;
       std::int64_t exponent = 0;
       const auto read = std::from_chars(behind.data(), behind.data() + behind.size(), exponent);
-      if (read.ec == std::errc::result_out_of_range) exponent = std::numeric_limits<std::int64_t>::max() / 2;
+      if (read.ec == std::errc::result_out_of_range || exponent > exponent_max) exponent = exponent_max;
       scale += negative ? -exponent : exponent;
       break;
     } else if (is_digit(c)) {

@@ -105,6 +105,7 @@ TEST_F(validation, refuses_what_no_double_can_hold) {
   refuses("-1e400", 0);
   refuses("[1,1e309]", 3);
   refuses("1e99999999999999999999", 0);
+  refuses("1e9223372036854775807", 0); // the largest exponent that 64 bits hold
   refuses("1.7976931348623159e308", 0);
   refuses(concat({"1", repeat("0", 309)}), 0);
   refuses("{\"a\":18446744073709552000,\"b\":1e400}", 30);

@@ -177,6 +177,8 @@ TEST(to_double, takes_what_is_too_small_for_zero) {
   EXPECT_EQ(to_double(number("123456789e-99999999999999999999")), 0.0);
   EXPECT_EQ(to_double(number(tests::concat({"0.", tests::repeat("0", 400), "1"}))), 0.0);
   EXPECT_EQ(to_double(number("0e99999999999999999999")), 0.0);
+  EXPECT_EQ(to_double(number("0.1e-9223372036854775807")), 0.0);
+  EXPECT_EQ(to_double(number("0.1e-9223372036854775808")), 0.0);
 }
 
 TEST(to_double, reads_back_what_the_writer_writes) {
