@@ -36,8 +36,8 @@ class subscribing(unittest.TestCase):
             with peer(self.demo.port) as p:
                 p.send({"op": "subscribe", "throttle_rate": 50, "queue_length": queue_length, **odom})
                 times = [seconds_of(p.receive()) for _ in range(10)]
-            # Ten messages are 450 ms apart, against 9 ms of all of them; that they are published a little before
-            # the hub sees them, and the more so on a busy machine, blurs both ends.
+            # Ten messages are 450 ms apart, not 9 ms as all of them would; that they are published before
+            # the hub sees them, and the earlier the busier the machine, blurs both ends.
             self.assertGreater(times[-1] - times[0], 0.25, queue_length)
             self.assertEqual(times, sorted(times))
 
