@@ -56,7 +56,7 @@ class listen(unittest.TestCase):
     def test_prints_the_messages_of_a_robot(self):
         with hub("--demo") as robot, example("listen", robot.url, "/odom") as listening:
             numbers = [json.loads(line)["header"]["seq"] for line in listening.lines(50)[:50]]
-            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 50)))
+            self.assertEqual(numbers, sorted(set(numbers)))
             self.assertEqual(listening.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_says_how_it_is_used(self):

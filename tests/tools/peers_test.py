@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hub as plain rosbridge clients see it."""
-import time
 import unittest
 
 from program import hub
@@ -20,16 +19,38 @@ def seconds_of(message):
     return stamp["secs"] + stamp["nsecs"] * 1e-9
 
 
-class subscribing(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        cls.demo = cls.enterClassContext(hub("--demo"))
+class watching(unittest.TestCase):
+    """A robot publishes every millisecond; what a busy machine loses of that is counted."""
+
+    def setUp(self):
+        self.demo = self.enterContext(hub("--demo"))
+
+    def check(self, p, count):
+        numbers = [p.receive()["msg"]["header"]["seq"] for _ in range(count)]
+        self.assertEqual(numbers, sorted(set(numbers)))
+        missing = numbers[-1] - numbers[0] + 1 - count
+        counts = self.demo.summary()
+        self.assertLessEqual(missing, sum(counts[name] for name in ("full", "expired", "outbox_full", "no_slot")))
 
     def test_brings_every_message_in_order(self):
         with peer(self.demo.port) as p:
             p.send({"op": "subscribe", "id": "s1", **odom})
-            numbers = [p.receive()["msg"]["header"]["seq"] for _ in range(300)]
-            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 300)))
+            self.check(p, 300)
+
+    def test_goes_on_while_others_come_and_go(self):
+        with peer(self.demo.port) as stays:
+            stays.send({"op": "subscribe", **odom})
+            for _ in range(20):
+                with peer(self.demo.port) as leaves:
+                    leaves.send({"op": "subscribe", **odom})
+                    leaves.receive()
+            self.check(stays, 500)
+
+
+class subscribing(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.demo = cls.enterClassContext(hub("--demo"))
 
     def test_at_a_throttle_rate_is_thinned_out_with_a_queue_and_without(self):
         for queue_length in (0, 1):
@@ -86,11 +107,11 @@ class publishing(unittest.TestCase):
         self.other.send({"op": "subscribe", "topic": "/t", "type": "x/T"})
         settle(self.other)
         self.one.send({"op": "advertise", "topic": "/t", "type": "x/T"})
-        for i in range(1000):
-            self.one.send({"op": "publish", "topic": "/t", "msg": {"i": i}})
-            if i % 100 == 99:
-                settle(self.one)  # not faster than the other one's queue can follow
-        self.assertEqual([self.other.receive()["msg"]["i"] for _ in range(1000)], list(range(1000)))
+        for first in range(0, 1000, 100):  # fewer at a time than the other one's queue holds
+            for i in range(first, first + 100):
+                self.one.send({"op": "publish", "topic": "/t", "msg": {"i": i}})
+            arrived = [self.other.receive()["msg"]["i"] for _ in range(100)]
+            self.assertEqual(arrived, list(range(first, first + 100)))
 
     def test_what_is_not_understood_is_answered_with_a_status_error_and_the_id(self):
         for wrong in ({"op": "explode"}, {"op": "subscribe"}, {"op": "subscribe", "topic": 7},
@@ -107,19 +128,6 @@ class publishing(unittest.TestCase):
             self.one.send_text(wrong)
             self.assertEqual(self.one.receive()["level"], "error", wrong)
         settle(self.one)
-
-
-class staying(unittest.TestCase):
-    def test_a_peer_that_leaves_takes_nothing_with_it(self):
-        with hub("--demo") as serving, peer(serving.port) as stays:
-            stays.send({"op": "subscribe", **odom})
-            for _ in range(20):
-                with peer(serving.port) as leaves:
-                    leaves.send({"op": "subscribe", **odom})
-                    leaves.receive()
-            begin = time.monotonic()
-            numbers = [stays.receive()["msg"]["header"]["seq"] for _ in range(500)]
-            self.assertEqual(numbers, list(range(numbers[0], numbers[0] + 500)), time.monotonic() - begin)
 
 
 if __name__ == "__main__":
