@@ -213,6 +213,8 @@ class core final : public transport_sink {
   void announce_all(connection& c) noexcept;
 
   // statistics.cpp
+  void begin_statistics() noexcept;
+  void end_statistics_period() noexcept;
   void publish_statistics() noexcept;
   void write_statistics(json::writer& into, rt::duration since) noexcept;
   void write_topics(json::writer& into, rt::duration since) noexcept;

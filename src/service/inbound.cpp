@@ -142,10 +142,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   s.requests[place] = {.id_hash = id, .throttle = throttle_of(asked), .queue_length = queue_length_of(asked)};
   router_.merge(s, bounds_.queue_depth_max);
   update_wanted(topic);
-  if (topic == statistics_topic_ && !wheel_.contains(node_of(timer::statistics))) {
-    statistics_at_ = now_;
-    arm(timer::statistics, 0, now_ + options_.stats_period);
-  }
+  if (topic == statistics_topic_) begin_statistics();
   const slot_ref last = router_.at(topic).last;
   if (last.index != no_index && slots_.alive(last)) push(index, last.index);
 }

@@ -63,6 +63,7 @@ void core::attach(std::uint32_t index) noexcept {
   if (lane.kind == lane_kind::subscribe_text) {
     view.next_inbox = on.first_inbox;
     on.first_inbox = index;
+    if (topic_index == statistics_topic_) begin_statistics();
   } else {
     on.keep = lane.keep;
     on.priority = lane.priority;

@@ -24,20 +24,31 @@ void core::describe_thread(const rt::grants& granted, bool memory_locked) noexce
   memory_locked_ = memory_locked;
 }
 
-void core::publish_statistics() noexcept {
-  const topic& on = router_.at(statistics_topic_);
-  if (on.first_subscription == no_index && on.first_inbox == no_index)
-    return; // armed again by the next subscriber
+// Somebody listens: the first report covers the time from here on.
+void core::begin_statistics() noexcept {
+  if (wheel_.contains(node_of(timer::statistics))) return;
+  end_statistics_period();
   arm(timer::statistics, 0, now_ + options_.stats_period);
-  const rt::duration since = now_ - statistics_at_;
-  if (since <= rt::duration{0}) return;
-  publish(statistics_topic_, now_, rt::never, [&](json::writer& into) { write_statistics(into, since); });
+}
+
+void core::end_statistics_period() noexcept {
   statistics_at_ = now_;
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
     topic& t = router_.at(i);
     t.messages_before = t.messages;
     t.gap_max = rt::duration{0};
   }
+}
+
+void core::publish_statistics() noexcept {
+  const topic& on = router_.at(statistics_topic_);
+  // Armed again by the next one who listens.
+  if (on.first_subscription == no_index && on.first_inbox == no_index) return;
+  arm(timer::statistics, 0, now_ + options_.stats_period);
+  const rt::duration since = now_ - statistics_at_;
+  if (since <= rt::duration{0}) return;
+  publish(statistics_topic_, now_, rt::never, [&](json::writer& into) { write_statistics(into, since); });
+  end_statistics_period();
 }
 
 void core::write_statistics(json::writer& into, rt::duration since) noexcept {

@@ -380,13 +380,10 @@ TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_tex
   listener.say(R"({"op":"subscribe","topic":"/chatter"})");
   on.cycle();
   talker.say(R"({"op":"advertise","topic":"/chatter","type":"std_msgs/String"})");
-  talker.say(
-      R"({"op":"publish","topic":"\/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})");
+  talker.say(R"({"op":"publish","topic":"\/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})");
   on.cycles(2);
-  EXPECT_EQ(
-      listener.hear(),
-      texts{
-          R"({"op":"publish","topic":"/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})"});
+  EXPECT_EQ(listener.hear(),
+            texts{R"({"op":"publish","topic":"/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})"});
   EXPECT_TRUE(bystander.hear().empty());
   EXPECT_TRUE(talker.hear().empty());
 }
@@ -706,6 +703,38 @@ TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listen
   EXPECT_FALSE(on.core.lanes_wanted() && p.hear().size() > 1);
   on.cycles(300);
   for (const auto& text : p.hear()) EXPECT_EQ(text.find("stats"), std::string::npos);
+}
+
+TEST_F(core_test, counts_rates_from_the_time_somebody_listens_to_them) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle();
+    (void)p.hear();
+  }
+  p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
+  std::string report;
+  for (int i = 0; i < 150 && report.empty(); ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle();
+    for (const auto& text : p.hear()) {
+      if (text.find("rate_hz") != std::string::npos) report = text;
+    }
+  }
+  const auto at = report.find(R"("rate_hz":)", report.find("/pose"));
+  ASSERT_NE(at, std::string::npos) << report;
+  const double rate = std::stod(report.substr(at + 10));
+  EXPECT_GT(rate, 900) << report;
+  EXPECT_LT(rate, 1100) << report;
+}
+
+TEST_F(core_test, tells_its_own_process_statistics_that_it_subscribes_to) {
+  auto& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/rowe/stats", 4000);
+  on.cycles(300);
+  EXPECT_TRUE(take(inbox));
 }
 
 TEST_F(core_test, has_nothing_to_wake_for_without_peers) {
