@@ -17,6 +17,12 @@ constexpr std::size_t stride_of(std::size_t value_bytes) noexcept {
   return arena::bytes_for(value_offset + value_bytes + rt::tailroom_bytes);
 }
 
+// Places of the ring that carries `depth` slots out. Twice as many, because the service thread empties it in
+// batches and sends each slot home at once, but gives the places back at the end of the batch
+// (spsc_ring::drain): up to `depth` slots of that batch can be on their way again while their former places
+// still count as taken.
+constexpr std::size_t places_out(std::size_t depth) noexcept { return number_ring::places_for(2 * depth); }
+
 // The places of both rings and the slots, one behind the other. Only ever as much as path_bytes() counted.
 class builder {
  public:
@@ -51,8 +57,7 @@ std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_b
   if (kept == keep::newest) {
     return arena::bytes_for<newest_window>() + newest_window::slots * stride_of(value_bytes);
   }
-  return arena::bytes_for<number_ring>() +
-         arena::bytes_for<number_ring::entry>(number_ring::places_for(depth)) +
+  return arena::bytes_for<number_ring>() + arena::bytes_for<number_ring::entry>(places_out(depth)) +
          arena::bytes_for<numbers_home>() +
          arena::bytes_for<numbers_home::entry>(numbers_home::places_for(depth)) +
          depth * stride_of(value_bytes);
@@ -71,7 +76,7 @@ void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dept
     empties.newest = window->take_reader();
     slots = newest_window::slots;
   } else {
-    const auto places = from.array<number_ring::entry>(number_ring::places_for(depth));
+    const auto places = from.array<number_ring::entry>(places_out(depth));
     auto* const out = from.make<number_ring>(places);
     const auto homes = from.array<numbers_home::entry>(numbers_home::places_for(depth));
     auto* const home = from.make<numbers_home>(homes, depth);

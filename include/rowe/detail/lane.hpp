@@ -195,8 +195,8 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   if (path.newest != nullptr) {
     path.newest->end_write(slot);
   } else if (!path.out->try_push(slot)) {
-    return errc::misuse; // the ring has a place for every slot: only a second thread in this handle leads
-                         // here
+    return errc::misuse; // the ring has places for all slots twice: only a second thread in this handle
+                         // leads here
   }
   return {};
 }
