@@ -178,7 +178,6 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
   auto end = playing.play(poses);
   const status drained = hub.close(o.timeout.value_or(drain_time));
   const auto elapsed = rt::monotonic_clock::now() - begin;
-  connection.report();
   const std::uint64_t lost = lost_here(hub);
   if (!drained) to.error("at the end: ", sentence_of(drained.error()));
 
