@@ -128,6 +128,8 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   expire();
   offer_all();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
+  // More than one cycle's share was waiting: the next one is needed at once.
+  if (lanes_left_ || listed_count_ != 0) return now_;
   return wheel_.next_wake();
 }
 

@@ -190,6 +190,7 @@ class core final : public transport_sink {
   void settle_ready(connection& c) noexcept;
   wire::mask_key next_mask() noexcept;
   void remove_subscription(connection& c, std::uint32_t index) noexcept;
+  void forget_last(topic& on) noexcept;
   void let_go_topic(std::uint32_t topic) noexcept;
 
   // lanes.cpp
@@ -253,6 +254,7 @@ class core final : public transport_sink {
   std::uint32_t peers_ = 0;
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t attempts_failed_ = 0;
+  bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool closing_ = false;
   rt::grants granted_;
   bool memory_locked_ = false;

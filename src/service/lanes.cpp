@@ -23,6 +23,7 @@ rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::dur
 } // namespace
 
 void core::take_from_lanes() noexcept {
+  lanes_left_ = false;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
     switch (lanes_[i].state.load(std::memory_order_acquire)) {
@@ -68,6 +69,10 @@ void core::attach(std::uint32_t index) noexcept {
     on.keep = lane.keep;
     on.priority = lane.priority;
     on.latched = on.latched || lane.latched;
+    for (std::uint32_t i = on.first_subscription; i != no_index;
+         i = router_.subscription_at(i).next_on_topic) {
+      router_.merge(router_.subscription_at(i), bounds_.queue_depth_max);
+    }
   }
   for (connection& c : connections_) {
     if (c.open() && c.ours == side::client) announce(c, index, true);
@@ -134,12 +139,13 @@ void core::take_from(std::uint32_t index) noexcept {
     const bool closing =
         lane.state.load(std::memory_order_relaxed) == lane_state::closing; // acquired by the caller
     const std::size_t budget = closing ? SIZE_MAX : lane_budget;
-    path.out->drain(
+    const std::size_t taken = path.out->drain(
         [&](std::uint32_t slot) {
           take_value(index, slot);
           path.home->give(slot);
         },
         budget);
+    lanes_left_ = lanes_left_ || taken == budget;
   }
 }
 

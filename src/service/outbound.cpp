@@ -54,7 +54,7 @@ struct core::batch {
 void core::deliver(std::uint32_t topic_index, std::uint32_t slot) noexcept {
   topic& on = router_.at(topic_index);
   if (on.latched) {
-    if (on.last.index != no_index && slots_.alive(on.last)) release(on.last.index);
+    forget_last(on);
     slots_.keep(slot);
     on.last = slots_.ref(slot);
   }
@@ -94,7 +94,8 @@ void core::make_ready(std::uint32_t index) noexcept {
   }
   if (std::exchange(s.timed, false)) disarm(timer::subscription, index);
   connection& c = connections_[s.connection];
-  ready_list& on = c.ready[static_cast<std::size_t>(router_.at(s.topic).priority)];
+  s.ready_as = router_.at(s.topic).priority;
+  ready_list& on = c.ready[static_cast<std::size_t>(s.ready_as)];
   s.ready = true;
   s.next_ready = no_index;
   (on.head == no_index ? on.head : router_.subscription_at(on.tail).next_ready) = index;
@@ -213,7 +214,7 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
     s.timed = false;
   }
   if (s.ready) {
-    ready_list& on = c.ready[static_cast<std::size_t>(router_.at(topic).priority)];
+    ready_list& on = c.ready[static_cast<std::size_t>(s.ready_as)];
     std::uint32_t before = no_index;
     for (std::uint32_t i = on.head; i != index; i = router_.subscription_at(i).next_ready) before = i;
     (before == no_index ? on.head : router_.subscription_at(before).next_ready) = s.next_ready;
@@ -226,9 +227,16 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
   let_go_topic(topic);
 }
 
+// Gives back what a latched topic keeps for late subscribers.
+void core::forget_last(topic& on) noexcept {
+  if (on.last.index == no_index || !slots_.alive(on.last)) return;
+  slots_.unkeep(on.last.index);
+  release(on.last.index);
+}
+
 void core::let_go_topic(std::uint32_t index) noexcept {
   topic& held = router_.at(index);
-  if (held.holders == 1 && held.last.index != no_index && slots_.alive(held.last)) release(held.last.index);
+  if (held.holders == 1) forget_last(held);
   (void)router_.let_go(index); // whether it was the last one matters to nobody here
 }
 
@@ -373,7 +381,8 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
 void core::settle_sent(subscription& of) noexcept {
   of.served = true;
   if (of.throttle == rt::duration{0}) return;
-  of.next_due = now_ - of.next_due < of.throttle ? of.next_due + of.throttle : now_ + of.throttle;
+  const bool in_step = now_ - of.next_due < of.throttle;
+  of.next_due = rt::deadline_after(in_step ? of.next_due : now_, of.throttle);
 }
 
 // Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served

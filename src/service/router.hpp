@@ -60,6 +60,7 @@ struct subscription {
   std::uint32_t next_ready = no_index;
   queue waiting;
   std::uint32_t depth = 0;
+  rowe::priority ready_as = rowe::priority::normal; // on which of its connection's lists, while ready
   bool ready = false;    // on its connection's list of those that may be written now
   bool served = false;   // something of it was written in the batch that is being settled
   bool timed = false;    // on the wheel until next_due

@@ -59,6 +59,8 @@ class wire_slots {
     retain(index);
     slots_[index].kept = true;
   }
+  // It is no longer kept; release() gives its reference back.
+  void unkeep(std::uint32_t index) noexcept { slots_[index].kept = false; }
   // True when that was the last reference, and the slot is free again.
   bool release(std::uint32_t index) noexcept;
 

@@ -293,6 +293,39 @@ TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
   EXPECT_EQ(second.answer.code, rowe::errc::type_conflict);
 }
 
+TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
+  rowe::endpoint_options options = stage::small_options();
+  options.relay = true;
+  theatre hub{options};
+  peer talker{hub};
+  peer listener{hub};
+  listener.say(R"({"op":"subscribe","topic":"/pose"})");
+  hub.cycle();
+  hub.net.weather_of(listener.id()).room_bytes = 0;
+  talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":1,"y":0}})");
+  hub.cycle();
+  advertise_pose(hub, {.keep = rowe::keep::newest, .priority = rowe::priority::urgent});
+  hub.cycle();
+  talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":2,"y":0}})");
+  hub.cycle();
+  listener.say(R"({"op":"unsubscribe","topic":"/pose"})");
+  hub.cycle();
+  EXPECT_EQ(hub.core.slots_in_use(), 0U);
+  EXPECT_TRUE(hub.core.check());
+}
+
+TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_share) {
+  auto& lane = advertise_pose(on, {.depth = 128});
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  on.cycle();
+  EXPECT_EQ(on.next_wake, on.now);
+  on.cycle();
+  EXPECT_GT(on.next_wake, on.now);
+}
+
 // ---- throttling, as rosbridge has it
 
 struct throttling : core_test {
@@ -343,6 +376,14 @@ TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) 
   EXPECT_EQ(heard, (texts{message(3), message(4), message(5)}));
   EXPECT_EQ(on.count(counter::throttled), 1U); // as asked for, so no loss
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
+TEST_F(throttling, takes_a_period_of_centuries_for_what_it_is) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":9223372036854,"queue_length":1})");
+  on.cycle();
+  EXPECT_EQ(run(browser, lane, 100), texts{message(1)});
 }
 
 TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
