@@ -250,8 +250,9 @@ def named_files_exist(t):
                 line = line.partition("//")[2]
             for name in named_file.findall(line):
                 for one in spelt_out(name.rstrip("./-,")):
-                    placeholder = re.search(r"\b[A-Z]{3,}\b", one)
-                    if not placeholder and not is_there(t, one):
+                    # NAME stands for a name; node_modules comes with the first `npm ci`.
+                    exempt = re.search(r"\b[A-Z]{3,}\b|/node_modules$", one)
+                    if not exempt and not is_there(t, one):
                         yield finding(path, number, "named-file", f"there is no {one}")
 
 
