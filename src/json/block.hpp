@@ -81,6 +81,25 @@ class block {
 #endif
 };
 
+// Two in a row, which is what a walk over longer stretches looks at in one step.
+class block_pair {
+ public:
+  static constexpr int bytes = 2 * block::bytes;
+
+  ROWE_RT explicit block_pair(const char* at) noexcept : low_{at}, high_{at + block::bytes} {}
+
+  ROWE_RT std::uint32_t equal(char c) const noexcept { return both(low_.equal(c), high_.equal(c)); }
+  ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
+    return both(low_.equal_but_for_bit_5(c), high_.equal_but_for_bit_5(c));
+  }
+
+ private:
+  static constexpr std::uint32_t both(std::uint32_t low, std::uint32_t high) noexcept {
+    return low | high << block::bytes;
+  }
+  block low_, high_;
+};
+
 // Bit i of the answer: is the number of ones among bits 0 to i of `mask` odd? Of quotes: is the byte inside a
 // string, the opening quote counted to it.
 ROWE_RT constexpr std::uint32_t odd_so_far(std::uint32_t mask) noexcept {
@@ -88,7 +107,7 @@ ROWE_RT constexpr std::uint32_t odd_so_far(std::uint32_t mask) noexcept {
   mask ^= mask << 2;
   mask ^= mask << 4;
   mask ^= mask << 8;
-  return mask & 0xffff;
+  return mask ^ mask << 16;
 }
 
 } // namespace rowe::json
