@@ -55,7 +55,7 @@ class reader {
   reader& operator=(reader&&) noexcept;
   ~reader();
 
-  // Is `text` one JSON value, whole and valid? Never waits, never allocates; about 1.5 ns a byte. Errors:
+  // Is `text` one JSON value, whole and valid? Never waits, never allocates; less than 1 ns a byte. Errors:
   // too_big (value: its bytes, limit: bytes_max); too_deep (limit: depth_max, the number of objects and
   // arrays that may be open at once); malformed (value: the index of the first byte that is wrong, or the
   // length when the text ends too early).
