@@ -59,8 +59,9 @@ class publisher<json_text> {
   // As publisher<T>::publish; also too_big: `text` is longer than the option `text_bytes_max`.
   ROWE_RT status publish(std::string_view text, time_point now) noexcept {
     if (!lane_) return errc::misuse;
-    return detail::publish_into(*lane_, text.size(), now,
-                                [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); });
+    return detail::publish_into(*lane_, text.size(), now, [&](std::byte* slot) {
+      text.copy(reinterpret_cast<char*>(slot), text.size());
+    });
   }
   ROWE_RT status publish(std::string_view text) noexcept { return publish(text, rt::monotonic_clock::now()); }
 

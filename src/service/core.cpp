@@ -77,7 +77,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       scratch_{memory.carve<char>(wire::rosbridge::scratch_bytes(name_limits_of(bounds_)))},
       now_{start},
       opened_at_{start} {
-  std::memcpy(name_.data(), options.name.data(), name_bytes_);
+  options.name.copy(name_.data(), name_bytes_);
   const auto advertised =
       memory.carve<std::uint32_t>(connections_.size() * bounds_.advertisements_per_connection_max);
   for (std::size_t i = 0; i < connections_.size(); ++i) {
@@ -199,7 +199,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.ours = peer.ours;
   c.heard_at = now_;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
-  std::memcpy(c.address.data(), peer.address.data(), c.address_bytes);
+  peer.address.copy(c.address.data(), c.address_bytes);
   c.parser.reset(peer.ours == side::server ? wire::role::server : wire::role::client,
                  {.message_bytes_max = bounds_.message_bytes_max, .fragments_max = bounds_.fragments_max},
                  c.assembly.first(bounds_.message_bytes_max));

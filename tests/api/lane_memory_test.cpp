@@ -59,7 +59,7 @@ TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_
       lane.empties.out->drain(
           [&](std::uint32_t slot) {
             lane.empties.home->give(slot);
-            sent_again += lane.send() ? 1 : 0;
+            sent_again += lane.send() ? 1U : 0U;
           },
           SIZE_MAX);
       EXPECT_EQ(sent_again, depth);

@@ -52,7 +52,7 @@ void visit(const value& v, std::size_t& steps, std::size_t steps_max) {
 // and only here, depends on.
 void walk_unvalidated(std::string_view text) {
   const auto exact = std::make_unique<char[]>(text.size());
-  std::memcpy(exact.get(), text.data(), text.size());
+  text.copy(exact.get(), text.size());
   const std::string_view copy{exact.get(), text.size()};
   std::size_t steps = 0;
   visit(root(copy), steps, text.size() + 1);

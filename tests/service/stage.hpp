@@ -119,8 +119,8 @@ class theatre {
       one.ttl = how.ttl;
       one.name_bytes = static_cast<std::uint8_t>(topic.size());
       one.type_bytes = static_cast<std::uint8_t>(type.size());
-      std::memcpy(one.name_text.data(), topic.data(), topic.size());
-      std::memcpy(one.type_text.data(), type.data(), type.size());
+      topic.copy(one.name_text.data(), topic.size());
+      type.copy(one.type_text.data(), type.size());
       if (schema != nullptr) {
         encoders.push_back(
             std::make_unique<rowe::json::encoder>(std::move(rowe::json::encoder::compile(*schema)).value()));
@@ -164,7 +164,7 @@ class peer {
     std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
     const auto masked = masks_ ? std::optional{key} : std::nullopt;
     const std::size_t header = rowe::wire::write_frame_header(frame.data(), what, payload.size(), masked);
-    std::memcpy(frame.data() + header, payload.data(), payload.size());
+    payload.copy(reinterpret_cast<char*>(frame.data() + header), payload.size());
     frame.resize(header + payload.size());
     if (masks_) rowe::wire::mask(std::span{frame}.subspan(header), key);
     net_.arrive(id_, frame);
