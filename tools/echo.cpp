@@ -126,6 +126,7 @@ exit_code print_from(endpoint hub, const std::string& url, std::uint32_t text_by
   if (interrupt::seen() || lost > 0) {
     to.note(printing.printed(), " messages, lost ", lost);
   }
+  if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
 }
 

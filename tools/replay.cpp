@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe replay: publishes a recorded trajectory at its own pace. Deadlines are absolute and come from the
 // file's times, so the pace does not drift; every pose is sent: where there is no room, or no connection for
-// a while, it waits.
+// a while, it waits. Only what was on its way when a connection broke may be lost; the summary counts it.
 #include <algorithm>
 #include <cstdint>
 #include <optional>

@@ -28,7 +28,7 @@ namespace rowe {
   X(closed, "the endpoint or the handle is closed")                                                          \
   X(timed_out, "nothing happened within %l ns")                                                              \
   X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
-  X(malformed, "the text is not valid JSON (at byte %v)")                                                    \
+  X(malformed, "the text is not valid JSON, or has a number no double can hold (at byte %v)")                                                    \
   X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
   X(bad_argument, "the argument is out of range: %v (limit %l)")                                             \
   X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                    \
@@ -38,6 +38,7 @@ namespace rowe {
   X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
   X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
+  X(reserved_topic, "topics below /rowe/ are the endpoint's own")                                             \
   X(type_conflict, "the topic exists with another type or is advertised already")                            \
   X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \

@@ -3,7 +3,7 @@
 #include <rowe/endpoint.hpp>
 
 #include <array>
-#include <charconv>
+#include <new>
 #include <string>
 #include <vector>
 
@@ -18,45 +18,60 @@ constexpr std::array<std::string_view, 1> subprotocols{"rowe.v1"};
 
 net::socket_limits socket_limits_of(const limits& bounds) noexcept {
   return {.connections_max = bounds.connections_max,
-          .connections_per_address_max = bounds.connections_per_address_max};
+          .connections_per_address_max = bounds.connections_per_address_max,
+          .handshakes_max = bounds.handshakes_max};
 }
 
 std::vector<std::string_view> views_of(const std::vector<std::string>& texts) {
   return {texts.begin(), texts.end()};
 }
 
+// What opens an endpoint, with memory that cannot be had as an error like the others.
+template <class Open>
+result<endpoint> with_memory(Open&& open) {
+  try {
+    return open();
+  } catch (const std::bad_alloc&) {
+    return errc::no_memory;
+  }
+}
+
 } // namespace
 
 result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& options) {
-  const auto origins = views_of(options.allow_origins);
-  const auto hosts = views_of(options.allow_hosts);
-  auto carrier = net::socket_transport::listen({.address = options.address,
-                                                .port = port,
-                                                .insecure = options.insecure,
-                                                .allow_origins = origins,
-                                                .allow_hosts = hosts,
-                                                .subprotocols = subprotocols,
-                                                .limits = socket_limits_of(options.limits)});
-  if (!carrier) return carrier.error();
-  auto bound = std::move(carrier).value();
-  const std::uint16_t bound_port = bound->port();
-  auto state = detail::endpoint_state::open(options, service::side::server, std::move(bound), bound_port);
-  if (!state) return state.error();
-  return endpoint{std::move(state).value()};
+  return with_memory([&]() -> result<endpoint> {
+    const auto origins = views_of(options.allow_origins);
+    const auto hosts = views_of(options.allow_hosts);
+    auto carrier = net::socket_transport::listen({.address = options.address,
+                                                  .port = port,
+                                                  .insecure = options.insecure,
+                                                  .allow_origins = origins,
+                                                  .allow_hosts = hosts,
+                                                  .subprotocols = subprotocols,
+                                                  .limits = socket_limits_of(options.limits)});
+    if (!carrier) return carrier.error();
+    auto bound = std::move(carrier).value();
+    const std::uint16_t bound_port = bound->port();
+    auto state = detail::endpoint_state::open(options, service::side::server, std::move(bound), bound_port);
+    if (!state) return state.error();
+    return endpoint{std::move(state).value()};
+  });
 }
 
 result<endpoint> endpoint::connect(std::string_view url, const endpoint_options& options) {
-  const auto parts = split_url(url);
-  if (!parts) return parts.error();
-  auto carrier = net::socket_transport::connect({.host = parts->host,
-                                                 .port = parts->port,
-                                                 .path = parts->path,
-                                                 .subprotocols = {},
-                                                 .limits = socket_limits_of(options.limits)});
-  if (!carrier) return carrier.error();
-  auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);
-  if (!state) return state.error();
-  return endpoint{std::move(state).value()};
+  return with_memory([&]() -> result<endpoint> {
+    const auto parts = split_url(url);
+    if (!parts) return parts.error();
+    auto carrier = net::socket_transport::connect({.host = parts->host,
+                                                   .port = parts->port,
+                                                   .path = parts->path,
+                                                   .subprotocols = {},
+                                                   .limits = socket_limits_of(options.limits)});
+    if (!carrier) return carrier.error();
+    auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);
+    if (!state) return state.error();
+    return endpoint{std::move(state).value()};
+  });
 }
 
 endpoint::endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept : state_{std::move(state)} {}

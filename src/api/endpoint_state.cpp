@@ -18,11 +18,7 @@ namespace {
 
 using service::counter;
 
-// How long set-up waits for the service thread to answer a lane; it answers within a cycle, so that only a
-// thread that has died, or a machine that has stopped, takes so long.
-constexpr duration answer_max = std::chrono::seconds{10};
-
-// And how long it waits for a lane that is being given back: a peer that takes nothing is cut after a second.
+// How long set-up waits for lanes that are being given back: a peer that takes nothing is cut after a second.
 constexpr duration closing_max = std::chrono::milliseconds{1500};
 
 constexpr std::uint32_t depth_max = 4096;
@@ -44,22 +40,30 @@ status in_range(duration value, duration least, duration most) noexcept {
   return in_range(value.count(), least.count(), most.count());
 }
 
+// Each alone; their products fit into 64 bits then, and whether there is so much memory is the arena's
+// answer.
 status check_limits(const limits& l) noexcept {
   constexpr std::uint32_t many = 1U << 20;
+  constexpr std::size_t lane_bytes_max = std::size_t{1} << 30;
   for (const status& one : {
            in_range(l.connections_max, 1U, 65536U),
+           in_range(l.connections_per_address_max, 1U, 65536U),
+           in_range(l.handshakes_max, 1U, 1024U),
            in_range(l.message_bytes_max, 128U, 1U << 26),
            in_range(l.fragments_max, 1U, many),
            in_range(l.depth_max, 1U, 1024U),
            in_range(l.topics_max, 2U, many),
            in_range(l.topic_bytes_max, 16U, static_cast<std::uint32_t>(lane::name_bytes_max)),
            in_range(l.subscriptions_max, 1U, many),
+           in_range(l.subscriptions_per_connection_max, 1U, many),
+           in_range(l.advertisements_per_connection_max, 1U, many),
            in_range(l.small_slots, 1U, many),
-           in_range(l.small_slot_bytes, 256U, l.message_bytes_max),
+           in_range(l.small_slot_bytes, 128U, l.message_bytes_max),
            in_range(l.large_slots, 1U, many),
            in_range(l.queue_depth_max, 1U, many),
            in_range(l.queued_max, 1U, many),
            in_range(l.lanes_max, 1U, 1024U),
+           in_range(l.lane_bytes, std::size_t{0}, lane_bytes_max),
            in_range(l.events_max, 1U, many),
        }) {
     if (!one) return one;
@@ -172,7 +176,7 @@ status endpoint_state::check(std::string_view topic, const topic_options& option
                  options_.limits.topic_bytes_max};
   }
   if (kind == lane_kind::subscribe_text) return {};
-  if (topic.starts_with("/rowe/")) return error{errc::bad_argument, 0, 0};
+  if (topic.starts_with("/rowe/")) return errc::reserved_topic;
   // A value that cannot live as long as it may wait for the service thread would never be sent.
   const bool too_short = options.ttl > duration::zero() && options.ttl <= options_.poll_period &&
                          options_.idle_policy == idle::poll;
@@ -256,7 +260,8 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
   built.type_bytes = static_cast<std::uint8_t>(type.size());
   std::copy(topic.begin(), topic.end(), built.name_text.begin());
   std::copy(type.begin(), type.end(), built.type_text.begin());
-  for (rt::counter* one : {&built.published, &built.refused_full, &built.no_peer}) one->set(0);
+  for (rt::counter* one : {&built.published, &built.refused_full, &built.refused_too_big, &built.no_peer})
+    one->set(0);
   auto& kept_encoder = encoders_[static_cast<std::size_t>(&built - lanes_.data())];
   kept_encoder = std::move(encoder);
   built.encoder = kept_encoder ? &*kept_encoder : nullptr;
@@ -264,14 +269,13 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
   built.state.store(lane_state::offered, std::memory_order_release); // release: pairs with take_from_lanes()
   carrier_->wake();
   lane_state answered = lane_state::offered;
-  built.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), answer_max), [&] {
+  built.news.wait_until(rt::never, [&] {
     answered = built.state.load(std::memory_order_acquire); // acquire: pairs with the release in attach()
     return answered != lane_state::offered;
   });
   if (answered == lane_state::active) return &built;
-  const error why = answered == lane_state::refused ? built.answer : error{errc::closed};
-  if (answered == lane_state::refused)
-    built.state.store(lane_state::free, std::memory_order_release); // with find_lane()
+  const error why = built.answer;
+  built.state.store(lane_state::free, std::memory_order_release); // release: pairs with find_lane()
   return why;
 }
 
@@ -293,10 +297,22 @@ status endpoint_state::close(duration drain) noexcept {
     // release: pairs with the acquire in subscriber::try_take(); the service thread is gone and pushes
     // nothing more
     one.heard_by.store(audience::closed, std::memory_order_release);
+    count_left(one);
     one.news.notify();
   }
   if (loop_->drained()) return {};
   return error{errc::timed_out, 0, drain.count()};
+}
+
+// What was published and nobody will take now. The service thread is gone, so its ends are ours.
+void endpoint_state::count_left(const lane& in) noexcept {
+  // acquire: pairs with the release in attach()
+  if (in.state.load(std::memory_order_acquire) == lane_state::free) return;
+  const emptying_end& path = in.published_end;
+  std::size_t left = 0;
+  if (path.out != nullptr) left = path.out->waiting_at_least();
+  if (path.newest != nullptr && path.newest->begin_read().state == rt::freshness::fresh) left = 1;
+  board_->counts.add(counter::lost_at_close, left);
 }
 
 status endpoint_state::wait_peer(duration patience) noexcept {

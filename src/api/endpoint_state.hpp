@@ -60,6 +60,7 @@ class endpoint_state {
   status start(service::side ours);
   status check(std::string_view topic, const topic_options& options, lane_kind kind) const noexcept;
   void settle_lanes() noexcept;
+  void count_left(const lane& in) noexcept;
   result<lane*> find_lane(std::size_t bytes) noexcept;
 
   const endpoint_options options_;

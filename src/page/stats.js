@@ -15,11 +15,12 @@ export class rate_meter {
   }
 
   // `at` in seconds. Returns the rate, or NaN until two samples are there. A count that fell was started
-  // anew.
+  // anew, and so is one that was not heard of for longer than the window.
   rate(at, value) {
     const { samples } = this;
     const last = samples.at(-1);
-    if (last && (value < last.value || at < last.at)) samples.length = 0;
+    const gap = last && at - last.at >= window_seconds;
+    if (last && (value < last.value || at < last.at || gap)) samples.length = 0;
     if (!last || at > last.at || samples.length === 0) samples.push({ at, value });
     while (samples.length > 2 && at - samples[1].at >= window_seconds) samples.shift();
     if (samples.length > samples_max) samples.splice(1, 1);

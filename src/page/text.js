@@ -114,7 +114,7 @@ export const losses = {
   inbox_full: "dropped, slow subscriber",
   lost_with_peer: "gone with its peer",
   too_big: "larger than its slot",
-  malformed: "not valid JSON",
+  malformed: "not a JSON object",
 };
 
 // Counters of messages that somebody chose not to have.

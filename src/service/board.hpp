@@ -2,7 +2,6 @@
 // What the service thread shows to the other threads of the process: counters, how many peers there are, and
 // events.
 #pragma once
-#include <atomic>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -11,6 +10,7 @@
 #include <rowe/event.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
+#include <rowe/rt/atomics.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 
@@ -55,18 +55,20 @@ class board {
   events events_;
   events::producer* writer_;
   events::consumer* reader_;
-  std::atomic<std::uint32_t> peers_{0};
+  rt::std_atomics::variable<std::uint32_t> peers_{0};
 };
 
 // A counter with the part of it that user threads count in their lanes. Any thread.
 inline std::uint64_t read_count(const board& shown, std::span<const detail::lane> lanes,
                                 counter which) noexcept {
   std::uint64_t sum = shown.counts.read(which);
-  if (which != counter::full && which != counter::no_peer) return sum;
+  if (which != counter::full && which != counter::no_peer && which != counter::too_big) return sum;
   for (const detail::lane& lane : lanes) {
     // acquire: pairs with the release in detach(), which has added a free lane's counts to the board's
     if (lane.state.load(std::memory_order_acquire) == detail::lane_state::free) continue;
-    sum += which == counter::full ? lane.refused_full.get() : lane.no_peer.get();
+    sum += which == counter::full      ? lane.refused_full.get()
+           : which == counter::no_peer ? lane.no_peer.get()
+                                       : lane.refused_too_big.get();
   }
   return sum;
 }

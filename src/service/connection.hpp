@@ -63,9 +63,9 @@ struct connection {
   std::uint32_t advertisements = 0;
 
   rt::time_point heard_at{};
-  rt::time_point pinged_at{};
   rt::time_point message_began_at = rt::never;
   bool ping_unanswered = false;
+  std::string_view farewell; // why we close it, as far as there is something to say; of static storage
 
   std::array<char, 64> address{};
   std::size_t address_bytes = 0;

@@ -43,7 +43,8 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          router::footprint_bytes(bounds) +                                   //
          arena::bytes_for<connection>(bounds.connections_max) +              // peers,
          bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
-         arena::bytes_for<std::uint32_t>(bounds.connections_max * bounds.advertisements_per_connection_max) +
+         arena::bytes_for<std::uint32_t>(std::size_t{bounds.connections_max} *
+                                         bounds.advertisements_per_connection_max) +
          arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // who has to write
          arena::bytes_for<lane_view>(bounds.lanes_max) +                         //
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +                  //
@@ -191,7 +192,9 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   connection& c = connections_[id.index];
   const auto assembly = c.assembly;
   const auto advertised = c.advertised;
+  const bool listed = c.listed; // the list may still have its place from before
   c = connection{};
+  c.listed = listed;
   c.assembly = assembly;
   c.advertised = advertised;
   c.id = id;
@@ -206,7 +209,6 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
   arm(timer::connection, id.index, now_ + care_period);
-  attempts_failed_ = 0;
   if (c.ours == side::client && !closing_) announce_all(c);
   shown_.set_peers(++peers_); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
@@ -218,7 +220,8 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   if (cause == close_cause::timed_out) add(counter::stalled_peers);
   constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
                                         "the peer does not read"};
-  report(event::kind::peer_left, c->peer(), words[static_cast<std::size_t>(cause)]);
+  report(event::kind::peer_left, c->peer(),
+         c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
   forget(*c);
   shown_.set_peers(--peers_);
   if (ours_ == side::client) reconnect_later();
@@ -249,6 +252,7 @@ void core::forget(connection& c) noexcept {
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
+  c.farewell = reason;
   // A close frame cannot stand in the middle of another one.
   if (c.begun.slot == no_index) {
     std::array<std::byte, wire::control_bytes_max> body;

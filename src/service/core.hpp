@@ -153,6 +153,7 @@ class core final : public transport_sink {
   void advertise(connection& c, const wire::rosbridge::request& asked) noexcept;
   void unadvertise(connection& c, const wire::rosbridge::request& asked) noexcept;
   void relay(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
@@ -198,13 +199,15 @@ class core final : public transport_sink {
     bool attached = false;
     std::uint32_t topic = no_index;
     std::uint32_t next_inbox = no_index;
-    std::uint64_t sequence = 0; // of the newest value taken from a window
+    std::uint64_t sequence = 0;    // of the newest value taken from a window
+    std::uint64_t last_queued = 0; // closing: when the queue to the server has popped so many, all is written
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
   void detach(std::uint32_t lane) noexcept;
   void take_from(std::uint32_t lane) noexcept;
   void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
+  queue* queue_to_server(std::uint32_t lane) noexcept;
   bool has_unsent(std::uint32_t lane) noexcept;
   void note(topic& on, rt::time_point published) noexcept;
   bool wanted_now(const topic& on) noexcept;

@@ -22,6 +22,7 @@ namespace rowe::service {
   X(malformed, loss, "not valid JSON, or not the object a message must be")                                  \
   X(inbox_full, loss, "dropped: the subscriber in this process does not take fast enough")                   \
   X(lost_with_peer, loss, "queued for a peer that went away")                                                \
+  X(lost_at_close, loss, "published, but the endpoint closed before it was taken")                           \
   X(no_peer, chosen, "nobody listened")                                                                      \
   X(replaced, chosen, "a newer value took its place")                                                        \
   X(throttled, chosen, "within the throttle_rate a peer asked for")                                          \

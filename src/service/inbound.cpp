@@ -35,6 +35,7 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   if (c == nullptr) return;
   add(counter::bytes_in, bytes.size());
   c->heard_at = now_;
+  attempts_failed_ = 0; // a server that says something is alive
   c->ping_unanswered = false;
   while (c->open()) {
     const wire::frame_step step = c->parser.next(bytes);
@@ -66,7 +67,6 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     break;
   case wire::frame_event::violation:
     add(counter::violations);
-    report(event::kind::peer_left, c.peer(), step.reason);
     close(c, step.close_code, step.reason);
     break;
   case wire::frame_event::pong: // having been heard is all it is for
@@ -117,7 +117,8 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t topic = router_.find_or_add(asked.topic);
   if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
   std::uint32_t index = router_.find_subscription(topic, c.first_subscription);
-  if (index == no_index) {
+  const bool fresh = index == no_index;
+  if (fresh) {
     router_.hold(topic); // until the subscription does
     const bool too_many = c.subscriptions >= bounds_.subscriptions_per_connection_max;
     if (!too_many) index = router_.add_subscription(topic, c.id.index, c.first_subscription);
@@ -136,7 +137,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   std::uint8_t place = 0;
   while (place < s.request_count && s.requests[place].id_hash != id) ++place;
   if (place == s.requests.size()) {
-    return refuse_limit(c, asked.id_raw, "subscriptions of one peer to one topic", s.requests.size(), "ids");
+    return refuse(c, asked.id_raw, "subscribe: one peer may hold 4 subscriptions to a topic, by their ids");
   }
   if (place == s.request_count) ++s.request_count;
   s.requests[place] = {.id_hash = id, .throttle = throttle_of(asked), .queue_length = queue_length_of(asked)};
@@ -144,7 +145,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   update_wanted(topic);
   if (topic == statistics_topic_) begin_statistics();
   const slot_ref last = router_.at(topic).last;
-  if (last.index != no_index && slots_.alive(last)) push(index, last.index);
+  if (fresh && last.index != no_index && slots_.alive(last)) push(index, last.index);
 }
 
 void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
@@ -202,11 +203,8 @@ void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept 
 }
 
 void core::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
-  add(counter::refused_requests);
   report(event::kind::refused_request, c.peer(), why);
-  if (c.ours == side::client || c.status_level == rosbridge::level::none) return;
-  std::array<char, 6 * rosbridge::refusal_text_bytes_max + 512> text;
-  send_direct(c, rosbridge::encode_status(text, rosbridge::level::error, id_raw, why));
+  answer_refusal(c, id_raw, why);
 }
 
 void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
@@ -215,7 +213,19 @@ void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view
   const int bytes = std::snprintf(why.data(), why.size(), "all %llu %.*s are taken (limit %.*s)",
                                   static_cast<unsigned long long>(limit), static_cast<int>(what.size()),
                                   what.data(), static_cast<int>(option.size()), option.data());
-  refuse(c, id_raw, {why.data(), static_cast<std::size_t>(bytes)});
+  const std::string_view sentence{why.data(), static_cast<std::size_t>(bytes)};
+  std::array<char, 128> remedy;
+  const int remedy_bytes = std::snprintf(remedy.data(), remedy.size(), "raise `limits::%.*s`",
+                                         static_cast<int>(option.size()), option.data());
+  report(event::kind::limit, c.peer(), sentence, {remedy.data(), static_cast<std::size_t>(remedy_bytes)});
+  answer_refusal(c, id_raw, sentence);
+}
+
+void core::answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept {
+  add(counter::refused_requests);
+  if (c.ours == side::client || c.status_level == rosbridge::level::none) return;
+  std::array<char, 6 * rosbridge::refusal_text_bytes_max + 512> text;
+  send_direct(c, rosbridge::encode_status(text, rosbridge::level::error, id_raw, why));
 }
 
 } // namespace rowe::service

@@ -82,15 +82,27 @@ void core::attach(std::uint32_t index) noexcept {
   answer(lane_state::active);
 }
 
-// Whether a server still has to get something that a closing handle published.
-bool core::has_unsent(std::uint32_t index) noexcept {
-  if (!views_[index].attached || lanes_[index].kind == lane_kind::subscribe_text) return false;
+// The queue towards the server of what a lane publishes; null where there is none.
+queue* core::queue_to_server(std::uint32_t index) noexcept {
   for (connection& c : connections_) {
     if (!c.open() || c.ours != side::client) continue;
     const std::uint32_t s = router_.find_subscription(views_[index].topic, c.first_subscription);
-    if (s != no_index && !router_.subscription_at(s).waiting.empty()) return true;
+    if (s != no_index) return &router_.subscription_at(s).waiting;
   }
-  return false;
+  return nullptr;
+}
+
+// Whether something that a closing handle published is still to be taken, or to be written to a server. What
+// other handles publish on the same topic meanwhile does not count.
+bool core::has_unsent(std::uint32_t index) noexcept {
+  lane_view& view = views_[index];
+  const detail::lane& lane = lanes_[index];
+  if (!view.attached || lane.kind == lane_kind::subscribe_text) return false;
+  if (lane.published_end.out != nullptr && lane.published_end.out->waiting_at_least() != 0) return true;
+  const queue* const towards = queue_to_server(index);
+  if (towards == nullptr) return false;
+  if (view.last_queued == 0) view.last_queued = towards->popped + towards->count;
+  return towards->popped < view.last_queued;
 }
 
 // A handle is gone, and what it published is taken. Nobody but the service thread knows the lane now.
@@ -109,6 +121,7 @@ void core::detach(std::uint32_t index) noexcept {
     if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_; // ours alone
     add(counter::full, lane.refused_full.get());
     add(counter::no_peer, lane.no_peer.get());
+    add(counter::too_big, lane.refused_too_big.get());
     const std::uint32_t topic_index = view.topic;
     view = {};
     update_wanted(topic_index);
@@ -135,17 +148,20 @@ void core::take_from(std::uint32_t index) noexcept {
     add(counter::replaced, passed_over);
     take_value(index, found.slot);
   } else if (path.out != nullptr) {
-    // A closing lane is emptied, however much there is: nobody adds to it.
-    const bool closing =
-        lane.state.load(std::memory_order_relaxed) == lane_state::closing; // acquired by the caller
-    const std::size_t budget = closing ? SIZE_MAX : lane_budget;
+    // A server gets every value: what finds no room in the queue towards it waits in the lane, and its
+    // publisher is told `full`.
+    std::size_t budget = lane_budget;
+    if (const queue* const towards = ours_ == side::client ? queue_to_server(index) : nullptr) {
+      budget = std::min<std::size_t>(budget, bounds_.queue_depth_max -
+                                                 std::min(towards->count, bounds_.queue_depth_max));
+    }
     const std::size_t taken = path.out->drain(
         [&](std::uint32_t slot) {
           take_value(index, slot);
           path.home->give(slot);
         },
         budget);
-    lanes_left_ = lanes_left_ || taken == budget;
+    lanes_left_ = lanes_left_ || taken == lane_budget;
   }
 }
 
@@ -260,10 +276,11 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
   if (begins) {
     send_direct(c, rosbridge::encode_advertise(
                        text, {.topic = lane.name(), .type = lane.type(), .latch = lane.latched}));
-    if (subscribed == no_index)
+    if (subscribed == no_index) {
       subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
-    if (subscribed == no_index) return add(counter::no_slot);
-    ++c.subscriptions;
+      if (subscribed == no_index) return add(counter::no_slot);
+      ++c.subscriptions;
+    }
     router_.merge(router_.subscription_at(subscribed), bounds_.queue_depth_max);
   } else {
     send_direct(c, rosbridge::encode_unadvertise(text, lane.name(), 1));

@@ -74,7 +74,7 @@ bool core::accepts(subscription& s) noexcept {
 void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
   while (drop_dead_front(s.waiting)) continue;
-  if (s.waiting.count >= s.depth) {
+  while (s.waiting.count >= s.depth) {
     // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].blocked;
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);

@@ -18,6 +18,7 @@ struct queue {
   std::uint32_t head = no_index;
   std::uint32_t tail = no_index;
   std::uint32_t count = 0;
+  std::uint64_t popped = 0; // since it exists
 
   bool empty() const noexcept { return head == no_index; }
 };
@@ -61,6 +62,7 @@ class queue_entries {
     from.head = entries_[popped].next;
     if (from.empty()) from.tail = no_index;
     --from.count;
+    ++from.popped;
     --in_use_;
     entries_[popped].next = free_;
     free_ = popped;

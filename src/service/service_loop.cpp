@@ -23,9 +23,10 @@ void service_loop::cycle() noexcept {
 
 void service_loop::run(bool fifo) noexcept {
   for (;;) {
-    cycle();
-    // acquire: pairs with the release in stop()
+    // acquire: pairs with the release in stop(). Looked at before the cycle, so that whatever was published
+    // before stop() is taken in a cycle that comes after.
     const rt::time_point drain_until{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
+    cycle();
     if (drain_until != rt::never) {
       drained_ = core_.drained();
       if (drained_ || clock::now() >= drain_until) return say_goodbye();

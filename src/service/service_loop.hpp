@@ -2,9 +2,10 @@
 // The service thread: cycles of the core, and how it waits between them. It reads the clock, which the core
 // does not; everything else about time is the core's. One loop runs on one thread; stop() is for others.
 #pragma once
-#include <atomic>
+#include <cstdint>
 
 #include <rowe/options.hpp>
+#include <rowe/rt/atomics.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/core.hpp"
@@ -61,7 +62,7 @@ class service_loop {
   const rt::duration poll_period_;
   nap_budget naps_;
   rt::time_point next_{};
-  std::atomic<std::int64_t> drain_until_ns_{rt::nanoseconds_of(rt::never)};
+  rt::std_atomics::variable<std::int64_t> drain_until_ns_{rt::nanoseconds_of(rt::never)};
   bool drained_ = false;
 };
 

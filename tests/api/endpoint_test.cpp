@@ -177,6 +177,36 @@ TEST(endpoint, writes_what_was_published_before_it_closes) {
   }
 }
 
+TEST(endpoint, sends_what_a_handle_published_before_it_was_destroyed) {
+  auto server = endpoint::listen(0, hub()).value();
+  auto heard = server.subscribe<json_text>("/burst", {.depth = 2048, .text_bytes_max = 64}).value();
+  auto talker = endpoint::connect(url_of(server), hub()).value();
+  ASSERT_TRUE(talker.wait_peer(patience));
+  constexpr int burst = 1500;
+  {
+    auto said = talker.advertise<json_text>("/burst", {.depth = 2048, .text_bytes_max = 64}).value();
+    for (int i = 0; i < burst; ++i) ASSERT_TRUE(said.publish(numbered(i))) << i;
+  }
+  for (int i = 0; i < burst; ++i) {
+    const auto message = heard.take(patience);
+    ASSERT_TRUE(message) << i;
+    ASSERT_EQ(message->text(), numbered(i));
+  }
+}
+
+TEST(endpoint, counts_what_was_published_and_not_taken_when_it_closes) {
+  rowe::endpoint_options slow;
+  slow.poll_period = 10ms;
+  auto robot = endpoint::listen(0, slow).value();
+  auto seen = robot.subscribe<json_text>("/a", {.depth = 64, .text_bytes_max = 64}).value();
+  auto said = robot.advertise<json_text>("/a", {.depth = 1024, .text_bytes_max = 16}).value();
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(said.publish(numbered(i % 10)));
+  (void)robot.close();
+  std::uint64_t taken = 0;
+  while (seen.try_take()) ++taken;
+  EXPECT_EQ(taken + count_of(robot, "inbox_full") + count_of(robot, "lost_at_close"), 1000U);
+}
+
 TEST(endpoint, says_closed_to_handles_that_outlive_it) {
   rowe::publisher<pose> odom;
   rowe::subscriber<json_text> seen;
@@ -281,6 +311,19 @@ TEST(endpoint_errors, name_an_option_out_of_its_range) {
   EXPECT_EQ(endpoint::listen(0, options).error().limit, 1024);
 }
 
+TEST(endpoint_errors, name_every_limit_that_is_out_of_its_range) {
+  const auto refused = [](auto member, auto value) {
+    rowe::endpoint_options options;
+    options.limits.*member = value;
+    return endpoint::listen(0, options).code() == errc::bad_argument;
+  };
+  EXPECT_TRUE(refused(&rowe::limits::advertisements_per_connection_max, 1U << 26));
+  EXPECT_TRUE(refused(&rowe::limits::subscriptions_per_connection_max, 1U << 26));
+  EXPECT_TRUE(refused(&rowe::limits::lane_bytes, SIZE_MAX - 4096));
+  EXPECT_TRUE(refused(&rowe::limits::handshakes_max, 0U));
+  EXPECT_TRUE(refused(&rowe::limits::depth_max, 5000U));
+}
+
 TEST(endpoint_errors, name_what_is_wrong_with_a_url) {
   EXPECT_EQ(endpoint::connect("http://robot").code(), errc::bad_url);
   EXPECT_EQ(endpoint::connect("ws://robot:99999").code(), errc::bad_url);
@@ -299,7 +342,7 @@ TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
   const auto long_name = robot.advertise<pose>(std::string(200, 'x'));
   EXPECT_EQ(long_name.code(), errc::bad_argument);
   EXPECT_EQ(long_name.error().limit, 128);
-  EXPECT_EQ(robot.advertise<pose>("/rowe/mine").code(), errc::bad_argument);
+  EXPECT_EQ(robot.advertise<pose>("/rowe/mine").code(), errc::reserved_topic);
   EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 0}).code(), errc::bad_argument);
   EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 5000}).error().limit, 4096);
   const auto short_ttl = robot.advertise<pose>("/a", {.ttl = 100us});

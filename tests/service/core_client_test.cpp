@@ -126,6 +126,27 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
             R"({"data":0.1})");
 }
 
+TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its_publisher_is_told) {
+  auto& lane = on.offer(lane_kind::publish_text, "/out", 100, {.depth = 32});
+  on.cycle();
+  peer server{on, side::client};
+  on.cycle();
+  (void)server.hear();
+  on.net.weather_of(server.id()).room_bytes = 0;
+  int accepted = 0;
+  for (int i = 0; i < 200; ++i) {
+    accepted += rowe::detail::publish_into(lane, 2, on.now, [](std::byte* slot) {
+                  std::memcpy(slot, "{}", 2);
+                }).has_value();
+    on.cycle();
+  }
+  EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the lane's own
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+  on.net.weather_of(server.id()).room_bytes = 1 << 20;
+  on.cycles(20);
+  EXPECT_EQ(server.hear().size(), static_cast<std::size_t>(accepted));
+}
+
 TEST_F(core_client, counts_what_a_subscriber_does_not_take_and_what_does_not_fit) {
   on.offer(lane_kind::subscribe_text, "/in", 10, {.depth = 2});
   on.cycle();

@@ -275,7 +275,9 @@ class world {
     const std::int64_t number = number_after(text, "\"number\":");
     ++v.heard;
     const auto known = v.newest.find(id);
-    if (known != v.newest.end() && number <= known->second) fail("out of order, or twice: " + text);
+    if (known != v.newest.end() && number < known->second) fail("out of order: " + text);
+    // A latched value may come again, to a peer that subscribes again.
+    if (known != v.newest.end() && number == known->second && !does_.lanes_change) fail("twice: " + text);
     v.newest[id] = number;
     bool exists = false;
     for (const source& s : all_sources_) exists = exists || (s.id == id && number < s.next);
@@ -311,7 +313,11 @@ class world {
     for (const auto& one : on_.lanes) {
       if (one.state.load(std::memory_order_acquire) == rowe::detail::lane_state::free) {
         auto& lane = on_.offer(rowe::detail::lane_kind::publish_value, "/tick", sizeof(tick),
-                               {.ttl = does_.ttl, .depth = 16}, &rowe::describe<tick>(), "sim/Tick");
+                               {.ttl = does_.ttl,
+                                .depth = 16,
+                                .priority = static_cast<rowe::priority>(does_.lanes_change ? below(3) : 1),
+                                .latched = does_.lanes_change && one_in(3)},
+                               &rowe::describe<tick>(), "sim/Tick");
         sources_.push_back({&lane, next_source_++});
         on_.core.cycle(on_.now);
         return;

@@ -108,9 +108,10 @@ struct lane {
   // The handle's side.
   alignas(rt::line_bytes) filling_end publisher;
   emptying_end subscriber;
-  rt::counter published;    // values accepted
-  rt::counter refused_full; // errc::full
-  rt::counter no_peer;      // errc::no_peer
+  rt::counter published;       // values accepted
+  rt::counter refused_full;    // errc::full
+  rt::counter refused_too_big; // errc::too_big
+  rt::counter no_peer;         // errc::no_peer
 
   // The service thread's side.
   alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
@@ -176,6 +177,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   }
   const filling_end& path = on.publisher;
   if (bytes > path.slots.bytes_max) {
+    on.refused_too_big.add();
     return error{errc::too_big, static_cast<std::int64_t>(bytes),
                  static_cast<std::int64_t>(path.slots.bytes_max)};
   }

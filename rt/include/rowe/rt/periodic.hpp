@@ -15,6 +15,7 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/rt/atomics.hpp>
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/counter.hpp>
@@ -92,7 +93,7 @@ class basic_periodic {
   const std::uint64_t cycles_max_;
   counter cycles_, overruns_;
   counter next_{static_cast<std::uint64_t>(nanoseconds_of(never))};
-  std::atomic<bool> stopped_{false};
+  std_atomics::variable<bool> stopped_{false};
   inline_histogram<> lateness_;
   rt::grants grants_;
 };
