@@ -24,8 +24,8 @@ class publisher {
   // Hands a copy of `value` to the service thread, which sends it as JSON to whoever listens. `now` is the
   // loop's time (rt::periodic::wait() returns it); the value's time to live runs from then. Errors: no_peer
   // (nobody listens: nothing was queued), full (keep::all only: `depth` values are still waiting), closed,
-  // misuse (an empty handle). Each but closed and misuse is counted, so a loop may ignore the status. Never waits, never
-  // allocates, no system call: copying the struct and one release store.
+  // misuse (an empty handle). Each but closed and misuse is counted, so a loop may ignore the status. Never
+  // waits, never allocates, no system call: copying the struct and one release store.
   ROWE_RT status publish(const T& value, time_point now) noexcept {
     if (!lane_) return errc::misuse;
     return detail::publish_into(*lane_, sizeof(T), now,

@@ -21,27 +21,27 @@
 namespace rowe {
 
 // code, sentence. %v is replaced by the value, %l by the limit.
-#define ROWE_ERRORS(X)                                                                                       \
-  X(full, "the queue is full: all %l slots are taken")                                                       \
-  X(empty, "nothing has arrived yet")                                                                        \
-  X(no_peer, "nobody is listening")                                                                          \
-  X(closed, "the endpoint or the handle is closed")                                                          \
-  X(timed_out, "nothing happened within %l ns")                                                              \
-  X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
-  X(malformed, "the text is not valid JSON, or has a number no double can hold (at byte %v)")                                                    \
-  X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
-  X(bad_argument, "the argument is out of range: %v (limit %l)")                                             \
-  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                    \
-  X(bad_address, "the address cannot be listened on (errno %v)")                                             \
-  X(address_in_use, "port %v is in use by another program")                                                  \
-  X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
-  X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
-  X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
-  X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
-  X(reserved_topic, "topics below /rowe/ are the endpoint's own")                                             \
-  X(type_conflict, "the topic exists with another type or is advertised already")                            \
-  X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
-  X(no_thread, "the service thread cannot be started (errno %v)")                                            \
+#define ROWE_ERRORS(X)                                                                                      \
+  X(full, "the queue is full: all %l slots are taken")                                                      \
+  X(empty, "nothing has arrived yet")                                                                       \
+  X(no_peer, "nobody is listening")                                                                         \
+  X(closed, "the endpoint or the handle is closed")                                                         \
+  X(timed_out, "nothing happened within %l ns")                                                             \
+  X(too_big, "%v bytes exceed the limit of %l bytes")                                                       \
+  X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                   \
+  X(too_deep, "the JSON text nests deeper than %l levels")                                                  \
+  X(bad_argument, "the argument is out of range: %v (limit %l)")                                            \
+  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                   \
+  X(bad_address, "the address cannot be listened on (errno %v)")                                            \
+  X(address_in_use, "port %v is in use by another program")                                                 \
+  X(not_loopback, "listening beyond loopback needs the option `insecure`")                                  \
+  X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                      \
+  X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                       \
+  X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                    \
+  X(reserved_topic, "topics below /rowe/ are the endpoint's own")                                           \
+  X(type_conflict, "the topic exists with another type")                                                    \
+  X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                     \
+  X(no_thread, "the service thread cannot be started (errno %v)")                                           \
   X(misuse, "the handle is empty or was used in a way its documentation forbids")
 
 // The closed list of what can go wrong.
