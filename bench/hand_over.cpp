@@ -49,12 +49,10 @@
 #include <rowe/rt/thread.hpp>
 
 #include "queues.hpp"
-#include "rounds.hpp"
+#include "stand.hpp"
 
 namespace rowe::bench {
 namespace {
-
-using rt::monotonic_clock;
 
 constexpr int bursts = 11;
 constexpr int trips = 1'000;
@@ -63,18 +61,6 @@ constexpr int pushes = 3'000;
 constexpr std::uint64_t bursts_by_turns = 41;
 constexpr std::uint64_t burst_items = 512; // half of what fits
 constexpr rt::duration push_period = std::chrono::microseconds{1};
-
-int there = 1; // the other thread's core
-
-double nanoseconds_since(rt::time_point begin) {
-  return static_cast<double>((monotonic_clock::now() - begin).count());
-}
-
-// Runs `function` on the other core; begins when that thread runs there.
-template <class Function>
-rt::thread on_the_other_core(Function function) {
-  return rt::thread{rt::thread_options{.name = "partner", .cpu = there}, std::move(function)};
-}
 
 // What a receiver does between two looks.
 struct at_once {
@@ -156,12 +142,6 @@ double queue_rtt() {
 struct push_cost {
   double p50 = 0, p99 = 0, p999 = 0;
 };
-
-double clock_cost() {
-  std::vector<double> each;
-  for (int i = 0; i < 1'001; ++i) each.push_back(nanoseconds_since(monotonic_clock::now()));
-  return median(each);
-}
 
 template <class Queue>
 push_cost push() {
@@ -297,29 +277,11 @@ void report(const series& each) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  const auto cpus = two_cpus();
-  if (!cpus) {
-    std::fprintf(stderr, "bench_hand_over needs two cores\n");
-    return 1;
-  }
-  const int rounds = number_option(count, arguments, "rounds", 11);
-  const int here = number_option(count, arguments, "here", cpus->first);
-  there = number_option(count, arguments, "there", cpus->second);
-  benchmark::Initialize(&count, arguments);
-  if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
-  (void)rowe::rt::prepare_this_thread(
-      {.name = "bench", .cpu = here}); // what was refused is in the context below
-
-  const auto all = run_rounds<rowe_ring, rowe_ring_drained, rowe_window, boost_spsc, moodycamel_readerwriter,
-                              moodycamel_concurrent, mutex_condvar>(rounds);
-  benchmark::AddCustomContext("rounds", std::to_string(rounds));
-  benchmark::AddCustomContext("cores", std::to_string(here) + " and " + std::to_string(there));
-  benchmark::AddCustomContext("kernel", line_of("/proc/sys/kernel/osrelease"));
-  benchmark::AddCustomContext("clock source",
-                              line_of("/sys/devices/system/clocksource/clocksource0/current_clocksource"));
-  benchmark::AddCustomContext("governor", line_of("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"));
-  for (const series& each : all) report(each);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
+  std::vector<series> all;
+  return run_on_two_cores("bench_hand_over", count, arguments, [&](int rounds) {
+    all = run_rounds<rowe_ring, rowe_ring_drained, rowe_window, boost_spsc, moodycamel_readerwriter,
+                     moodycamel_concurrent, mutex_condvar>(rounds);
+    for (const series& each : all) report(each);
+    return true;
+  });
 }

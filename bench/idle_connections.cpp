@@ -38,20 +38,14 @@
 #include <rowe/rt/thread.hpp>
 
 #include "net/socket_transport.hpp"
-#include "rounds.hpp"
+#include "stand.hpp"
 
 namespace rowe::bench {
 namespace {
 
-using rt::monotonic_clock;
-
 constexpr int echoes = 1'000;
 constexpr int turns = 2'000;
 constexpr std::array idle_counts{0, 100, 1000};
-
-double nanoseconds_since(rt::time_point begin) {
-  return static_cast<double>((monotonic_clock::now() - begin).count());
-}
 
 // Sends back what comes.
 class echo_sink final : public service::transport_sink {
@@ -139,7 +133,25 @@ bool connect_one(stand& at) {
   return at.sink->open == before + 1 && at.idle.back().ok();
 }
 
-void measure(stand& at, int other) {
+bool set_up(stand& at, int idle) {
+  net::listen_options options;
+  options.limits.connections_max = 1100;
+  auto carrier = net::socket_transport::listen(options);
+  if (!carrier) {
+    std::fprintf(stderr, "cannot listen: %s\n", std::string{carrier.error().name()}.c_str());
+    return false;
+  }
+  at.carrier = std::move(carrier).value();
+  at.sink = std::make_unique<echo_sink>(*at.carrier);
+  for (int n = 0; n <= idle; ++n) {
+    if (connect_one(at)) continue;
+    std::fprintf(stderr, "connection %d of %d failed; is `ulimit -n` at least 4000?\n", n, idle);
+    return false;
+  }
+  return true;
+}
+
+void measure(stand& at) {
   std::vector<double> each;
   for (int i = 0; i < turns; ++i) {
     const auto begin = monotonic_clock::now();
@@ -151,14 +163,14 @@ void measure(stand& at, int other) {
   std::atomic<bool> done{false};
   std::vector<double> trips;
   {
-    const rt::thread client{rt::thread_options{.name = "client", .cpu = other}, [&] {
-                              for (int i = 0; i < echoes; ++i) {
-                                const auto begin = monotonic_clock::now();
-                                at.idle.front().echo();
-                                trips.push_back(nanoseconds_since(begin));
-                              }
-                              done.store(true, std::memory_order_release); // pairs with the acquire below
-                            }};
+    const rt::thread client = on_the_other_core([&] {
+      for (int i = 0; i < echoes; ++i) {
+        const auto begin = monotonic_clock::now();
+        at.idle.front().echo();
+        trips.push_back(nanoseconds_since(begin));
+      }
+      done.store(true, std::memory_order_release); // pairs with the acquire below
+    });
     while (!done.load(std::memory_order_acquire))
       at.carrier->poll(monotonic_clock::now(), *at.sink); // pairs above
   }
@@ -183,46 +195,19 @@ void report(int idle, const stand& at) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  const auto cpus = two_cpus();
-  if (!cpus) {
-    std::fprintf(stderr, "bench_idle_connections needs two cores\n");
-    return 1;
-  }
-  const int rounds = number_option(count, arguments, "rounds", 11);
-  benchmark::Initialize(&count, arguments);
-  if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
-  (void)rowe::rt::prepare_this_thread({.name = "bench", .cpu = cpus->first}); // refused: the bench still runs
-
   std::array<stand, idle_counts.size()> stands;
-  for (std::size_t i = 0; i < stands.size(); ++i) {
-    rowe::net::listen_options options;
-    options.limits.connections_max = 1100;
-    auto carrier = rowe::net::socket_transport::listen(options);
-    if (!carrier) {
-      std::fprintf(stderr, "cannot listen: %s\n", std::string{carrier.error().name()}.c_str());
-      return 1;
+  return run_on_two_cores("bench_idle_connections", count, arguments, [&](int rounds) {
+    for (std::size_t i = 0; i < stands.size(); ++i) {
+      if (!set_up(stands[i], idle_counts[i])) return false;
     }
-    stands[i].carrier = std::move(carrier).value();
-    stands[i].sink = std::make_unique<echo_sink>(*stands[i].carrier);
-    for (int n = 0; n <= idle_counts[i]; ++n) {
-      if (!connect_one(stands[i])) {
-        std::fprintf(stderr, "connection %d of %d failed; is `ulimit -n` at least 4000?\n", n,
-                     idle_counts[i]);
-        return 1;
+    for (int round = 0; round < rounds; ++round) {
+      for (stand& at : stands) {
+        measure(at);
+        at.turn_ratio.push_back(at.turn.back() / stands[0].turn.back());
+        at.echo_ratio.push_back(at.echo.back() / stands[0].echo.back());
       }
     }
-  }
-  for (int round = 0; round < rounds; ++round) {
-    for (stand& at : stands) {
-      measure(at, cpus->second);
-      at.turn_ratio.push_back(at.turn.back() / stands[0].turn.back());
-      at.echo_ratio.push_back(at.echo.back() / stands[0].echo.back());
-    }
-  }
-  benchmark::AddCustomContext("rounds", std::to_string(rounds));
-  benchmark::AddCustomContext("kernel", line_of("/proc/sys/kernel/osrelease"));
-  for (std::size_t i = 0; i < stands.size(); ++i) report(idle_counts[i], stands[i]);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
+    for (std::size_t i = 0; i < stands.size(); ++i) report(idle_counts[i], stands[i]);
+    return true;
+  });
 }

@@ -39,12 +39,10 @@
 #include <rowe/rt/thread.hpp>
 
 #include "api/lane_memory.hpp"
-#include "rounds.hpp"
+#include "stand.hpp"
 
 namespace rowe::bench {
 namespace {
-
-using rt::monotonic_clock;
 
 constexpr int pushes = 5'000;
 constexpr int trips = 2'000;
@@ -54,23 +52,6 @@ constexpr rt::duration push_period = std::chrono::microseconds{1};
 struct odometry {
   double values[13];
 };
-
-int there = 1;
-
-double nanoseconds_since(rt::time_point begin) {
-  return static_cast<double>((monotonic_clock::now() - begin).count());
-}
-
-template <class Function>
-rt::thread on_the_other_core(Function function) {
-  return rt::thread{rt::thread_options{.name = "partner", .cpu = there}, std::move(function)};
-}
-
-double clock_cost() {
-  std::vector<double> each;
-  for (int i = 0; i < 1'001; ++i) each.push_back(nanoseconds_since(monotonic_clock::now()));
-  return median(each);
-}
 
 // One transfer of a line: half of a word's way there and back.
 double line_cost() {
@@ -228,34 +209,20 @@ void report(const series& each) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  const auto cpus = two_cpus();
-  if (!cpus) {
-    std::fprintf(stderr, "bench_publish needs two cores\n");
-    return 1;
-  }
-  const int rounds = number_option(count, arguments, "rounds", 11);
-  const int here = number_option(count, arguments, "here", cpus->first);
-  there = number_option(count, arguments, "there", cpus->second);
-  benchmark::Initialize(&count, arguments);
-  if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
-  (void)rowe::rt::prepare_this_thread({.name = "bench", .cpu = here}); // refused: the bench still runs
-
   std::vector<series> all(4);
-  std::vector<double> lines;
-  for (int round = 0; round < rounds; ++round) {
-    const double line = line_cost();
-    lines.push_back(line);
-    const cost least = measure<bare>();
-    enter<bare>(all[0], least, line);
-    enter<lane_way<rowe::keep::all>>(all[1], least, line);
-    enter<lane_way<rowe::keep::newest>>(all[2], least, line);
-    enter<mutex_condvar>(all[3], least, line);
-  }
-  benchmark::AddCustomContext("rounds", std::to_string(rounds));
-  benchmark::AddCustomContext("line transfer, ns", std::to_string(median(lines)));
-  benchmark::AddCustomContext("kernel", line_of("/proc/sys/kernel/osrelease"));
-  for (const series& each : all) report(each);
-  benchmark::RunSpecifiedBenchmarks();
-  benchmark::Shutdown();
-  return 0;
+  return run_on_two_cores("bench_publish", count, arguments, [&](int rounds) {
+    std::vector<double> lines;
+    for (int round = 0; round < rounds; ++round) {
+      const double line = line_cost();
+      lines.push_back(line);
+      const cost least = measure<bare>();
+      enter<bare>(all[0], least, line);
+      enter<lane_way<rowe::keep::all>>(all[1], least, line);
+      enter<lane_way<rowe::keep::newest>>(all[2], least, line);
+      enter<mutex_condvar>(all[3], least, line);
+    }
+    benchmark::AddCustomContext("line transfer, ns", std::to_string(median(lines)));
+    for (const series& each : all) report(each);
+    return true;
+  });
 }

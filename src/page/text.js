@@ -113,6 +113,7 @@ export const losses = {
   no_slot: "no slot free",
   inbox_full: "dropped, slow subscriber",
   lost_with_peer: "gone with its peer",
+  lost_at_close: "left when it closed",
   too_big: "larger than its slot",
   malformed: "not a JSON object",
 };

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// What benches of two pinned threads stand on: the other core, the clock and its own cost, and the frame of a
+// main that takes the options, pins this thread and says what machine it was.
+#pragma once
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <benchmark/benchmark.h>
+
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/thread.hpp>
+
+#include "rounds.hpp"
+
+namespace rowe::bench {
+
+using rt::monotonic_clock;
+
+inline int there = 1; // the other thread's core
+
+inline double nanoseconds_since(rt::time_point begin) {
+  return static_cast<double>((monotonic_clock::now() - begin).count());
+}
+
+// What timing a single call costs by itself.
+inline double clock_cost() {
+  std::vector<double> each;
+  for (int i = 0; i < 1'001; ++i) each.push_back(nanoseconds_since(monotonic_clock::now()));
+  return median(each);
+}
+
+// Runs `function` on the other core; begins when that thread runs there.
+template <class Function>
+rt::thread on_the_other_core(Function function) {
+  return rt::thread{rt::thread_options{.name = "partner", .cpu = there}, std::move(function)};
+}
+
+// The main of a bench: `measure(rounds)` runs all rounds and registers what they said.
+template <class Measure>
+int run_on_two_cores(const char* name, int count, char** arguments, Measure&& measure) {
+  const auto cpus = two_cpus();
+  if (!cpus) {
+    std::fprintf(stderr, "%s needs two cores\n", name);
+    return 1;
+  }
+  const int rounds = number_option(count, arguments, "rounds", 11);
+  const int here = number_option(count, arguments, "here", cpus->first);
+  there = number_option(count, arguments, "there", cpus->second);
+  benchmark::Initialize(&count, arguments);
+  if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;
+  (void)rt::prepare_this_thread({.name = "bench", .cpu = here}); // refused: the bench still runs
+
+  benchmark::AddCustomContext("rounds", std::to_string(rounds));
+  benchmark::AddCustomContext("cores", std::to_string(here) + " and " + std::to_string(there));
+  benchmark::AddCustomContext("kernel", line_of("/proc/sys/kernel/osrelease"));
+  benchmark::AddCustomContext("clock source",
+                              line_of("/sys/devices/system/clocksource/clocksource0/current_clocksource"));
+  benchmark::AddCustomContext("governor", line_of("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"));
+  if (!measure(rounds)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}
+
+} // namespace rowe::bench
