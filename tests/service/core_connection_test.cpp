@@ -1,0 +1,216 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core as a server: a connection from beginning to end, statistics, and when the next cycle is needed.
+#include "core_stage.hpp"
+
+namespace stage {
+namespace {
+
+TEST_F(core_test, answers_a_ping_and_a_close) {
+  peer p{on};
+  p.send(rowe::wire::opcode::ping, "are you there");
+  on.cycle();
+  (void)p.hear();
+  EXPECT_EQ(p.pongs, 1);
+  p.send(rowe::wire::opcode::close, std::string_view{"\x03\xe8", 2});
+  on.cycle();
+  (void)p.hear();
+  EXPECT_EQ(p.close_code, 1000);
+  EXPECT_TRUE(p.cut());
+}
+
+TEST_F(core_test, writes_nothing_after_its_close_frame) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  p.send(rowe::wire::opcode::close, "");
+  on.cycles(2);
+  EXPECT_TRUE(p.hear().empty());
+  EXPECT_EQ(p.violated, "");
+}
+
+TEST_F(core_test, closes_a_connection_that_breaks_the_protocol_with_the_code_for_it) {
+  peer p{on};
+  const std::byte unmasked[] = {std::byte{0x81}, std::byte{1}, std::byte{'x'}};
+  p.send_raw(unmasked);
+  on.cycle();
+  (void)p.hear();
+  EXPECT_EQ(p.close_code, 1002);
+  EXPECT_EQ(on.count(counter::violations), 1U);
+}
+
+TEST_F(core_test, refuses_a_message_larger_than_its_limit_with_1009) {
+  peer p{on};
+  p.say(std::string(9000, ' '));
+  on.cycle();
+  (void)p.hear();
+  EXPECT_EQ(p.close_code, 1009);
+}
+
+TEST_F(core_test, pings_a_silent_peer_and_keeps_it_while_it_answers) {
+  peer p{on};
+  for (int i = 0; i < 60; ++i) {
+    on.cycle(500ms);
+    (void)p.hear();
+  }
+  EXPECT_GE(p.pings, 5);
+  EXPECT_FALSE(p.cut());
+}
+
+TEST_F(core_test, cuts_a_peer_that_answers_no_ping) {
+  peer p{on};
+  p.answers_pings = false;
+  for (int i = 0; i < 20; ++i) {
+    on.cycle(500ms);
+    (void)p.hear();
+  }
+  EXPECT_EQ(p.pings, 1);
+  EXPECT_EQ(p.close_code, 1008);
+  EXPECT_EQ(on.count(counter::silent_peers), 1U);
+}
+
+TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on_sending) {
+  peer p{on};
+  on.cycle();
+  const std::byte begin[] = {std::byte{0x01}, std::byte{0x81}, std::byte{0},  std::byte{0},
+                             std::byte{0},    std::byte{0},    std::byte{'a'}};
+  const std::byte more[] = {std::byte{0x00}, std::byte{0x81}, std::byte{0},  std::byte{0},
+                            std::byte{0},    std::byte{0},    std::byte{'a'}};
+  p.send_raw(begin);
+  for (int i = 0; i < 13; ++i) {
+    on.cycle(500ms);
+    p.send_raw(more);
+    (void)p.hear();
+  }
+  EXPECT_EQ(p.close_code, 1008);
+  EXPECT_EQ(on.count(counter::unfinished_messages), 1U);
+}
+
+TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_frame) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(p.id()).room_bytes = 10;
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  on.cycle();
+  EXPECT_GT(on.core.slots_in_use(), 0U);
+  p.leave(rowe::service::close_cause::reset);
+  on.cycles(2);
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+  EXPECT_EQ(on.count(counter::lost_with_peer), 5U);
+  EXPECT_EQ(on.board.peers(), 0U);
+}
+
+TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  on.net.weather_of(p.id()).chunk_bytes_max = 1;
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  EXPECT_TRUE(publish(on, lane, {1, 0}));
+}
+
+TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(p.id()).room_bytes = 3;
+  texts heard;
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  for (int i = 0; i < 200; ++i) {
+    on.cycle();
+    for (auto& text : p.hear()) heard.push_back(std::move(text));
+  }
+  EXPECT_EQ(heard, (texts{message(0), message(1), message(2)}));
+}
+
+TEST_F(core_test, tells_peers_goodbye_when_it_closes) {
+  peer p{on};
+  on.cycle();
+  on.core.close_all(on.now);
+  (void)p.hear();
+  EXPECT_EQ(p.close_code, 1001);
+}
+
+TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listens) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  texts reports;
+  for (int i = 0; i < 1000; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle();
+    for (auto& text : p.hear()) {
+      if (text.find("/rowe/stats\",\"msg") != std::string::npos) reports.push_back(std::move(text));
+    }
+  }
+  ASSERT_GE(reports.size(), 9U);
+  EXPECT_LE(reports.size(), 10U);
+  EXPECT_NE(reports.back().find(R"("name":"robot")"), std::string::npos) << reports.back();
+  EXPECT_NE(reports.back().find(R"("topic":"/pose","type":"test/Pose")"), std::string::npos)
+      << reports.back();
+  EXPECT_NE(reports.back().find(R"("losses":{"full":0)"), std::string::npos) << reports.back();
+  p.say(R"({"op":"unsubscribe","topic":"/rowe/stats"})");
+  on.cycle();
+  EXPECT_FALSE(on.core.lanes_wanted() && p.hear().size() > 1);
+  on.cycles(300);
+  for (const auto& text : p.hear()) EXPECT_EQ(text.find("stats"), std::string::npos);
+}
+
+TEST_F(core_test, counts_rates_from_the_time_somebody_listens_to_them) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (int i = 0; i < 500; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle();
+    (void)p.hear();
+  }
+  p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
+  std::string report;
+  for (int i = 0; i < 150 && report.empty(); ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle();
+    for (const auto& text : p.hear()) {
+      if (text.find("rate_hz") != std::string::npos) report = text;
+    }
+  }
+  const auto at = report.find(R"("rate_hz":)", report.find("/pose"));
+  ASSERT_NE(at, std::string::npos) << report;
+  const double rate = std::stod(report.substr(at + 10));
+  EXPECT_GT(rate, 900) << report;
+  EXPECT_LT(rate, 1100) << report;
+}
+
+TEST_F(core_test, tells_its_own_process_statistics_that_it_subscribes_to) {
+  auto& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/rowe/stats", 4000);
+  on.cycles(300);
+  EXPECT_TRUE(take(inbox));
+}
+
+TEST_F(core_test, has_nothing_to_wake_for_without_peers) {
+  advertise_pose(on);
+  on.cycle();
+  EXPECT_EQ(on.next_wake, rowe::rt::never);
+  EXPECT_FALSE(on.core.lanes_wanted());
+}
+
+TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
+  advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  EXPECT_TRUE(on.core.lanes_wanted());
+  p.leave();
+  on.cycles(2);
+  EXPECT_FALSE(on.core.lanes_wanted());
+}
+
+} // namespace
+} // namespace stage

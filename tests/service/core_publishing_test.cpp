@@ -1,0 +1,314 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core as a server: what this process publishes, and who gets it when.
+#include "core_stage.hpp"
+
+namespace stage {
+namespace {
+
+TEST_F(core_test, sends_a_published_struct_to_the_peer_that_subscribed) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {1.5, -2}));
+  on.cycle();
+  EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":1.5,"y":-2}})"});
+}
+
+TEST_F(core_test, tells_a_publisher_that_nobody_listens_and_queues_nothing) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  on.cycle();
+  EXPECT_EQ(publish(on, lane, {1, 0}).code(), rowe::errc::no_peer);
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  EXPECT_TRUE(browser.hear().empty());
+  EXPECT_TRUE(publish(on, lane, {2, 0}));
+  browser.say(R"({"op":"unsubscribe","topic":"/pose"})");
+  on.cycle();
+  EXPECT_EQ(publish(on, lane, {3, 0}).code(), rowe::errc::no_peer);
+  EXPECT_EQ(on.count(counter::no_peer), 3U); // two refused, and the one that was under way
+}
+
+TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
+  auto& lane = advertise_pose(on, {.depth = 4});
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  EXPECT_EQ(publish(on, lane, {9, 0}).code(), rowe::errc::full);
+  on.cycle();
+  EXPECT_TRUE(publish(on, lane, {5, 0}));
+  EXPECT_EQ(browser.hear(), (texts{message(0), message(1), message(2), message(3)}));
+  EXPECT_EQ(on.count(counter::full), 1U);
+}
+
+TEST_F(core_test, keeps_only_the_newest_value_where_asked_to_and_counts_the_others) {
+  auto& lane = advertise_pose(on, {.keep = rowe::keep::newest});
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (int i = 1; i <= 5; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  on.cycle();
+  EXPECT_EQ(browser.hear(), texts{message(5)});
+  EXPECT_EQ(on.count(counter::replaced), 4U);
+}
+
+TEST_F(core_test, encodes_once_for_all_peers) {
+  auto& lane = advertise_pose(on);
+  std::vector<peer> peers;
+  for (int i = 0; i < 8; ++i) peers.emplace_back(on).say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (peer& p : peers) on.net.weather_of(p.id()).room_bytes = 0; // nobody reads: the messages stay queued
+  ASSERT_TRUE(publish(on, lane, {7, 0}));
+  on.cycle();
+  EXPECT_EQ(on.core.slots_in_use(), 1U);
+  for (peer& p : peers) {
+    on.net.weather_of(p.id()).room_bytes = 4096;
+  }
+  on.cycles(2);
+  for (peer& p : peers) EXPECT_EQ(p.hear(), texts{message(7)});
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun) {
+  auto& lane = advertise_pose(on, {.ttl = 20ms});
+  peer slow{on};
+  slow.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 10; // the first frame begins, no more
+  for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  on.cycle();
+  on.cycle(30ms);
+  on.net.weather_of(slow.id()).room_bytes = 4096;
+  on.cycles(3);
+  EXPECT_EQ(slow.hear(), texts{message(1)});
+  EXPECT_EQ(on.count(counter::expired), 2U);
+  on.cycles(20);
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+TEST_F(core_test, drops_what_was_too_old_when_it_was_taken_from_its_lane) {
+  auto& lane = advertise_pose(on, {.ttl = 20ms});
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  on.cycle(25ms);
+  EXPECT_TRUE(browser.hear().empty());
+  EXPECT_EQ(on.count(counter::expired), 1U);
+}
+
+TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees_it) {
+  auto& lane = advertise_pose(on, {.ttl = 0ms});
+  peer slow{on};
+  slow.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  on.cycle(0ms);
+  EXPECT_EQ(slow.hear(), texts{message(1)});
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  ASSERT_TRUE(publish(on, lane, {2, 0}));
+  on.cycle(0ms);
+  on.net.weather_of(slow.id()).room_bytes = 4096;
+  on.cycles(3);
+  EXPECT_TRUE(slow.hear().empty());
+  EXPECT_EQ(on.count(counter::expired), 1U);
+}
+
+TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) {
+  auto& lane = advertise_pose(on, {.depth = 64});
+  peer slow{on};
+  peer quick{on};
+  for (peer* p : {&slow, &quick}) p->say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    on.cycle();
+  }
+  EXPECT_EQ(quick.hear().size(), 40U);
+  on.net.weather_of(slow.id()).room_bytes = 1 << 20;
+  on.cycles(3);
+  const auto late = slow.hear();
+  ASSERT_EQ(late.size(), 16U); // queue_depth_max
+  EXPECT_EQ(late.front(), message(24));
+  EXPECT_EQ(late.back(), message(39));
+  EXPECT_EQ(on.count(counter::outbox_full), 24U);
+}
+
+TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
+  auto& lane = advertise_pose(on, {.latched = true});
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, lane, {2, 0}));
+  on.cycle();
+  peer late{on};
+  late.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycles(2);
+  EXPECT_EQ(late.hear(), texts{message(2)});
+}
+
+TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
+  auto& lane = advertise_pose(on, {.ttl = 20ms, .latched = true});
+  peer slow{on};
+  slow.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    on.cycle();
+  }
+  on.cycles(60);
+  EXPECT_EQ(on.count(counter::expired), 10U);
+}
+
+TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_asked_for) {
+  peer early{on};
+  early.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  auto& lane = advertise_pose(on, {.keep = rowe::keep::newest});
+  on.cycle();
+  on.net.weather_of(early.id()).room_bytes = 0;
+  for (int i = 0; i < 10; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    on.cycle();
+  }
+  on.net.weather_of(early.id()).room_bytes = 4096;
+  on.cycles(2);
+  EXPECT_EQ(early.hear(), texts{message(9)});
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
+TEST_F(core_test, writes_urgent_topics_before_others) {
+  auto& bulk =
+      on.offer(rowe::detail::lane_kind::publish_text, "/bulk", 100, {.priority = rowe::priority::bulk});
+  auto& urgent =
+      on.offer(rowe::detail::lane_kind::publish_text, "/urgent", 100, {.priority = rowe::priority::urgent});
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/bulk"})");
+  browser.say(R"({"op":"subscribe","topic":"/urgent"})");
+  on.cycle();
+  const auto say = [&](rowe::detail::lane& lane, std::string_view text) {
+    ASSERT_TRUE(rowe::detail::publish_into(
+        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+  };
+  say(bulk, "{}");
+  say(bulk, R"({"n":2})");
+  say(urgent, "{}");
+  on.cycle();
+  EXPECT_EQ(browser.hear(), (texts{R"({"op":"publish","topic":"/urgent","msg":{}})",
+                                   R"({"op":"publish","topic":"/bulk","msg":{}})",
+                                   R"({"op":"publish","topic":"/bulk","msg":{"n":2}})"}));
+}
+
+TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
+  rowe::endpoint_options options = stage::small_options();
+  options.limits.queue_depth_max = 256;
+  options.limits.small_slots = 512;
+  options.limits.queued_max = 1024;
+  theatre busy{options};
+  auto& first = busy.offer(rowe::detail::lane_kind::publish_text, "/a", 8, {.depth = 256});
+  auto& second = busy.offer(rowe::detail::lane_kind::publish_text, "/b", 8, {.depth = 256});
+  peer reader{busy};
+  reader.say(R"({"op":"subscribe","topic":"/a"})");
+  reader.say(R"({"op":"subscribe","topic":"/b"})");
+  busy.cycle();
+  busy.net.weather_of(reader.id()).room_bytes = 0;
+  for (auto* lane : {&first, &second}) {
+    for (int i = 0; i < 128; ++i) {
+      ASSERT_TRUE(rowe::detail::publish_into(*lane, 2, busy.now,
+                                             [](std::byte* slot) { std::memcpy(slot, "{}", 2); }));
+    }
+  }
+  busy.cycles(4);
+  busy.net.weather_of(reader.id()).room_bytes = 64 * 45; // a batch at a time
+  bool heard_b = false;
+  for (int i = 0; i < 4 && !heard_b; ++i) {
+    busy.cycle();
+    for (const auto& text : reader.hear()) heard_b = heard_b || text.find("\"/b\"") != std::string::npos;
+  }
+  EXPECT_TRUE(heard_b); // though /a had enough to fill four batches
+}
+
+TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {std::numeric_limits<double>::quiet_NaN(), 0}));
+  on.cycle();
+  EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":null,"y":0}})"});
+  EXPECT_EQ(on.count(counter::nonfinite), 1U);
+}
+
+TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
+  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/text", 100);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/text"})");
+  on.cycle();
+  for (const std::string_view text : {"{", "7", "[{}]"}) {
+    ASSERT_TRUE(rowe::detail::publish_into(
+        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+  }
+  on.cycle();
+  EXPECT_TRUE(browser.hear().empty());
+  EXPECT_EQ(on.count(counter::malformed), 3U);
+}
+
+TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  ASSERT_TRUE(publish(on, lane, {4, 0}));
+  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release);
+  on.cycle();
+  EXPECT_EQ(lane.state.load(std::memory_order_acquire), rowe::detail::lane_state::free);
+  EXPECT_EQ(browser.hear(), texts{message(4)});
+}
+
+TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
+  auto& first = advertise_pose(on);
+  auto& second = on.offer(rowe::detail::lane_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
+  on.cycle();
+  EXPECT_EQ(first.state.load(std::memory_order_acquire), rowe::detail::lane_state::active);
+  EXPECT_EQ(second.state.load(std::memory_order_acquire), rowe::detail::lane_state::refused);
+  EXPECT_EQ(second.answer.code, rowe::errc::type_conflict);
+}
+
+TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
+  rowe::endpoint_options options = stage::small_options();
+  options.relay = true;
+  theatre hub{options};
+  peer talker{hub};
+  peer listener{hub};
+  listener.say(R"({"op":"subscribe","topic":"/pose"})");
+  hub.cycle();
+  hub.net.weather_of(listener.id()).room_bytes = 0;
+  talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":1,"y":0}})");
+  hub.cycle();
+  advertise_pose(hub, {.keep = rowe::keep::newest, .priority = rowe::priority::urgent});
+  hub.cycle();
+  talker.say(R"({"op":"publish","topic":"/pose","msg":{"x":2,"y":0}})");
+  hub.cycle();
+  listener.say(R"({"op":"unsubscribe","topic":"/pose"})");
+  hub.cycle();
+  EXPECT_EQ(hub.core.slots_in_use(), 0U);
+  EXPECT_TRUE(hub.core.check());
+}
+
+TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_share) {
+  auto& lane = advertise_pose(on, {.depth = 128});
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  on.cycle();
+  EXPECT_EQ(on.next_wake, on.now);
+  on.cycle();
+  EXPECT_GT(on.next_wake, on.now);
+}
+
+} // namespace
+} // namespace stage

@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core as a server: what peers ask for, how often they want to be told, and what they are refused.
+#include "core_stage.hpp"
+
+namespace stage {
+namespace {
+
+struct throttling : core_test {
+  // Publishes at 1 kHz for a while and returns what came.
+  texts run(peer& to, rowe::detail::lane& lane, int milliseconds) {
+    texts all;
+    for (int i = 0; i < milliseconds; ++i) {
+      EXPECT_TRUE(publish(on, lane, {1.0 * ++x, 0}));
+      on.cycle();
+      for (auto& text : to.hear()) all.push_back(std::move(text));
+    }
+    return all;
+  }
+  int x = 0;
+};
+
+TEST_F(throttling, spaces_messages_by_the_throttle_rate) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":50})");
+  on.cycle();
+  EXPECT_EQ(run(browser, lane, 1000).size(), 20U);
+  EXPECT_EQ(on.count(counter::throttled), 980U);
+}
+
+TEST_F(throttling, with_a_queue_of_one_sends_the_newest_value_when_it_is_due) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":100,"queue_length":1})");
+  on.cycle();
+  const texts heard = run(browser, lane, 500);
+  ASSERT_GE(heard.size(), 5U);
+  EXPECT_EQ(heard[0], message(1));
+  EXPECT_EQ(heard[1], message(101)); // the newest at that time, not the oldest waiting
+}
+
+TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":10,"queue_length":3})");
+  on.cycle();
+  EXPECT_EQ(run(browser, lane, 5), texts{message(1)});
+  texts heard;
+  for (int i = 0; i < 50; ++i) {
+    on.cycle();
+    for (auto& text : browser.hear()) heard.push_back(std::move(text));
+  }
+  EXPECT_EQ(heard, (texts{message(3), message(4), message(5)}));
+  EXPECT_EQ(on.count(counter::throttled), 1U); // as asked for, so no loss
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
+TEST_F(throttling, takes_a_period_of_centuries_for_what_it_is) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":9223372036854,"queue_length":1})");
+  on.cycle();
+  EXPECT_EQ(run(browser, lane, 100), texts{message(1)});
+}
+
+TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
+  auto& lane = advertise_pose(on);
+  peer browser{on};
+  browser.say(R"({"op":"subscribe","id":"a","topic":"/pose","throttle_rate":100})");
+  browser.say(R"({"op":"subscribe","id":"b","topic":"/pose"})");
+  on.cycle();
+  EXPECT_EQ(run(browser, lane, 10).size(), 10U);
+  browser.say(R"({"op":"unsubscribe","id":"b","topic":"/pose"})");
+  on.cycle();
+  EXPECT_LE(run(browser, lane, 50).size(), 1U);
+  browser.say(R"({"op":"unsubscribe","id":"a","topic":"/pose"})");
+  on.cycle();
+  EXPECT_EQ(publish(on, lane, {0, 0}).code(), rowe::errc::no_peer);
+}
+
+struct hub : testing::Test {
+  hub()
+      : on{[] {
+          auto options = stage::small_options();
+          options.relay = true;
+          return options;
+        }()} {}
+  ~hub() override { EXPECT_TRUE(on.core.check()); }
+  theatre on;
+};
+
+TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_text_unchanged) {
+  peer talker{on};
+  peer listener{on};
+  peer bystander{on};
+  listener.say(R"({"op":"subscribe","topic":"/chatter"})");
+  on.cycle();
+  talker.say(R"({"op":"advertise","topic":"/chatter","type":"std_msgs/String"})");
+  talker.say(R"({"op":"publish","topic":"\/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})");
+  on.cycles(2);
+  EXPECT_EQ(listener.hear(),
+            texts{R"({"op":"publish","topic":"/chatter","msg":{"data": 0.10000000000000001,"n":1e2}})"});
+  EXPECT_TRUE(bystander.hear().empty());
+  EXPECT_TRUE(talker.hear().empty());
+}
+
+TEST_F(hub, relays_messages_too_large_for_a_small_slot) {
+  peer talker{on};
+  peer listener{on};
+  listener.say(R"({"op":"subscribe","topic":"/big"})");
+  on.cycle();
+  const std::string body = R"({"data":")" + std::string(6000, 'x') + R"("})";
+  talker.say(R"({"op":"publish","topic":"/big","msg":)" + body + "}");
+  on.cycles(2);
+  EXPECT_EQ(listener.hear() == texts{R"({"op":"publish","topic":"/big","msg":)" + body + "}"}, true);
+}
+
+TEST_F(hub, keeps_topics_below_rowe_for_itself) {
+  peer talker{on};
+  talker.say(R"({"op":"publish","id":"p","topic":"/rowe/stats","msg":{}})");
+  talker.say(R"({"op":"advertise","topic":"/rowe/stats","type":"a/B"})");
+  on.cycle();
+  const auto heard = talker.hear();
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_NE(heard[0].find(R"("op":"status","level":"error","id":"p")"), std::string::npos) << heard[0];
+}
+
+TEST_F(hub, delivers_to_subscribers_of_its_own_process_too) {
+  auto& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/chatter", 1000);
+  peer talker{on};
+  talker.say(R"({"op":"publish","topic":"/chatter","msg":{"data":1}})");
+  on.cycles(2);
+  talker.say(R"({"op":"publish","topic":"/chatter","msg":{"data":2}})");
+  on.cycle();
+  std::string newest;
+  while (const auto text = take(inbox)) newest = *text;
+  EXPECT_EQ(newest, R"({"data":2})");
+}
+
+TEST_F(core_test, does_not_relay_unless_it_is_a_hub) {
+  peer talker{on};
+  peer listener{on};
+  listener.say(R"({"op":"subscribe","topic":"/chatter"})");
+  on.cycle();
+  talker.say(R"({"op":"publish","topic":"/chatter","msg":{}})");
+  on.cycles(2);
+  EXPECT_TRUE(listener.hear().empty());
+}
+
+struct refusals : core_test {
+  std::string answer(peer& of, std::string_view request) {
+    of.say(request);
+    on.cycle();
+    const auto heard = of.hear();
+    return heard.empty() ? "" : heard.back();
+  }
+};
+
+TEST_F(refusals, answer_an_unknown_op_with_a_status_that_names_it) {
+  peer p{on};
+  EXPECT_EQ(answer(p, R"({"op":"jump","id":7})").substr(0, 40),
+            R"({"op":"status","level":"error","id":7,"m)");
+  EXPECT_EQ(on.count(counter::refused_requests), 1U);
+}
+
+TEST_F(refusals, answer_what_is_not_json_and_go_on) {
+  peer p{on};
+  EXPECT_NE(answer(p, R"({"op":)").find("(at byte 6)"), std::string::npos);
+  EXPECT_EQ(on.count(counter::malformed), 1U);
+  EXPECT_EQ(answer(p, R"({"op":"subscribe","topic":"/pose"})"), "");
+}
+
+TEST_F(refusals, answer_messages_without_op) {
+  peer p{on};
+  EXPECT_NE(answer(p, R"({"hello":1})").find("op"), std::string::npos);
+}
+
+TEST_F(refusals, name_the_limit_on_subscriptions_of_one_peer) {
+  peer p{on};
+  for (int i = 0; i < 8; ++i) p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
+  on.cycle();
+  EXPECT_NE(answer(p, R"({"op":"subscribe","topic":"/more"})").find("subscriptions_per_connection_max"),
+            std::string::npos);
+}
+
+TEST_F(refusals, name_the_limit_on_topics_and_free_their_places_with_the_peer) {
+  std::vector<peer> peers;
+  for (int i = 0; i < 3; ++i) peers.emplace_back(on);
+  on.cycle();
+  std::string last;
+  for (int i = 0; i < 20; ++i) {
+    last = answer(peers[static_cast<std::size_t>(i) / 8],
+                  R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
+  }
+  EXPECT_NE(last.find("topics_max"), std::string::npos) << last;
+  bool told = false;
+  while (const auto what = on.board.try_event()) {
+    told = told || (what->what_kind == rowe::event::kind::limit &&
+                    std::string_view{what->remedy} == "raise `limits::topics_max`");
+  }
+  EXPECT_TRUE(told);
+  for (peer& p : peers) p.leave();
+  on.cycles(2);
+  peer fresh{on};
+  on.cycle();
+  EXPECT_EQ(answer(fresh, R"({"op":"subscribe","topic":"/new"})"), "");
+}
+
+TEST_F(refusals, name_the_limit_on_advertisements_and_take_them_back) {
+  peer p{on};
+  for (int i = 0; i < 4; ++i)
+    p.say(R"({"op":"advertise","type":"a/B","topic":"/t)" + std::to_string(i) + "\"}");
+  on.cycle();
+  EXPECT_TRUE(p.hear().empty());
+  EXPECT_NE(
+      answer(p, R"({"op":"advertise","type":"a/B","topic":"/t9"})").find("advertisements_per_connection_max"),
+      std::string::npos);
+  EXPECT_EQ(answer(p, R"({"op":"unadvertise","topic":"/t0"})"), "");
+  EXPECT_EQ(answer(p, R"({"op":"advertise","type":"a/B","topic":"/t9"})"), "");
+  EXPECT_NE(answer(p, R"({"op":"unadvertise","topic":"/t0"})"), "");
+}
+
+TEST_F(refusals, name_the_type_that_a_topic_has) {
+  peer p{on};
+  p.say(R"({"op":"advertise","topic":"/t","type":"a/B"})");
+  on.cycle();
+  EXPECT_NE(answer(p, R"({"op":"advertise","topic":"/t","type":"a/C"})").find("a/B"), std::string::npos);
+}
+
+TEST_F(refusals, answer_an_unsubscribe_without_subscription) {
+  peer p{on};
+  EXPECT_NE(answer(p, R"({"op":"unsubscribe","topic":"/t"})"), "");
+  p.say(R"({"op":"subscribe","id":"a","topic":"/t"})");
+  on.cycle();
+  EXPECT_NE(answer(p, R"({"op":"unsubscribe","id":"b","topic":"/t"})").find("id"), std::string::npos);
+}
+
+TEST_F(refusals, are_silent_after_set_level_none) {
+  peer p{on};
+  EXPECT_EQ(answer(p, R"({"op":"set_level","level":"none"})"), "");
+  EXPECT_EQ(answer(p, R"({"op":"jump"})"), "");
+  EXPECT_EQ(on.count(counter::refused_requests), 1U);
+}
+
+TEST_F(refusals, close_a_connection_that_sends_binary) {
+  peer p{on};
+  p.send(rowe::wire::opcode::binary, "x");
+  on.cycle();
+  (void)p.hear();
+  EXPECT_EQ(p.close_code, 1003);
+  EXPECT_TRUE(p.cut());
+}
+
+TEST_F(refusals, are_bounded_for_a_peer_that_does_not_read_its_answers) {
+  peer rude{on};
+  on.cycle();
+  on.net.weather_of(rude.id()).room_bytes = 0;
+  for (int i = 0; i < 1000; ++i) rude.say("nonsense");
+  on.cycles(3);
+  EXPECT_LE(on.core.slots_in_use(), 64U);
+  EXPECT_GT(on.count(counter::outbox_full), 0U);
+  rude.leave();
+  on.cycles(2);
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+} // namespace
+} // namespace stage

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the tests of the core as a server share: a pose that is published, and a stage that checks the core's
+// structures at the end of each test.
+#pragma once
+#include "service/core.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "stage.hpp"
+
+struct pose {
+  double x, y;
+};
+template <>
+inline constexpr auto rowe::schema<pose> = rowe::fields<&pose::x, &pose::y>{}.type("test/Pose");
+
+namespace stage {
+
+using namespace std::chrono_literals;
+using rowe::service::counter;
+using texts = std::vector<std::string>;
+
+inline rowe::detail::lane& advertise_pose(theatre& on, rowe::topic_options how = {}) {
+  return on.offer(rowe::detail::lane_kind::publish_value, "/pose", sizeof(pose), how, &rowe::describe<pose>(),
+                  "test/Pose");
+}
+
+inline rowe::status publish(theatre& on, rowe::detail::lane& lane, const pose& value) {
+  return rowe::detail::publish_into(lane, sizeof value, on.now,
+                                    [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
+}
+
+inline rowe::status publish_text(theatre& on, rowe::detail::lane& lane, std::string_view text) {
+  return rowe::detail::publish_into(lane, text.size(), on.now, [&](std::byte* slot) {
+    text.copy(reinterpret_cast<char*>(slot), text.size());
+  });
+}
+
+inline rowe::result<std::string> take(rowe::detail::lane& lane) {
+  const auto slot = lane.subscriber.out->try_pop();
+  if (!slot) return rowe::errc::empty;
+  std::string text{reinterpret_cast<const char*>(lane.subscriber.slots.value(*slot)),
+                   lane.subscriber.slots.header(*slot)->bytes};
+  lane.subscriber.home->give(*slot);
+  return text;
+}
+
+// What a peer hears of a pose at (x, 0).
+inline std::string message(int x) {
+  return R"({"op":"publish","topic":"/pose","msg":{"x":)" + std::to_string(x) + R"(,"y":0}})";
+}
+
+struct core_test : testing::Test {
+  ~core_test() override { EXPECT_TRUE(on.core.check()); }
+  theatre on;
+};
+
+} // namespace stage
