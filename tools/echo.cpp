@@ -69,8 +69,11 @@ class printer {
   exit_code run() {
     while (chosen_.count == 0 || printed_ < chosen_.count) {
       if (const auto end = wait()) return *end;
-      if (!emit(chosen_.json ? on_one_line(taken_->text()) : joined(outline_of(taken_->text()), "---\n")))
+      const std::string_view body = taken_->text();
+      if (!emit(chosen_.json ? on_one_line(body) : joined(outline_of(body), "---\n"))) {
+        unread_ = true;
         break;
+      }
       taken_.reset();
       ++printed_;
     }
@@ -78,6 +81,8 @@ class printer {
   }
 
   std::int64_t printed() const noexcept { return printed_; }
+  // The reader of our output has gone: it has what it wanted.
+  bool unread() const noexcept { return unread_; }
 
  private:
   // Waits for the next message. Nothing: it is in taken_.
@@ -109,6 +114,7 @@ class printer {
   const console& to_;
   std::optional<message_view> taken_;
   std::int64_t printed_ = 0;
+  bool unread_ = false;
 };
 
 exit_code print_from(endpoint hub, const std::string& url, std::uint32_t text_bytes_max,
@@ -116,16 +122,15 @@ exit_code print_from(endpoint hub, const std::string& url, std::uint32_t text_by
   auto topic = hub.subscribe<json_text>(o.topic, {.depth = queue_depth, .text_bytes_max = text_bytes_max});
   if (!topic) {
     to.error("cannot subscribe to ", quoted(o.topic), ": ", sentence_of(topic.error()));
-    return topic.code() == errc::bad_argument ? exit_code::usage : exit_code::failed;
+    return exit_code_of(topic.error());
   }
   remote connection{hub, url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
   printer printing{std::move(topic).value(), connection, o, to};
   const exit_code end = printing.run();
+  if (printing.unread()) return exit_code::done;
   const std::uint64_t lost = lost_here(hub);
-  if (interrupt::seen() || lost > 0) {
-    to.note(printing.printed(), " messages, lost ", lost);
-  }
+  if (interrupt::seen() || lost > 0) to.note(printing.printed(), " messages, lost ", lost);
   if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
 }
@@ -148,7 +153,7 @@ exit_code echo(argument_list arguments) {
   auto hub = endpoint::connect(url.url, options);
   if (!hub) {
     to.error(printable(url.url), ": ", sentence_of(hub.error()));
-    return hub.code() == errc::bad_url ? exit_code::usage : exit_code::failed;
+    return exit_code_of(hub.error());
   }
   return print_from(std::move(hub).value(), url.url, text_bytes_max, chosen, to);
 }

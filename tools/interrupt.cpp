@@ -22,7 +22,11 @@ void watch() noexcept {
   noting.sa_handler = note_signal;
   noting.sa_flags =
       static_cast<int>(SA_RESETHAND); // the second one is fatal again; no SA_RESTART: sleeps end early
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::sigaction(signal, &noting, nullptr);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction before {};
+    ::sigaction(signal, nullptr, &before);
+    if (before.sa_handler != SIG_IGN) ::sigaction(signal, &noting, nullptr);
+  }
   struct sigaction ignoring {};
   ignoring.sa_handler = SIG_IGN;
   ::sigaction(SIGPIPE, &ignoring, nullptr);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Ctrl-C, SIGTERM and SIGHUP end a verb in an orderly way: they set a flag, cut a sleep short, and the verb's
-// own loop sees it. A second signal ends the program as the system would.
+// own loop sees it. A second one ends the program as the system would. A signal that is ignored when we start
+// (nohup) stays so.
 #pragma once
 #include <rowe/rt/clock.hpp>
 

@@ -63,6 +63,15 @@ void remote::report() {
   }
 }
 
+exit_code exit_code_of(const error& reason) noexcept {
+  switch (reason.code) {
+  case errc::bad_url:
+  case errc::bad_argument:
+  case errc::reserved_topic: return exit_code::usage;
+  default: return exit_code::failed;
+  }
+}
+
 std::uint64_t lost_here(const endpoint& closed) {
   std::uint64_t lost = 0;
   for (const count& one : closed.counts()) {

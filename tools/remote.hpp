@@ -43,6 +43,9 @@ class remote {
   std::string failure_; // of the newest attempt to connect; empty once connected
 };
 
+// How a verb ends that could not be set up: `usage` where its arguments are to blame.
+exit_code exit_code_of(const error& reason) noexcept;
+
 // Messages that were lost on this side, after close(). A value that was refused for want of room is not: the
 // verbs offer it again.
 std::uint64_t lost_here(const endpoint& closed);

@@ -168,7 +168,7 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
   auto odom = hub.advertise<ros::odometry>(o.topic, {.keep = keep::all, .depth = queue_depth});
   if (!odom) {
     to.error("cannot publish on ", quoted(o.topic), ": ", sentence_of(odom.error()));
-    return odom.code() == errc::bad_argument ? exit_code::usage : exit_code::failed;
+    return exit_code_of(odom.error());
   }
   remote connection{hub, url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
@@ -213,7 +213,7 @@ exit_code replay(argument_list arguments) {
   auto hub = endpoint::connect(url.url);
   if (!hub) {
     to.error(printable(url.url), ": ", sentence_of(hub.error()));
-    return hub.code() == errc::bad_url ? exit_code::usage : exit_code::failed;
+    return exit_code_of(hub.error());
   }
   return play_to(std::move(hub).value(), url.url, file.poses, chosen, to);
 }

@@ -200,8 +200,8 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   if (o.insecure) to.error("warning: --insecure: whoever reaches this port may read and publish everything");
 
   const std::string authority = joined(host_for_here(asked.address), ":", hub.port(), "/");
-  (void)emit(
-      joined("rowe serves http://", authority, " (ws://", authority, ")\n")); // unread, it still serves
+  const std::string ready = joined("rowe serves http://", authority, " (ws://", authority, ")\n");
+  (void)emit(ready); // with nobody to read it, it serves all the same
   if (is_any(asked.address)) {
     for (const std::string& host : hosts_reaching(asked.address))
       to.note("also at http://", host, ":", hub.port(), "/");

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What the program says to arguments, right and wrong."""
 import json
+import tempfile
 import unittest
 
 from program import run
@@ -41,6 +42,11 @@ class arguments(unittest.TestCase):
 
     def test_topics_that_are_none_are_refused(self):
         self.refused("echo", "ws://127.0.0.1:1", "x" * 300, says=["xxx", "limit"])
+        with tempfile.NamedTemporaryFile("w") as file:
+            file.write("0 0 0 0 0 0 0 1\n")
+            file.flush()
+            self.refused("replay", "ws://127.0.0.1:1", "--tum", file.name, "--topic", "/rowe/mine",
+                         says=["/rowe/mine", "the endpoint's own"])
 
     def test_an_unknown_verb_or_option_suggests_the_nearest(self):
         self.refused("srve", says=["'srve'", "did you mean serve?"])

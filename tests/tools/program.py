@@ -13,6 +13,11 @@ import threading
 import time
 
 ROWE = os.environ["ROWE_BIN"]
+# The tests may run in the background or under nohup; the program is to notice its signals all the same.
+for one in (signal.SIGINT, signal.SIGHUP):
+    if signal.getsignal(one) is signal.SIG_IGN:
+        signal.signal(one, signal.SIG_DFL)
+
 patience = 60.0  # seconds; far above what anything here takes, sanitizers included
 
 

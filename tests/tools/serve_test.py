@@ -35,6 +35,18 @@ class serving(unittest.TestCase):
                 for group in ("up for ", "loss: full 0, expired 0", "flow: ", "refusal: ", "own: "):
                     self.assertIn(f"rowe serve: {group}", text)
 
+    def test_survives_a_hangup_it_was_told_to_ignore(self):
+        def as_nohup_does():
+            signal.signal(signal.SIGHUP, signal.SIG_IGN)
+
+        with hub(preexec_fn=as_nohup_does) as serving:
+            serving.process.send_signal(signal.SIGHUP)
+            with peer(serving.port):
+                serving.line(r"connected")
+            self.assertEqual(serving.end(signal.SIGTERM), 0)
+        with hub() as serving:
+            self.assertEqual(serving.end(signal.SIGHUP), 0)
+
     def test_counts_and_reports_its_peers(self):
         with hub() as serving:
             with peer(serving.port):
