@@ -21,27 +21,41 @@
 namespace rowe {
 
 // code, sentence. %v is replaced by the value, %l by the limit.
-#define ROWE_ERRORS(X)                                                                                      \
-  X(full, "the queue is full: all %l slots are taken")                                                      \
-  X(empty, "nothing has arrived yet")                                                                       \
-  X(no_peer, "nobody is listening")                                                                         \
-  X(closed, "the endpoint or the handle is closed")                                                         \
-  X(timed_out, "nothing happened within %l ns")                                                             \
-  X(too_big, "%v bytes exceed the limit of %l bytes")                                                       \
-  X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                   \
-  X(too_deep, "the JSON text nests deeper than %l levels")                                                  \
-  X(bad_argument, "the argument is out of range: %v (limit %l)")                                            \
-  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                   \
-  X(bad_address, "the address cannot be listened on (errno %v)")                                            \
-  X(address_in_use, "port %v is in use by another program")                                                 \
-  X(not_loopback, "listening beyond loopback needs the option `insecure`")                                  \
-  X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                      \
-  X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                       \
-  X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                    \
-  X(reserved_topic, "topics below /rowe/ are the endpoint's own")                                           \
-  X(type_conflict, "the topic exists with another type")                                                    \
-  X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                     \
-  X(no_thread, "the service thread cannot be started (errno %v)")                                           \
+#define ROWE_ERRORS(X)                                                                                       \
+  X(full, "the queue is full: all %l slots are taken")                                                       \
+  X(empty, "nothing has arrived yet")                                                                        \
+  X(no_peer, "nobody is listening")                                                                          \
+  X(closed, "the endpoint or the handle is closed")                                                          \
+  X(timed_out, "nothing happened within %l ns")                                                              \
+  X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
+  X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                    \
+  X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
+  X(bad_argument, "the argument is out of range: %v (limit %l)")                                             \
+  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                    \
+  X(bad_address, "the address cannot be listened on (errno %v)")                                             \
+  X(address_in_use, "port %v is in use by another program")                                                  \
+  X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
+  X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
+  X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
+  X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
+  X(reserved_topic, "topics below /rowe/ are the endpoint's own")                                            \
+  X(type_conflict, "the topic exists with another type")                                                     \
+  X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
+  X(no_thread, "the service thread cannot be started (errno %v)")                                            \
+  X(expired, "the time to live passed before it was sent")                                                   \
+  X(peer_lost, "the peer went away")                                                                         \
+  X(no_service, "nobody provides the service")                                                               \
+  X(refused, "the service answered with an error")                                                           \
+  X(too_many_calls, "%v calls are in flight; the limit is %l")                                               \
+  X(too_many_services, "%v services exist; the limit `services_max` is %l")                                  \
+  X(service_taken, "the service is provided already")                                                        \
+  X(not_an_object, "a message must be one JSON object")                                                      \
+  X(reserved_member, "op, message_id and in_reply_to are no members of a user's message (at byte %v)")       \
+  X(missing_member, "the member number %v of the schema is missing")                                         \
+  X(duplicate_member, "a member occurs twice (at byte %v)")                                                  \
+  X(wrong_type, "the value is of another type than the schema says (at byte %v)")                            \
+  X(out_of_range, "the number does not fit its member (at byte %v)")                                         \
+  X(too_long, "the text or array has %v elements, its member holds %l")                                      \
   X(misuse, "the handle is empty or was used in a way its documentation forbids")
 
 // The closed list of what can go wrong.
