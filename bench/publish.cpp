@@ -98,7 +98,7 @@ class lane_way {
   lane_way()
       : memory_{detail::path_bytes(Kept, depth, sizeof(odometry)) + (1 << 12), rt::page_lock::attempted} {
     detail::build_path(memory_.carve_bytes(detail::path_bytes(Kept, depth, sizeof(odometry))), Kept, depth,
-                       sizeof(odometry), lane_->publisher, lane_->published_end);
+                       sizeof(odometry), lane_->user.out, lane_->service.out);
     lane_->heard_by.store(detail::audience::somebody, std::memory_order_seq_cst);
   }
   bool publish(const odometry& value, rt::time_point now) {
@@ -107,7 +107,7 @@ class lane_way {
         .has_value();
   }
   void take() {
-    const detail::emptying_end& path = lane_->published_end;
+    const detail::emptying_end& path = lane_->service.out;
     if constexpr (Kept == keep::newest) {
       const auto found = path.newest->begin_read();
       if (found.state == rt::freshness::fresh) benchmark::DoNotOptimize(*path.slots.value(found.slot));

@@ -32,10 +32,19 @@ struct limits {
   std::uint32_t queue_depth_max = 256;  // messages queued for one peer on one topic; the oldest is dropped
   std::uint32_t queued_max = 16 * 1024; // entries of all those queues together
 
+  // Services and calls.
+  std::uint32_t services_max = 64;             // of this process and of all peers
+  std::uint32_t calls_max = 128;               // in flight, whoever asked and whoever answers
+  std::uint32_t calls_per_connection_max = 32; // asked by one peer and not answered yet
+
+  // Threads that are not real-time (endpoint::send, receive, invoke, reply).
+  std::uint32_t door_slots = 32;        // messages of theirs on the way out; as many on the way in
+  std::uint32_t door_slot_bytes = 4096; // the longest of them, and the longest reply
+
   // Handles of this process.
   std::uint32_t lanes_max = 32;
   std::size_t lane_bytes = 512 * 1024; // rings and slots of all lanes together
-  std::uint32_t events_max = 256;       // events nobody has asked for yet; a further one is counted
+  std::uint32_t events_max = 256;      // events nobody has asked for yet; a further one is counted
 
   // What an endpoint with these limits takes, before it is opened. Never allocates.
   std::size_t footprint_bytes() const noexcept;

@@ -20,6 +20,15 @@ enum class idle : std::uint8_t {
   spin, // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
 };
 
+// What kind of peers an endpoint meets that speak the bare dialect. Hop programs know text frames and nothing
+// else: towards them there are no pings, no close frames, no subprotocol, and messages have at most 65 535
+// bytes; they need not answer for a while without being cut (see docs/wire.md).
+enum class peer_profile : std::uint8_t {
+  standard, // RFC 6455 to the letter
+  hop,      // Hop of 2015 and later
+  hop_2014, // Hop of May 2014, which neither masks its frames nor can read masked ones
+};
+
 // What an endpoint is opened with.
 struct endpoint_options {
   // The service thread.
@@ -36,6 +45,13 @@ struct endpoint_options {
   duration message_time_max = std::chrono::seconds{5};    // from a message's first byte to its last
   duration stats_period = std::chrono::milliseconds{100}; // of the topic /rowe/stats; 100 ms or more
   rowe::limits limits = {};
+
+  // Plain messages and calls (rowe::lane, endpoint::receive and the like).
+  peer_profile profile = peer_profile::standard;
+  duration inbound_ttl = rt::for_ever; // what arrived and was not taken within this time is dropped
+  bool bare_unasked = false;           // plain messages go to peers that never spoke the bare dialect, too
+  bool answers_any = false; // calls that no handle serves wait for receive() from the start, not only once
+                            // it was called
 
   // endpoint::listen only.
   std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`
@@ -68,6 +84,23 @@ struct topic_options {
   bool latched = false;                // a late subscriber gets the last value
   std::string_view type = {};          // the type's name on the wire; empty: the schema's, or none
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
+};
+
+// endpoint::serve and endpoint::client.
+struct service_options {
+  std::uint32_t depth = 16;   // serve: calls that wait to be taken; client: calls in flight; 1 to 4096
+  std::string_view type = {}; // the service's type on the wire; empty: none
+  std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
+};
+
+// endpoint::open_lane.
+struct lane_options {
+  std::uint32_t depth = 64;            // messages towards the service thread; 1 to 4096
+  std::uint32_t inbox_depth = 64;      // messages that wait to be taken; 1 to 4096
+  std::uint32_t calls = 16;            // calls in flight and sends that wait; 1 to 4096
+  std::uint32_t text_bytes_max = 4096; // the longest message, either way
+  rowe::priority priority = rowe::priority::normal;
+  bool receive = true; // take part in receiving: the oldest lane that does gets what no other handle takes
 };
 
 } // namespace rowe

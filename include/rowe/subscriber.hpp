@@ -25,17 +25,17 @@ class message_view {
     return *this;
   }
   ROWE_RT ~message_view() {
-    if (lane_ != nullptr) lane_->subscriber.home->give(slot_);
+    if (lane_ != nullptr) lane_->user.in.home->give(slot_);
   }
 
   // The message's body: one JSON value. 64 bytes behind it may be read.
   ROWE_RT std::string_view text() const noexcept {
-    return {reinterpret_cast<const char*>(lane_->subscriber.slots.value(slot_)),
-            lane_->subscriber.slots.header(slot_)->bytes};
+    return {reinterpret_cast<const char*>(lane_->user.in.slots.value(slot_)),
+            lane_->user.in.slots.header(slot_)->bytes};
   }
   // When its last byte was read from the socket.
   ROWE_RT time_point arrived() const noexcept {
-    return time_point{duration{lane_->subscriber.slots.header(slot_)->stamped_ns}};
+    return time_point{duration{lane_->user.in.slots.header(slot_)->stamped_ns}};
   }
 
  private:
@@ -57,7 +57,7 @@ class subscriber<json_text> {
   // and nothing is left), misuse (an empty handle). Never waits, never allocates, no system call.
   ROWE_RT result<message_view> try_take() noexcept {
     if (!lane_) return errc::misuse;
-    if (const auto slot = lane_->subscriber.out->try_pop()) return message_view{*lane_, *slot};
+    if (const auto slot = lane_->user.in.out->try_pop()) return message_view{*lane_, *slot};
     return closed() ? errc::closed : errc::empty;
   }
 
@@ -65,7 +65,7 @@ class subscriber<json_text> {
   // waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<message_view> latest() noexcept {
     result<message_view> newest = try_take();
-    for (std::size_t left = newest ? lane_->subscriber.out->waiting_at_least() : 0; left > 0; --left) {
+    for (std::size_t left = newest ? lane_->user.in.out->waiting_at_least() : 0; left > 0; --left) {
       newest = try_take();
     }
     return newest;
@@ -76,7 +76,7 @@ class subscriber<json_text> {
   result<message_view> take(duration patience) noexcept {
     if (!lane_) return errc::misuse;
     lane_->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience),
-                           [&] { return lane_->subscriber.out->waiting_at_least() > 0 || closed(); });
+                           [&] { return lane_->user.in.out->waiting_at_least() > 0 || closed(); });
     result<message_view> taken = try_take();
     if (!taken && taken.code() == errc::empty) return error{errc::timed_out, 0, patience.count()};
     return taken;

@@ -244,13 +244,13 @@ result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, 
   if (!found) return found.error();
   lane& built = **found;
   const bool publishes = kind != lane_kind::subscribe_text;
-  built.publisher = {};
-  built.subscriber = {};
-  built.published_end = {};
-  built.subscriber_end = {};
+  built.user.out = {};
+  built.user.in = {};
+  built.service.out = {};
+  built.service.in = {};
   build_path(built.memory, kept, options.depth, value_bytes,
-             publishes ? built.publisher : built.subscriber_end,
-             publishes ? built.published_end : built.subscriber);
+             publishes ? built.user.out : built.service.in,
+             publishes ? built.service.out : built.user.in);
   built.kind = kind;
   built.keep = kept;
   built.priority = options.priority;
@@ -308,7 +308,7 @@ status endpoint_state::close(duration drain) noexcept {
 void endpoint_state::count_left(const lane& in) noexcept {
   // acquire: pairs with the release in attach()
   if (in.state.load(std::memory_order_acquire) == lane_state::free) return;
-  const emptying_end& path = in.published_end;
+  const emptying_end& path = in.service.out;
   std::size_t left = 0;
   if (path.out != nullptr) left = path.out->waiting_at_least();
   if (path.newest != nullptr && path.newest->begin_read().state == rt::freshness::fresh) left = 1;

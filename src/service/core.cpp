@@ -165,7 +165,7 @@ bool core::drained() const noexcept {
     if (!views_[i].attached) continue;
     const detail::lane& lane = lanes_[i];
     if (lane.kind == detail::lane_kind::subscribe_text) continue;
-    if (lane.published_end.out != nullptr && lane.published_end.out->waiting_at_least() != 0) return false;
+    if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
   }
   return true;
 }

@@ -98,7 +98,7 @@ bool core::has_unsent(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   const detail::lane& lane = lanes_[index];
   if (!view.attached || lane.kind == lane_kind::subscribe_text) return false;
-  if (lane.published_end.out != nullptr && lane.published_end.out->waiting_at_least() != 0) return true;
+  if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
   const queue* const towards = queue_to_server(index);
   if (towards == nullptr) return false;
   if (view.last_queued == 0) view.last_queued = towards->popped + towards->count;
@@ -137,7 +137,7 @@ void core::detach(std::uint32_t index) noexcept {
 
 void core::take_from(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
-  const detail::emptying_end& path = lane.published_end;
+  const detail::emptying_end& path = lane.service.out;
   if (path.newest != nullptr) {
     const auto found = path.newest->begin_read();
     if (found.state != rt::freshness::fresh) return;
@@ -167,8 +167,8 @@ void core::take_from(std::uint32_t index) noexcept {
 
 void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
   const detail::lane& lane = lanes_[index];
-  const detail::value_header& header = *lane.published_end.slots.header(slot);
-  const std::byte* const value = lane.published_end.slots.value(slot);
+  const detail::value_header& header = *lane.service.out.slots.header(slot);
+  const std::byte* const value = lane.service.out.slots.value(slot);
   const rt::time_point published = time_of(header.stamped_ns);
   const rt::time_point expires = time_of(header.expires_ns);
   const std::uint32_t topic_index = views_[index].topic;
@@ -242,7 +242,7 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
 
 void core::deliver_inbox(std::uint32_t index, std::span<const char> body) noexcept {
   detail::lane& lane = lanes_[index];
-  const detail::filling_end& path = lane.subscriber_end;
+  const detail::filling_end& path = lane.service.in;
   if (body.size() > path.slots.bytes_max) return add(counter::too_big);
   const auto slot = path.home->try_take();
   if (!slot) return add(counter::inbox_full);

@@ -42,33 +42,33 @@ lane& publishing_lane(real_time& rt, audience heard_by, rowe::keep kept = rowe::
   lane& made = new_lane(rt, heard_by);
   constexpr std::size_t bytes = std::max(sizeof(odometry), text_bytes);
   detail::build_path(rt.array<std::byte>(detail::path_bytes(kept, depth, bytes)), kept, depth, bytes,
-                     made.publisher, made.published_end);
+                     made.publisher, made.service.out);
   return made;
 }
 
 lane& subscribing_lane(real_time& rt, audience heard_by) {
   lane& made = new_lane(rt, heard_by);
   detail::build_path(rt.array<std::byte>(detail::path_bytes(rowe::keep::all, depth, text_bytes)),
-                     rowe::keep::all, depth, text_bytes, made.subscriber_end, made.subscriber);
+                     rowe::keep::all, depth, text_bytes, made.service.in, made.subscriber);
   return made;
 }
 
 // What the service thread does with what was published: takes it and gives the slots back.
 void serve(lane& on) {
-  if (on.published_end.newest != nullptr) {
-    use(on.published_end.newest->begin_read());
+  if (on.service.out.newest != nullptr) {
+    use(on.service.out.newest->begin_read());
     return;
   }
-  on.published_end.out->drain([&](std::uint32_t slot) { on.published_end.home->give(slot); }, depth);
+  on.service.out.out->drain([&](std::uint32_t slot) { on.service.out.home->give(slot); }, depth);
 }
 
 // What the service thread does with a message that arrived.
 void arrive(lane& on) {
-  const auto slot = on.subscriber_end.home->try_take();
+  const auto slot = on.service.in.home->try_take();
   if (!slot) return;
-  *on.subscriber_end.slots.header(*slot) = {0, 0, text.size()};
-  std::memcpy(on.subscriber_end.slots.value(*slot), text.data(), text.size());
-  use(on.subscriber_end.out->try_push(*slot));
+  *on.service.in.slots.header(*slot) = {0, 0, text.size()};
+  std::memcpy(on.service.in.slots.value(*slot), text.data(), text.size());
+  use(on.service.in.out->try_push(*slot));
 }
 
 detail::lane_handle handle_of(lane& on) { return {nullptr, on}; }

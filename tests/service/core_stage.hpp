@@ -41,11 +41,11 @@ inline rowe::status publish_text(theatre& on, rowe::detail::lane& lane, std::str
 }
 
 inline rowe::result<std::string> take(rowe::detail::lane& lane) {
-  const auto slot = lane.subscriber.out->try_pop();
+  const auto slot = lane.user.in.out->try_pop();
   if (!slot) return rowe::errc::empty;
-  std::string text{reinterpret_cast<const char*>(lane.subscriber.slots.value(*slot)),
-                   lane.subscriber.slots.header(*slot)->bytes};
-  lane.subscriber.home->give(*slot);
+  std::string text{reinterpret_cast<const char*>(lane.user.in.slots.value(*slot)),
+                   lane.user.in.slots.header(*slot)->bytes};
+  lane.user.in.home->give(*slot);
   return text;
 }
 

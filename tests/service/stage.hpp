@@ -106,12 +106,12 @@ class theatre {
       const bool publishes = kind != lane_kind::subscribe_text;
       const rowe::keep kept = publishes ? how.keep : rowe::keep::all;
       if (one.memory.empty()) one.memory = memory.carve_bytes(path_bytes(kept, how.depth, value_bytes));
-      one.publisher = {};
-      one.subscriber = {};
-      one.published_end = {};
-      one.subscriber_end = {};
-      build_path(one.memory, kept, how.depth, value_bytes, publishes ? one.publisher : one.subscriber_end,
-                 publishes ? one.published_end : one.subscriber);
+      one.user.out = {};
+      one.user.in = {};
+      one.service.out = {};
+      one.service.in = {};
+      build_path(one.memory, kept, how.depth, value_bytes, publishes ? one.user.out : one.service.in,
+                 publishes ? one.service.out : one.user.in);
       one.kind = kind;
       one.keep = kept;
       one.priority = how.priority;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lane: the pair of paths between one handle, on one user thread, and the service thread. It lives in the
+// A lane: the paths between one handle, on one user thread, and the service thread: `out` to the service
+// thread, `in` from it, and `ends` for what becomes of calls and of sends that wait. It lives in the
 // endpoint's memory. Set-up builds it and offers it; the service thread answers; afterwards the two threads
 // meet only in its rings, its window and the few words named here. Slots travel as numbers: the owner of a
 // path takes a free one out of the home ring, fills it, and sends its number; the other side gives the number
@@ -8,8 +9,8 @@
 //   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> free (service
 //   thread)
 //
-// This header is part of the interface only because the calls of a loop are inline; use publisher and
-// subscriber.
+// This header is part of the interface only because the calls of a loop are inline; use publisher,
+// subscriber, caller, responder and rowe::lane.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -33,24 +34,75 @@
 
 namespace rowe::json {
 class encoder;
-}
+class decoder;
+} // namespace rowe::json
 
 namespace rowe::detail {
 
 enum class lane_state : std::uint32_t { free, offered, active, refused, closing };
-enum class lane_kind : std::uint8_t { publish_value, publish_text, subscribe_text };
+enum class lane_kind : std::uint8_t {
+  publish_value,   // out: values
+  publish_text,    // out: texts
+  subscribe_value, // in: values
+  subscribe_text,  // in: texts
+  talk,            // out: messages, invocations, replies; in: messages and calls; ends
+  respond_value,   // in: calls; out: replies
+  respond_text,
+  call_value, // out: calls; ends: replies
+  call_text,
+};
+constexpr bool publishes(lane_kind k) noexcept {
+  return k == lane_kind::publish_value || k == lane_kind::publish_text;
+}
+constexpr bool subscribes(lane_kind k) noexcept {
+  return k == lane_kind::subscribe_value || k == lane_kind::subscribe_text;
+}
+constexpr bool responds(lane_kind k) noexcept {
+  return k == lane_kind::respond_value || k == lane_kind::respond_text;
+}
+constexpr bool calls(lane_kind k) noexcept { return k == lane_kind::call_value || k == lane_kind::call_text; }
 
 // Whether publishing reaches anybody.
 enum class audience : std::uint32_t { nobody, somebody, closed };
+
+// A connection, by its place and how often that was used. Generation 0: none; as an address: everyone.
+struct peer_ref {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+  friend bool operator==(const peer_ref&, const peer_ref&) = default;
+};
+
+// A call: by its place in the table of whoever is to complete it. Generation 0: none.
+struct call_ref {
+  std::uint32_t index = 0;
+  std::uint32_t generation = 0;
+  friend bool operator==(const call_ref&, const call_ref&) = default;
+};
+
+// What a slot holds.
+enum class entry : std::uint8_t {
+  message,    // out: to `peer`, or to everyone; with a call: the lane's own, which ends when it was sent
+  invocation, // out: `call` is the lane's own; in: the service thread's, to be named in the answer
+  reply,      // out: to the service thread's `call`
+  refusal,    // out: likewise, with a sentence instead of a reply
+  end,        // of the lane's own `call`: a reply where `outcome` is ok, else the error
+};
 
 // In front of every value in a slot. The value behind it is aligned to value_alignment.
 struct value_header {
   std::int64_t stamped_ns = 0; // when it was published, or arrived
   std::int64_t expires_ns = 0;
   std::uint64_t bytes = 0;
+  peer_ref peer{}; // out: to whom; in: from whom
+  call_ref call{};
+  std::int64_t outcome_value = 0; // end: the error's
+  std::int64_t outcome_limit = 0;
+  entry what = entry::message;
+  bool failed = false; // end: `outcome` is an error
+  errc outcome = errc::misuse;
 };
-inline constexpr std::size_t value_alignment = 32;
-inline constexpr std::size_t value_offset = 32;
+inline constexpr std::size_t value_alignment = 64;
+inline constexpr std::size_t value_offset = 64;
 static_assert(sizeof(value_header) <= value_offset);
 
 // Slots of one stride.
@@ -85,6 +137,31 @@ struct emptying_end {
   lane_slots slots;
 };
 
+// The calls of a lane that were begun and whose end was not taken. User thread only. One place for each slot
+// of `ends`, so that the service thread can always deliver an end.
+struct call_place {
+  std::uint32_t generation = 0; // raised when a call begins; odd while one is open
+  std::uint32_t next_free = 0;
+  bool cancelled = false; // nobody wants its end any more
+};
+
+// Slot numbers put aside: a ring of the user thread's own.
+struct slots_aside {
+  std::span<std::uint32_t> places; // as many as there are slots
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+
+  ROWE_RT void push(std::uint32_t slot) noexcept {
+    places[(first + count++) % static_cast<std::uint32_t>(places.size())] = slot;
+  }
+  ROWE_RT std::uint32_t pop() noexcept {
+    const std::uint32_t slot = places[first];
+    first = (first + 1) % static_cast<std::uint32_t>(places.size());
+    --count;
+    return slot;
+  }
+};
+
 struct lane {
   static constexpr std::size_t name_bytes_max = 255;
 
@@ -101,13 +178,26 @@ struct lane {
   std::uint8_t type_bytes = 0;
   std::array<char, name_bytes_max> name_text{};
   std::array<char, name_bytes_max> type_text{};
-  const json::encoder* encoder = nullptr; // publish_value
-  duration ttl = rt::for_ever;
+  const json::encoder* encoder = nullptr; // of the values that go out
+  const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
+  duration ttl = rt::for_ever;            // of what is published
+  bool receives = false;                  // talk: it may be the generic receiver
+  // The generations of the endpoint's connections (board): a peer that is gone has another one.
+  const rt::std_atomics::variable<std::uint32_t>* peer_generations = nullptr;
   std::span<std::byte> memory; // of the rings and slots; stays with the lane when it is free
 
   // The handle's side.
-  alignas(rt::line_bytes) filling_end publisher;
-  emptying_end subscriber;
+  struct user_side {
+    filling_end out;
+    emptying_end in;
+    emptying_end ends;
+    std::span<call_place> calls;
+    std::uint32_t free_call = 0; // the list's head; calls.size(): none
+    std::uint32_t calls_open = 0;
+    slots_aside ends_aside;    // ends that came while another one was waited for
+    slots_aside replies_aside; // respond: out slots that were reserved and not needed
+  };
+  alignas(rt::line_bytes) user_side user;
   rt::counter published;       // values accepted
   rt::counter refused_full;    // errc::full
   rt::counter refused_too_big; // errc::too_big
@@ -115,8 +205,12 @@ struct lane {
 
   // The service thread's side.
   alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
-  alignas(rt::line_bytes) emptying_end published_end;
-  filling_end subscriber_end;
+  struct service_side {
+    emptying_end out;
+    filling_end in;
+    filling_end ends;
+  };
+  alignas(rt::line_bytes) service_side service;
 
   // Rung by the service thread: the lane was answered, or something arrived.
   rt::notification<> news;
@@ -175,7 +269,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   case audience::closed: return errc::closed;
   case audience::somebody: break;
   }
-  const filling_end& path = on.publisher;
+  const filling_end& path = on.user.out;
   if (bytes > path.slots.bytes_max) {
     on.refused_too_big.add();
     return error{errc::too_big, static_cast<std::int64_t>(bytes),
