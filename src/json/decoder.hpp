@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// JSON text to structs. A schema (rowe/schema.hpp) is flattened once, at set-up, into a tree of steps with a
+// table of names for each object; decoding then is one walk over the text, which reads every value where it
+// stands and writes it to its place in the struct. Texts usually have their members in the schema's order, so
+// the next member is compared first, and looked up only where that fails. Compiled where a topic or service
+// is set up, used on the service thread.
+//
+// What is read, and as what:
+//   bool                  true, false
+//   integers, enums       a number that is whole, however it is written (3, 3.0, 3e0: browsers write 1e21),
+//                         exact to the last digit; with as_string also its decimal digits in quotes
+//   double, float         any number, rounded once; -0 keeps its sign; null is NaN. What is beyond the
+//   largest
+//                         float does not fit one
+//   fixed_string          a string
+//   struct                an object. Its members may come in any order; those that the schema does not know
+//                         are passed over, those that it knows must come once, optionals at most once
+//   std::array, C array   an array of exactly as many elements
+//   bounded_array         an array of at most as many elements as it holds
+//   counted array         the same; the counting member is set to the length of the text's array, whatever
+//                         the text says of it where it is a member of the schema, too
+//   std::optional         null or, as a member, nothing at all: empty; else the value
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string_view>
+
+#include <rowe/result.hpp>
+#include <rowe/schema.hpp>
+
+#include "encoder.hpp"
+
+namespace rowe::json {
+
+class decoder {
+ public:
+  // How deep objects, arrays and optionals may nest in a schema, and how large a struct may be.
+  static constexpr std::size_t depth_max = encoder::depth_max;
+  static constexpr std::size_t bytes_limit = encoder::bytes_limit;
+  // How many members an object may have.
+  static constexpr std::size_t members_max = 1024;
+
+  // Flattens `schema`; the decoder keeps nothing of it but its functions. Allocates; for set-up. bad_argument
+  // when it nests deeper than depth_max, an object has more than members_max members, the struct is larger
+  // than bytes_limit, or it is not decodable (value 0; see schema_description); no_memory.
+  [[nodiscard]] static result<decoder> compile(const schema_description& schema);
+
+  decoder(decoder&&) noexcept;
+  decoder& operator=(decoder&&) noexcept;
+  ~decoder();
+
+  // Reads `validated_object`, a text that reader::validate() accepted or an object inside of one, into
+  // `*object`, room for an object of the type that the schema describes, which is first set to what T{} is.
+  // Never waits, never allocates; the steps are bounded by the text and the schema. Bytes are counted from
+  // the beginning of `validated_object`. After an error *object is some valid object of its type. (As with
+  // the walkers, text that was not validated is never read beyond its end, and what is then found means
+  // nothing.) Errors:
+  //   not_an_object     the text is another value
+  //   missing_member    value: its number, from 1, counted as the schema is read: a member, then what is
+  //                     inside of it, then the next
+  //   duplicate_member  also where one of the two has escapes in its name; value: the byte of the second
+  //   wrong_type        also of a number with a fraction for an integer; value: the byte where it begins
+  //   out_of_range      the integer or float cannot hold the number; value: the byte where it begins
+  //   too_long          value: the string's bytes or the array's elements; limit: what its member holds.
+  //                     Of an array of fixed size, which it should be exactly, value may be less than limit
+  ROWE_RT status decode(std::string_view validated_object, void* object) const noexcept;
+
+ private:
+  struct step;
+  struct member;
+  struct shape;
+  class compiler;
+  class run;
+
+  decoder() noexcept;
+
+  void (*set_default_)(void* object) noexcept = nullptr;
+  std::unique_ptr<shape[]> shapes_; // of each object in the schema; the first is the whole
+  std::unique_ptr<member[]> members_;
+  std::unique_ptr<step[]> elements_;       // of arrays and optionals
+  std::unique_ptr<std::uint16_t[]> slots_; // of the tables of names
+  std::unique_ptr<char[]> names_;
+};
+
+} // namespace rowe::json
