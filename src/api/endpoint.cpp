@@ -4,6 +4,7 @@
 
 #include <array>
 #include <new>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,15 @@ namespace rowe {
 namespace {
 
 constexpr std::array<std::string_view, 1> subprotocols{"rowe.v1"};
+
+constexpr bool is_hop(peer_profile profile) noexcept { return profile != peer_profile::standard; }
+
+// Hop has subprotocols of its programs' own. A server that knows none of ours, such as rosbridge_server,
+// selects none.
+std::span<const std::string_view> offered_by(peer_profile profile) noexcept {
+  if (is_hop(profile)) return {};
+  return subprotocols;
+}
 
 net::socket_limits socket_limits_of(const limits& bounds) noexcept {
   return {.connections_max = bounds.connections_max,
@@ -48,6 +58,7 @@ result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& op
                                                   .allow_origins = origins,
                                                   .allow_hosts = hosts,
                                                   .subprotocols = subprotocols,
+                                                  .lenient_handshake = is_hop(options.profile),
                                                   .limits = socket_limits_of(options.limits)});
     if (!carrier) return carrier.error();
     auto bound = std::move(carrier).value();
@@ -65,7 +76,7 @@ result<endpoint> endpoint::connect(std::string_view url, const endpoint_options&
     auto carrier = net::socket_transport::connect({.host = parts->host,
                                                    .port = parts->port,
                                                    .path = parts->path,
-                                                   .subprotocols = {},
+                                                   .subprotocols = offered_by(options.profile),
                                                    .limits = socket_limits_of(options.limits)});
     if (!carrier) return carrier.error();
     auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);

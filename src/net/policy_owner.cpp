@@ -22,6 +22,7 @@ policy_owner::policy_owner(const listen_options& options, const socket_address& 
   views_.assign(texts_.begin(), texts_.end());
   const std::span<const std::string_view> all{views_};
   policy_.port = port_of(bound);
+  policy_.lenient = options.lenient_handshake;
   policy_.origins = all.first(origins);
   policy_.subprotocols = all.subspan(origins, subprotocols);
   policy_.hosts = all.subspan(origins + subprotocols);

@@ -66,14 +66,17 @@ struct listen_options {
   std::span<const std::string_view> allow_hosts{};
   // The WebSocket subprotocols we speak. None offered: none chosen; offered and none known: refused.
   std::span<const std::string_view> subprotocols{};
+  // For Hop's clients: see wire::handshake_policy::lenient.
+  bool lenient_handshake = false;
   socket_limits limits{};
 };
 
 struct connect_options {
   std::string_view host; // a name or a numeric address, IPv6 without brackets; ≤ 100 bytes
   std::uint16_t port = 80;
-  std::string_view path = "/";                      // with its query; begins with "/"; ≤ 1024 bytes
-  std::span<const std::string_view> subprotocols{}; // offered in this order
+  std::string_view path = "/"; // with its query; begins with "/"; ≤ 1024 bytes
+  // Offered in this order. A server that answers without one is accepted, and the connection has none.
+  std::span<const std::string_view> subprotocols{};
   socket_limits limits{};
 };
 

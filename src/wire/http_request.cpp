@@ -84,12 +84,21 @@ bool is_listed_origin(std::string_view origin, const handshake_policy& policy) n
   });
 }
 
+bool is_base64_digit(char c) noexcept {
+  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' || c == '/';
+}
+
 // Does the text decode to 16 bytes of base64: 22 digits and the padding?
 bool is_handshake_key(std::string_view text) noexcept {
-  const auto is_digit = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '+' || c == '/';
-  };
-  return text.size() == 24 && text.ends_with("==") && std::all_of(text.begin(), text.begin() + 22, is_digit);
+  return text.size() == 24 && text.ends_with("==") &&
+         std::all_of(text.begin(), text.begin() + 22, is_base64_digit);
+}
+
+// Digits and at most two characters of padding. Hop's is "ws" and a number of the process in base64.
+bool is_lenient_key(std::string_view text) noexcept {
+  if (text.empty() || text.size() > lenient_key_bytes_max) return false;
+  for (int padding = 0; padding < 2 && text.ends_with('='); ++padding) text.remove_suffix(1);
+  return !text.empty() && std::all_of(text.begin(), text.end(), is_base64_digit);
 }
 
 // Does one element of Accept-Encoding say gzip, and not with a weight of zero?
@@ -268,12 +277,14 @@ bool judge::judge_upgrade() noexcept {
                   seen_.version.text);
   }
   if (!seen_.key.given) return refuse(400, "Sec-WebSocket-Key is missing", "send 16 random bytes in base64");
-  if (!is_handshake_key(seen_.key.text)) {
-    return refuse(400, "Sec-WebSocket-Key does not decode to 16 bytes: %", "send 16 random bytes in base64",
-                  seen_.key.text);
+  if (policy_.lenient ? !is_lenient_key(seen_.key.text) : !is_handshake_key(seen_.key.text)) {
+    return refuse(400,
+                  policy_.lenient ? "Sec-WebSocket-Key is not base64 of at most 64 characters: %"
+                                  : "Sec-WebSocket-Key does not decode to 16 bytes: %",
+                  "send 16 random bytes in base64", seen_.key.text);
   }
   out_.key = seen_.key.text;
-  if (!seen_.offers || !out_.subprotocol.empty()) return true;
+  if (!seen_.offers || !out_.subprotocol.empty() || policy_.lenient) return true;
   const bool none_known = policy_.subprotocols.empty();
   return refuse(400, "no subprotocol offered is spoken here: %",
                 none_known ? "offer none" : "offer %, or no subprotocol at all", seen_.offered,

@@ -20,6 +20,7 @@
 namespace rowe::wire {
 
 inline constexpr std::size_t http_header_bytes_max = 4096;
+inline constexpr std::size_t lenient_key_bytes_max = 64;
 
 // Room that always suffices for write_refusal() and for write_clean_request().
 inline constexpr std::size_t http_refusal_bytes_max = 1024;
@@ -44,6 +45,10 @@ struct handshake_policy {
   std::span<const std::string_view> origins{};
   // The ones we speak. None offered: none chosen. Offered and none known: refused.
   std::span<const std::string_view> subprotocols{};
+  // For clients that are looser than RFC 6455, as Hop's are: the key may be any base64 of 1 to
+  // lenient_key_bytes_max characters instead of 16 bytes, and whoever offers only subprotocols that we do not
+  // speak is answered without one. Everything else stays as strict.
+  bool lenient = false;
 };
 
 // Why a request was refused. The texts are plain ASCII whatever the peer sent, and quote it shortened.

@@ -128,6 +128,35 @@ TEST_F(client, reads_an_answer_that_comes_byte_by_byte) {
   EXPECT_EQ(drive.sink().opens[0].subprotocol, "");
 }
 
+// rosbridge_server selects none, and a Hop server writes the header's name in its own way.
+TEST_F(client, accepts_a_server_that_selects_no_subprotocol) {
+  const std::string_view answers[] = {"", "WebSocket-Protocol: foo\r\n", "Server: AutobahnPython/22.7.1\r\n"};
+  for (std::size_t i = 0; i < std::size(answers); ++i) {
+    ask();
+    std::string answer = good_answer(answers[i]);
+    if (i == 1) answer.replace(answer.find("websocket"), 9, "WebSocket");
+    ASSERT_TRUE(server.peer.send(answer));
+    ASSERT_TRUE(drive.until([&] { return drive.sink().opens.size() == i + 1; })) << answer;
+    EXPECT_EQ(drive.sink().opens[i].subprotocol, "");
+    server.peer.close();
+    ASSERT_TRUE(drive.until([&] { return drive.sink().closes.size() == i + 1; }));
+  }
+}
+
+TEST_F(client, offers_no_subprotocol_unless_it_is_given_one) {
+  transport = connecting({.host = "127.0.0.1", .port = server.port});
+  driver other{*transport};
+  transport->connect();
+  ASSERT_TRUE(other.until([&] { return server.accept(); }));
+  ASSERT_TRUE(other.until([&] { return server.peer.has("\r\n\r\n"); }));
+  std::string text = server.peer.text;
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return static_cast<char>(std::tolower(c)); });
+  EXPECT_EQ(text.find("sec-websocket-protocol"), std::string::npos) << text;
+  ASSERT_TRUE(server.peer.send(good_answer()));
+  ASSERT_TRUE(other.until([&] { return other.sink().opens.size() == 1; }));
+}
+
 TEST_F(client, connects_again_after_the_connection_is_lost) {
   for (std::size_t i = 1; i <= 3; ++i) {
     ask();

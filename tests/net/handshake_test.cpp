@@ -59,6 +59,24 @@ TEST(handshake, chooses_the_first_subprotocol_offered_that_we_speak) {
   EXPECT_EQ(drive.sink().opens[0].subprotocol, "foxglove.sdk.v1");
 }
 
+TEST(handshake, answers_a_short_key_and_an_unknown_subprotocol_of_a_lenient_client) {
+  const std::string_view spoken[] = {"rowe.v1"};
+  auto transport = listening({.subprotocols = spoken, .lenient_handshake = true});
+  driver drive{*transport};
+  raw_socket client{transport->port()};
+  const std::string own_origin = "Origin: http://127.0.0.1:" + std::to_string(transport->port()) + "\r\n";
+  std::string text =
+      upgrade_request(transport->port(), own_origin + "Sec-WebSocket-Protocol: foo\r\n", "/hop/robot");
+  ASSERT_TRUE(client.send(text.replace(text.find(key), key.size(), "d3M3")));
+  ASSERT_TRUE(drive.until([&] { return client.has("\r\n\r\n"); }));
+  EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 101");
+  EXPECT_TRUE(client.has("EGzEuN9EoY/Psz9H4Y9KYm2J2rU=")) << client.text;
+  EXPECT_FALSE(client.has("Sec-WebSocket-Protocol"));
+  ASSERT_EQ(drive.sink().opens.size(), 1U);
+  EXPECT_EQ(drive.sink().opens[0].subprotocol, "");
+  EXPECT_EQ(drive.sink().opens[0].path, "/hop/robot");
+}
+
 TEST(handshake, takes_no_extension_however_many_are_offered) {
   auto transport = listening();
   driver drive{*transport};

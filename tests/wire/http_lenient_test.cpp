@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the handshake filter lets pass when it is told to be lenient, and what it does not even then.
+#include "wire/http_request.hpp"
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "wire/requests.hpp"
+
+namespace rowe::wire::test {
+namespace {
+
+constexpr handshake_policy lenient{.port = 8080, .subprotocols = known_subprotocols, .lenient = true};
+
+TEST(lenient_handshake, takes_keys_that_are_not_16_bytes) {
+  const std::string longest(lenient_key_bytes_max, 'k');
+  for (const std::string_view key : std::initializer_list<std::string_view>{
+           "d3M3", "d3MxODA0Mjg5Mzgz", "d3M=", "d3M0Mg==", "dGhlIHNhbXBsZSBub25jZQ==", longest}) {
+    const std::string request = upgrade({{"Key", "Sec-WebSocket-Key: " + std::string{key}}});
+    EXPECT_TRUE(accepted(request, lenient)) << key;
+    EXPECT_EQ(judge_request(request, lenient).key, key);
+  }
+  EXPECT_TRUE(refused(upgrade({{"Key", "Sec-WebSocket-Key: d3M3"}}), 400, "d3M3"));
+}
+
+TEST(lenient_handshake, refuses_keys_that_are_no_base64) {
+  const std::string too_long(lenient_key_bytes_max + 1, 'k');
+  for (const std::string_view key : std::initializer_list<std::string_view>{
+           "=", "==", "d3M===", "d3 M3", "d3M-", "d=M3", "d3M3,d3M3", too_long}) {
+    EXPECT_TRUE(refused(upgrade({{"Key", "Sec-WebSocket-Key: " + std::string{key}}}), 400, "64 characters",
+                        "base64", lenient))
+        << key;
+  }
+  EXPECT_TRUE(refused(upgrade({{"Key", ""}}), 400, "missing", "base64", lenient));
+  EXPECT_TRUE(refused(upgrade({{"Key", "Sec-WebSocket-Key:"}}), 400, "64 characters", "base64", lenient));
+}
+
+TEST(lenient_handshake, chooses_no_subprotocol_where_none_offered_is_spoken) {
+  const std::string unknown = upgrade({{"Protocol", "Sec-WebSocket-Protocol: foo, bar"}});
+  EXPECT_TRUE(accepted(unknown, lenient));
+  EXPECT_EQ(judge_request(unknown, lenient).subprotocol, "");
+  const std::string known = upgrade({{"Protocol", "Sec-WebSocket-Protocol: foo, rowe.v1"}});
+  EXPECT_EQ(judge_request(known, lenient).subprotocol, "rowe.v1");
+  EXPECT_TRUE(refused(unknown, 400, "foo, bar"));
+}
+
+TEST(lenient_handshake, is_as_strict_in_everything_else) {
+  EXPECT_TRUE(refused(upgrade({{"Origin", "Origin: http://evil.example"}}), 403, "evil", {}, lenient));
+  EXPECT_TRUE(refused(upgrade({{"Host", "Host: evil.example"}}), 403, "evil", {}, lenient));
+  EXPECT_TRUE(refused(upgrade({{"Version", "Sec-WebSocket-Version: 8"}}), 426, "8", {}, lenient));
+  EXPECT_TRUE(refused(upgrade({{"Upgrade", "Upgrade: h2c"}}), 400, "h2c", {}, lenient));
+}
+
+// What Hop's own client says of itself: the server's address as origin, and names and values in small letters
+// in May 2014.
+TEST(lenient_handshake, takes_the_handshakes_of_hop) {
+  EXPECT_TRUE(accepted(header({"GET /hop/robot HTTP/1.1", "Host: localhost:8080", "user-agent: Hop 3.1.0",
+                               "Connection: Upgrade", "Upgrade: websocket", "Origin: http://localhost:8080",
+                               "Sec-WebSocket-Key: d3MxODA0Mjg5Mzgz", "Sec-WebSocket-Version: 13"}),
+                       lenient));
+  EXPECT_TRUE(
+      accepted(header({"GET /hop/robot HTTP/1.1", "Host: 127.0.0.1:8080", "upgrade: websocket",
+                       "connection: upgrade", "origin: http://127.0.0.1:8080", "sec-websocket-key: d3M3",
+                       "sec-websocket-version: 13", "user-agent: Hop 2.5.0"}),
+               lenient));
+}
+
+} // namespace
+} // namespace rowe::wire::test
