@@ -93,6 +93,7 @@ class writer {
 
  private:
   friend class encoder;
+  friend class splice;
 
   void open(char bracket) noexcept {
     place_comma();

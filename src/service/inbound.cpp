@@ -106,6 +106,10 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   case op::publish: return relay(c, asked);
   case op::status: return report(event::kind::status_from_peer, c.peer(), asked.msg_raw);
   case op::set_level: c.status_level = asked.level; return;
+  case op::call_service:
+  case op::service_response:
+  case op::advertise_service:
+  case op::unadvertise_service:
   case op::unsupported:
   case op::unknown: break;
   }

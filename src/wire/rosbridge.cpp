@@ -184,6 +184,10 @@ bool decoding::take_members() noexcept {
   case op::unadvertise: return take_topic();
   case op::status: return take_status();
   case op::set_level: return take_level();
+  case op::call_service:
+  case op::service_response:
+  case op::advertise_service:
+  case op::unadvertise_service:
   case op::unsupported:
   case op::unknown: return true;
   }

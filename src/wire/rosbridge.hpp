@@ -18,6 +18,10 @@
 #include <span>
 #include <string_view>
 
+namespace rowe::json {
+class writer;
+} // namespace rowe::json
+
 namespace rowe::wire::rosbridge {
 
 enum class op : std::uint8_t {
@@ -28,7 +32,11 @@ enum class op : std::uint8_t {
   publish,
   status,
   set_level,
-  unsupported, // rosbridge has it, rowe does not: services, actions, fragments, png, auth
+  call_service,
+  service_response,
+  advertise_service,
+  unadvertise_service,
+  unsupported, // rosbridge has it, rowe does not: actions, fragments, png, auth
   unknown,
 };
 
@@ -37,6 +45,7 @@ enum class level : std::uint8_t { none, error, warning, info };
 std::string_view name_of(level which) noexcept;
 
 inline constexpr std::int64_t lifespan_for_ever = -1; // or a deadline that never comes
+inline constexpr std::int64_t no_timeout = -1;        // of a call: none was given
 
 // What a text asked for. Views point into the text or into the scratch buffer. Members that the operation
 // does not have, or that were absent, hold what stands here; members this file does not know are ignored.
@@ -45,8 +54,13 @@ struct request {
   std::string_view op_text; // unescaped
   std::string_view id_raw; // JSON, a string with its quotes or an integer, to be echoed verbatim; empty: none
   std::string_view topic;  // unescaped, never empty where the operation needs it
-  std::string_view type;   // unescaped; empty: none given
+  std::string_view service;                     // likewise; of call_service without its "#id"
+  std::string_view type;                        // unescaped; empty: none given
   std::string_view msg_raw;                     // JSON: publish: an object; status: a string
+  std::string_view args_raw;                    // JSON: call_service: an object or an array; empty: none
+  std::string_view values_raw;                  // JSON: service_response: any value; empty: none
+  bool result = true;                           // service_response: false when the call failed
+  std::int64_t timeout_ns = no_timeout;         // call_service: more than 0
   rosbridge::level level = level::info;         // status, set_level
   std::int64_t throttle_ms = 0;                 // subscribe: 0 to milliseconds_max
   std::int64_t queue_length = 0;                // subscribe: 0 or more; qos.depth wins over queue_length
@@ -61,13 +75,14 @@ struct request {
 inline constexpr std::int64_t milliseconds_max = INT64_MAX / 1'000'000; // as nanoseconds it still fits
 
 struct name_limits {
-  std::size_t topic_bytes_max = 128; // unescaped; type names likewise
+  std::size_t topic_bytes_max = 128; // unescaped; names of services and types likewise
   std::size_t id_bytes_max = 256;    // as it stands in the text
 };
 
-// Bytes of scratch that decode() needs at most: the names that may have to be unescaped.
+// Bytes of scratch that decode() needs at most: the names that may have to be unescaped, and the id that a
+// service's name ends in.
 constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
-  return 2 * limits.topic_bytes_max + 128;
+  return 2 * limits.topic_bytes_max + limits.id_bytes_max + 128;
 }
 
 // Why a text is refused.
@@ -98,7 +113,7 @@ struct refusal {
   // are shortened; cut where `buffer` ends, which never happens with refusal_text_bytes_max.
   std::string_view text(std::span<char> buffer) const noexcept;
 };
-inline constexpr std::size_t refusal_text_bytes_max = 320;
+inline constexpr std::size_t refusal_text_bytes_max = 416;
 
 // Reads one validated text. `scratch` is scratch_bytes(limits) long and is lent as long as the request is
 // used. On a refusal, `out` still has what, op_text and id_raw as far as they could be read. op::unsupported
@@ -108,6 +123,15 @@ inline constexpr std::size_t refusal_text_bytes_max = 320;
 // `fragment_size` is checked and then ignored: a peer that asks for fragments must take whole messages as
 // well. `compression` other than "none" is refused. `type` is optional everywhere. A publish without `msg` is
 // refused (the reference server publishes defaults, which only it knows).
+//
+// Services: "/add#7" is the name "/add" and, where the call has no `id`, the id "7" (as old clients write
+// it; an id given wins). A `timeout` of 0 means, as for the reference server, that there is none; one that 64
+// bits cannot hold, too. A service_response without `result` succeeded; its `values` are not looked into,
+// also where it failed, when they should be a string.
+//
+// `fragment` is unsupported in both directions. The reference server cuts only for those who asked for a
+// `fragment_size`, which rowe never does; and its fragments could not be trusted (every id is 0, `total` is
+// not the count).
 std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept;
 
@@ -151,10 +175,31 @@ std::string_view encode_advertise(std::span<char> out, const advertisement& what
 std::string_view encode_unadvertise(std::span<char> out, std::string_view topic,
                                     std::uint64_t number) noexcept;
 
-// Bytes that always suffice for the four above.
+// Texts of more than `out`, as above, are not written. rosbridge servers want a type. Neither has an id,
+// because roslib's have none.
+std::string_view encode_advertise_service(std::span<char> out, std::string_view service,
+                                          std::string_view type) noexcept;
+std::string_view encode_unadvertise_service(std::span<char> out, std::string_view service) noexcept;
+
+// Bytes that always suffice for the six above.
 constexpr std::size_t request_bytes_max(const name_limits& limits) noexcept {
   return 192 +
          18 * limits.topic_bytes_max; // topic twice (in the id, too) and type, six bytes a byte at worst
 }
+
+// A call is head, arguments, tail: between the two the caller writes one value into the same writer, an
+// object or an array ({} where there are no arguments). `timeout_ns` is left out unless it is more than 0.
+// What did not fit is known by the writer's overflowed(), as always with it.
+//   {"op":"call_service","id":"ID","service":"/add","timeout":0.5,"args":  ...  }
+void write_call_service_head(json::writer& out, std::string_view service, std::string_view id,
+                             std::int64_t timeout_ns = no_timeout) noexcept;
+void write_call_service_tail(json::writer& out) noexcept;
+
+// Its answer, likewise: between head and tail one value, which is a string (why) when `result` is false.
+// `id_raw` is the call's, as it stood there; without the id where it is empty.
+//   {"op":"service_response","id":ID,"service":"/add","result":true,"values":  ...  }
+void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
+                                 bool result) noexcept;
+void write_service_response_tail(json::writer& out) noexcept;
 
 } // namespace rowe::wire::rosbridge

@@ -67,6 +67,7 @@ enum class frame_event : std::uint8_t {
 struct frame_limits {
   std::size_t message_bytes_max = 0; // longer messages: violation 1009, before anything is copied
   std::uint32_t fragments_max = 0;   // messages in more frames: violation 1008
+  bool unmasked_accepted = false;    // as a server; RFC 6455 5.1 forbids it, the Hop of 2014 needs it
 };
 
 struct frame_step {

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bare dialect, that of the paper: every JSON text is a message; three reserved members make more of an
+// object. `message_id` makes it an invocation, `in_reply_to` (the same id, echoed as it stood there) its
+// reply; `ttl_ms` says how long it is worth something. An invocation may name what it wants in `service`; a
+// reply that is a refusal has `error`. All other members belong to the users and are not looked at.
+//
+//   {"service":"add-two-numbers","a":38,"b":4,"message_id":"7"}     an invocation
+//   {"result":42,"in_reply_to":"7"}                                 its reply
+//   {"error":{"code":"no_service","text":"..."},"in_reply_to":"7"}  or its refusal
+//
+// The core calls this on the service thread; users' threads call find_reserved(). All texts that are read
+// were validated by json::reader. Every function: one thread at a time, never waits, never allocates; time is
+// linear in the text.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "json/splice.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::wire::bare {
+
+enum class kind : std::uint8_t { message, invocation, reply };
+
+inline constexpr std::int64_t no_ttl = -1;
+
+// What stands on a text. Views point into the text or into the scratch buffer.
+struct envelope {
+  kind what = kind::message;
+  std::string_view id_raw;          // message_id as JSON, a string with its quotes or an integer; empty: none
+  std::string_view in_reply_to_raw; // likewise
+  // invocation: its `service` where that is a string, unescaped; empty: none. Read of nothing else: there the
+  // member is the users' own.
+  std::string_view service;
+  std::int64_t ttl_ns = no_ttl; // 0 or more
+  // reply: it is a refusal: `error` is an object with a string `code` of 1 to code_bytes_max bytes. Any other
+  // `error` is the users' own, and the reply an ordinary one.
+  bool failed = false;
+  std::string_view error_code;     // unescaped
+  std::string_view error_text_raw; // `text` as JSON, a string with its quotes; empty: none
+};
+
+struct name_limits {
+  std::size_t service_bytes_max = 128; // unescaped
+  std::size_t id_bytes_max = 256;      // as it stands in the text
+};
+
+inline constexpr std::size_t code_bytes_max = 64; // of an error's code
+
+// Bytes of scratch that decode() needs at most.
+constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
+  return limits.service_bytes_max + code_bytes_max;
+}
+
+// Why a text is refused.
+struct refusal {
+  enum class kind : std::uint8_t {
+    twice,          // member
+    wrong_type,     // member, value, expected
+    negative,       // member, value
+    too_long,       // member, bytes, limit
+    empty,          // member
+    bad_characters, // member, value: control characters
+  };
+  kind what = kind::twice;
+  std::string_view member{};   // "message_id"
+  std::string_view value{};    // JSON as it stood there
+  std::string_view expected{}; // "a string or an integer"
+  std::size_t bytes = 0;
+  std::size_t limit = 0;
+
+  // The sentence, e.g. `the member "message_id" must be a string or an integer; it is 1.5`; long values are
+  // shortened; cut where `buffer` ends, which never happens with refusal_text_bytes_max.
+  std::string_view text(std::span<char> buffer) const noexcept;
+};
+inline constexpr std::size_t refusal_text_bytes_max = 192;
+
+// Reads one validated text. `scratch` is scratch_bytes(limits) long and is lent as long as the envelope is
+// used. On a refusal, `out` still has what, id_raw and in_reply_to_raw as far as they are good, so that it
+// can be answered: an invocation by write_error() with id_raw, a reply or a message (that is what it says
+// then) by nothing with an id.
+//
+// Decided: a text that is no object is a message. An object with both ids is a reply; its message_id is read
+// and checked all the same. null is a wrong type for an id. Ids are strings or integers, not more than
+// limits.id_bytes_max as they stand there. A `service` of an invocation must not be empty, too long or have
+// control characters; where it is not a string it is the users' own. A ttl_ms is a number of milliseconds, 0
+// or more, fractions allowed; one that 64 bits of nanoseconds cannot hold is none. None of message_id,
+// in_reply_to and ttl_ms may stand there twice; of an invocation, service neither; of a reply, error neither.
+std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+                              const name_limits& limits, envelope& out) noexcept;
+
+// Which reserved member a user's own text has at its top level, op, message_id or in_reply_to (escapes are
+// understood): the index of its name's opening quote. Nothing when it has none or is not an object.
+std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept;
+
+// ---- Writing ----
+//
+// Into a json::writer that stands where a value is due; what did not fit is known by its overflowed(). An
+// `object_text` is validated JSON of somebody else; white space in it is tolerated. A `write_body` is called
+// once, with the writer, and writes one value, which should be an object; what it captures must not throw.
+// Bodies and texts are written in place, without a copy beside.
+
+namespace detail {
+void write_service(json::writer& out, std::string_view service) noexcept;
+void write_message_id(json::writer& out, std::string_view id) noexcept;
+void write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept;
+} // namespace detail
+
+// The object and a last member, "message_id":"id". A text that is no object goes under "args".
+void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept;
+
+// {"service":"service", members of the body, "message_id":"id"}. A body that is no object goes under "args".
+template <class WriteBody>
+void write_call(json::writer& out, std::string_view service, std::string_view id,
+                WriteBody&& write_body) noexcept {
+  out.begin_object();
+  detail::write_service(out, service);
+  json::splice body{out};
+  std::forward<WriteBody>(write_body)(out);
+  body.end("args");
+  detail::write_message_id(out, id);
+  out.end_object();
+}
+
+// {members of the body, "in_reply_to":ID}; ID is the invocation's message_id as it stood there. A body that
+// is no object goes under "result".
+template <class WriteBody>
+requires(!std::is_convertible_v<WriteBody, std::string_view>) void write_reply(
+    json::writer& out, std::string_view in_reply_to_raw, WriteBody&& write_body) noexcept {
+  out.begin_object();
+  json::splice body{out};
+  std::forward<WriteBody>(write_body)(out);
+  body.end("result");
+  detail::write_in_reply_to(out, in_reply_to_raw);
+  out.end_object();
+}
+// The same of a text, which may be any value.
+void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::string_view value_text) noexcept;
+
+// {"error":{"code":"code","text":"text"},"in_reply_to":ID}; without in_reply_to where that is empty.
+void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,
+                 std::string_view text) noexcept;
+
+// What a generic receiver sees of a call that came by rosbridge, whose `args` are an object, an array or none
+// (empty): {"service":"service", members of args, "message_id":"id"}. Arguments that are an array go under
+// "args", and so does an object that has a member service, op, message_id or in_reply_to itself.
+void write_delivered_call(json::writer& out, std::string_view service, std::string_view args_raw,
+                          std::string_view id) noexcept;
+
+} // namespace rowe::wire::bare
