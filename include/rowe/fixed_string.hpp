@@ -33,8 +33,17 @@ class fixed_string {
     bytes_ = static_cast<std::uint32_t>(text.size());
     return true;
   }
+  // Makes the text `bytes` bytes long, whatever they hold, so that they can be written in place. False, and
+  // nothing changed, beyond the capacity.
+  ROWE_RT [[nodiscard]] constexpr bool resize(std::size_t bytes) noexcept {
+    if (bytes > Capacity) return false;
+    bytes_ = static_cast<std::uint32_t>(bytes);
+    return true;
+  }
   ROWE_RT constexpr void clear() noexcept { bytes_ = 0; }
 
+  // The first of `size()` bytes, which may be changed; they must be UTF-8.
+  ROWE_RT constexpr char* data() noexcept { return text_; }
   // Valid until the string changes.
   ROWE_RT constexpr std::string_view view() const noexcept { return {text_, bytes_}; }
   ROWE_RT constexpr operator std::string_view() const noexcept {

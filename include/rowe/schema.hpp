@@ -52,7 +52,8 @@ enum class value_kind : std::uint8_t {
 struct schema_description;
 
 // A type of value: what it is, and how to reach what is inside. Functions take the address of such a value;
-// they read nothing but the value, and never allocate or fail.
+// they touch nothing but the value, and never allocate or wait. Those that change it are there whatever
+// schema_description::decodable says of the whole, but for emplace.
 struct value_description {
   value_kind kind{};
   std::size_t bytes = 0;                                         // its size in memory
@@ -63,6 +64,16 @@ struct value_description {
   std::size_t (*count)(const void* array) noexcept = nullptr;    // array: elements in use; null: all
   const void* (*engaged)(const void* optional) noexcept = nullptr; // optional: the element, or null
   std::string_view (*text)(const void* string) noexcept = nullptr; // text
+
+  // array with count(): makes so many elements count as in use, whatever they hold; false, and nothing
+  // changed, beyond count_max.
+  bool (*resize)(void* array, std::size_t count) noexcept = nullptr;
+  // text: makes it so many bytes long, and hands out the first, to be written to; null, and nothing changed,
+  // beyond count_max.
+  char* (*resize_text)(void* string, std::size_t bytes) noexcept = nullptr;
+  // optional: puts an element of default value there and hands it out; null where there is no such value.
+  void* (*emplace)(void* optional) noexcept = nullptr;
+  void (*reset)(void* optional) noexcept = nullptr; // optional: to nothing
 };
 
 // A member of a struct.
@@ -74,6 +85,12 @@ struct member_description {
       nullptr;            // counted: elements in use, may exceed the array
   bool as_string = false; // integers are written in quotes
   int decimals = -1;      // digits behind the point; -1: as many as are needed to read back the same value
+
+  // counted: the counting member; reads nothing.
+  const void* (*count_address)(const void* object) noexcept = nullptr;
+  // counted: sets the counting member, to at most count_limit; null where it is constant.
+  void (*set_count)(void* object, std::size_t count) noexcept = nullptr;
+  std::size_t count_limit = 0; // counted: what the array holds and the counting member can say
 };
 
 // A struct.
@@ -82,6 +99,12 @@ struct schema_description {
   std::size_t bytes = 0;
   std::size_t alignment = 0;
   std::span<const member_description> members;
+
+  // Makes room for such an object an object of default value, T{}; null where there is none.
+  void (*set_default)(void* room) noexcept = nullptr;
+  // Can objects be read from text? Not where a member is const, nor where the type, or that of an optional's
+  // element, has no default value.
+  bool decodable = false;
 };
 
 // ---- writing a schema ----
@@ -119,11 +142,14 @@ consteval literal_piece spelled_name() noexcept {
 }
 
 template <class T>
-struct member_pointer : std::false_type {};
+struct member_pointer : std::false_type {
+  static constexpr bool constant = false;
+};
 template <class Value, class Class>
 struct member_pointer<Value Class::*> : std::bool_constant<!std::is_function_v<Value>> {
   using value_type = std::remove_cv_t<Value>;
   using class_type = Class;
+  static constexpr bool constant = std::is_const_v<Value>;
 };
 
 // A member with what is said about it; what rowe::field and rowe::counted make. Its data members are public

@@ -92,6 +92,16 @@ constexpr exercise list[] = {
        constexpr std::string_view text = "a text that is too long";
        rt.calls([&](std::uint64_t i) { use(s.assign(text.substr(0, i % text.size()))); });
      }},
+    {"fixed_string::resize", "within and beyond its capacity",
+     [](real_time& rt) {
+       auto& s = string_with(rt, "map");
+       rt.calls([&](std::uint64_t i) { use(s.resize(i % 20)); });
+     }},
+    {"fixed_string::data", "written to",
+     [](real_time& rt) {
+       auto& s = string_with(rt, "map");
+       rt.calls([&](std::uint64_t i) { s.data()[i % 3] = 'a'; });
+     }},
     {"fixed_string::clear", "always",
      [](real_time& rt) {
        auto& s = string_with(rt, "map");

@@ -2,6 +2,11 @@
 // How rowe/schema.hpp turns types into descriptions. Nothing here is for users; every way to get a schema
 // wrong ends in one of the static_assert sentences below.
 #pragma once
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <new>
+
 #include <rowe/schema.hpp>
 
 namespace rowe::detail {
@@ -74,6 +79,9 @@ consteval value_description describe_array(std::size_t count_max) noexcept {
   d.elements = &elements_of<Array>;
   if constexpr (is_bounded_array<Array>) {
     d.count = [](const void* array) noexcept { return static_cast<const Array*>(array)->size(); };
+    d.resize = [](void* array, std::size_t count) noexcept {
+      return static_cast<Array*>(array)->resize(count);
+    };
   }
   return d;
 }
@@ -110,6 +118,10 @@ consteval value_description describe_value() noexcept {
       d.kind = value_kind::text;
       d.count_max = T::capacity();
       d.text = [](const void* string) noexcept { return static_cast<const T*>(string)->view(); };
+      d.resize_text = [](void* string, std::size_t bytes) noexcept -> char* {
+        T& s = *static_cast<T*>(string);
+        return s.resize(bytes) ? s.data() : nullptr;
+      };
     } else if constexpr (is_optional<T>) {
       d.kind = value_kind::optional;
       d.element = &value_description_of<typename T::value_type>;
@@ -117,6 +129,12 @@ consteval value_description describe_value() noexcept {
         const T& o = *static_cast<const T*>(optional);
         return o ? std::addressof(*o) : nullptr;
       };
+      if constexpr (std::default_initializable<typename T::value_type>) {
+        d.emplace = [](void* optional) noexcept -> void* {
+          return std::addressof(static_cast<T*>(optional)->emplace());
+        };
+      }
+      d.reset = [](void* optional) noexcept { static_cast<T*>(optional)->reset(); };
     } else if constexpr (described<T>) {
       d.kind = value_kind::object;
       d.object = &describe<T>();
@@ -154,6 +172,22 @@ std::size_t count_of(const void* object) noexcept {
     if (count < 0) return 0;
   }
   return static_cast<std::size_t>(count);
+}
+
+template <class T, auto Count>
+void set_count_of(void* object, std::size_t count) noexcept {
+  auto& member = static_cast<T*>(object)->*Count;
+  member = static_cast<std::remove_reference_t<decltype(member)>>(count);
+}
+
+// Can such a value be written, once there is an object for it to be in?
+constexpr bool is_decodable(const value_description& d) noexcept {
+  switch (d.kind) {
+  case value_kind::object: return d.object->decodable;
+  case value_kind::array: return is_decodable(*d.element);
+  case value_kind::optional: return d.emplace != nullptr && is_decodable(*d.element);
+  default: return true;
+  }
 }
 
 template <class T, auto Member>
@@ -199,7 +233,12 @@ consteval member_description describe_entry() noexcept {
       static_assert(std::integral<typename pointer::value_type> &&
                         std::derived_from<T, typename pointer::class_type>,
                     "rowe::counted: the second argument must be an integer member of the same type");
+      using count_type = typename pointer::value_type;
+      constexpr auto count_limit = static_cast<std::size_t>(std::numeric_limits<count_type>::max());
       m.count = &count_of<T, Count>;
+      m.count_address = &address_of<T, Count>;
+      m.count_limit = type.count_max < count_limit ? type.count_max : count_limit;
+      if constexpr (!pointer::constant) m.set_count = &set_count_of<T, Count>;
     }
     return m;
   }
@@ -216,6 +255,17 @@ consteval bool names_differ(const std::array<member_description, N>& members) no
   return true;
 }
 
+// Is any of the members that a schema lists, or that counts one, const?
+template <auto Entry>
+inline constexpr bool is_constant_entry = member_pointer<decltype(Entry)>::constant;
+template <auto Entry>
+requires is_field_spec<std::remove_cv_t<decltype(Entry)>>
+inline constexpr bool is_constant_entry<Entry> =
+    []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) {
+  return member_pointer<decltype(Member)>::constant || member_pointer<decltype(Count)>::constant;
+}
+(Entry);
+
 // The members as a static array; a class template, because the list has to be taken out of the schema's type.
 template <class T, class Fields>
 struct members_of {
@@ -226,6 +276,9 @@ struct members_of<T, fields<Entries...>> {
   static constexpr std::array<member_description, sizeof...(Entries)> list{describe_entry<T, Entries>()...};
   static_assert(names_differ(list),
                 "rowe::schema: two members have the same name; rename one with rowe::field");
+  static constexpr bool decodable =
+      (... && (!is_constant_entry<Entries>)) &&
+      std::ranges::all_of(list, [](const member_description& m) { return is_decodable(*m.type); });
 };
 
 template <class T>
@@ -236,6 +289,10 @@ consteval schema_description describe_schema() noexcept {
   d.bytes = sizeof(T);
   d.alignment = alignof(T);
   d.members = members_of<T, fields_type>::list;
+  if constexpr (std::default_initializable<T>) {
+    d.set_default = [](void* room) noexcept { ::new (room) T{}; }; // in place: T may be too large for a stack
+    d.decodable = members_of<T, fields_type>::decodable;
+  }
   return d;
 }
 
