@@ -79,27 +79,29 @@ struct call_ref {
   friend bool operator==(const call_ref&, const call_ref&) = default;
 };
 
-// What a slot holds.
+// What a slot holds. A lane's own calls (`own`) are places in its table (call_place), the service thread's
+// (`call`) are places in its own.
 enum class entry : std::uint8_t {
-  message,    // out: to `peer`, or to everyone; with a call: the lane's own, which ends when it was sent
-  invocation, // out: `call` is the lane's own; in: the service thread's, to be named in the answer
-  reply,      // out: to the service thread's `call`
+  message,    // out: to `peer`, or to everyone; with `own`, that ends when it was written
+  invocation, // out: of the lane's `own`; in: the service thread's `call`, to be named in the answer
+  reply,      // out: to the service thread's `call`; with `own`, that ends when it was written
   refusal,    // out: likewise, with a sentence instead of a reply
-  end,        // of the lane's own `call`: a reply where `outcome` is ok, else the error
+  end,        // ends: of the lane's `own`: a reply (none where a message was sent), or an error
 };
 
 // In front of every value in a slot. The value behind it is aligned to value_alignment.
 struct value_header {
   std::int64_t stamped_ns = 0; // when it was published, or arrived
-  std::int64_t expires_ns = 0;
-  std::uint64_t bytes = 0;
+  std::int64_t expires_ns = 0; // as stamped_ns: only in the cycle that takes it
+  std::uint32_t bytes = 0;
+  entry what = entry::message;
+  bool failed = false; // end: `outcome` is an error, and the text its sentence
+  errc outcome = errc::misuse;
   peer_ref peer{}; // out: to whom; in: from whom
   call_ref call{};
+  call_ref own{};
   std::int64_t outcome_value = 0; // end: the error's
   std::int64_t outcome_limit = 0;
-  entry what = entry::message;
-  bool failed = false; // end: `outcome` is an error
-  errc outcome = errc::misuse;
 };
 inline constexpr std::size_t value_alignment = 64;
 inline constexpr std::size_t value_offset = 64;
@@ -285,7 +287,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
     return errc::full;
   }
   *path.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
-                              bytes};
+                              static_cast<std::uint32_t>(bytes)};
   fill(path.slots.value(slot));
   on.published.add();
   if (path.newest != nullptr) {
