@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/calls.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <charconv>
+
+namespace rowe::service {
+namespace {
+
+constexpr std::size_t nonce_digits = 16;
+
+std::size_t stride_of(const limits& bounds) noexcept {
+  return call_table::id_bytes_max + bounds.topic_bytes_max;
+}
+
+// The number that `text` begins with, and a dot behind it unless it is the last.
+template <class T>
+bool take_number(std::string_view& text, T& into, bool last) noexcept {
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), into);
+  if (fault != std::errc{}) return false;
+  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
+  if (last) return text.empty();
+  if (!text.starts_with('.')) return false;
+  text.remove_prefix(1);
+  return true;
+}
+
+} // namespace
+
+std::size_t call_table::footprint_bytes(const limits& bounds) noexcept {
+  return rt::arena::bytes_for<call>(bounds.calls_max) +
+         rt::arena::bytes_for(bounds.calls_max * stride_of(bounds));
+}
+
+call_table::call_table(rt::arena& memory, const limits& bounds) noexcept
+    : calls_{memory.carve<call>(bounds.calls_max)},
+      texts_{memory.carve<char>(bounds.calls_max * stride_of(bounds))},
+      text_stride_{stride_of(bounds)},
+      service_bytes_max_{bounds.topic_bytes_max} {
+  for (std::uint32_t i = places(); i-- > 0;) {
+    calls_[i].next_free = free_;
+    free_ = i;
+  }
+}
+
+std::uint32_t call_table::open(const party& asked_by, std::string_view id, std::string_view name) noexcept {
+  if (free_ == no_index) return no_index;
+  if (id.size() > id_bytes_max) id = {};
+  if (name.size() > service_bytes_max_) name = {};
+  const std::uint32_t index = free_;
+  call& opened = calls_[index];
+  free_ = opened.next_free;
+  opened = {.generation = opened.generation,
+            .open = true,
+            .asked_by = asked_by,
+            .id_bytes = static_cast<std::uint16_t>(id.size()),
+            .service_bytes = static_cast<std::uint16_t>(name.size())};
+  std::copy(id.begin(), id.end(), texts(index));
+  std::copy(name.begin(), name.end(), texts(index) + id_bytes_max);
+  ++in_flight_;
+  return index;
+}
+
+void call_table::close(std::uint32_t index) noexcept {
+  call& closed = calls_[index];
+  assert(closed.open);
+  closed.open = false;
+  if (++closed.generation == 0) closed.generation = 1; // 0 says that there is no call
+  closed.next_free = free_;
+  free_ = index;
+  --in_flight_;
+}
+
+call* call_table::find(detail::call_ref ref) noexcept {
+  if (ref.index >= calls_.size()) return nullptr;
+  call& found = calls_[ref.index];
+  return found.open && found.generation == ref.generation ? &found : nullptr;
+}
+
+std::string_view call_table::write_id(std::span<char, our_id_bytes_max> into, std::uint32_t index,
+                                      std::uint32_t epoch) const noexcept {
+  constexpr char digits[] = "0123456789abcdef";
+  char* at = into.data();
+  for (std::size_t i = 0; i < nonce_digits; ++i) *at++ = digits[nonce_ >> (60 - 4 * i) & 15U];
+  char* const end = into.data() + into.size(); // 16 digits and three numbers of at most 10, with their dots
+  for (const std::uint32_t number : {epoch, index, calls_[index].generation}) {
+    *at++ = '.';
+    at = std::to_chars(at, end, number).ptr;
+  }
+  return {into.data(), static_cast<std::size_t>(at - into.data())};
+}
+
+std::optional<detail::call_ref> call_table::read_id(std::string_view raw) const noexcept {
+  if (raw.size() < 2 || raw.front() != '"') return std::nullopt;
+  raw = raw.substr(1, raw.size() - 2);
+  if (raw.size() <= nonce_digits || raw[nonce_digits] != '.') return std::nullopt;
+  std::uint64_t nonce = 0;
+  const auto [end, fault] = std::from_chars(raw.data(), raw.data() + nonce_digits, nonce, 16);
+  if (fault != std::errc{} || end != raw.data() + nonce_digits || nonce != nonce_) return std::nullopt;
+  raw.remove_prefix(nonce_digits + 1);
+  std::uint32_t epoch = 0;
+  detail::call_ref meant;
+  if (!take_number(raw, epoch, false) || !take_number(raw, meant.index, false) ||
+      !take_number(raw, meant.generation, true)) {
+    return std::nullopt;
+  }
+  return meant;
+}
+
+bool call_table::check() const noexcept {
+  std::uint32_t open = 0;
+  std::uint32_t free = 0;
+  for (const call& one : calls_) open += one.open;
+  for (std::uint32_t i = free_; i != no_index && free <= calls_.size(); i = calls_[i].next_free) ++free;
+  return open == in_flight_ && open + free == calls_.size();
+}
+
+} // namespace rowe::service
