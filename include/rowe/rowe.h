@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe for C: endpoints, messages and calls, for ordinary threads; what a real-time loop calls is in
+// rowe/rowe_loop.h. C11; nothing of C++ is included or needed to link (docs/c-api.md). The names and the
+// order of arguments are the paper's; with rowe/paper.h its listings compile as they are printed.
+//
+// - Ownership has one rule: what a function is given stays the caller's, and what it returns without `const`
+//   is the caller's, to be freed. Nothing that is sent, nested or replied to is consumed.
+// - Functions that take an endpoint may be called by any thread, several at a time. An object belongs to one
+//   thread at a time, or to many that only read it.
+// - Times are milliseconds where a name ends in _ms. A negative time is for ever; 0 waits for nothing.
+// - A function that returns int returns rowe_ok, which is 0, or an error. One that returns a pointer returns
+//   NULL for an error; rowe_last_error() tells which. What is NULL and must not be is rowe_error_misuse.
+// - Every function here may allocate and enter the kernel. Those that wait say for what.
+#pragma once
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// ---- Errors
+
+// number, name. The numbers stay; rowe/result.hpp has the sentences.
+// clang-format off
+#define ROWE_ERROR_CODES(X)                                                                                  \
+  X(1, full)               /* the queue is full */                                                           \
+  X(2, empty)              /* nothing has arrived yet */                                                     \
+  X(3, no_peer)            /* nobody is listening */                                                         \
+  X(4, closed)             /* the endpoint is closed */                                                      \
+  X(5, timed_out)          /* nothing happened in time */                                                    \
+  X(6, too_big)            /* longer than a limit */                                                         \
+  X(7, malformed)          /* no JSON */                                                                     \
+  X(8, too_deep)           /* JSON that nests deeper than a limit */                                         \
+  X(9, bad_argument)       /* an argument out of its range */                                                \
+  X(10, bad_url)           /* a host or path that makes no URL */                                            \
+  X(11, bad_address)       /* an address that cannot be listened on */                                       \
+  X(12, address_in_use)    /* a port that another program has */                                             \
+  X(13, not_loopback)      /* listening beyond loopback needs `insecure` */                                  \
+  X(14, too_many_lanes)    /* handles */                                                                     \
+  X(15, too_many_topics)                                                                                     \
+  X(16, lane_memory)       /* no memory left for the handle */                                               \
+  X(17, reserved_topic)    /* topics below /rowe/ are the endpoint's own */                                  \
+  X(18, type_conflict)     /* the topic exists with another type */                                          \
+  X(19, no_memory)                                                                                           \
+  X(20, no_thread)         /* the service thread cannot be started */                                        \
+  X(21, expired)           /* the time to live passed before it was sent */                                  \
+  X(22, peer_lost)         /* the peer went away */                                                          \
+  X(23, no_service)        /* nobody provides the service */                                                 \
+  X(24, refused)           /* the service answered with an error */                                          \
+  X(25, too_many_calls)                                                                                      \
+  X(26, too_many_services)                                                                                   \
+  X(27, service_taken)     /* the service is provided already */                                             \
+  X(28, not_an_object)     /* a message must be one JSON object */                                           \
+  X(29, reserved_member)   /* op, message_id and in_reply_to are rowe's */                                   \
+  X(30, missing_member)    /* no member has this name, no element this index */                              \
+  X(31, duplicate_member)  /* a name occurs twice */                                                         \
+  X(32, wrong_type)        /* the value is of another type */                                                \
+  X(33, out_of_range)      /* the number does not fit */                                                     \
+  X(34, too_long)          /* the text does not fit its place */                                             \
+  X(35, misuse)            /* a use that the function's comment forbids */
+// clang-format on
+
+enum rowe_error {
+  rowe_ok = 0,
+#define ROWE_ERROR_CODE(number, name) rowe_error_##name = number,
+  ROWE_ERROR_CODES(ROWE_ERROR_CODE)
+#undef ROWE_ERROR_CODE
+};
+
+// The sentence for an error, with N for the value and MAX for the limit it is about; static. Any number is
+// fine: one that is no error says so.
+const char* rowe_strerror(int error);
+
+// The error of this thread's last call here that failed, and its sentence with the numbers filled in, which
+// stays until the next one that fails. Success leaves both alone. rowe_ok and "" before the first.
+int rowe_last_error(void);
+const char* rowe_last_error_text(void);
+
+// The version of this interface. A program that was compiled with this header runs with every library that
+// returns the same number.
+#define ROWE_ABI_VERSION 0
+int rowe_abi_version(void);
+
+// ---- Endpoints: where we are reachable, or whom we try to reach
+
+struct rowe_endpoint;
+struct rowe_object; // a JSON value; see below
+
+// What kind of peers an endpoint meets.
+enum rowe_profile {
+  rowe_profile_standard, // RFC 6455 to the letter
+  rowe_profile_hop,      // Hop of 2015 and later
+  rowe_profile_hop_2014, // Hop of May 2014
+};
+
+// Zeroes are the defaults, so set `bytes` and what differs: {.bytes = sizeof(struct rowe_options), .name =
+// "ang-01"}. Members are only ever added at the end; `bytes` tells the library which ones the program knows.
+struct rowe_options {
+  size_t bytes;               // sizeof(struct rowe_options)
+  const char* name;           // shown to peers; NULL: the host's name
+  enum rowe_profile profile;  // of the peers it meets
+  const char* address;        // to listen on, numeric; NULL: 127.0.0.1. Beyond loopback only with `insecure`
+  bool insecure;              // whoever reaches the address may send, publish and call
+  bool no_page;               // do not serve the page at /
+  const char* path;           // of a remote endpoint's URL; NULL: "/". Hop's begin with /hop/
+  bool only_when_spoken_to;   // send messages only to peers that spoke first, not to all unasked
+  bool relay;                 // a hub: what one peer publishes reaches every peer that subscribed
+  bool pin_service;           // pin the service thread to the core `service_cpu`
+  int service_cpu;            // read only with `pin_service`, since 0 is a core, too
+  int service_priority;       // its SCHED_FIFO priority; 0: an ordinary thread
+  long inbound_ttl_ms;        // what arrived and was not received in this time is dropped; 0: never
+  uint32_t connections_max;   // peers at a time; 0: 64
+  uint32_t message_bytes_max; // the longest message a peer may send; 0: 60 KiB
+  uint32_t door_slots;        // messages under way each way; 0: 32
+  uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
+};
+
+// Listens on `port` (0 to 65535; 0: any free one) of 127.0.0.1. Does not wait for peers. Errors:
+// address_in_use, bad_address, not_loopback, bad_argument, no_memory, no_thread. End with
+// rowe_endpoint_free().
+struct rowe_endpoint* rowe_open_local_endpoint(int port);
+struct rowe_endpoint* rowe_open_local_endpoint_with(int port, const struct rowe_options* options);
+
+// Connects to `host` (a name or an address) and `port` (1 to 65535), and again whenever the connection is
+// lost. Returns at once: what is sent before the connection stands waits for it. Errors: bad_url,
+// bad_argument, no_memory, no_thread. End with rowe_endpoint_free().
+struct rowe_endpoint* rowe_open_remote_endpoint(const char* host, int port);
+struct rowe_endpoint* rowe_open_remote_endpoint_with(const char* host, int port,
+                                                     const struct rowe_options* options);
+
+// The port listened on; 0 for a remote endpoint.
+int rowe_endpoint_port(const struct rowe_endpoint* endpoint);
+
+// How many peers are connected.
+unsigned rowe_peers(const struct rowe_endpoint* endpoint);
+
+// Waits until at least one peer is connected. Errors: timed_out, closed.
+int rowe_wait_peer(const struct rowe_endpoint* endpoint, long timeout_ms);
+
+// Waits until everything that was sent so far is written, at most `drain_ms`; says goodbye to the peers and
+// stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, as is
+// every later call. Errors: timed_out (something was not written in time; it is closed all the same).
+int rowe_close(const struct rowe_endpoint* endpoint, long drain_ms);
+
+// Closes without waiting, if that was not done, and frees. No other call on this endpoint may be under way or
+// follow; objects and handles that came from it may live on, and must be freed as always. NULL is fine.
+void rowe_endpoint_free(struct rowe_endpoint* endpoint);
+
+// ---- Messages
+
+// Sends `object`, a JSON object, to every peer, and waits until it was sent or discarded: with no peer it
+// waits `ttl_ms` for one; with 0 it is sent now or never. Errors: expired (it was discarded), closed, full,
+// too_big, not_an_object, reserved_member.
+int rowe_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
+
+// The same without waiting: what becomes of the message is only counted (rowe_stats). Errors: closed, full,
+// too_big, not_an_object, reserved_member.
+int rowe_async_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
+
+// Waits for the next message or invocation. An invocation is an object with a member "message_id"; answer it
+// with rowe_reply(). Errors: timed_out, closed. Free the object with rowe_object_free(); an invocation that
+// is freed without an answer is refused.
+struct rowe_object* rowe_receive(const struct rowe_endpoint* endpoint, long timeout_ms);
+
+// One of the peers, as long as it stays connected: one that comes back is another. {0, 0} is none.
+struct rowe_peer {
+  uint32_t index;
+  uint32_t generation;
+};
+
+// Who sent what rowe_receive() returned; none for objects from elsewhere.
+struct rowe_peer rowe_sender(const struct rowe_object* received);
+
+// As rowe_send() and rowe_async_send(), to one peer. Also: peer_lost.
+int rowe_send_to(const struct rowe_endpoint* endpoint, struct rowe_peer peer,
+                 const struct rowe_object* object, long ttl_ms);
+int rowe_async_send_to(const struct rowe_endpoint* endpoint, struct rowe_peer peer,
+                       const struct rowe_object* object, long ttl_ms);
+
+// ---- Calls
+
+// Sends `object`, which names a service in its member "service", and waits for the reply, which is returned;
+// other messages that arrive meanwhile are left for rowe_receive(). rowe adds the member "message_id" on the
+// way; `object` itself stays as it is (it is not const because the paper's is not). Errors: timed_out,
+// peer_lost, refused, no_service, closed, full, too_many_calls, too_big, not_an_object, reserved_member. Free
+// the reply with rowe_object_free().
+struct rowe_object* rowe_invoke(const struct rowe_endpoint* endpoint, struct rowe_object* object,
+                                long timeout_ms);
+
+// Answers `invocation`, which rowe_receive() returned, with `object`, to which rowe adds "in_reply_to"; waits
+// until that was handed to the connection. Each invocation is answered once, and still to be freed. Errors:
+// misuse (no invocation, or answered already), peer_lost (who asked has gone; so says also an answer after
+// the asker's time), closed, too_big, not_an_object, reserved_member.
+int rowe_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
+               const struct rowe_object* object);
+
+// The same without waiting.
+int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
+                     const struct rowe_object* object);
+
+// Refuses `invocation`: its rowe_invoke() fails with rowe_error_refused and may show `sentence`. Does not
+// wait. Errors: as rowe_async_reply().
+int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
+                const char* sentence);
+
+// ---- What happened
+
+enum rowe_event_kind {
+  rowe_event_peer_joined,
+  rowe_event_peer_left,         // `what` says why
+  rowe_event_refused_handshake, // a peer was refused before it became one; `remedy` says what would let it in
+  rowe_event_cannot_connect,    // an attempt failed; it is repeated
+  rowe_event_refused_request,   // a peer asked for something that was answered with an error
+  rowe_event_status_from_peer,
+  rowe_event_limit,   // something did not fit; `remedy` names the limit
+  rowe_event_warning, // the endpoint works, but not as promised
+};
+
+// Texts end in '\0' and are cut at what fits.
+struct rowe_event {
+  enum rowe_event_kind kind;
+  char peer[65];    // its address and port; "" where there is none
+  char what[225];   // a sentence
+  char remedy[193]; // what to change; "" where nothing can be
+};
+
+// The oldest event that was not taken yet. Never waits. Errors: empty.
+int rowe_try_event(const struct rowe_endpoint* endpoint, struct rowe_event* into);
+
+// All counters since the endpoint was opened (docs/limits.md), as an object of integers. Free it with
+// rowe_object_free().
+struct rowe_object* rowe_stats(const struct rowe_endpoint* endpoint);
+
+// ---- Objects: JSON values
+
+enum rowe_type {
+  rowe_type_null,
+  rowe_type_boolean, // bool
+  rowe_type_int,     // int
+  rowe_type_int64,   // int64_t
+  rowe_type_double,  // double
+  rowe_type_string,  // const char*: UTF-8, ends in '\0'
+  rowe_type_object,  // const struct rowe_object*: copied
+  rowe_type_array,   // const struct rowe_object*: copied
+};
+
+// An object of the members that are given, in this order: for each its name, its type, and a value of the C
+// type beside the type above (none for rowe_type_null); at the end NULL.
+//
+//   rowe_message("service", rowe_type_string, "add-two-numbers", "a", rowe_type_int, 38, NULL)
+//
+// A 64-bit value needs a cast or a variable of that type, as with printf. Errors: wrong_type (no type: often
+// a name or value that was left out; or an object where an array was announced), misuse (a NULL value),
+// duplicate_member, malformed (text that is no UTF-8), out_of_range (a double that is not finite), no_memory.
+struct rowe_object* rowe_message(const char* key, ...);
+
+// An empty array, to be filled with rowe_append().
+struct rowe_object* rowe_array(void);
+// Appends a value, given as in rowe_message(), to an array. Errors: as there.
+int rowe_append(struct rowe_object* array, int type, ...);
+// Adds a member, given as in rowe_message(), to an object, or gives the one of that name another value.
+int rowe_set(struct rowe_object* object, const char* key, int type, ...);
+
+// A value from its JSON text. Of members with one name, the first is found. Errors: malformed, too_deep (more
+// than 64 levels), no_memory.
+struct rowe_object* rowe_from_text(const char* text);
+// The value's JSON text, without white space; free it with free(). Numbers that were read are written as they
+// were, doubles with the fewest digits that read back to the same value.
+char* rowe_to_text(const struct rowe_object* value);
+
+// Frees an object that is the caller's. NULL is fine.
+void rowe_object_free(struct rowe_object* object);
+
+// What a value is: one of enum rowe_type, or -1 for NULL. A number is rowe_type_int where an int holds it,
+// else rowe_type_int64 where that does, else rowe_type_double.
+int rowe_type_of(const struct rowe_object* value);
+
+// The member of an object; the element of an array, or the member by its place, and its name; how many there
+// are (0 for other values). What is returned is a part of `object`: valid until that is changed or freed.
+// Errors: missing_member, wrong_type.
+const struct rowe_object* rowe_get(const struct rowe_object* object, const char* key);
+const struct rowe_object* rowe_at(const struct rowe_object* object, size_t index);
+const char* rowe_key_at(const struct rowe_object* object, size_t index);
+size_t rowe_count(const struct rowe_object* object);
+
+// A value as what it is. Errors: wrong_type; out_of_range (an integer too large); `into` is then left alone.
+// An integer is never made of a number with a fraction or an exponent; rowe_as_double() takes every number.
+// The string is a part of the value; rowe_string_bytes() is its length, which matters where it holds '\0'
+// itself. NULL, as rowe_get() returns it, is passed on: the error stays that of rowe_get().
+const char* rowe_as_string(const struct rowe_object* value);
+size_t rowe_string_bytes(const struct rowe_object* value);
+int rowe_as_int(const struct rowe_object* value, int* into);
+int rowe_as_int64(const struct rowe_object* value, int64_t* into);
+int rowe_as_double(const struct rowe_object* value, double* into);
+int rowe_as_boolean(const struct rowe_object* value, bool* into);
+
+// The same of an object's member.
+const char* rowe_get_string(const struct rowe_object* object, const char* key);
+int rowe_get_int(const struct rowe_object* object, const char* key, int* into);
+int rowe_get_int64(const struct rowe_object* object, const char* key, int64_t* into);
+int rowe_get_double(const struct rowe_object* object, const char* key, double* into);
+int rowe_get_boolean(const struct rowe_object* object, const char* key, bool* into);
+
+#ifdef __cplusplus
+}
+#endif
