@@ -81,9 +81,8 @@ struct refusal {
 inline constexpr std::size_t refusal_text_bytes_max = 192;
 
 // Reads one validated text. `scratch` is scratch_bytes(limits) long and is lent as long as the envelope is
-// used. On a refusal, `out` still has what, id_raw and in_reply_to_raw as far as they are good, so that it
-// can be answered: an invocation by write_error() with id_raw, a reply or a message (that is what it says
-// then) by nothing with an id.
+// used. On a refusal, `out` still has what, and the ids as far as they are good: an invocation that is
+// refused can be answered, by write_error() with its id_raw.
 //
 // Decided: a text that is no object is a message. An object with both ids is a reply; its message_id is read
 // and checked all the same. null is a wrong type for an id. Ids are strings or integers, not more than

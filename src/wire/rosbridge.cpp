@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "wire/members.hpp"
 #include "wire/rosbridge_values.hpp"
 #include "json/reader.hpp"
 
@@ -20,7 +21,7 @@ constexpr std::int64_t any_count = std::numeric_limits<std::int64_t>::max();
 
 // The members that are known. Those that rowe does not read are known too, because they may not stand twice
 // either.
-constexpr std::array<std::string_view, 18> member_names = {"op",
+constexpr std::array<std::string_view, 19> member_names = {"op",
                                                            "id",
                                                            "topic",
                                                            "msg",
@@ -37,7 +38,8 @@ constexpr std::array<std::string_view, 18> member_names = {"op",
                                                            "args",
                                                            "values",
                                                            "result",
-                                                           "compression"};
+                                                           "compression",
+                                                           "timeout"};
 
 // A known member, written as its name; another name does not compile.
 struct member_name {
@@ -65,10 +67,10 @@ constexpr operation operations[] = {{"publish", op::publish},
                                     {"unadvertise", op::unadvertise},
                                     {"status", op::status},
                                     {"set_level", op::set_level},
-                                    {"call_service", op::unsupported},
-                                    {"service_response", op::unsupported},
-                                    {"advertise_service", op::unsupported},
-                                    {"unadvertise_service", op::unsupported},
+                                    {"call_service", op::call_service},
+                                    {"service_response", op::service_response},
+                                    {"advertise_service", op::advertise_service},
+                                    {"unadvertise_service", op::unadvertise_service},
                                     {"advertise_action", op::unsupported},
                                     {"unadvertise_action", op::unsupported},
                                     {"send_action_goal", op::unsupported},
@@ -104,14 +106,22 @@ class decoding {
   bool take_status() noexcept;
   bool take_subscribe() noexcept;
   bool take_advertise() noexcept;
+  bool take_call_service() noexcept;
+  bool take_service_response() noexcept;
 
   bool need(member_name which) noexcept;
-  bool take_topic() noexcept;
+  bool take_topic() noexcept { return take_name("topic", out_.topic); }
+  bool take_service() noexcept { return take_name("service", out_.service); }
+  bool take_name(member_name which, std::string_view& into) noexcept;
+  bool take_called_service() noexcept;
+  bool take_id_of_service(std::string_view escaped) noexcept;
+  bool take_args() noexcept;
+  bool take_timeout() noexcept;
   bool take_type() noexcept;
   bool take_count(member_name which, std::int64_t most, std::int64_t& into) noexcept;
-  bool take_latch() noexcept;
+  bool take_boolean(member_name which, bool& into) noexcept;
   bool take_level() noexcept;
-  bool take_compression() noexcept;
+  bool take_transfer() noexcept;
   bool take_qos() noexcept;
 
   std::span<char> carve(std::size_t bytes) noexcept {
@@ -152,12 +162,7 @@ bool decoding::take_id() noexcept {
   if (v.type != json::kind::string && !json::to_integer(v) && !json::to_unsigned(v)) {
     return accept(wrong_type("id", v, "a string or an integer"));
   }
-  if (v.raw.size() > limits_.id_bytes_max) {
-    return accept(refusal{.what = refusal::kind::too_long,
-                          .member = "id",
-                          .bytes = v.raw.size(),
-                          .limit = static_cast<std::int64_t>(limits_.id_bytes_max)});
-  }
+  if (v.raw.size() > limits_.id_bytes_max) return accept(too_long("id", v.raw.size(), limits_.id_bytes_max));
   out_.id_raw = v.raw;
   return true;
 }
@@ -184,10 +189,10 @@ bool decoding::take_members() noexcept {
   case op::unadvertise: return take_topic();
   case op::status: return take_status();
   case op::set_level: return take_level();
-  case op::call_service:
-  case op::service_response:
-  case op::advertise_service:
-  case op::unadvertise_service:
+  case op::call_service: return take_call_service();
+  case op::service_response: return take_service_response();
+  case op::advertise_service: return take_service() && take_type();
+  case op::unadvertise_service: return take_service();
   case op::unsupported:
   case op::unknown: return true;
   }
@@ -201,7 +206,7 @@ bool decoding::take_publish() noexcept {
   const json::value& v = value("msg");
   if (v.type != json::kind::object) return accept(wrong_type("msg", v, "an object"));
   out_.msg_raw = v.raw;
-  return take_latch();
+  return take_boolean("latch", out_.latch);
 }
 
 bool decoding::take_status() noexcept {
@@ -213,16 +218,24 @@ bool decoding::take_status() noexcept {
 }
 
 bool decoding::take_subscribe() noexcept {
-  std::int64_t fragment_size = 0; // checked and not used
   out_.has_queue_length = given("queue_length");
   return take_topic() && take_type() && take_count("throttle_rate", milliseconds_max, out_.throttle_ms) &&
-         take_count("queue_length", any_count, out_.queue_length) &&
-         take_count("fragment_size", any_count, fragment_size) && take_compression() && take_qos();
+         take_count("queue_length", any_count, out_.queue_length) && take_transfer() && take_qos();
 }
 
 bool decoding::take_advertise() noexcept {
-  return take_topic() && take_type() && take_latch() &&
+  return take_topic() && take_type() && take_boolean("latch", out_.latch) &&
          take_count("queue_size", any_count, out_.queue_size) && take_qos();
+}
+
+bool decoding::take_call_service() noexcept {
+  return take_called_service() && take_args() && take_timeout() && take_transfer();
+}
+
+bool decoding::take_service_response() noexcept {
+  if (!take_service() || !take_boolean("result", out_.result)) return false;
+  if (given("values")) out_.values_raw = value("values").raw;
+  return true;
 }
 
 // The members.
@@ -231,11 +244,47 @@ bool decoding::need(member_name which) noexcept {
   return given(which) || accept(refusal{.what = refusal::kind::missing, .member = which.text()});
 }
 
-bool decoding::take_topic() noexcept {
-  if (!need("topic")) return false;
+bool decoding::take_name(member_name which, std::string_view& into) noexcept {
+  if (!need(which)) return false;
   const std::size_t most = limits_.topic_bytes_max;
-  if (!accept(read_name("topic", value("topic"), most, carve(most), out_.topic))) return false;
-  return !out_.topic.empty() || accept(refusal{.what = refusal::kind::empty, .member = "topic"});
+  if (!accept(read_name(which.text(), value(which), most, carve(most), into))) return false;
+  return !into.empty() || accept(refusal{.what = refusal::kind::empty, .member = which.text()});
+}
+
+// The name of a service that is called may end in "#" and the call's id.
+bool decoding::take_called_service() noexcept {
+  json::value& name = found_.values[member_name{"service"}.index];
+  const std::size_t mark = name.raw.find('#'); // no escape has one in it
+  if (name.type != json::kind::string || mark == std::string_view::npos) return take_service();
+  const std::string_view id = name.raw.substr(mark + 1, name.raw.size() - mark - 2);
+  name.raw = name.raw.substr(0, mark + 1); // the mark in place of the closing quote
+  return (!out_.id_raw.empty() || take_id_of_service(id)) && take_service();
+}
+
+// Echoed like an id that was given, so it gets quotes.
+bool decoding::take_id_of_service(std::string_view escaped) noexcept {
+  const std::size_t bytes = escaped.size() + 2;
+  const std::span<char> quoted = carve(limits_.id_bytes_max);
+  if (bytes > quoted.size()) return accept(too_long("id", bytes, limits_.id_bytes_max));
+  quoted[0] = '"';
+  std::copy(escaped.begin(), escaped.end(), quoted.begin() + 1);
+  quoted[bytes - 1] = '"';
+  out_.id_raw = {quoted.data(), bytes};
+  return true;
+}
+
+bool decoding::take_args() noexcept {
+  if (!given("args")) return true;
+  const json::value& v = value("args");
+  if (v.type != json::kind::object && v.type != json::kind::array) {
+    return accept(wrong_type("args", v, "an object or an array"));
+  }
+  out_.args_raw = v.raw;
+  return true;
+}
+
+bool decoding::take_timeout() noexcept {
+  return !given("timeout") || accept(read_timeout("timeout", value("timeout"), out_.timeout_ns));
 }
 
 bool decoding::take_type() noexcept {
@@ -247,11 +296,11 @@ bool decoding::take_count(member_name which, std::int64_t most, std::int64_t& in
   return !given(which) || accept(read_count(which.text(), value(which), most, into));
 }
 
-bool decoding::take_latch() noexcept {
-  if (!given("latch")) return true;
-  const auto latch = json::to_boolean(value("latch"));
-  if (!latch) return accept(wrong_type("latch", value("latch"), "true or false"));
-  out_.latch = *latch;
+bool decoding::take_boolean(member_name which, bool& into) noexcept {
+  if (!given(which)) return true;
+  const auto word = json::to_boolean(value(which));
+  if (!word) return accept(wrong_type(which.text(), value(which), "true or false"));
+  into = *word;
   return true;
 }
 
@@ -265,7 +314,10 @@ bool decoding::take_level() noexcept {
   return good;
 }
 
-bool decoding::take_compression() noexcept {
+// How the answers shall travel: whole and as they are, whatever is asked for.
+bool decoding::take_transfer() noexcept {
+  std::int64_t fragment_size = 0; // checked and not used
+  if (!take_count("fragment_size", any_count, fragment_size)) return false;
   if (!given("compression")) return true;
   const json::value& v = value("compression");
   if (v.type != json::kind::string) return accept(wrong_type("compression", v, "a string"));

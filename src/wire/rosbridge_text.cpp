@@ -15,6 +15,13 @@ std::string_view text_of(const json::writer& done) noexcept {
   return done.overflowed() ? std::string_view{} : done.text();
 }
 
+// `{"op":"subscribe"`, the object left open.
+void begin_text(json::writer& into, std::string_view op_text) noexcept {
+  into.begin_object();
+  into.key("op");
+  into.string(op_text);
+}
+
 // `{"op":"subscribe","id":"subscribe:/odom:1"`, the object left open. False when the id is too long to be
 // made.
 bool begin_request(json::writer& into, std::string_view op_text, std::string_view id_verb,
@@ -23,9 +30,7 @@ bool begin_request(json::writer& into, std::string_view op_text, std::string_vie
   text_out id{room};
   id.add(id_verb).add(":").add(topic).add(":").add(static_cast<std::int64_t>(number));
   if (id.cut()) return false;
-  into.begin_object();
-  into.key("op");
-  into.string(op_text);
+  begin_text(into, op_text);
   into.key("id");
   into.string(id.text());
   return true;
@@ -56,9 +61,7 @@ std::string_view name_of(level which) noexcept {
 
 std::string_view encode_publish_head(std::span<char> out, std::string_view topic) noexcept {
   json::writer text{out};
-  text.begin_object();
-  text.key("op");
-  text.string("publish");
+  begin_text(text, "publish");
   text.key("topic");
   text.string(topic);
   text.key("msg");
@@ -68,9 +71,7 @@ std::string_view encode_publish_head(std::span<char> out, std::string_view topic
 std::string_view encode_status(std::span<char> out, level how, std::string_view id_raw,
                                std::string_view text) noexcept {
   json::writer status{out};
-  status.begin_object();
-  status.key("op");
-  status.string("status");
+  begin_text(status, "status");
   status.key("level");
   status.string(name_of(how));
   if (!id_raw.empty()) {
@@ -129,16 +130,74 @@ std::string_view encode_unadvertise(std::span<char> out, std::string_view topic,
   return encode_topic_request(out, "unadvertise", "advertise", topic, number);
 }
 
+// Services.
+
+std::string_view encode_advertise_service(std::span<char> out, std::string_view service,
+                                          std::string_view type) noexcept {
+  json::writer text{out};
+  begin_text(text, "advertise_service");
+  if (!type.empty()) {
+    text.key("type");
+    text.string(type);
+  }
+  text.key("service");
+  text.string(service);
+  text.end_object();
+  return text_of(text);
+}
+
+std::string_view encode_unadvertise_service(std::span<char> out, std::string_view service) noexcept {
+  json::writer text{out};
+  begin_text(text, "unadvertise_service");
+  text.key("service");
+  text.string(service);
+  text.end_object();
+  return text_of(text);
+}
+
+void write_call_service_head(json::writer& out, std::string_view service, std::string_view id,
+                             std::int64_t timeout_ns) noexcept {
+  begin_text(out, "call_service");
+  out.key("id");
+  out.string(id);
+  out.key("service");
+  out.string(service);
+  if (timeout_ns > 0) {
+    out.key("timeout");
+    out.number(static_cast<double>(timeout_ns) / 1e9);
+  }
+  out.key("args");
+}
+
+void write_call_service_tail(json::writer& out) noexcept { out.end_object(); }
+
+void write_service_response_head(json::writer& out, std::string_view service, std::string_view id_raw,
+                                 bool result) noexcept {
+  begin_text(out, "service_response");
+  if (!id_raw.empty()) {
+    out.key("id");
+    out.raw(id_raw);
+  }
+  out.key("service");
+  out.string(service);
+  out.key("result");
+  out.boolean(result);
+  out.key("values");
+}
+
+void write_service_response_tail(json::writer& out) noexcept { out.end_object(); }
+
 // The sentences.
 
 refusal refuse_op(const request& asked) noexcept {
-  const bool known = asked.what == op::unsupported;
+  const bool known = asked.what != op::unknown;
   return {.what = known ? refusal::kind::unsupported_op : refusal::kind::unknown_op, .value = asked.op_text};
 }
 
 std::string_view refusal::text(std::span<char> buffer) const noexcept {
   constexpr std::string_view offered =
-      "subscribe, unsubscribe, advertise, unadvertise, publish and set_level";
+      "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
+      "advertise_service, unadvertise_service and set_level";
   text_out out{buffer};
   if (!op_text.empty()) out.add_shortened(op_text, value_bytes_max).add(": ");
   const auto the_member = [&]() -> text_out& { return out.add("the member \"").add(member).add("\" "); };

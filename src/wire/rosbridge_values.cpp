@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "wire/rosbridge_values.hpp"
 
+#include <algorithm>
+#include <array>
 #include <limits>
 
 #include "wire/ascii.hpp"
+#include "wire/members.hpp"
 
 namespace rowe::wire::rosbridge {
 namespace {
@@ -51,6 +54,17 @@ std::optional<refusal> read_count(std::string_view member, const json::value& v,
   return std::nullopt;
 }
 
+std::optional<refusal> read_timeout(std::string_view member, const json::value& v,
+                                    std::int64_t& into) noexcept {
+  const auto seconds = json::to_double(v);
+  if (!seconds) return wrong_type(member, v, "seconds");
+  if (*seconds < 0) return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
+  static_assert(lifespan_for_ever == no_timeout); // what nanoseconds_of() says for too long
+  into = *seconds == 0 ? no_timeout : nanoseconds_of(*seconds);
+  if (into == 0) into = 1; // short, but not none
+  return std::nullopt;
+}
+
 std::optional<refusal> read_duration(std::string_view member, const json::value& v,
                                      std::int64_t& into) noexcept {
   constexpr std::string_view expected = R"(seconds, {"secs":s,"nsecs":n} or "infinite")";
@@ -90,13 +104,9 @@ std::optional<refusal> read_name(std::string_view member, const json::value& v, 
   if (v.type != json::kind::string) return wrong_type(member, v, "a string");
   const auto text = json::to_string(v, scratch);
   if (!text || text->size() > bytes_max) {
-    return refusal{.what = refusal::kind::too_long,
-                   .member = member,
-                   .bytes = v.raw.size() - 2,
-                   .limit = static_cast<std::int64_t>(bytes_max)};
+    return too_long(member, v.raw.size() - 2, bytes_max);
   }
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  if (std::any_of(text->begin(), text->end(), is_control)) {
+  if (has_control_characters(*text)) {
     return refusal{.what = refusal::kind::bad_characters, .member = member, .value = v.raw};
   }
   into = *text;

@@ -89,7 +89,7 @@ auto frame_parser::check_first_byte(std::byte first) const noexcept -> std::opti
 auto frame_parser::check_second_byte(std::byte first, std::byte second) const noexcept
     -> std::optional<complaint> {
   const bool masked = (number_of(second) & mask_bit) != 0;
-  if (ours_ == role::server && !masked) {
+  if (ours_ == role::server && !masked && !limits_.unmasked_accepted) {
     return complaint{close_code::protocol_error, "a client's frame is not masked"};
   }
   if (ours_ == role::client && masked) {
@@ -144,7 +144,10 @@ auto frame_parser::take_header(std::span<const std::byte> bytes, std::size_t& co
   if (const auto wrong = read_length(from)) return wrong;
   frame_.what = static_cast<opcode>(number_of(from[0]) & opcode_bits);
   frame_.final = (number_of(from[0]) & final_bit) != 0;
-  if (ours_ == role::server) std::memcpy(frame_.key.data(), from + size - sizeof(mask_key), sizeof(mask_key));
+  frame_.key = {};
+  if ((number_of(from[1]) & mask_bit) != 0) {
+    std::memcpy(frame_.key.data(), from + size - sizeof(mask_key), sizeof(mask_key));
+  }
   consumed = size - header_have_;
   header_have_ = 0;
   return begin_frame();

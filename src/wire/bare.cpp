@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/bare.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "wire/members.hpp"
+#include "wire/text_out.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::wire::bare {
+namespace {
+
+constexpr std::size_t value_bytes_max = 64; // of a value shown in a sentence
+
+enum reserved : std::size_t { message_id, in_reply_to, ttl_ms, service, error };
+constexpr std::array<std::string_view, 5> names = {"message_id", "in_reply_to", "ttl_ms", "service", "error"};
+using found_members = members<names.size()>;
+
+std::optional<refusal> read_id(reserved which, const found_members& found, std::size_t bytes_max,
+                               std::string_view& into) noexcept {
+  if (!found.given(which)) return std::nullopt;
+  const json::value& v = found.values[which];
+  if (v.type != json::kind::string && !json::to_integer(v) && !json::to_unsigned(v)) {
+    return refusal{.what = refusal::kind::wrong_type,
+                   .member = names[which],
+                   .value = v.raw,
+                   .expected = "a string or an integer"};
+  }
+  if (v.raw.size() > bytes_max) {
+    return refusal{
+        .what = refusal::kind::too_long, .member = names[which], .bytes = v.raw.size(), .limit = bytes_max};
+  }
+  into = v.raw;
+  return std::nullopt;
+}
+
+std::optional<refusal> read_ttl(const found_members& found, std::int64_t& into) noexcept {
+  if (!found.given(ttl_ms)) return std::nullopt;
+  const json::value& v = found.values[ttl_ms];
+  const auto milliseconds = json::to_double(v);
+  if (!milliseconds) {
+    return refusal{.what = refusal::kind::wrong_type,
+                   .member = names[ttl_ms],
+                   .value = v.raw,
+                   .expected = "a number of milliseconds"};
+  }
+  if (*milliseconds < 0) {
+    return refusal{.what = refusal::kind::negative, .member = names[ttl_ms], .value = v.raw};
+  }
+  constexpr double bound = 9.2e18; // a little below what 64 bits hold: 291 years
+  const double ns = *milliseconds * 1e6;
+  into = ns < bound ? static_cast<std::int64_t>(ns + 0.5) : no_ttl;
+  return std::nullopt;
+}
+
+std::optional<refusal> read_service(const found_members& found, std::size_t bytes_max,
+                                    std::span<char> scratch, std::string_view& into) noexcept {
+  const json::value& v = found.values[service];
+  if (!found.given(service) || v.type != json::kind::string) return std::nullopt;
+  const auto text = json::to_string(v, scratch.first(std::min(bytes_max, scratch.size())));
+  if (!text || text->size() > bytes_max) {
+    return refusal{.what = refusal::kind::too_long,
+                   .member = names[service],
+                   .bytes = v.raw.size() - 2,
+                   .limit = bytes_max};
+  }
+  if (text->empty()) return refusal{.what = refusal::kind::empty, .member = names[service]};
+  if (has_control_characters(*text)) {
+    return refusal{.what = refusal::kind::bad_characters, .member = names[service], .value = v.raw};
+  }
+  into = *text;
+  return std::nullopt;
+}
+
+void read_error(const found_members& found, std::span<char> scratch, envelope& out) noexcept {
+  if (!found.given(error)) return;
+  const std::string_view object = found.values[error].raw; // anything else has no members
+  const auto code = json::find(object, "code");
+  if (!code) return;
+  const auto word = json::to_string(*code, scratch.first(std::min(code_bytes_max, scratch.size())));
+  if (!word || word->empty() || word->size() > code_bytes_max) return;
+  out.failed = true;
+  out.error_code = *word;
+  const auto text = json::find(object, "text");
+  if (text && text->type == json::kind::string) out.error_text_raw = text->raw;
+}
+
+std::optional<refusal> refuse_twice(const found_members& found, std::span<const reserved> which) noexcept {
+  for (const reserved r : which) {
+    if (found.times[r] > 1) return refusal{.what = refusal::kind::twice, .member = names[r]};
+  }
+  return std::nullopt;
+}
+
+void write_members(json::writer& out, std::string_view text, std::string_view name_otherwise) noexcept {
+  json::splice members{out};
+  out.raw(text);
+  members.end(name_otherwise);
+}
+
+// A member that would stand in a delivered call twice, or make something else of it.
+bool has_delivered_names(std::string_view object) noexcept {
+  const auto found =
+      collect(object, std::array<std::string_view, 4>{"service", "op", "message_id", "in_reply_to"});
+  return std::any_of(found.times.begin(), found.times.end(), [](std::uint8_t times) { return times > 0; });
+}
+
+} // namespace
+
+std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+                              const name_limits& limits, envelope& out) noexcept {
+  out = envelope{};
+  const auto found = collect(validated_text, names);
+  // Both ids are read whatever is wrong, for the answer; but which of two was meant nobody knows.
+  std::optional<refusal> wrong;
+  for (const auto& [which, into] :
+       {std::pair{message_id, &out.id_raw}, {in_reply_to, &out.in_reply_to_raw}}) {
+    if (found.times[which] > 1) continue;
+    if (const auto bad = read_id(which, found, limits.id_bytes_max, *into); bad && !wrong) wrong = bad;
+  }
+  out.what = found.given(in_reply_to)  ? kind::reply
+             : found.given(message_id) ? kind::invocation
+                                       : kind::message;
+  if (const auto twice = refuse_twice(found, std::array{message_id, in_reply_to, ttl_ms})) return twice;
+  if (wrong) return wrong;
+  if (const auto bad = read_ttl(found, out.ttl_ns)) return bad;
+  if (out.what == kind::invocation) {
+    if (const auto twice = refuse_twice(found, std::array{service})) return twice;
+    return read_service(found, limits.service_bytes_max, scratch, out.service);
+  }
+  if (out.what == kind::reply) {
+    if (const auto twice = refuse_twice(found, std::array{error})) return twice;
+    read_error(found, scratch, out);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept {
+  json::object_walk walk{validated_text};
+  for (json::member m; walk.next(m);) {
+    if (json::name_is(m, "op") || json::name_is(m, "message_id") || json::name_is(m, "in_reply_to")) {
+      return static_cast<std::size_t>(m.name_raw.data() - validated_text.data()) - 1;
+    }
+  }
+  return std::nullopt;
+}
+
+// Writing.
+
+void detail::write_service(json::writer& out, std::string_view service) noexcept {
+  out.key("service");
+  out.string(service);
+}
+
+void detail::write_message_id(json::writer& out, std::string_view id) noexcept {
+  out.key("message_id");
+  out.string(id);
+}
+
+void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept {
+  out.key("in_reply_to");
+  out.raw(in_reply_to_raw);
+}
+
+void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept {
+  out.begin_object();
+  write_members(out, object_text, "args");
+  detail::write_message_id(out, id);
+  out.end_object();
+}
+
+void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::string_view value_text) noexcept {
+  write_reply(out, in_reply_to_raw, [value_text](json::writer& body) { body.raw(value_text); });
+}
+
+void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,
+                 std::string_view text) noexcept {
+  out.begin_object();
+  out.key("error");
+  out.begin_object();
+  out.key("code");
+  out.string(code);
+  out.key("text");
+  out.string(text);
+  out.end_object();
+  if (!in_reply_to_raw.empty()) detail::write_in_reply_to(out, in_reply_to_raw);
+  out.end_object();
+}
+
+void write_delivered_call(json::writer& out, std::string_view service, std::string_view args_raw,
+                          std::string_view id) noexcept {
+  out.begin_object();
+  detail::write_service(out, service);
+  if (json::root(args_raw).type == json::kind::object && !has_delivered_names(args_raw)) {
+    write_members(out, args_raw, "args");
+  } else if (!args_raw.empty()) {
+    out.key("args");
+    out.raw(args_raw);
+  }
+  detail::write_message_id(out, id);
+  out.end_object();
+}
+
+// The sentences.
+
+std::string_view refusal::text(std::span<char> buffer) const noexcept {
+  text_out out{buffer};
+  out.add("the member \"").add(member).add("\" ");
+  const auto it_is = [&] { out.add("; it is ").add_shortened(value, value_bytes_max); };
+  switch (what) {
+  case kind::twice: out.add("stands there twice"); break;
+  case kind::wrong_type:
+    out.add("must be ").add(expected);
+    it_is();
+    break;
+  case kind::negative:
+    out.add("must not be negative");
+    it_is();
+    break;
+  case kind::too_long:
+    out.add("is ").add(static_cast<std::int64_t>(bytes)).add(" bytes long; the limit is ");
+    out.add(static_cast<std::int64_t>(limit));
+    break;
+  case kind::empty: out.add("must not be empty"); break;
+  case kind::bad_characters:
+    out.add("must have no control characters");
+    it_is();
+    break;
+  }
+  return out.text();
+}
+
+} // namespace rowe::wire::bare

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which of the members that a codec knows an object has. For the codecs of this room; the texts are
+// validated, nothing waits or allocates.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "json/reader.hpp"
+
+namespace rowe::wire {
+
+inline constexpr std::size_t word_bytes_max = 32; // no known member or word is longer
+
+// The values of the known members of one object, by the place of their names in a table.
+template <std::size_t Count>
+struct members {
+  std::array<json::value, Count> values;
+  std::array<std::uint8_t, Count> times{}; // that each stands there: 0, 1, or 2 for more
+
+  bool given(std::size_t which) const noexcept { return times[which] > 0; }
+  // The first of the table that stands there twice.
+  std::optional<std::size_t> twice() const noexcept {
+    const auto found = std::find(times.begin(), times.end(), 2);
+    if (found == times.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - times.begin());
+  }
+};
+
+template <std::size_t Count>
+members<Count> collect(std::string_view object, const std::array<std::string_view, Count>& names) noexcept {
+  members<Count> found;
+  json::object_walk walk{object};
+  for (json::member m; walk.next(m);) {
+    std::array<char, word_bytes_max> scratch;
+    const auto plain = json::unescape(m.name_raw, scratch);
+    if (!plain) continue; // longer than any known name
+    const auto index =
+        static_cast<std::size_t>(std::find(names.begin(), names.end(), *plain) - names.begin());
+    if (index == Count) continue;
+    found.values[index] = m.what;
+    found.times[index] = found.times[index] == 0 ? 1 : 2;
+  }
+  return found;
+}
+
+// Control characters have no place in the names of topics, services and types.
+inline bool has_control_characters(std::string_view text) noexcept {
+  return std::any_of(text.begin(), text.end(),
+                     [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+}
+
+} // namespace rowe::wire
