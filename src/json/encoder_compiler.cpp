@@ -8,6 +8,7 @@
 
 #include "digits.hpp"
 #include "encoder_program.hpp"
+#include "sample.hpp"
 
 namespace rowe::json {
 namespace {
@@ -42,23 +43,6 @@ bool is_real(operation o) noexcept {
 
 // What escaping can make of one byte: \u001f.
 constexpr std::size_t escaped_bytes_max = 6;
-
-// Memory of the size and alignment of the described type, which the accessors are called with to learn
-// offsets. They only compute addresses; nothing is ever read from it.
-class sample {
- public:
-  explicit sample(const schema_description& schema) noexcept
-      : alignment_{schema.alignment}, at_{::operator new(schema.bytes, alignment_, std::nothrow)} {}
-  ~sample() { ::operator delete(at_, alignment_); }
-  sample(const sample&) = delete;
-  sample& operator=(const sample&) = delete;
-
-  const char* at() const noexcept { return static_cast<const char*>(at_); }
-
- private:
-  std::align_val_t alignment_;
-  void* at_;
-};
 
 // The form that a member gives to the numbers in it.
 struct form {
