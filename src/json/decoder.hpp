@@ -18,7 +18,8 @@
 //   std::array, C array   an array of exactly as many elements
 //   bounded_array         an array of at most as many elements as it holds
 //   counted array         the same; the counting member is set to the length of the text's array, whatever
-//                         the text says of it where it is a member of the schema, too
+//                         the text says of it where it is a member of the schema, too. Arrays with the same
+//                         counting member must be equally long
 //   std::optional         null or, as a member, nothing at all: empty; else the value
 #pragma once
 #include <cstddef>
@@ -63,7 +64,8 @@ class decoder {
   //   wrong_type        also of a number with a fraction for an integer; value: the byte where it begins
   //   out_of_range      the integer or float cannot hold the number; value: the byte where it begins
   //   too_long          value: the string's bytes or the array's elements; limit: what its member holds.
-  //                     Of an array of fixed size, which it should be exactly, value may be less than limit
+  //                     Of an array of fixed size, which it should be exactly, value may be less than limit;
+  //                     of one that is counted together with another, limit may be that one's length
   ROWE_RT status decode(std::string_view validated_object, void* object) const noexcept;
 
  private:

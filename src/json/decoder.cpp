@@ -1,0 +1,365 @@
+// SPDX-License-Identifier: Apache-2.0
+// The interpreter of what a schema was flattened into: one walk over the text. Where it stands is passed
+// along and handed back, so that it stays in a register; null says that it failed, and failed_ how. It trusts
+// that the text is JSON, but looks at the end before every byte and moves forward with every step.
+#include "decoder.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <limits>
+#include <span>
+
+#include "cursor.hpp"
+#include "decoder_program.hpp"
+#include "numbers.hpp"
+#include "reader.hpp"
+
+namespace rowe::json {
+namespace {
+
+template <class T>
+void store(char* at, T x) noexcept {
+  std::memcpy(at, &x, sizeof x);
+}
+
+template <class Integer>
+bool store_if_it_fits(char* at, const whole_number& n) noexcept {
+  if (n.negative && n.magnitude != 0) {
+    if constexpr (std::numeric_limits<Integer>::is_signed) {
+      const auto limit = std::uint64_t{1} << std::numeric_limits<Integer>::digits; // of the least
+      if (n.magnitude > limit) return false;
+      store(at, static_cast<Integer>(-n.magnitude));
+      return true;
+    }
+    return false;
+  }
+  if (n.magnitude > static_cast<std::uint64_t>(std::numeric_limits<Integer>::max())) return false;
+  store(at, static_cast<Integer>(n.magnitude));
+  return true;
+}
+
+bool store_if_it_fits(char* at, value_kind kind, const whole_number& n) noexcept {
+  switch (kind) {
+  case value_kind::int8: return store_if_it_fits<std::int8_t>(at, n);
+  case value_kind::int16: return store_if_it_fits<std::int16_t>(at, n);
+  case value_kind::int32: return store_if_it_fits<std::int32_t>(at, n);
+  case value_kind::int64: return store_if_it_fits<std::int64_t>(at, n);
+  case value_kind::uint8: return store_if_it_fits<std::uint8_t>(at, n);
+  case value_kind::uint16: return store_if_it_fits<std::uint16_t>(at, n);
+  case value_kind::uint32: return store_if_it_fits<std::uint32_t>(at, n);
+  default: return store_if_it_fits<std::uint64_t>(at, n);
+  }
+}
+
+bool begins_number(char c) noexcept { return c == '-' || (c >= '0' && c <= '9'); }
+
+const char* skip_value(const char* at, const char* end) noexcept {
+  switch (*at) {
+  case '{':
+  case '[': return skip_container(at, end);
+  case '"': return skip_string(at, end);
+  default: return skip_scalar(at, end);
+  }
+}
+
+std::size_t unescaped_bytes(std::string_view escaped) noexcept {
+  std::size_t bytes = 0;
+  const char* at = escaped.data();
+  const char* const end = at + escaped.size();
+  while (at != end) {
+    std::array<char, 4> character;
+    bytes += *at == '\\' ? take_escape(at, end, character) : (++at, 1);
+  }
+  return bytes;
+}
+
+} // namespace
+
+class decoder::run {
+ public:
+  explicit run(std::string_view text) noexcept : begin_{text.data()}, end_{begin_ + text.size()} {}
+
+  status whole(const shape& s, char* into) noexcept {
+    const char* const at = skip_space(begin_, end_);
+    if (at == end_ || *at != '{') return errc::not_an_object;
+    if (object(s, into, at) == nullptr) return failed_;
+    return {};
+  }
+
+ private:
+  // ---- what can go wrong ----
+
+  const char* fail(errc code, std::size_t value, std::size_t limit = 0) noexcept {
+    failed_ = {code, static_cast<std::int64_t>(value), static_cast<std::int64_t>(limit)};
+    return nullptr;
+  }
+  const char* fail_at(errc code, const char* at) noexcept {
+    return fail(code, static_cast<std::size_t>(at - begin_));
+  }
+  const char* wrong_type(const char* at) noexcept { return fail_at(errc::wrong_type, at); }
+
+  // Behind a literal of so many bytes.
+  const char* behind(const char* at, std::ptrdiff_t bytes) const noexcept {
+    return at + std::min(bytes, end_ - at);
+  }
+
+  // ---- objects ----
+
+  const char* object(const shape& s, char* base, const char* at) noexcept {
+    return s.count <= 64 ? object<1>(s, base, at) : object<shape::words_max>(s, base, at);
+  }
+
+  template <std::size_t Words>
+  const char* object(const shape& s, char* base, const char* at) noexcept {
+    std::array<std::uint64_t, Words> seen{};
+    const member* const members_end = s.members + s.count;
+    const member* expected = s.members;
+    at = skip_space(at + 1, end_);
+    while (at != end_ && *at == '"') {
+      const char* const quote = at;
+      const char* const name = at + 1;
+      const member* m = nullptr;
+      if (expected != members_end && begins(*expected, name)) [[likely]] {
+        m = expected;
+        at = name + m->name_bytes + 1;
+      } else {
+        const char* const name_end = find_quote(name, end_);
+        m = find(s, between(name, name_end));
+        at = behind(name_end, 1);
+      }
+      at = skip_space(at, end_);
+      if (at != end_ && *at == ':') at = skip_space(at + 1, end_);
+      if (at == end_) break;
+
+      if (m != nullptr) [[likely]] {
+        const auto index = static_cast<std::size_t>(m - s.members);
+        std::uint64_t& word = seen[Words == 1 ? 0 : index / 64];
+        const std::uint64_t bit = std::uint64_t{1} << index % 64;
+        if ((word & bit) != 0) return fail_at(errc::duplicate_member, quote);
+        if (m->shares_count) [[unlikely]] {
+          at = counted_alike(s, seen, *m, base, at);
+        } else {
+          at = m->value.unused ? unused(m->value, at) : value(m->value, base, at);
+        }
+        if (at == nullptr) return nullptr;
+        word |= bit;
+        expected = m + 1;
+      } else {
+        at = skip_value(at, end_);
+      }
+      at = skip_space(at, end_);
+      if (at == end_ || *at != ',') break;
+      at = skip_space(at + 1, end_);
+    }
+    return complete(s, seen, base) ? behind(at, 1) : nullptr;
+  }
+
+  // An array whose counting member counts others, too: it must be as long as those that were seen.
+  template <std::size_t Words>
+  const char* counted_alike(const shape& s, const std::array<std::uint64_t, Words>& seen, const member& m,
+                            char* base, const char* at) noexcept {
+    bool counted = false;
+    for (std::size_t i = 0; i < s.count; ++i) {
+      const bool was_seen = (seen[Words == 1 ? 0 : i / 64] >> i % 64 & 1) != 0;
+      counted |= was_seen && s.members[i].value.count_of == m.value.count_of;
+    }
+    const std::size_t before = m.value.count_of(base);
+    at = value(m.value, base, at);
+    if (at == nullptr || !counted) return at;
+    const std::size_t count = m.value.count_of(base);
+    return count == before ? at : fail(errc::too_long, count, before);
+  }
+
+  // Does the text go on with the name and a quote?
+  bool begins(const member& m, const char* at) const noexcept {
+    if (!m.plain) return false;
+    const auto room = static_cast<std::size_t>(end_ - at);
+    if (room < member::head_bytes)
+      return room > m.name_bytes && std::memcmp(at, m.name, m.name_bytes + 1) == 0;
+    const std::uint64_t first = (load_eight(at) ^ m.head[0]) & m.mask[0];
+    const std::uint64_t second = (load_eight(at + 8) ^ m.head[1]) & m.mask[1];
+    if ((first | second) != 0) return false;
+    if (m.name_bytes < member::head_bytes) return true;
+    return room > m.name_bytes && std::memcmp(at + member::head_bytes, m.name + member::head_bytes,
+                                              m.name_bytes + 1 - member::head_bytes) == 0;
+  }
+
+  // The member of this name, or null. Names with escapes, on either side, are rare, and compared one by one.
+  static const member* find(const shape& s, std::string_view escaped) noexcept {
+    const std::uint32_t hash = name_hash(escaped);
+    for (std::uint32_t slot = hash; s.slots[slot & s.slot_mask] != 0; ++slot) {
+      const member& m = s.members[s.slots[slot & s.slot_mask] - 1];
+      if (m.hash == hash && m.view() == escaped) return &m;
+    }
+    if (escaped.find('\\') == std::string_view::npos) return nullptr;
+    constexpr std::size_t escape_bytes = 6; // the most that stand for a byte: \u0061
+    const auto is_it = [escaped](const member& m) {
+      return escaped.size() <= escape_bytes * m.name_bytes && says(escaped, m.view());
+    };
+    const member* const end = s.members + s.count;
+    const member* const found = std::find_if(s.members, end, is_it);
+    return found == end ? nullptr : found;
+  }
+
+  // All required members were there; optionals that were not are emptied.
+  template <std::size_t Words>
+  bool complete(const shape& s, const std::array<std::uint64_t, Words>& seen, char* base) noexcept {
+    for (std::size_t i = 0; i < Words && i * 64 < s.count; ++i) {
+      const std::uint64_t all =
+          s.count - i * 64 >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << s.count % 64) - 1;
+      const std::uint64_t missing = all & ~seen[i];
+      if (missing == 0) [[likely]]
+        continue;
+      const member* const members = s.members + i * 64;
+      if (const std::uint64_t fault = missing & s.required[i]; fault != 0) {
+        fail(errc::missing_member, members[std::countr_zero(fault)].number);
+        return false;
+      }
+      for (std::uint64_t left = missing; left != 0; left &= left - 1) {
+        const step& optional = members[std::countr_zero(left)].value;
+        optional.reset(base + optional.offset);
+      }
+    }
+    return true;
+  }
+
+  // ---- values: `at` is their first byte ----
+
+  const char* value(const step& s, char* base, const char* at) noexcept {
+    switch (s.what) {
+    case value_kind::float64: return real<double>(base + s.offset, at);
+    case value_kind::float32: return real<float>(base + s.offset, at);
+    case value_kind::boolean: return boolean(base + s.offset, at);
+    case value_kind::text: return text(s, base + s.offset, at);
+    case value_kind::object: return *at == '{' ? object(*s.object, base + s.offset, at) : wrong_type(at);
+    case value_kind::array: return array(s, base, at);
+    case value_kind::optional: return optional(s, base + s.offset, at);
+    default: return integer(s, base + s.offset, at);
+    }
+  }
+
+  const char* unused(const step& s, const char* at) noexcept {
+    char room[8]; // of an integer
+    return value(s, room, at);
+  }
+
+  const char* boolean(char* into, const char* at) noexcept {
+    if (*at != 't' && *at != 'f') return wrong_type(at);
+    const bool yes = *at == 't';
+    store<std::uint8_t>(into, yes);
+    return behind(at, yes ? 4 : 5);
+  }
+
+  static std::optional<double> read(const decimal& d, double) noexcept { return to_double(d); }
+  static std::optional<float> read(const decimal& d, float) noexcept { return to_float(d); }
+
+  template <class Real>
+  const char* real(char* into, const char* at) noexcept {
+    if (begins_number(*at)) [[likely]] {
+      const decimal d = read_decimal(at, end_);
+      const std::optional<Real> x = read(d, Real{});
+      if (!x) return fail_at(errc::out_of_range, at);
+      store(into, *x);
+      return d.text.data() + d.text.size();
+    }
+    if (*at != 'n') return wrong_type(at);
+    store(into, std::numeric_limits<Real>::quiet_NaN());
+    return behind(at, 4);
+  }
+
+  const char* integer(const step& s, char* into, const char* at) noexcept {
+    whole_number n;
+    const char* end = nullptr;
+    if (begins_number(*at)) [[likely]] {
+      const decimal d = read_decimal(at, end_);
+      n = to_whole(d);
+      end = d.text.data() + d.text.size();
+    } else if (*at == '"' && s.as_string) {
+      const char* const quote = find_quote(at + 1, end_);
+      const std::optional<whole_number> quoted = read_quoted_whole(between(at + 1, quote));
+      if (!quoted) return wrong_type(at);
+      n = *quoted;
+      end = behind(quote, 1);
+    } else {
+      return wrong_type(at);
+    }
+    if (n.what == whole_number::verdict::fraction) return wrong_type(at);
+    if (n.what == whole_number::verdict::too_large || !store_if_it_fits(into, s.what, n)) {
+      return fail_at(errc::out_of_range, at);
+    }
+    return end;
+  }
+
+  const char* text(const step& s, char* string, const char* at) noexcept {
+    if (*at != '"') return wrong_type(at);
+    const char* const quote = find_quote(at + 1, end_);
+    const std::string_view escaped = between(at + 1, quote);
+    const bool has_escape = escaped.find('\\') != std::string_view::npos;
+    const std::size_t bytes = has_escape ? unescaped_bytes(escaped) : escaped.size();
+    char* const room = s.resize_text(string, bytes);
+    if (room == nullptr) return fail(errc::too_long, bytes, s.count);
+    if (has_escape) {
+      (void)unescape(escaped, {room, bytes}); // fits: so many bytes were counted
+    } else {
+      escaped.copy(room, bytes);
+    }
+    return behind(quote, 1);
+  }
+
+  // `base` is what the array's offsets are counted from: where it is counted, the object that it is part of.
+  const char* array(const step& s, char* base, const char* at) noexcept {
+    if (*at != '[') return wrong_type(at);
+    const char* const begin = at;
+    char* into = base + s.elements_offset;
+    std::size_t count = 0;
+    at = skip_space(at + 1, end_);
+    bool more = at != end_ && *at != ']';
+    while (more) {
+      if (count == s.count) return fail(errc::too_long, elements(begin), s.count);
+      at = value(*s.element, into, at);
+      if (at == nullptr) return nullptr;
+      into += s.stride;
+      ++count;
+      at = skip_space(at, end_);
+      more = at != end_ && *at == ',';
+      if (more) at = skip_space(at + 1, end_);
+      more = more && at != end_;
+    }
+    if (s.all_of_it && count != s.count) return fail(errc::too_long, count, s.count);
+    if (s.resize != nullptr) (void)s.resize(base + s.offset, count); // holds them: no more were written
+    if (s.set_count != nullptr) s.set_count(base, count);
+    return behind(at, 1);
+  }
+
+  std::size_t elements(const char* array) const noexcept {
+    array_walk walk{between(array, end_)};
+    std::size_t count = 0;
+    for (json::value e; walk.next(e);) ++count;
+    return count;
+  }
+
+  const char* optional(const step& s, char* into, const char* at) noexcept {
+    if (*at == 'n') {
+      s.reset(into);
+      return behind(at, 4);
+    }
+    return value(*s.element, static_cast<char*>(s.emplace(into)), at);
+  }
+
+  const char* const begin_;
+  const char* const end_;
+  error failed_{errc::misuse};
+};
+
+decoder::decoder() noexcept = default;
+decoder::decoder(decoder&&) noexcept = default;
+decoder& decoder::operator=(decoder&&) noexcept = default;
+decoder::~decoder() = default;
+
+status decoder::decode(std::string_view validated_object, void* object) const noexcept {
+  set_default_(object);
+  return run{validated_object}.whole(shapes_[0], static_cast<char*>(object));
+}
+
+} // namespace rowe::json
