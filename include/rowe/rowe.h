@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe for C: endpoints, messages and calls, for ordinary threads; what a real-time loop calls is in
-// rowe/rowe_loop.h. C11; nothing of C++ is included or needed to link (docs/c-api.md). The names and the
+// rowe/loop.h. C11; nothing of C++ is included or needed to link (docs/c-api.md). The names and the
 // order of arguments are the paper's; with rowe/paper.h its listings compile as they are printed.
 //
 // - Ownership has one rule: what a function is given stays the caller's, and what it returns without `const`
@@ -288,7 +288,7 @@ size_t rowe_count(const struct rowe_object* object);
 // A value as what it is. Errors: wrong_type; out_of_range (an integer too large); `into` is then left alone.
 // An integer is never made of a number with a fraction or an exponent; rowe_as_double() takes every number.
 // The string is a part of the value; rowe_string_bytes() is its length, which matters where it holds '\0'
-// itself. NULL, as rowe_get() returns it, is passed on: the error stays that of rowe_get().
+// itself. A NULL value, as rowe_get() returns it, is missing_member.
 const char* rowe_as_string(const struct rowe_object* value);
 size_t rowe_string_bytes(const struct rowe_object* value);
 int rowe_as_int(const struct rowe_object* value, int* into);

@@ -92,6 +92,15 @@ kernel_headers = re.compile(
     r"(sys|arpa|net|netinet|linux|asm)/\w+\.h|"
     r"(dirent|dlfcn|errno|execinfo|fcntl|ifaddrs|link|malloc|netdb|poll|pthread|pwd|sched|semaphore|signal|"
     r"spawn|stdlib|string|syscall|termios|time|ucontext|unistd)\.h")
+c_types = re.compile(r"std(bool|def|int)\.h")
+c_headers = re.compile(r"(inttypes|math|signal|std(bool|def|int|io|lib)|string|time)\.h")
+
+
+def c_may_include(path, name):
+    """The headers of C and our own; of the interface's headers, those that need no more than C's types."""
+    if name.startswith("rowe/"):
+        return name.endswith(".h")
+    return (c_types if path.startswith("include/") else c_headers).fullmatch(name)
 
 
 def outsiders_include_the_interface_only(t):
@@ -103,6 +112,10 @@ def outsiders_include_the_interface_only(t):
                 if not named:
                     continue
                 quoted, name = named[1] == '"', named[2]
+                if path.endswith((".h", ".c")):
+                    if quoted or not c_may_include(path, name):
+                        yield finding(path, number, "interface", f"C in {folder} may not include {name}")
+                    continue
                 target = os.path.normpath(os.path.join(os.path.dirname(path), name))
                 beside = target.startswith(folder + "/") and t.exists(target)
                 own = name.startswith("rowe/rt/" if folder == "rt" else "rowe/")

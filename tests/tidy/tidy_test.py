@@ -40,6 +40,11 @@ plants = [
     ("include/rowe/plant_l.hpp", spdx + "#include <pthread.h>\n#include \"wire/utf8.hpp\"\n",
      [(2, "interface"), (3, "interface")]),
     ("rt/src/plant_m.cpp", spdx + "#include <rowe/result.hpp>\n", [(2, "interface")]),
+    ("include/rowe/plant_m.h",
+     spdx + "#include <stdint.h>\n#include <cstdint>\n#include <stdio.h>\n#include <rowe/result.hpp>\n",
+     [(3, "interface"), (4, "interface"), (5, "interface")]),
+    ("docs/examples/plant_m.c", spdx + "#include <stdio.h>\n#include <rowe/rowe.h>\n#include <string>\n",
+     [(4, "interface")]),
 
     ("rt/src/plant_n.cpp",
      spdx + "std::atomic_thread_fence(std::memory_order_seq_cst);\nvolatile int flag;\n",

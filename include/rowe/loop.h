@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe for C loops that must not wait: lanes, publishers and subscribers, made at set-up and used by one
+// thread each, and JSON text read and written in place.
+//
+// - Functions marked ROWE_RT never wait, allocate, lock or enter the kernel, and end after a bounded number
+// of
+//   steps. They return rowe_ok or an error, and leave rowe_last_error() alone. Errors that all functions of
+//   handles share: closed (the endpoint is), misuse (a NULL). The others are for set-up.
+// - `now_ns` is the loop's time in nanoseconds, from rowe_now_ns(), best read once a cycle. Times to live and
+//   timeouts count from it; they are milliseconds, and a negative one is for ever.
+// - Messages are JSON text: `text` of `bytes` bytes, which need not end in '\0'. They are copied.
+// - Handles outlive their endpoint safely, and are freed by their own functions, after it or before.
+#pragma once
+#include <rowe/rowe.h>
+
+#ifndef ROWE_RT
+#define ROWE_RT // checked by tests/rt_contract
+#endif
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+// CLOCK_MONOTONIC.
+ROWE_RT int64_t rowe_now_ns(void);
+
+// ---- What has arrived
+
+// A message, call or reply, looked at where it lies, in a slot of the handle that it was taken from. Give it
+// back with rowe_view_release(), on the handle's thread and before the handle is freed: one that is kept is a
+// slot less for what arrives. Not to be copied.
+struct rowe_view {
+  const char* text; // valid JSON: an object
+  size_t bytes;
+  int64_t arrived_ns;    // when its last byte was read
+  struct rowe_peer from; // none: this process
+  bool wants_reply;      // a call: answer it with rowe_lane_try_reply()
+  void* reserved[4];
+};
+
+// Gives it back. One that was released, or is all zeroes, is fine.
+ROWE_RT void rowe_view_release(struct rowe_view* view);
+
+// ---- Lanes: plain messages and calls
+
+struct rowe_lane;
+
+enum rowe_priority { rowe_priority_normal, rowe_priority_urgent, rowe_priority_bulk };
+
+// Zeroes are the defaults; `bytes` as in rowe_options.
+struct rowe_lane_options {
+  size_t bytes;            // sizeof(struct rowe_lane_options)
+  uint32_t depth;          // messages towards the service thread, 1 to 4096; 0: 64
+  uint32_t inbox_depth;    // messages that wait to be taken, 1 to 4096; 0: 64
+  uint32_t calls;          // in flight, 1 to 4096; 0: 16
+  uint32_t text_bytes_max; // the longest message, either way; 0: 4096
+  enum rowe_priority priority;
+  bool only_sends; // leave what arrives to others; else the oldest lane gets it, before rowe_receive()
+};
+
+// `options` may be NULL. Errors: bad_argument, too_many_lanes, lane_memory, closed. Free with
+// rowe_lane_free().
+struct rowe_lane* rowe_lane_open(const struct rowe_endpoint* endpoint,
+                                 const struct rowe_lane_options* options);
+void rowe_lane_free(struct rowe_lane* lane); // NULL is fine
+
+// Queues a message for every peer, or for one. Without a peer it waits for one until `ttl_ms` is over; 0 is
+// now or never. Errors: full, too_big; peer_lost (`peer` is gone).
+ROWE_RT int rowe_lane_try_send(struct rowe_lane* lane, const char* text, size_t bytes, long ttl_ms,
+                               int64_t now_ns);
+ROWE_RT int rowe_lane_try_send_to(struct rowe_lane* lane, struct rowe_peer peer, const char* text,
+                                  size_t bytes, long ttl_ms, int64_t now_ns);
+
+// The oldest message or call that was not taken and is not out of date. Errors: empty; `into` is then left
+// alone, otherwise it must hold nothing that is still to be released.
+ROWE_RT int rowe_lane_try_receive(struct rowe_lane* lane, int64_t now_ns, struct rowe_view* into);
+
+// A call in flight. {0, 0} is none.
+struct rowe_call {
+  uint32_t index;
+  uint32_t generation;
+};
+
+// How a call ended.
+struct rowe_call_end {
+  struct rowe_call call;
+  int outcome;            // rowe_ok, or why there is no reply: as rowe_invoke()
+  struct rowe_view reply; // where the outcome is rowe_ok: to be released
+};
+
+// Sends an invocation; rowe_lane_try_finish() fetches how it ends. Errors: full, too_big, too_many_calls.
+ROWE_RT int rowe_lane_start(struct rowe_lane* lane, const char* text, size_t bytes, long timeout_ms,
+                            int64_t now_ns, struct rowe_call* started);
+
+// The next call that has ended; each ends once. Errors: empty; `into` as in rowe_lane_try_receive().
+ROWE_RT int rowe_lane_try_finish(struct rowe_lane* lane, struct rowe_call_end* into);
+
+// Its end is not wanted any more. Nothing happens to a call that has ended.
+ROWE_RT void rowe_lane_cancel(struct rowe_lane* lane, struct rowe_call call);
+
+// Answers a call that this lane received, once; `call` is still to be released. Errors: full, too_big,
+// peer_lost (who asked is gone), expired (it does not wait any more), misuse (no call of this lane, or
+// answered already).
+ROWE_RT int rowe_lane_try_reply(struct rowe_lane* lane, struct rowe_view* call, const char* text,
+                                size_t bytes, int64_t now_ns);
+// Refuses it, with a sentence of at most 192 bytes. Errors: the same.
+ROWE_RT int rowe_lane_try_refuse(struct rowe_lane* lane, struct rowe_view* call, const char* sentence,
+                                 int64_t now_ns);
+
+// ---- Topics: what a page, roslib or `rowe echo` subscribes to and publishes
+
+struct rowe_publisher;
+struct rowe_subscriber;
+
+// Zeroes are the defaults; `bytes` as in rowe_options.
+struct rowe_topic_options {
+  size_t bytes;   // sizeof(struct rowe_topic_options)
+  long ttl_ms;    // what is older is not sent; 0: no such limit
+  bool newest;    // keep only the newest message, not `depth` of them
+  uint32_t depth; // messages between the two threads, 1 to 4096; 0: 64
+  enum rowe_priority priority;
+  bool latched;            // a late subscriber gets the last message
+  const char* type;        // the type's name on the wire, such as "nav_msgs/Odometry"; NULL: none
+  uint32_t text_bytes_max; // the longest message; 0: 4096
+};
+
+// `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its
+// range), reserved_topic, too_many_lanes, lane_memory, too_many_topics, type_conflict, closed.
+struct rowe_publisher* rowe_publisher_open(const struct rowe_endpoint* endpoint, const char* topic,
+                                           const struct rowe_topic_options* options);
+void rowe_publisher_free(struct rowe_publisher* publisher); // NULL is fine
+
+// Publishes one JSON object. Errors: no_peer (nobody listens: nothing was queued), full, too_big. Each is
+// counted, so a loop may ignore them. What is no JSON is dropped by the service thread and counted.
+ROWE_RT int rowe_publisher_publish(struct rowe_publisher* publisher, const char* text, size_t bytes,
+                                   int64_t now_ns);
+// Whether somebody listens at the moment.
+ROWE_RT bool rowe_publisher_wanted(const struct rowe_publisher* publisher);
+
+// A subscriber to what peers publish, and what this process publishes on the same endpoint. Errors: as
+// rowe_publisher_open().
+struct rowe_subscriber* rowe_subscriber_open(const struct rowe_endpoint* endpoint, const char* topic,
+                                             const struct rowe_topic_options* options);
+void rowe_subscriber_free(struct rowe_subscriber* subscriber); // NULL is fine
+
+// The oldest message that was not taken, or the newest, older ones then being given back unread. Errors:
+// empty; `into` as in rowe_lane_try_receive().
+ROWE_RT int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into);
+ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into);
+
+// ---- JSON text in place
+
+// Writes an object of the members that are given into `room`, as rowe_message() takes them; but objects and
+// arrays are given as `const char*`, their JSON text. A double that is not finite becomes null. Returns the
+// text's bytes, without the '\0' that ends it; 0 when `room_bytes` are too few, or a type is none.
+ROWE_RT size_t rowe_write(char* room, size_t room_bytes, const char* key, ...);
+
+// A member of an object in text that has arrived. Errors: missing_member, wrong_type, out_of_range; too_long
+// (a string and its '\0' need more than `room_bytes`); misuse. `into` is then left alone.
+ROWE_RT int rowe_read_int64(const char* text, size_t bytes, const char* key, int64_t* into);
+ROWE_RT int rowe_read_double(const char* text, size_t bytes, const char* key, double* into);
+ROWE_RT int rowe_read_boolean(const char* text, size_t bytes, const char* key, bool* into);
+ROWE_RT int rowe_read_string(const char* text, size_t bytes, const char* key, char* room, size_t room_bytes);
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capi/error.hpp"
+
+#include <array>
+#include <iterator>
+#include <string_view>
+
+namespace rowe::capi {
+namespace {
+
+// From errc to the numbers of rowe.h; an error without a number does not compile.
+constexpr int numbers[] = {
+#define ROWE_NUMBER(name, sentence) rowe_error_##name,
+    ROWE_ERRORS(ROWE_NUMBER)
+#undef ROWE_NUMBER
+};
+
+// And back; a number without an error does not compile.
+struct named {
+  int number;
+  errc code;
+};
+constexpr named names[] = {
+#define ROWE_NAMED(number, name) {number, errc::name},
+    ROWE_ERROR_CODES(ROWE_NAMED)
+#undef ROWE_NAMED
+};
+
+consteval bool the_lists_agree() {
+  if (std::size(numbers) != std::size(names)) return false;
+  for (const named& n : names) {
+    if (numbers[static_cast<std::size_t>(n.code)] != n.number) return false;
+  }
+  return true;
+}
+static_assert(the_lists_agree(), "result.hpp and rowe.h name different errors");
+
+// The sentences, with N and MAX where an error has its numbers.
+constexpr std::size_t sentence_bytes = 128;
+using sentence = std::array<char, sentence_bytes>;
+
+consteval sentence without_numbers(std::string_view from) {
+  sentence to{};
+  std::size_t at = 0;
+  while (!from.empty()) {
+    const bool value = from.starts_with("%v");
+    const bool limit = from.starts_with("%l");
+    const std::string_view next = value ? "N" : limit ? "MAX" : from.substr(0, 1);
+    for (const char c : next) to[at++] = c;
+    from.remove_prefix(value || limit ? 2 : 1);
+  }
+  to[sentence_bytes - 1] = '\0'; // a sentence that is too long does not compile
+  return to;
+}
+constexpr sentence sentences[] = {
+#define ROWE_SENTENCE(name, text) without_numbers(text),
+    ROWE_ERRORS(ROWE_SENTENCE)
+#undef ROWE_SENTENCE
+};
+
+// Constant-initialised: a thread's first error needs no constructor.
+struct last_error {
+  int number = rowe_ok;
+  char text[192] = {};
+};
+constinit thread_local last_error last;
+
+} // namespace
+
+int number_of(errc code) noexcept { return numbers[static_cast<std::size_t>(code)]; }
+
+int fail(const error& reason) noexcept {
+  last.number = number_of(reason.code);
+  const std::span<char> room{last.text, sizeof last.text - 1};
+  last.text[reason.text(room).size()] = '\0';
+  return last.number;
+}
+
+} // namespace rowe::capi
+
+using namespace rowe::capi;
+
+const char* rowe_strerror(int error) {
+  if (error == rowe_ok) return "no error";
+  for (const named& n : names) {
+    if (n.number == error) return sentences[static_cast<std::size_t>(n.code)].data();
+  }
+  return "no error of rowe has this number";
+}
+
+int rowe_last_error(void) { return last.number; }
+const char* rowe_last_error_text(void) { return last.text; }
+int rowe_abi_version(void) { return ROWE_ABI_VERSION; }
