@@ -16,6 +16,7 @@ namespace rowe::json {
 // the object is still open then, and more members may follow. Between the two the writer must not be reset
 // and nothing else may be written.
 //
+// The room must hold the value as it is written, brackets and white space included, even where less is kept.
 // Belongs to the thread of its writer; never waits, never allocates. Time is linear in the value only where
 // it is not an object and must move.
 class splice {

@@ -15,6 +15,7 @@
 #include "fuzz/require.hpp"
 #include "wire/rosbridge.hpp"
 #include "json/reader.hpp"
+#include "json/writer.hpp"
 
 namespace {
 
@@ -51,19 +52,72 @@ void check_refusal(reader& validator, const refusal& why, const request& asked) 
   require(again.what == op::status && again.id_raw == asked.id_raw, "a status carries the id");
 }
 
+// Writes around a value with a head and a tail.
+template <class Head, class Tail>
+std::string written(Head head, std::string_view value, Tail tail) {
+  std::string room(text_bytes_max + 8 * limits.topic_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
+  rowe::json::writer w{room};
+  head(w);
+  w.raw(value);
+  tail(w);
+  require(!w.overflowed(), "a call fits its room");
+  return std::string{w.text()};
+}
+
+// The calls and answers that can be made of it are read with the same meaning.
+void check_service(reader& validator, const request& asked) {
+  request again;
+  scratch_buffer scratch;
+  std::array<char, request_bytes_max(limits)> room;
+  read_back(validator, encode_advertise_service(room, asked.service, asked.type), scratch, again);
+  require(again.what == op::advertise_service && again.service == asked.service && again.type == asked.type,
+          "an advertisement says the same");
+  read_back(validator, encode_unadvertise_service(room, asked.service), scratch, again);
+  require(again.what == op::unadvertise_service && again.service == asked.service, "so does its end");
+
+  const std::string_view args = asked.args_raw.empty() ? "{}" : asked.args_raw;
+  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a", asked.timeout_ns); };
+  const std::string call = written(call_head, args, write_call_service_tail);
+  if (call.size() <= text_bytes_max && asked.service.find('#') == std::string_view::npos) {
+    read_back(validator, call, scratch, again);
+    require(again.what == op::call_service && again.service == asked.service && again.id_raw == "\"1.a\"" &&
+                again.args_raw == args,
+            "a call says the same");
+    require((again.timeout_ns > 0) == (asked.timeout_ns > 0), "and takes as long");
+  }
+  const std::string_view values = asked.values_raw.empty() ? "null" : asked.values_raw;
+  const auto head = [&](auto& w) {
+    write_service_response_head(w, asked.service, asked.id_raw, asked.result);
+  };
+  const std::string response = written(head, values, write_service_response_tail);
+  if (response.size() > text_bytes_max) return;
+  read_back(validator, response, scratch, again);
+  require(again.what == op::service_response && again.service == asked.service &&
+              again.id_raw == asked.id_raw && again.result == asked.result && again.values_raw == values,
+          "an answer says the same");
+}
+
 void check_request(reader& validator, const request& asked, std::string_view text, std::string_view scratch) {
   const bool has_topic = asked.what <= op::publish;
+  const bool has_service = asked.what >= op::call_service && asked.what <= op::unadvertise_service;
   require(has_topic != asked.topic.empty(), "a topic is there where it is needed");
-  for (const std::string_view name : {asked.topic, asked.type}) {
+  require(has_service != asked.service.empty(), "and a service");
+  for (const std::string_view name : {asked.topic, asked.service, asked.type}) {
     require(name.size() <= limits.topic_bytes_max, "names keep their limit");
     require(name.empty() || lies_in(name, text) || lies_in(name, scratch), "names lie where they should");
   }
   require(asked.id_raw.size() <= limits.id_bytes_max, "ids keep their limit");
-  require(asked.msg_raw.empty() || lies_in(asked.msg_raw, text), "messages lie in the text");
+  require(asked.id_raw.empty() || lies_in(asked.id_raw, text) || lies_in(asked.id_raw, scratch),
+          "ids lie where they should");
+  for (const std::string_view raw : {asked.msg_raw, asked.args_raw, asked.values_raw}) {
+    require(raw.empty() || lies_in(raw, text), "messages lie in the text");
+  }
   require(asked.throttle_ms >= 0 && asked.throttle_ms <= milliseconds_max && asked.queue_length >= 0 &&
               asked.queue_size >= 0 && asked.lifespan_ns >= lifespan_for_ever &&
-              asked.deadline_ns >= lifespan_for_ever,
+              asked.deadline_ns >= lifespan_for_ever &&
+              (asked.timeout_ns == no_timeout || asked.timeout_ns > 0),
           "numbers keep their limits");
+  if (has_service) check_service(validator, asked);
   if (!has_topic) return;
   request again;
   scratch_buffer second_scratch;

@@ -141,6 +141,37 @@ TEST(frame_parser, refuses_unmasked_frames_as_a_server) {
   EXPECT_TRUE(violates(bytes_of(frame{.opcode = close_frame, .masked = false}), 1002, role::server));
 }
 
+constexpr frame_limits lax{.message_bytes_max = 4096, .fragments_max = 16, .unmasked_accepted = true};
+
+TEST(frame_parser, takes_unmasked_frames_as_a_server_where_asked) {
+  receiver peer{role::server, lax};
+  const std::vector<frame> stream = {{.payload = "bare", .masked = false},
+                                     {.payload = "masked"},
+                                     {.opcode = ping_frame, .payload = "p", .masked = false},
+                                     {.payload = std::string(300, 'x'), .masked = false},
+                                     {.opcode = ping_frame, .payload = "q"}};
+  const std::vector<event> expected = {text("bare"), text("masked"), ping("p"), text(std::string(300, 'x')),
+                                       ping("q")};
+  EXPECT_EQ(peer.feed(bytes_of(stream)), expected);
+  receiver slow{role::server, lax};
+  EXPECT_EQ(slow.feed_in_pieces(bytes_of(stream), [](std::size_t) { return 1; }), expected);
+}
+
+TEST(frame_parser, takes_fragments_of_which_some_are_masked_where_asked) {
+  receiver peer{role::server, lax};
+  EXPECT_EQ(peer.feed(bytes_of({{.payload = "ab", .final = false},
+                                {.opcode = continuation, .payload = "cd", .final = false, .masked = false},
+                                {.opcode = continuation, .payload = "ef"}})),
+            std::vector<event>{text("abcdef")});
+}
+
+TEST(frame_parser, refuses_all_else_where_unmasked_frames_are_taken) {
+  receiver server{role::server, lax};
+  EXPECT_EQ(server.feed("\xc1\x01x")[0].what, frame_event::violation);
+  receiver client{role::client, lax};
+  EXPECT_EQ(client.feed(bytes_of(frame{.payload = "x"}))[0].what, frame_event::violation);
+}
+
 TEST(frame_parser, refuses_masked_frames_as_a_client) {
   EXPECT_TRUE(violates(bytes_of(frame{.payload = "x"}), 1002, role::client));
   EXPECT_TRUE(violates(bytes_of(frame{.opcode = pong_frame}), 1002, role::client));
