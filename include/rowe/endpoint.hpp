@@ -2,18 +2,26 @@
 // Endpoints: where we are reachable, or whom we try to reach. Endpoints are for set-up, handles are for
 // loops.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <span>
+#include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/caller.hpp>
+#include <rowe/connection.hpp>
+#include <rowe/detail/lane_request.hpp>
 #include <rowe/event.hpp>
 #include <rowe/json_text.hpp>
+#include <rowe/lane.hpp>
+#include <rowe/message.hpp>
 #include <rowe/options.hpp>
 #include <rowe/publisher.hpp>
+#include <rowe/received.hpp>
+#include <rowe/responder.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/thread.hpp>
 #include <rowe/schema.hpp>
@@ -29,9 +37,10 @@ struct count {
   std::uint64_t value = 0;
 };
 
-// Owns a service thread, its sockets and its memory. All calls: any thread, one at a time; they may wait,
-// allocate and enter the kernel, so they are for set-up and for ordinary threads. Handles outlive their
-// endpoint safely.
+// Owns a service thread, its sockets and its memory. Calls of set-up: any thread, one at a time; they may
+// wait, allocate and enter the kernel. send(), receive(), invoke(), reply() and their kin: any threads, at
+// the same time; for threads that are not real-time, which use handles. Handles outlive their endpoint
+// safely.
 class endpoint {
  public:
   // Listens on `port` (0: any free one) and serves the page, rosbridge and WebSockets there. Errors:
@@ -54,14 +63,63 @@ class endpoint {
   template <class T>
   result<publisher<T>> advertise(std::string_view topic, const topic_options& options = {});
 
-  // A subscriber to `topic`: what peers publish, and what this process publishes on the same endpoint. Of T,
-  // only json_text so far. Errors as advertise().
+  // A subscriber to `topic`: what peers publish, and what this process publishes on the same endpoint,
+  // decoded into T, or as text for json_text. Errors: as advertise().
   template <class T>
   result<subscriber<T>> subscribe(std::string_view topic, const topic_options& options = {});
+
+  // A responder that provides the service `name`; "x" and "/x" are the same service. Peers call it over
+  // rosbridge or with bare invocations, handles of this process with callers and lanes. Both of Q and A may
+  // be json_text. Errors: bad_argument (a name that is empty or too long; a depth out of range),
+  // reserved_topic, service_taken, too_many_services, too_many_lanes, lane_memory, closed.
+  template <class Q, class A>
+  result<responder<Q, A>> serve(std::string_view name, const service_options& options = {});
+
+  // A caller of the service `name`, whether or not somebody provides it yet: that is asked at each call.
+  // Errors: as serve(), but for service_taken and too_many_services.
+  template <class Q, class A>
+  result<caller<Q, A>> client(std::string_view name, const service_options& options = {});
+
+  // A lane for plain messages, calls and replies. Errors: bad_argument, too_many_lanes, lane_memory, closed.
+  result<lane> open_lane(const lane_options& options = {});
+
+  // ---- plain messages, from ordinary threads. Messages as in rowe/lane.hpp; of up to `door_slot_bytes`.
+  // Errors of all: closed; full (all `door_slots` are taken), too_big.
+
+  // Sends a message to `to`, or to every peer that takes plain messages, and waits until it was handed to the
+  // kernel, for one peer at least. `ttl`: how long it may wait for a peer and behind others; 0 is now or
+  // never, negative for ever. Errors: expired, peer_lost, malformed, not_an_object, reserved_member.
+  status send(body object, duration ttl, connection to = everyone);
+  // Queues it and returns at once; what becomes of it is counted. Errors: peer_lost where it is known
+  // already.
+  status try_send(body object, duration ttl, connection to = everyone);
+
+  // Waits for the next message, or call that no handle serves, at most `patience` (negative: for ever; 0:
+  // does not wait). From the first call on, calls that no handle serves wait here instead of being refused
+  // (see the option `answers_any`). Errors: timed_out.
+  result<received> receive(duration patience);
+
+  // Sends an invocation and waits for its reply at most `timeout` (negative: for ever). Errors: as
+  // lane::invoke(). Where it was refused and `why` is given, the provider's sentence is assigned to it.
+  result<received> invoke(body object, duration timeout, connection to = everyone,
+                          std::string* why = nullptr);
+
+  // Answers a call that receive() returned, and waits until the reply was handed to the kernel, at most `ttl`
+  // (negative: for ever). Errors: misuse (no call of this endpoint), peer_lost (who asked is gone), expired
+  // (it does not wait any more), malformed, not_an_object, reserved_member.
+  status reply(const received& call, body object, duration ttl = rt::for_ever);
+  // Queues the reply and returns at once. Errors: misuse, peer_lost, expired.
+  status try_reply(const received& call, body object);
+  // Says no, with a sentence (cut at 192 bytes), and returns at once. Errors: as try_reply().
+  status refuse(const received& call, std::string_view sentence);
+
+  // ---- peers and what happens
 
   // Waits until at least one peer is connected, at most `patience` (negative: for ever). Errors: timed_out.
   status wait_peer(duration patience);
   std::uint32_t peers() const noexcept;
+  // The established connections at the moment, with the peers' addresses.
+  std::vector<peer> connections() const;
 
   // The port listened on; 0 for an endpoint that connects.
   std::uint16_t port() const noexcept;
@@ -84,34 +142,114 @@ class endpoint {
 
  private:
   explicit endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept;
-  result<detail::lane_handle> open_lane(detail::lane_kind kind, std::string_view topic,
-                                        const topic_options& options, std::string_view type,
-                                        std::size_t value_bytes, const schema_description* schema);
+  result<detail::lane_handle> open(const detail::lane_request& asked);
 
   std::shared_ptr<detail::endpoint_state> state_;
 };
 
+// ---- how handles are asked for
+
+namespace detail {
+
+// What goes into a slot: a T, or text of at most so many bytes.
+template <class T>
+constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
+  if constexpr (std::is_same_v<T, json_text>) {
+    return text_bytes_max;
+  } else {
+    return sizeof(T);
+  }
+}
+template <class T>
+constexpr const schema_description* description_of() noexcept {
+  if constexpr (std::is_same_v<T, json_text>) {
+    return nullptr;
+  } else {
+    return &describe<T>();
+  }
+}
+template <class T>
+constexpr std::string_view type_of(std::string_view chosen) noexcept {
+  if constexpr (std::is_same_v<T, json_text>) {
+    return chosen;
+  } else {
+    return chosen.empty() ? schema<T>.type_name : chosen;
+  }
+}
+
+template <class T>
+lane_request topic_request(std::string_view topic, const topic_options& options) noexcept {
+  return {.name = topic,
+          .type = type_of<T>(options.type),
+          .keep = options.keep,
+          .priority = options.priority,
+          .latched = options.latched,
+          .ttl = options.ttl};
+}
+
+} // namespace detail
+
 template <class T>
 result<publisher<T>> endpoint::advertise(std::string_view topic, const topic_options& options) {
-  auto lane = [&] {
-    if constexpr (std::is_same_v<T, json_text>) {
-      return open_lane(detail::lane_kind::publish_text, topic, options, {}, options.text_bytes_max, nullptr);
-    } else {
-      return open_lane(detail::lane_kind::publish_value, topic, options, schema<T>.type_name, sizeof(T),
-                       &describe<T>());
-    }
-  }();
-  if (!lane) return lane.error();
-  return publisher<T>{std::move(*lane)};
+  detail::lane_request asked = detail::topic_request<T>(topic, options);
+  asked.kind =
+      std::is_same_v<T, json_text> ? detail::lane_kind::publish_text : detail::lane_kind::publish_value;
+  asked.out_depth = options.depth;
+  asked.out_bytes = detail::slot_bytes<T>(options.text_bytes_max);
+  asked.encoded = detail::description_of<T>();
+  auto handle = open(asked);
+  if (!handle) return handle.error();
+  return publisher<T>{std::move(*handle)};
 }
 
 template <class T>
 result<subscriber<T>> endpoint::subscribe(std::string_view topic, const topic_options& options) {
-  static_assert(std::is_same_v<T, json_text>, "only subscribers of json_text exist so far");
-  auto lane =
-      open_lane(detail::lane_kind::subscribe_text, topic, options, {}, options.text_bytes_max, nullptr);
-  if (!lane) return lane.error();
-  return subscriber<T>{std::move(*lane)};
+  constexpr bool as_text = std::is_same_v<T, json_text>;
+  detail::lane_request asked = detail::topic_request<T>(topic, options);
+  asked.kind = as_text ? detail::lane_kind::subscribe_text : detail::lane_kind::subscribe_value;
+  if (as_text) asked.keep = keep::all; // the newest text would be overwritten while it is looked at
+  asked.in_depth = options.depth;
+  asked.in_bytes = detail::slot_bytes<T>(options.text_bytes_max);
+  asked.decoded = detail::description_of<T>();
+  auto handle = open(asked);
+  if (!handle) return handle.error();
+  return subscriber<T>{std::move(*handle)};
+}
+
+template <class Q, class A>
+result<responder<Q, A>> endpoint::serve(std::string_view name, const service_options& options) {
+  constexpr bool as_text = std::is_same_v<Q, json_text>;
+  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
+  auto handle =
+      open({.kind = as_text ? detail::lane_kind::respond_text : detail::lane_kind::respond_value,
+            .name = name,
+            .type = options.type,
+            .out_depth = 2 * options.depth, // on their way, and reserved
+            .in_depth = options.depth,
+            .out_bytes = std::max(detail::slot_bytes<A>(options.text_bytes_max), detail::sentence_bytes_max),
+            .in_bytes = detail::slot_bytes<Q>(options.text_bytes_max),
+            .encoded = detail::description_of<A>(),
+            .decoded = detail::description_of<Q>()});
+  if (!handle) return handle.error();
+  return responder<Q, A>{std::move(*handle)};
+}
+
+template <class Q, class A>
+result<caller<Q, A>> endpoint::client(std::string_view name, const service_options& options) {
+  constexpr bool as_text = std::is_same_v<Q, json_text>;
+  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
+  auto handle =
+      open({.kind = as_text ? detail::lane_kind::call_text : detail::lane_kind::call_value,
+            .name = name,
+            .type = options.type,
+            .out_depth = options.depth,
+            .ends_depth = options.depth,
+            .out_bytes = detail::slot_bytes<Q>(options.text_bytes_max),
+            .ends_bytes = std::max(detail::slot_bytes<A>(options.text_bytes_max), detail::sentence_bytes_max),
+            .encoded = detail::description_of<Q>(),
+            .decoded = detail::description_of<A>()});
+  if (!handle) return handle.error();
+  return caller<Q, A>{std::move(*handle)};
 }
 
 } // namespace rowe

@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe: a real-time loop that speaks to the Web. Everything a program needs; each header stands alone too.
 #pragma once
+#include <rowe/caller.hpp>
+#include <rowe/connection.hpp>
 #include <rowe/endpoint.hpp>
 #include <rowe/event.hpp>
+#include <rowe/lane.hpp>
+#include <rowe/message.hpp>
+#include <rowe/message_view.hpp>
 #include <rowe/options.hpp>
 #include <rowe/publisher.hpp>
+#include <rowe/received.hpp>
+#include <rowe/responder.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/periodic.hpp>
 #include <rowe/schema.hpp>

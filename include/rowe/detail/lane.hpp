@@ -129,6 +129,7 @@ struct filling_end {
   numbers_home::consumer* home = nullptr;  // keep::all
   newest_window::writer* newest = nullptr; // keep::newest
   lane_slots slots;
+  std::uint32_t count = 0; // of slots
 };
 
 // And what the thread that empties them holds.
@@ -185,7 +186,7 @@ struct lane {
   duration ttl = rt::for_ever;            // of what is published
   bool receives = false;                  // talk: it may be the generic receiver
   // The generations of the endpoint's connections (board): a peer that is gone has another one.
-  const rt::std_atomics::variable<std::uint32_t>* peer_generations = nullptr;
+  std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
   std::span<std::byte> memory; // of the rings and slots; stays with the lane when it is free
 
   // The handle's side.
@@ -204,6 +205,7 @@ struct lane {
   rt::counter refused_full;    // errc::full
   rt::counter refused_too_big; // errc::too_big
   rt::counter no_peer;         // errc::no_peer
+  rt::counter expired_here;    // arrived, and out of date when the handle came to take them
 
   // The service thread's side.
   alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
@@ -225,6 +227,8 @@ struct lane {
 class endpoint_state;
 // Gives a lane back. Not real-time: it wakes the service thread.
 void close_lane(endpoint_state& of, lane& gone) noexcept;
+// Has the service thread look at its lanes now, instead of within a poll_period. Not real-time.
+void wake_service(endpoint_state& of) noexcept;
 
 // Owns a lane and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its calls
 // then say errc::closed. Move-only; made and destroyed outside of the loop.
@@ -248,6 +252,11 @@ class lane_handle {
   ROWE_RT explicit operator bool() const noexcept { return lane_ != nullptr; }
   ROWE_RT lane* operator->() const noexcept { return lane_; }
   ROWE_RT lane& operator*() const noexcept { return *lane_; }
+
+  // For calls that wait for the service thread anyway. Not real-time.
+  void wake_service() const noexcept {
+    if (state_) detail::wake_service(*state_);
+  }
 
  private:
   void reset() noexcept {

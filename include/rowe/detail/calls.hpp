@@ -1,0 +1,341 @@
+// SPDX-License-Identifier: Apache-2.0
+// The user's side of lanes that talk, call and respond: sending letters, keeping the table of a lane's own
+// calls, taking what arrived and what became of calls.
+//
+// A call has a place in its lane's table from its beginning until the slot of its end is given back. There
+// are as many slots in `ends` as places, so the service thread always finds one, and nothing that it has to
+// say about a call can be lost. The place's generation is odd while the call is open: taking its end makes it
+// even, and whoever gives up earlier marks the place, so that the end is dropped when it comes. The service
+// thread is not told: what it does with a call ends by itself at the call's deadline.
+//
+// All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
+// steps bounded by the lane's depths, unless it says otherwise.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <string_view>
+
+#include <rowe/call_id.hpp>
+#include <rowe/connection.hpp>
+#include <rowe/detail/lane.hpp>
+#include <rowe/message.hpp>
+
+namespace rowe::detail {
+
+// The longest sentence of a refusal that is carried; a longer one is cut. Slots for replies hold at least so
+// much.
+inline constexpr std::size_t sentence_bytes_max = 192;
+
+// How much longer than its own deadline a call waits for the service thread's word: that comes within a
+// poll_period (10 ms at most) and a cycle, unless the service thread is kept from its core.
+inline constexpr duration word_late_max = std::chrono::milliseconds{25};
+
+ROWE_RT inline bool closed(const lane& on) noexcept {
+  // acquire: pairs with the release in endpoint_state::close(), after which nothing arrives
+  return on.heard_by.load(std::memory_order_acquire) == audience::closed;
+}
+
+ROWE_RT constexpr peer_ref ref_of(connection c) noexcept { return {c.index, c.generation}; }
+
+// Whether a connection has ended since it was named. No connection never does.
+ROWE_RT inline bool gone(const lane& on, peer_ref whom) noexcept {
+  if (whom.generation == 0) return false;
+  if (whom.index >= on.peer_generations.size()) return true; // of another endpoint
+  // relaxed: pairs with the stores in board::set_connection(); advice, which the service thread checks again
+  return on.peer_generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
+}
+
+// When a message with this time to live expires: 0 means in the cycle that takes it, negative never.
+ROWE_RT constexpr time_point expiry_after(time_point now, duration ttl) noexcept {
+  return rt::deadline_after(now, ttl);
+}
+
+ROWE_RT inline bool expired_at(const value_header& what, time_point now) noexcept {
+  return what.expires_ns <= rt::nanoseconds_of(now);
+}
+
+// ---- out
+
+// The header of a letter: what goes to `to` and is dropped when it was not written at `expires`.
+ROWE_RT constexpr value_header letter(entry what, peer_ref to, time_point now, time_point expires) noexcept {
+  value_header made;
+  made.stamped_ns = rt::nanoseconds_of(now);
+  made.expires_ns = rt::nanoseconds_of(expires);
+  made.peer = to;
+  made.what = what;
+  return made;
+}
+
+// Sends a slot that was taken from `out`'s home. False only when a second thread is in the handle: the ring
+// has places for all slots twice.
+ROWE_RT inline bool post_slot(lane& on, std::uint32_t slot, value_header header, const void* value,
+                              std::size_t bytes) noexcept {
+  const filling_end& path = on.user.out;
+  header.bytes = static_cast<std::uint32_t>(bytes);
+  *path.slots.header(slot) = header;
+  if (bytes != 0) std::memcpy(path.slots.value(slot), value, bytes);
+  on.published.add();
+  return path.out->try_push(slot);
+}
+
+// Whether so much fits into a slot of `out`. Errors: too_big, counted.
+ROWE_RT inline status check_fits(lane& on, std::size_t bytes) noexcept {
+  const std::size_t bytes_max = on.user.out.slots.bytes_max;
+  if (bytes <= bytes_max) return {};
+  on.refused_too_big.add();
+  return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(bytes_max)};
+}
+ROWE_RT inline status check_fits(lane& on, const body& text) noexcept {
+  if (text.outgrown() == 0) return check_fits(on, text.text().size());
+  on.refused_too_big.add();
+  const auto limit = static_cast<std::int64_t>(text.outgrown());
+  return error{errc::too_big, limit + 1, limit}; // at least one more
+}
+
+// Hands `bytes` at `value` to the service thread. Errors: closed, too_big, full, misuse; full and too_big are
+// counted.
+ROWE_RT inline status post(lane& on, const value_header& header, const void* value,
+                           std::size_t bytes) noexcept {
+  if (closed(on)) return errc::closed;
+  if (const status fits = check_fits(on, bytes); !fits) return fits;
+  const auto slot = on.user.out.home->try_take();
+  if (!slot) {
+    on.refused_full.add();
+    return error{errc::full, 0, on.user.out.count};
+  }
+  if (!post_slot(on, *slot, header, value, bytes)) return errc::misuse;
+  return {};
+}
+
+ROWE_RT inline status post(lane& on, const value_header& header, const body& text) noexcept {
+  if (const status fits = check_fits(on, text); !fits) return fits;
+  return post(on, header, text.text().data(), text.text().size());
+}
+
+// ---- the lane's own calls
+
+// A place for a call, now open. Errors: too_many_calls.
+ROWE_RT inline result<call_ref> begin_call(lane& on) noexcept {
+  lane::user_side& mine = on.user;
+  if (mine.free_call == mine.calls.size()) {
+    return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
+  }
+  const std::uint32_t index = mine.free_call;
+  call_place& place = mine.calls[index];
+  mine.free_call = place.next_free;
+  ++place.generation;
+  place.cancelled = false;
+  ++mine.calls_open;
+  return call_ref{index, place.generation};
+}
+
+ROWE_RT inline void free_place(lane& on, std::uint32_t index) noexcept {
+  on.user.calls[index].next_free = on.user.free_call;
+  on.user.free_call = index;
+  --on.user.calls_open;
+}
+
+// Takes back a call that never left.
+ROWE_RT inline void withdraw_call(lane& on, call_ref call) noexcept {
+  ++on.user.calls[call.index].generation;
+  free_place(on, call.index);
+}
+
+ROWE_RT inline bool open(const lane& on, call_ref call) noexcept {
+  return call.generation % 2 == 1 && call.index < on.user.calls.size() &&
+         on.user.calls[call.index].generation == call.generation;
+}
+
+// Nobody wants its end any more. Nothing happens to a call that has ended.
+ROWE_RT inline void give_up(lane& on, call_ref call) noexcept {
+  if (open(on, call)) on.user.calls[call.index].cancelled = true;
+}
+
+// Begins a call, posts `value`, which then names it. Errors: as begin_call() and post().
+template <class... Value>
+ROWE_RT result<call_ref> start_call(lane& on, value_header header, const Value&... value) noexcept {
+  if (closed(on)) return errc::closed;
+  const auto call = begin_call(on);
+  if (!call) return call;
+  header.own = *call;
+  if (const status sent = post(on, header, value...); !sent) {
+    withdraw_call(on, *call);
+    return sent.error();
+  }
+  return call;
+}
+
+// Posts a letter, or begins a call with one, unless its addressee is known to be gone. Errors: peer_lost, and
+// those of post() and start_call().
+ROWE_RT inline status post_to(lane& on, connection to, const body& text,
+                              const value_header& header) noexcept {
+  if (gone(on, ref_of(to))) return closed(on) ? errc::closed : errc::peer_lost;
+  return post(on, header, text);
+}
+ROWE_RT inline result<call_ref> start_letter(lane& on, connection to, const body& text,
+                                             const value_header& header) noexcept {
+  if (gone(on, ref_of(to))) return closed(on) ? errc::closed : errc::peer_lost;
+  return start_call(on, header, text);
+}
+
+// A call as its handle's user knows it.
+ROWE_RT inline result<call_id> named(const result<call_ref>& call) noexcept {
+  if (!call) return call.error();
+  return call_id{call->index, call->generation};
+}
+
+// The slot of an arrived end goes home, and with it the call's place.
+ROWE_RT inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
+  const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
+  on.user.ends.home->give(slot);
+  free_place(on, index);
+}
+
+ROWE_RT inline void give_back(lane& on, const emptying_end& path, std::uint32_t slot) noexcept {
+  if (&path == &on.user.ends) return give_end_back(on, slot);
+  path.home->give(slot);
+}
+
+// Makes the call of an end that arrived one that is over. False, and the slot given back, when nobody wants
+// it.
+ROWE_RT inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
+  call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
+  ++place.generation;
+  if (!place.cancelled) return true;
+  give_end_back(on, slot);
+  return false;
+}
+
+// The next end that arrived and is wanted, those set aside first.
+ROWE_RT inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
+  lane::user_side& mine = on.user;
+  while (mine.ends_aside.count != 0) {
+    const std::uint32_t slot = mine.ends_aside.pop();
+    if (accept_end(on, slot)) return slot;
+  }
+  for (std::size_t left = mine.ends.out->waiting_at_least(); left != 0; --left) {
+    const std::uint32_t slot = *mine.ends.out->try_pop();
+    if (accept_end(on, slot)) return slot;
+  }
+  return std::nullopt;
+}
+
+// The end of this call, if it has arrived; ends of others are set aside until take_end().
+ROWE_RT inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcept {
+  while (const auto slot = on.user.ends.out->try_pop()) {
+    if (on.user.ends.slots.header(*slot)->own == call) {
+      (void)accept_end(on, *slot); // the one who waits has not given up
+      return slot;
+    }
+    on.user.ends_aside.push(*slot);
+  }
+  return std::nullopt;
+}
+
+ROWE_RT inline call_id id_of_end(const lane& on, std::uint32_t slot) noexcept {
+  const call_ref call = on.user.ends.slots.header(slot)->own;
+  return {call.index, call.generation};
+}
+
+// The header of an invocation that is given up after `timeout`.
+ROWE_RT constexpr value_header call_header(time_point now, duration timeout,
+                                           connection to = everyone) noexcept {
+  return letter(entry::invocation, ref_of(to), now, rt::deadline_after(now, timeout));
+}
+
+ROWE_RT inline error error_of(const value_header& end) noexcept {
+  return {end.outcome, end.outcome_value, end.outcome_limit};
+}
+
+// Waits for the end of a call of this lane until `deadline`, or until the endpoint is closed; nothing then,
+// and the call is given up. Not real-time: sleeps in the kernel.
+inline std::optional<std::uint32_t> wait_end(lane& on, call_ref call, time_point deadline) noexcept {
+  std::optional<std::uint32_t> slot;
+  on.news.wait_until(deadline, [&] {
+    slot = take_end_of(on, call);
+    return slot.has_value() || closed(on);
+  });
+  if (!slot) slot = take_end_of(on, call); // what came before it closed
+  if (!slot) give_up(on, call);
+  return slot;
+}
+
+// Waits for the end of a call that was started at `now` with this time-out, and a little longer for the
+// service thread's word. Errors: timed_out, closed. Not real-time.
+inline result<std::uint32_t> wait_call(const lane_handle& on, call_id call, time_point now,
+                                       duration timeout) noexcept {
+  on.wake_service();
+  const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
+  if (const auto slot = wait_end(*on, {call.index, call.generation}, deadline)) return *slot;
+  if (closed(*on)) return errc::closed;
+  return error{errc::timed_out, 0, timeout.count()};
+}
+
+// Waits until what `call` names was written, has expired, or will not be. Not real-time.
+inline status wait_sent(lane& on, call_ref call) noexcept {
+  const auto slot = wait_end(on, call, rt::never);
+  if (!slot) return errc::closed;
+  const value_header& end = *on.user.ends.slots.header(*slot);
+  const status what = end.failed ? status{error_of(end)} : status{};
+  give_end_back(on, *slot);
+  return what;
+}
+
+// ---- in
+
+// The next message or call that has arrived and is not out of date; those that are go home and are counted.
+ROWE_RT inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexcept {
+  const emptying_end& path = on.user.in;
+  for (std::size_t left = path.out->waiting_at_least(); left != 0; --left) {
+    const std::uint32_t slot = *path.out->try_pop();
+    if (!expired_at(*path.slots.header(slot), now)) return slot;
+    on.expired_here.add();
+    path.home->give(slot);
+  }
+  return std::nullopt;
+}
+
+// What `try_next` finds, waited for at most `patience` (negative: for ever); timed_out in place of empty. Not
+// real-time: sleeps in the kernel.
+template <class TryNext>
+auto wait_next(const lane_handle& handle, duration patience, TryNext&& try_next) noexcept {
+  auto taken = try_next();
+  if (taken || taken.code() != errc::empty) return taken;
+  handle->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience), [&] {
+    taken = try_next();
+    return taken || taken.code() != errc::empty;
+  });
+  if (!taken && taken.code() == errc::empty) taken = error{errc::timed_out, 0, patience.count()};
+  return taken;
+}
+
+// What a call was refused with, kept by the handle that asked.
+class sentence {
+ public:
+  ROWE_RT void assign(std::string_view from) noexcept {
+    bytes_ = std::min(from.size(), sentence_bytes_max);
+    from.copy(text_.data(), bytes_);
+  }
+  ROWE_RT std::string_view view() const noexcept { return {text_.data(), bytes_}; }
+
+ private:
+  std::array<char, sentence_bytes_max> text_{};
+  std::size_t bytes_ = 0;
+};
+
+// Of an end that failed: its error. Keeps the sentence of a refusal and gives the slot back.
+ROWE_RT inline error fail_with(lane& on, std::uint32_t slot, sentence& refusal) noexcept {
+  const value_header& end = *on.user.ends.slots.header(slot);
+  const error why = error_of(end);
+  if (why.code == errc::refused) {
+    refusal.assign({reinterpret_cast<const char*>(on.user.ends.slots.value(slot)), end.bytes});
+  }
+  give_end_back(on, slot);
+  return why;
+}
+
+} // namespace rowe::detail

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a responder hands out with each call: its origin, and the slot that is reserved for its answer. A
+// responder's `out` has twice as many slots as its `in`, so that answers that are on their way do not keep it
+// from handing out what waits. Reserved slots that were not needed stay on this side (`replies_aside`): a
+// number that was taken from a home ring may go back there only through the service thread.
+//
+// For the handle's one thread; waits nowhere, allocates nothing.
+#pragma once
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include <rowe/connection.hpp>
+#include <rowe/detail/calls.hpp>
+#include <rowe/detail/lane.hpp>
+#include <rowe/message.hpp>
+#include <rowe/result.hpp>
+
+namespace rowe::detail {
+
+// The slots of a call: of the request, and of its answer.
+struct request_slots {
+  std::uint32_t in = 0;
+  std::uint32_t answer = 0;
+};
+
+// A call that is handed out and not answered yet.
+class open_request {
+ public:
+  ROWE_RT open_request(open_request&& from) noexcept
+      : lane_{std::exchange(from.lane_, nullptr)},
+        slots_{from.slots_},
+        holds_text_{from.holds_text_},
+        asked_{from.asked_} {}
+  ROWE_RT open_request& operator=(open_request&& from) noexcept {
+    std::swap(lane_, from.lane_);
+    std::swap(slots_, from.slots_);
+    std::swap(holds_text_, from.holds_text_);
+    std::swap(asked_, from.asked_);
+    return *this;
+  }
+  // Unanswered: refused with a sentence that says so.
+  ROWE_RT ~open_request() {
+    if (lane_ != nullptr) drop();
+  }
+
+  ROWE_RT connection from() const noexcept { return {asked_.peer.index, asked_.peer.generation}; }
+  ROWE_RT time_point arrived() const noexcept { return time_point{duration{asked_.stamped_ns}}; }
+  ROWE_RT time_point expires() const noexcept { return time_point{duration{asked_.expires_ns}}; }
+
+ protected:
+  // Its text's slot goes home with the answer where it `holds_text`, else now.
+  ROWE_RT open_request(lane& on, request_slots slots, bool holds_text) noexcept
+      : lane_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
+    if (!holds_text) on.user.in.home->give(slots.in);
+  }
+
+  ROWE_RT status answer(const lane_handle& by, entry what, const void* value, std::size_t bytes,
+                        time_point now) noexcept {
+    if (!by || lane_ != &*by) return errc::misuse;
+    lane& on = *std::exchange(lane_, nullptr);
+    if (holds_text_) on.user.in.home->give(slots_.in);
+    const bool is_gone = gone(on, asked_.peer);
+    if (closed(on) || is_gone || expired_at(asked_, now)) {
+      on.user.replies_aside.push(slots_.answer);
+      return closed(on) ? errc::closed : is_gone ? errc::peer_lost : errc::expired;
+    }
+    value_header header = letter(what, asked_.peer, now, rt::never);
+    header.call = asked_.call;
+    return post_slot(on, slots_.answer, header, value, bytes) ? status{} : status{errc::misuse};
+  }
+  ROWE_RT status answer(const lane_handle& by, const body& text, time_point now) noexcept {
+    if (!by || lane_ != &*by) return errc::misuse;
+    if (const status fits = check_fits(*lane_, text); !fits) return fits;
+    return answer(by, entry::reply, text.text().data(), text.text().size(), now);
+  }
+  ROWE_RT status refuse(const lane_handle& by, std::string_view sentence, time_point now) noexcept {
+    sentence = sentence.substr(0, sentence_bytes_max);
+    return answer(by, entry::refusal, sentence.data(), sentence.size(), now);
+  }
+
+ private:
+  void drop() noexcept {
+    constexpr std::string_view why = "the service did not answer";
+    lane& on = *std::exchange(lane_, nullptr);
+    if (holds_text_) on.user.in.home->give(slots_.in);
+    value_header header =
+        letter(entry::refusal, asked_.peer, time_point{duration{asked_.stamped_ns}}, rt::never);
+    header.call = asked_.call;
+    (void)post_slot(on, slots_.answer, header, why.data(), why.size()); // after closing nobody reads it
+  }
+
+  lane* lane_; // null: answered, or moved from
+  request_slots slots_;
+  bool holds_text_;
+  value_header asked_;
+};
+
+// Reserves a slot for an answer, then takes the next call that has not given up. Errors: full, empty, closed,
+// misuse.
+ROWE_RT inline result<request_slots> next_request(const lane_handle& handle, time_point now) noexcept {
+  if (!handle) return errc::misuse;
+  lane& on = *handle;
+  slots_aside& spare = on.user.replies_aside;
+  const bool over = closed(on); // before looking: what came before it closed is still there
+  if (spare.count == 0) {
+    const auto free = on.user.out.home->try_take();
+    if (!free) return over ? error{errc::closed} : error{errc::full, 0, on.user.out.count};
+    spare.push(*free);
+  }
+  const auto in = take_arrived(on, now);
+  if (!in) return over ? errc::closed : errc::empty;
+  return request_slots{*in, spare.pop()};
+}
+
+} // namespace rowe::detail

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes: from endpoint::open_lane(), for one thread, to send, receive, invoke and reply with plain messages,
+// JSON objects of any form. Every call comes in two kinds: try_send, try_receive, start, try_finish,
+// try_reply, try_refuse are for loops and never wait; send, receive, invoke and reply wait for what they say.
+//
+// Messages are JSON objects without members named op, message_id or in_reply_to at the top. The service
+// thread looks: it ends an invocation that is none with not_an_object or reserved_member, and counts a
+// message or reply that is none as `malformed`.
+#pragma once
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+#include <rowe/call_id.hpp>
+#include <rowe/connection.hpp>
+#include <rowe/detail/calls.hpp>
+#include <rowe/detail/lane.hpp>
+#include <rowe/message.hpp>
+#include <rowe/message_view.hpp>
+#include <rowe/result.hpp>
+
+namespace rowe {
+
+// How a call ended that was started without waiting for it.
+struct call_end {
+  call_id id;
+  result<message_view> reply; // or the error, as of invoke()
+};
+
+// Move-only; one thread at a time. An empty handle says errc::misuse to everything. Errors that all calls
+// share: closed (the endpoint is), misuse.
+class lane {
+ public:
+  lane() noexcept = default;
+  explicit lane(detail::lane_handle handle) noexcept : lane_{std::move(handle)} {}
+
+  // ---- sending
+
+  // Queues a message to `to`, or to every peer that takes plain messages. While there is none it waits, until
+  // `ttl` is over: 0 is now or never, negative for ever. Which of the two happened is counted, not told.
+  // Errors: full (the option `depth`), too_big (`text_bytes_max`, or a message that overflowed), peer_lost
+  // (`to` is gone). Never waits, never allocates, no system call.
+  ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
+    if (!lane_) return errc::misuse;
+    return detail::post_to(
+        *lane_, to, object,
+        detail::letter(detail::entry::message, detail::ref_of(to), now, detail::expiry_after(now, ttl)));
+  }
+  // The same with the time read here.
+  ROWE_RT status try_send(body object, duration ttl, connection to = everyone) noexcept {
+    return try_send(object, ttl, rt::monotonic_clock::now(), to);
+  }
+
+  // Sends a message and waits until it was handed to the kernel, to one peer at least. Errors: as try_send();
+  // too_many_calls (the option `calls`); expired (`ttl` is over; what is on its way is not), peer_lost (`to`
+  // went away before), malformed, not_an_object, reserved_member. Not for real-time loops.
+  status send(body object, duration ttl, connection to = everyone) noexcept;
+
+  // ---- receiving
+
+  // The oldest message or call that has arrived, was not taken and is not out of date (the option
+  // `inbound_ttl`, or the sender's). Errors: empty. Never waits, never allocates, no system call; at most
+  // `inbox_depth` steps.
+  ROWE_RT result<message_view> try_receive(time_point now) noexcept {
+    if (!lane_) return errc::misuse;
+    const bool over = detail::closed(*lane_); // before looking: what came before it closed is still there
+    if (const auto slot = detail::take_arrived(*lane_, now)) {
+      return message_view{*lane_, lane_->user.in, *slot};
+    }
+    return over ? errc::closed : errc::empty;
+  }
+  ROWE_RT result<message_view> try_receive() noexcept { return try_receive(rt::monotonic_clock::now()); }
+
+  // Waits for the next one at most `patience` (negative: for ever). Errors: timed_out. Not for real-time
+  // loops.
+  result<message_view> receive(duration patience) noexcept;
+
+  // ---- invoking
+
+  // Sends an invocation, {"service":NAME, ...} as a rule, and waits for its reply at most `timeout`
+  // (negative: for ever). It goes to `to`, or else to whoever provides the service: a handle of this process,
+  // the server that a client is connected to, a peer. Errors: full, too_big; too_many_calls (the option
+  // `calls`, or the limit `calls_max`); timed_out; peer_lost (it went away before it replied); no_service,
+  // no_peer (nobody to ask); refused (the service says no: refusal() has its sentence); malformed,
+  // not_an_object, reserved_member. Not for real-time loops.
+  result<message_view> invoke(body object, duration timeout, connection to = everyone) noexcept;
+
+  // The same without waiting: the end is fetched by try_finish(). `timeout` counts from `now`. Errors: full,
+  // too_big, too_many_calls, peer_lost; the others are the call's end. Never waits, never allocates, no
+  // system call.
+  ROWE_RT result<call_id> start(body object, duration timeout, time_point now,
+                                connection to = everyone) noexcept {
+    if (!lane_) return errc::misuse;
+    return detail::named(detail::start_letter(*lane_, to, object, detail::call_header(now, timeout, to)));
+  }
+
+  // The next call that has ended, in the order of their ends. Errors: empty (none has). Each call ends once.
+  // Never waits, never allocates, no system call; at most `calls` steps.
+  ROWE_RT result<call_end> try_finish() noexcept {
+    if (!lane_) return errc::misuse;
+    const bool over = detail::closed(*lane_); // before looking, as try_receive()
+    const auto slot = detail::take_end(*lane_);
+    if (!slot) return over ? errc::closed : errc::empty;
+    const call_id id = detail::id_of_end(*lane_, *slot);
+    return call_end{id, opened(*slot)};
+  }
+
+  // Its end is not wanted any more, and is dropped when it comes; until then the call keeps its place. The
+  // peer is not told. Nothing happens to a call that has ended. Never waits, never allocates.
+  ROWE_RT void cancel(call_id call) noexcept {
+    if (lane_) detail::give_up(*lane_, {call.index, call.generation});
+  }
+
+  // The sentence of the last errc::refused of this lane; cut at 192 bytes. Valid until the next one.
+  ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
+
+  // ---- replying
+
+  // Answers a call that was received here with a JSON object. Errors: full, too_big, peer_lost (who asked is
+  // gone), expired (it does not wait any more), misuse (not a call of this lane). Never waits, never
+  // allocates, no system call.
+  ROWE_RT status try_reply(const message_view& call, body object, time_point now) noexcept {
+    if (const status fine = answerable(call, now); !fine) return fine;
+    return detail::post(*lane_, answer_to(call, detail::entry::reply, now, rt::never), object);
+  }
+  // Answers it and waits until the reply was handed to the kernel, at most `ttl` (negative: for ever).
+  // Errors: as try_reply(); too_many_calls (the option `calls`), malformed, not_an_object, reserved_member.
+  // Not for real-time loops.
+  status reply(const message_view& call, body object, duration ttl) noexcept;
+
+  // Says no, with a sentence (cut at 192 bytes). Errors: as try_reply(). Never waits, never allocates.
+  ROWE_RT status try_refuse(const message_view& call, std::string_view sentence, time_point now) noexcept {
+    if (const status fine = answerable(call, now); !fine) return fine;
+    return detail::post(*lane_, answer_to(call, detail::entry::refusal, now, rt::never),
+                        sentence.substr(0, detail::sentence_bytes_max));
+  }
+
+  // ---- counters, any thread
+
+  // Messages, invocations and replies accepted; refused with full and with too_big; and what arrived and was
+  // out of date when it was to be taken.
+  ROWE_RT std::uint64_t sent() const noexcept { return lane_ ? lane_->published.get() : 0; }
+  ROWE_RT std::uint64_t dropped_full() const noexcept { return lane_ ? lane_->refused_full.get() : 0; }
+  ROWE_RT std::uint64_t dropped_too_big() const noexcept { return lane_ ? lane_->refused_too_big.get() : 0; }
+  ROWE_RT std::uint64_t expired() const noexcept { return lane_ ? lane_->expired_here.get() : 0; }
+
+ private:
+  // An end that was taken, as what the caller gets.
+  result<message_view> opened(std::uint32_t slot) noexcept {
+    if (lane_->user.ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
+    return message_view{*lane_, lane_->user.ends, slot};
+  }
+  status answerable(const message_view& call, time_point now) const noexcept {
+    if (!lane_ || call.lane_ != &*lane_ || !call.wants_reply()) return errc::misuse;
+    if (detail::gone(*lane_, call.header().peer)) return errc::peer_lost;
+    if (detail::expired_at(call.header(), now)) return errc::expired;
+    return {};
+  }
+  static detail::value_header answer_to(const message_view& call, detail::entry what, time_point now,
+                                        time_point expires) noexcept {
+    detail::value_header made = detail::letter(what, call.header().peer, now, expires);
+    made.call = call.header().call;
+    return made;
+  }
+
+  detail::lane_handle lane_;
+  detail::sentence refusal_;
+};
+
+// ---- what waits
+
+inline status lane::send(body object, duration ttl, connection to) noexcept {
+  if (!lane_) return errc::misuse;
+  const time_point now = rt::monotonic_clock::now();
+  const auto call = detail::start_letter(
+      *lane_, to, object,
+      detail::letter(detail::entry::message, detail::ref_of(to), now, detail::expiry_after(now, ttl)));
+  if (!call) return call.error();
+  lane_.wake_service();
+  return detail::wait_sent(*lane_, *call);
+}
+
+inline result<message_view> lane::receive(duration patience) noexcept {
+  return detail::wait_next(lane_, patience, [this] { return try_receive(); });
+}
+
+inline result<message_view> lane::invoke(body object, duration timeout, connection to) noexcept {
+  const time_point now = rt::monotonic_clock::now();
+  const auto started = start(object, timeout, now, to);
+  if (!started) return started.error();
+  const auto slot = detail::wait_call(lane_, *started, now, timeout);
+  if (!slot) return slot.error();
+  return opened(*slot);
+}
+
+inline status lane::reply(const message_view& call, body object, duration ttl) noexcept {
+  const time_point now = rt::monotonic_clock::now();
+  if (const status fine = answerable(call, now); !fine) return fine;
+  const auto waiting = detail::begin_call(*lane_);
+  if (!waiting) return waiting.error();
+  detail::value_header header = answer_to(call, detail::entry::reply, now, detail::expiry_after(now, ttl));
+  header.own = *waiting;
+  if (const status sent = detail::post(*lane_, header, object); !sent) {
+    detail::withdraw_call(*lane_, *waiting);
+    return sent;
+  }
+  lane_.wake_service();
+  return detail::wait_sent(*lane_, *waiting);
+}
+
+} // namespace rowe
