@@ -80,8 +80,9 @@ class front_door {
 
   // Sleeps until the slot's request is settled or `deadline` has come; `never` is for ever, which ends
   // because the service thread settles whatever it took, at the latest in finish(). True: outcome() and
-  // reply_text() say what came of it, and the caller gives the slot back. False: out of time; the request
-  // runs on, the service thread gives the slot back when it ends, and the caller must not touch it again.
+  // reply_text() say what came of it, and the caller gives the slot back. False: out of time, or the service
+  // thread has finished without it (then is_closed()); the caller must not touch the slot again, and the
+  // service thread gives it back when the request, which runs on, has ended.
   // Once for each submit() that wants an outcome. Allocates nothing.
   bool wait(std::uint32_t slot, rt::time_point deadline) noexcept;
 
@@ -131,8 +132,8 @@ class front_door {
   std::string_view request_text(std::uint32_t slot) const noexcept;
 
   // Ends a request: the outcome, and for an invocation the reply's text (which may be the request's own
-  // bytes). A text that exceeds slot_bytes() makes the outcome `too_big`, with its size and the limit. Wakes
-  // whoever waits; gives the slot back if nobody does or will.
+  // bytes). A text that exceeds slot_bytes() is left out, and a good outcome becomes `too_big`, with size and
+  // limit. Wakes whoever waits; gives the slot back if nobody does or will.
   void settle(std::uint32_t slot, const status& outcome, std::string_view reply = {}) noexcept;
 
   // Puts a message into the inbox and wakes a receiver. full: every slot is taken, that is, in the inbox or
@@ -145,16 +146,16 @@ class front_door {
   // on another thread counts as submitted as soon as it has its ticket.
   bool drained() const noexcept;
   // The last call of the service thread, or of whoever has joined it: closes, and settles with `closed`
-  // whatever was submitted and not settled. A submission under way on another thread is either settled here
-  // or returns `closed` there. Nobody waits for an outcome in vain afterwards.
+  // whatever was submitted and not settled. Nobody waits for an outcome in vain afterwards: a submission
+  // under way on another thread is either settled here, or its wait() returns false at once.
   void finish() noexcept;
 
   // ---- Tests, when no thread is inside.
 
-  // The invariant that is broken, or nullptr.
-  const char* check() noexcept;
-  // Whether every slot of both pools is at home.
-  bool all_home() noexcept;
+  // The invariant that is broken, or nullptr. Allocates.
+  const char* check();
+  // Whether every slot of both pools is at home. Allocates.
+  bool all_home();
 
  private:
   class number_queue; // moodycamel's, with a producer for each slot
@@ -176,10 +177,10 @@ class front_door {
 
   bool take_one(std::uint32_t& slot) noexcept;
   void collect() noexcept;
-  void put_home(std::uint32_t slot) noexcept;
   bool pop_inbox(std::uint32_t& slot) noexcept;
-  result<std::uint32_t> next_unexpired(rt::time_point now) noexcept;
-  void wake_receiver() noexcept;
+  bool pop_unexpired(std::uint32_t& slot, rt::time_point now) noexcept;
+  void man() noexcept;
+  void wake_receiver(std::uint32_t bell) noexcept;
 
   // Set-up.
   rt::slab outbound_;
@@ -200,7 +201,7 @@ class front_door {
   alignas(rt::line_bytes) std::atomic<std::uint64_t> inbox_tail_{0}; // written by the service thread
   rt::futex::word bell_{0};                                          // changes when receivers should look
   alignas(rt::line_bytes) std::atomic<bool> closed_{false};
-  std::atomic<bool> finished_{false};
+  std::atomic<std::uint32_t> finished_{0};
 
   // The service thread.
   alignas(rt::line_bytes) std::span<std::uint32_t> waiting_; // numbers out of submitted_, ascending tickets
