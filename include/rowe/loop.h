@@ -155,8 +155,9 @@ ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct ro
 // text's bytes, without the '\0' that ends it; 0 when `room_bytes` are too few, or a type is none.
 ROWE_RT size_t rowe_write(char* room, size_t room_bytes, const char* key, ...);
 
-// A member of an object in text that has arrived. Errors: missing_member, wrong_type, out_of_range; too_long
-// (a string and its '\0' need more than `room_bytes`); misuse. `into` is then left alone.
+// A member of an object in text that has arrived. Errors: missing_member, wrong_type, out_of_range, misuse;
+// `into` and `room` are then left alone. too_long: a string and its '\0' need more than `room_bytes`; room
+// then holds "".
 ROWE_RT int rowe_read_int64(const char* text, size_t bytes, const char* key, int64_t* into);
 ROWE_RT int rowe_read_double(const char* text, size_t bytes, const char* key, double* into);
 ROWE_RT int rowe_read_boolean(const char* text, size_t bytes, const char* key, bool* into);

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: Apache-2.0
+// The handles of C loops: each is its C++ twin on the heap. A view lies in the struct of the C program, the
+// C++ view that owns its slot inside.
+#include <rowe/loop.h>
+
+#include <memory>
+#include <new>
+#include <type_traits>
+#include <utility>
+
+#include <rowe/lane.hpp>
+#include <rowe/publisher.hpp>
+#include <rowe/subscriber.hpp>
+
+#include "capi/endpoint.hpp"
+#include "capi/error.hpp"
+#include "capi/options.hpp"
+
+using namespace rowe::capi;
+using rowe::errc;
+
+struct rowe_lane {
+  rowe::lane inside;
+};
+struct rowe_publisher {
+  rowe::publisher<rowe::json_text> inside;
+};
+struct rowe_subscriber {
+  rowe::subscriber<rowe::json_text> inside;
+};
+
+namespace {
+
+using rowe::message_view;
+
+// Whether a view holds something stands in the last word, so that one of zeroes holds nothing.
+constexpr std::size_t held_words = std::extent_v<decltype(rowe_view::reserved)> - 1;
+static_assert(sizeof(message_view) <= held_words * sizeof(void*) && alignof(message_view) <= alignof(void*));
+
+message_view& held(rowe_view& view) noexcept {
+  return *std::launder(reinterpret_cast<message_view*>(view.reserved));
+}
+
+void put(message_view&& taken, rowe_view& into) noexcept {
+  const std::string_view text = taken.text();
+  const rowe::connection from = taken.from();
+  into.text = text.data();
+  into.bytes = text.size();
+  into.arrived_ns = rowe::rt::nanoseconds_of(taken.arrived());
+  into.from = {from.index, from.generation};
+  into.wants_reply = taken.wants_reply();
+  new (into.reserved) message_view{std::move(taken)};
+  into.reserved[held_words] = into.reserved;
+}
+
+int give(rowe::result<message_view>&& taken, rowe_view* into) noexcept {
+  if (!taken) return number_of(taken.code());
+  put(std::move(*taken), *into);
+  return rowe_ok;
+}
+
+bool holds(const rowe_view* view) noexcept {
+  return view != nullptr && view->reserved[held_words] != nullptr;
+}
+
+rowe::time_point time_of(std::int64_t ns) noexcept { return rowe::time_point{rowe::duration{ns}}; }
+
+rowe::priority priority_of(rowe_priority of) noexcept {
+  switch (of) {
+  case rowe_priority_urgent: return rowe::priority::urgent;
+  case rowe_priority_bulk: return rowe::priority::bulk;
+  case rowe_priority_normal: break;
+  }
+  return rowe::priority::normal;
+}
+
+rowe::lane_options options_of(const rowe_lane_options& given) {
+  rowe::lane_options options;
+  options.depth = or_default(given.depth, options.depth);
+  options.inbox_depth = or_default(given.inbox_depth, options.inbox_depth);
+  options.calls = or_default(given.calls, options.calls);
+  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
+  options.priority = priority_of(given.priority);
+  options.receive = !given.only_sends;
+  return options;
+}
+
+rowe::topic_options options_of(const rowe_topic_options& given) {
+  rowe::topic_options options;
+  if (given.ttl_ms != 0) options.ttl = duration_of(given.ttl_ms);
+  if (given.newest) options.keep = rowe::keep::newest;
+  options.depth = or_default(given.depth, options.depth);
+  options.priority = priority_of(given.priority);
+  options.latched = given.latched;
+  if (given.type != nullptr) options.type = given.type;
+  options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
+  return options;
+}
+
+// Opens a handle by `open(rowe::endpoint&, options)` and puts it on the heap as C's `Handle`.
+template <class Handle, class Options, class Open>
+Handle* opened(const rowe_endpoint* on, const Options* given, Open&& open) noexcept {
+  return pointer_with_memory([&]() -> Handle* {
+    const auto options = whole(given);
+    if (!options) return no(options.error());
+    auto handle = open(*on->inside, options_of(*options));
+    if (!handle) return no(handle.error());
+    return new Handle{std::move(*handle)};
+  });
+}
+
+} // namespace
+
+int64_t rowe_now_ns(void) { return rowe::rt::nanoseconds_of(rowe::rt::monotonic_clock::now()); }
+
+void rowe_view_release(struct rowe_view* view) {
+  if (!holds(view)) return;
+  held(*view).~message_view();
+  *view = {};
+}
+
+// ---- lanes
+
+struct rowe_lane* rowe_lane_open(const struct rowe_endpoint* endpoint,
+                                 const struct rowe_lane_options* options) {
+  if (endpoint == nullptr) return no(errc::misuse);
+  return opened<rowe_lane>(endpoint, options,
+                           [](rowe::endpoint& on, const rowe::lane_options& o) { return on.open_lane(o); });
+}
+void rowe_lane_free(struct rowe_lane* lane) { delete lane; }
+
+int rowe_lane_try_send(struct rowe_lane* lane, const char* text, size_t bytes, long ttl_ms, int64_t now_ns) {
+  return rowe_lane_try_send_to(lane, {0, 0}, text, bytes, ttl_ms, now_ns);
+}
+
+int rowe_lane_try_send_to(struct rowe_lane* lane, struct rowe_peer peer, const char* text, size_t bytes,
+                          long ttl_ms, int64_t now_ns) {
+  if (lane == nullptr || text == nullptr) return rowe_error_misuse;
+  return number_of(lane->inside.try_send(std::string_view{text, bytes}, duration_of(ttl_ms), time_of(now_ns),
+                                         {peer.index, peer.generation}));
+}
+
+int rowe_lane_try_receive(struct rowe_lane* lane, int64_t now_ns, struct rowe_view* into) {
+  if (lane == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(lane->inside.try_receive(time_of(now_ns)), into);
+}
+
+int rowe_lane_start(struct rowe_lane* lane, const char* text, size_t bytes, long timeout_ms, int64_t now_ns,
+                    struct rowe_call* started) {
+  if (lane == nullptr || text == nullptr || started == nullptr) return rowe_error_misuse;
+  const auto call =
+      lane->inside.start(std::string_view{text, bytes}, duration_of(timeout_ms), time_of(now_ns));
+  if (!call) return number_of(call.code());
+  *started = {call->index, call->generation};
+  return rowe_ok;
+}
+
+int rowe_lane_try_finish(struct rowe_lane* lane, struct rowe_call_end* into) {
+  if (lane == nullptr || into == nullptr) return rowe_error_misuse;
+  auto end = lane->inside.try_finish();
+  if (!end) return number_of(end.code());
+  into->call = {end->id.index, end->id.generation};
+  into->reply = {};
+  into->outcome = give(std::move(end->reply), &into->reply);
+  return rowe_ok;
+}
+
+void rowe_lane_cancel(struct rowe_lane* lane, struct rowe_call call) {
+  if (lane != nullptr) lane->inside.cancel({call.index, call.generation});
+}
+
+int rowe_lane_try_reply(struct rowe_lane* lane, struct rowe_view* call, const char* text, size_t bytes,
+                        int64_t now_ns) {
+  if (lane == nullptr || text == nullptr || !holds(call) || !call->wants_reply) return rowe_error_misuse;
+  const int code =
+      number_of(lane->inside.try_reply(held(*call), std::string_view{text, bytes}, time_of(now_ns)));
+  if (code == rowe_ok) call->wants_reply = false;
+  return code;
+}
+
+int rowe_lane_try_refuse(struct rowe_lane* lane, struct rowe_view* call, const char* sentence,
+                         int64_t now_ns) {
+  if (lane == nullptr || sentence == nullptr || !holds(call) || !call->wants_reply) return rowe_error_misuse;
+  const int code = number_of(lane->inside.try_refuse(held(*call), sentence, time_of(now_ns)));
+  if (code == rowe_ok) call->wants_reply = false;
+  return code;
+}
+
+// ---- topics
+
+struct rowe_publisher* rowe_publisher_open(const struct rowe_endpoint* endpoint, const char* topic,
+                                           const struct rowe_topic_options* options) {
+  if (endpoint == nullptr || topic == nullptr) return no(errc::misuse);
+  return opened<rowe_publisher>(endpoint, options, [&](rowe::endpoint& on, const rowe::topic_options& o) {
+    return on.advertise<rowe::json_text>(topic, o);
+  });
+}
+void rowe_publisher_free(struct rowe_publisher* publisher) { delete publisher; }
+
+int rowe_publisher_publish(struct rowe_publisher* publisher, const char* text, size_t bytes, int64_t now_ns) {
+  if (publisher == nullptr || text == nullptr) return rowe_error_misuse;
+  return number_of(publisher->inside.publish(std::string_view{text, bytes}, time_of(now_ns)));
+}
+
+bool rowe_publisher_wanted(const struct rowe_publisher* publisher) {
+  return publisher != nullptr && publisher->inside.wanted();
+}
+
+struct rowe_subscriber* rowe_subscriber_open(const struct rowe_endpoint* endpoint, const char* topic,
+                                             const struct rowe_topic_options* options) {
+  if (endpoint == nullptr || topic == nullptr) return no(errc::misuse);
+  return opened<rowe_subscriber>(endpoint, options, [&](rowe::endpoint& on, const rowe::topic_options& o) {
+    return on.subscribe<rowe::json_text>(topic, o);
+  });
+}
+void rowe_subscriber_free(struct rowe_subscriber* subscriber) { delete subscriber; }
+
+int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into) {
+  if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(subscriber->inside.try_take(), into);
+}
+
+int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into) {
+  if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
+  return give(subscriber->inside.latest(), into);
+}
