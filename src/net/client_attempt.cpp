@@ -256,6 +256,11 @@ void client_attempt::finish(std::string_view header, transport_sink& sink) noexc
                 sentence{"%s answered HTTP status %u to the upgrade of %s", authority_.c_str(),
                          static_cast<unsigned>(*status), path_.c_str()},
                 remedy_of(*status));
+  // Upgrade is no part of HTTP/1.0 (RFC 7230 6.7); whoever passes it on so has not understood it.
+  if (!header.starts_with("HTTP/1.1 "))
+    return fail(sink, *status,
+                sentence{"%s answered the upgrade in another HTTP than 1.1", authority_.c_str()},
+                remedy_of(0));
   if (!lws_.take_answer(watch_, header))
     return fail(sink, *status,
                 sentence{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.complaint.data()},

@@ -219,6 +219,12 @@ TEST_F(client, refuses_what_is_not_http) {
   EXPECT_EQ(refusal_of("SSH-2.0-OpenSSH_9.2\r\n\r\n").status, 0);
 }
 
+TEST_F(client, refuses_an_upgrade_in_another_http_than_1_1) { // RFC 7230 6.7: 1.0 has no Upgrade
+  ask();
+  std::string answer = good_answer();
+  EXPECT_EQ(refusal_of(answer.replace(answer.find("1.1"), 3, "1.0")).status, 101);
+}
+
 TEST_F(client, refuses_a_header_without_end) {
   ask();
   const auto refusal = refusal_of("HTTP/1.1 101 Switching Protocols\r\nX: " + std::string(5000, 'x'));
