@@ -25,7 +25,8 @@ TEST(rosbridge_services, reads_roslibs_calls) {
   EXPECT_EQ(plain->args_raw, R"({"data":true})");
   EXPECT_EQ(plain->timeout_ns, no_timeout);
   const decoded timed{
-      R"({"op":"call_service","id":"call_service:/fail:f1ffc776","service":"/fail","args":{},"timeout":0.5})"};
+      R"({"op":"call_service","id":"call_service:/fail:f1ffc776","service":"/fail","args":{},)"
+      R"("timeout":0.5})"};
   EXPECT_EQ(timed->timeout_ns, 500'000'000);
   const decoded topics{R"({"op":"call_service","id":"c","service":"rosapi/topics","args":{}})"};
   EXPECT_EQ(topics->service, "rosapi/topics"); // no slash: the name is passed on as it is
