@@ -52,17 +52,18 @@ struct call {
   std::uint32_t generation = 1;
   std::uint32_t next_free = no_index;
   bool open = false;
-  party asked_by;
-  party provider;
-  detail::call_ref own{};  // of a lane that asked: the place in its own table
-  slot_ref request{};      // the request, as long as it was not written
+  party asked_by{};
+  party provider{};
+  detail::call_ref own{}; // of a lane that asked: the place in its own table
+  rt::time_point deadline = rt::never;
+  slot_ref request{}; // the request, as long as it was not written
   std::uint16_t id_bytes = 0;
   std::uint16_t service_bytes = 0;
 };
 
 class call_table {
  public:
-  static constexpr std::size_t id_bytes_max = 256;      // of an id that a peer gave, as it stands there
+  static constexpr std::size_t id_bytes_max = 256; // of an id that a peer gave, as it stands there
   static constexpr std::size_t our_id_bytes_max = 64;
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
@@ -79,7 +80,9 @@ class call_table {
   detail::call_ref ref(std::uint32_t index) const noexcept { return {index, calls_[index].generation}; }
   // Null when that call has ended.
   call* find(detail::call_ref ref) noexcept;
-  std::string_view id_raw(std::uint32_t index) const noexcept { return {texts(index), calls_[index].id_bytes}; }
+  std::string_view id_raw(std::uint32_t index) const noexcept {
+    return {texts(index), calls_[index].id_bytes};
+  }
   std::string_view service(std::uint32_t index) const noexcept {
     return {texts(index) + id_bytes_max, calls_[index].service_bytes};
   }

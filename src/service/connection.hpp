@@ -10,6 +10,7 @@
 
 #include <rowe/rt/clock.hpp>
 
+#include "service/calls.hpp"
 #include "service/queues.hpp"
 #include "service/transport.hpp"
 #include "wire/rosbridge.hpp"
@@ -54,7 +55,8 @@ struct connection {
 
   control_frames control;
   begun_frame begun;
-  queue direct; // answers to its own requests
+  queue direct;                 // answers to its own requests
+  std::array<queue, 3> letters; // by priority
   std::array<ready_list, 3> ready;
 
   std::uint32_t first_subscription = no_index;
@@ -62,6 +64,13 @@ struct connection {
   std::span<std::uint32_t> advertised; // topics, `advertisements` of them in use
   std::uint32_t advertisements = 0;
 
+  bool bare = false;                  // plain messages may be sent to it
+  dialect spoke_last = dialect::bare; // what a text that is no JSON is answered in
+  std::uint32_t calls_asked = 0;      // by it, and not answered yet
+  std::uint64_t messages_in = 0;
+  std::uint64_t messages_out = 0;
+
+  rt::time_point opened_at{};
   rt::time_point heard_at{};
   rt::time_point message_began_at = rt::never;
   bool ping_unanswered = false;

@@ -21,11 +21,17 @@ std::size_t assembly_bytes(const limits& bounds) noexcept {
 
 // A batch of masked frames holds the largest message and its header.
 std::size_t masked_bytes(const limits& bounds) noexcept {
-  return bounds.message_bytes_max + 6 * std::size_t{bounds.topic_bytes_max} + 128;
+  return wire_slots::large_bytes(bounds) + wire::frame_header_bytes_max;
+}
+
+std::size_t scratch_bytes(const limits& bounds) noexcept {
+  return std::max(wire::rosbridge::scratch_bytes(name_limits_of(bounds)),
+                  wire::bare::scratch_bytes({.service_bytes_max = bounds.topic_bytes_max}));
 }
 
 std::size_t node_count(const limits& bounds) noexcept {
-  return bounds.small_slots + bounds.large_slots + bounds.subscriptions_max + bounds.connections_max + 2;
+  return bounds.small_slots + bounds.large_slots + bounds.subscriptions_max + bounds.connections_max +
+         bounds.calls_max + 2;
 }
 
 constexpr std::size_t mask_bytes =
@@ -49,11 +55,13 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<lane_view>(bounds.lanes_max) +                         //
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +                  //
          arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) + //
-         arena::bytes_for(wire::rosbridge::scratch_bytes(name_limits_of(bounds)));
+         arena::bytes_for(scratch_bytes(bounds)) +                               //
+         letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
+         call_table::footprint_bytes(bounds);
 }
 
 core::core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown,
-           core_seams seams, rt::time_point start) noexcept
+           front_door& door, core_seams seams, rt::time_point start) noexcept
     : options_{options},
       bounds_{options.bounds},
       ours_{options.ours},
@@ -63,6 +71,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       validator_{seams.validator},
       page_{seams.page},
       shown_{shown},
+      door_{door},
       slots_{memory, bounds_},
       entries_{memory, bounds_},
       router_{memory, bounds_},
@@ -70,12 +79,15 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
+      letters_{memory, bounds_},
+      services_{memory, bounds_},
+      calls_{memory, bounds_},
       nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
       wheel_{nodes_, start},
       masked_{memory.carve_bytes(masked_bytes(bounds_))},
       masks_{memory.carve_bytes(mask_bytes)},
       masks_used_{mask_bytes},
-      scratch_{memory.carve<char>(wire::rosbridge::scratch_bytes(name_limits_of(bounds_)))},
+      scratch_{memory.carve<char>(scratch_bytes(bounds_))},
       now_{start},
       opened_at_{start} {
   options.name.copy(name_.data(), name_bytes_);
@@ -86,6 +98,9 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
     connections_[i].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
                                                     bounds_.advertisements_per_connection_max);
   }
+  std::array<std::byte, sizeof(std::uint64_t)> dice;
+  random_.fill(dice);
+  calls_.begin(std::bit_cast<std::uint64_t>(dice));
   statistics_topic_ = router_.find_or_add("/rowe/stats");
   router_.hold(statistics_topic_);
   router_.at(statistics_topic_).keep = keep::newest;
@@ -97,11 +112,13 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
 std::uint32_t core::node_of(timer what, std::uint32_t index) const noexcept {
   const std::uint32_t subscriptions_at = slots_.count();
   const std::uint32_t connections_at = subscriptions_at + router_.subscription_places();
-  const std::uint32_t single_at = connections_at + static_cast<std::uint32_t>(connections_.size());
+  const std::uint32_t calls_at = connections_at + static_cast<std::uint32_t>(connections_.size());
+  const std::uint32_t single_at = calls_at + calls_.places();
   switch (what) {
   case timer::slot: return index;
   case timer::subscription: return subscriptions_at + index;
   case timer::connection: return connections_at + index;
+  case timer::call: return calls_at + index;
   case timer::statistics: return single_at;
   case timer::reconnect: break;
   }
@@ -109,7 +126,8 @@ std::uint32_t core::node_of(timer what, std::uint32_t index) const noexcept {
 }
 
 core::timer_name core::name_of(std::uint32_t node) const noexcept {
-  for (const timer what : {timer::reconnect, timer::statistics, timer::connection, timer::subscription}) {
+  for (const timer what :
+       {timer::reconnect, timer::statistics, timer::call, timer::connection, timer::subscription}) {
     if (const std::uint32_t first = node_of(what); node >= first) return {what, node - first};
   }
   return {timer::slot, node};
@@ -126,6 +144,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
   carrier_.poll(now, *this);
   take_from_lanes();
+  take_from_door();
   expire();
   offer_all();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
@@ -150,6 +169,10 @@ void core::expire() noexcept {
       make_ready(index);
       break;
     case timer::connection: look_after(connections_[index]); break;
+    case timer::call:
+      add(counter::calls_timed_out);
+      finish_badly(index, {errc::timed_out});
+      break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;
     }
@@ -157,14 +180,15 @@ void core::expire() noexcept {
 }
 
 bool core::drained() const noexcept {
-  if (entries_.in_use() != 0) return false;
+  if (entries_.in_use() != 0 || letters_.waiting() != 0 || !door_.drained()) return false;
   for (const connection& c : connections_) {
     if (c.state != connection::phase::free && c.begun.slot != no_index) return false;
   }
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     if (!views_[i].attached) continue;
     const detail::lane& lane = lanes_[i];
-    if (lane.kind == detail::lane_kind::subscribe_text) continue;
+    if (detail::subscribes(lane.kind)) continue;
+    if (views_[i].held != no_index) return false;
     if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
   }
   return true;
@@ -200,16 +224,22 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.id = id;
   c.state = connection::phase::open;
   c.ours = peer.ours;
-  c.heard_at = now_;
+  c.heard_at = c.opened_at = now_;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
   c.parser.reset(peer.ours == side::server ? wire::role::server : wire::role::client,
-                 {.message_bytes_max = bounds_.message_bytes_max, .fragments_max = bounds_.fragments_max},
+                 {.message_bytes_max = bounds_.message_bytes_max,
+                  .fragments_max = bounds_.fragments_max,
+                  .unmasked_accepted = options_.profile == peer_profile::hop_2014},
                  c.assembly.first(bounds_.message_bytes_max));
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
   arm(timer::connection, id.index, now_ + care_period);
+  ++epoch_;
+  shown_.set_connection(id.index, id.generation, c.peer());
   if (c.ours == side::client && !closing_) announce_all(c);
+  c.bare = c.ours == side::client || options_.bare_unasked || peer.subprotocol == "rowe.v1";
+  if (c.bare && !closing_) welcome(c);
   shown_.set_peers(++peers_); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
 }
@@ -223,6 +253,7 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   report(event::kind::peer_left, c->peer(),
          c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
   forget(*c);
+  shown_.set_connection(id.index, 0, {});
   shown_.set_peers(--peers_);
   if (ours_ == side::client) reconnect_later();
 }
@@ -236,6 +267,8 @@ void core::on_writable(connection_id id) noexcept {
 
 // Gives back everything that a connection holds.
 void core::forget(connection& c) noexcept {
+  c.state = connection::phase::closing; // what it had been given goes to others from here on
+  end_calls_of(c);
   if (c.begun.slot != no_index) {
     slots_.end(c.begun.slot);
     release(c.begun.slot);
@@ -243,6 +276,7 @@ void core::forget(connection& c) noexcept {
     c.begun.slot = no_index;
   }
   drop_all(c.direct, counter::lost_with_peer);
+  for (queue& letters : c.letters) drop_all(letters, counter::lost_with_peer);
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
   while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements]);
   disarm(timer::connection, c.id.index);
@@ -253,8 +287,8 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
   c.farewell = reason;
-  // A close frame cannot stand in the middle of another one.
-  if (c.begun.slot == no_index) {
+  // A close frame cannot stand in the middle of another one, and Hop's programs know none.
+  if (c.begun.slot == no_index && options_.profile == peer_profile::standard) {
     std::array<std::byte, wire::control_bytes_max> body;
     const std::size_t bytes = wire::close_payload(code, reason, body);
     send_control(c, wire::opcode::close, std::span{body}.first(bytes));
@@ -272,6 +306,7 @@ void core::look_after(connection& c) noexcept {
     add(counter::unfinished_messages);
     return close(c, wire::close_code::policy, "a message was not finished in time");
   }
+  if (options_.profile != peer_profile::standard) return; // Hop's programs answer no pings
   const rt::duration silence = now_ - c.heard_at;
   if (silence > options_.silence_max) {
     add(counter::silent_peers);
@@ -325,7 +360,8 @@ void core::report(event::kind kind, std::string_view peer, std::string_view what
 bool core::check() const noexcept {
   std::uint32_t open = 0;
   for (const connection& c : connections_) open += c.state != connection::phase::free;
-  return open == peers_ && slots_.check() && router_.check() && wheel_.check() == nullptr;
+  return open == peers_ && slots_.check() && router_.check() && letters_.check() && calls_.check() &&
+         wheel_.check() == nullptr;
 }
 
 } // namespace rowe::service

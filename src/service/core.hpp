@@ -5,12 +5,13 @@
 //
 // One cycle, in this order:
 //   transport events in: requests are carried out as they are read, inbound before outbound
-//   take from lanes, a stated budget each
+//   take from lanes, a stated budget each, then from the front door
 //   expire: messages, throttled subscriptions that are due, peers to ping or cut, the statistics
 //   offer frames to every connection that has something to write, urgent first
 //
 // core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is
-// written to them, lanes.cpp what this process publishes and takes.
+// written to them, lanes.cpp what this process publishes and takes, talking.cpp plain messages, calling.cpp
+// services and calls.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -26,11 +27,16 @@
 #include <rowe/rt/timer_wheel.hpp>
 
 #include "service/board.hpp"
+#include "service/calls.hpp"
 #include "service/connection.hpp"
+#include "service/front_door.hpp"
+#include "service/letters.hpp"
 #include "service/queues.hpp"
 #include "service/router.hpp"
+#include "service/services.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
+#include "wire/bare.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
 
@@ -51,6 +57,10 @@ struct core_options {
   limits bounds;
   side ours = side::server;
   bool relay = false;
+  peer_profile profile = peer_profile::standard;
+  bool bare_unasked = false;
+  bool answers_any = false;
+  rt::duration inbound_ttl = rt::for_ever;
   std::string_view name; // copied
   rt::duration ping_period;
   rt::duration silence_max;
@@ -63,6 +73,10 @@ struct core_options {
     return {.bounds = options.limits,
             .ours = ours,
             .relay = options.relay,
+            .profile = options.profile,
+            .bare_unasked = options.bare_unasked,
+            .answers_any = options.answers_any,
+            .inbound_ttl = options.inbound_ttl,
             .name = name,
             .ping_period = options.ping_period,
             .silence_max = options.silence_max,
@@ -84,10 +98,10 @@ class core final : public transport_sink {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
 
-  // `lanes` and `shown` are shared with other threads; everything else of the core is the service thread's.
-  // `memory` must have footprint_bytes() left; time begins at `start`.
+  // `lanes`, `shown` and `door` are shared with other threads; everything else of the core is the service
+  // thread's. `memory` must have footprint_bytes() left; time begins at `start`.
   core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown,
-       core_seams seams, rt::time_point start) noexcept;
+       front_door& door, core_seams seams, rt::time_point start) noexcept;
 
   // Does everything there is to do at `now` and returns when the next cycle is needed at the latest, provided
   // that the transport has nothing to report and no handle publishes before. Bounded by the limits; never
@@ -100,9 +114,12 @@ class core final : public transport_sink {
   // How long the last cycle took, by the clock of whoever runs the core.
   void record_cycle(rt::duration took) noexcept;
 
-  // True while a handle of this process may publish something that a peer waits for: lanes must be looked at
-  // every poll_period.
-  bool lanes_wanted() const noexcept { return wanted_lanes_ != 0; }
+  // How long the next cycle may be put off when nothing else calls for it: a handle of this process may have
+  // something that a peer waits for, or something that must not be left lying when its time is over.
+  rt::duration patience(rt::duration poll_period) const noexcept {
+    if (wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0)) return poll_period;
+    return talking_lanes_ != 0 ? talking_rest : idle_rest;
+  }
   std::uint32_t peers() const noexcept { return peers_; }
   // True when nothing that was published waits to be written.
   bool drained() const noexcept;
@@ -122,8 +139,11 @@ class core final : public transport_sink {
   std::uint32_t slots_in_use() const noexcept { return slots_.in_use(); }
 
  private:
+  static constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
+  static constexpr rt::duration idle_rest = std::chrono::milliseconds{250}; // set-up and sockets wake earlier
+
   // One node of the wheel for each thing that has a time.
-  enum class timer : std::uint8_t { slot, subscription, connection, statistics, reconnect };
+  enum class timer : std::uint8_t { slot, subscription, connection, call, statistics, reconnect };
   struct timer_name {
     timer what;
     std::uint32_t index;
@@ -147,6 +167,8 @@ class core final : public transport_sink {
   // inbound.cpp
   void take(connection& c, const wire::frame_step& step) noexcept;
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
+  void take_rosbridge(connection& c, std::string_view text) noexcept;
+  void take_bare(connection& c, std::string_view text) noexcept;
   void carry_out(connection& c, const wire::rosbridge::request& asked) noexcept;
   void subscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
   void unsubscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
@@ -154,19 +176,24 @@ class core final : public transport_sink {
   void unadvertise(connection& c, const wire::rosbridge::request& asked) noexcept;
   void relay(connection& c, const wire::rosbridge::request& asked) noexcept;
   void answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  void answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
+                         std::string_view why) noexcept;
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
 
   // outbound.cpp
   struct batch;
-  template <class WriteBody> // publishing.hpp has these two
+  template <class WriteText> // publishing.hpp has these four
+  std::uint32_t compose(rt::time_point expires, WriteText&& write_text) noexcept;
+  template <class WriteText>
+  std::uint32_t answer(connection& c, WriteText&& write_text) noexcept;
+  template <class WriteBody>
   std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
   template <class WriteBody>
   void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires,
                WriteBody&& write_body) noexcept;
-  void finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
-              rt::time_point expires) noexcept;
+  void seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
   void deliver(std::uint32_t topic, std::uint32_t slot) noexcept;
   bool accepts(subscription& s) noexcept;
   void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
@@ -187,6 +214,8 @@ class core final : public transport_sink {
   bool gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
                     batch& into) noexcept;
   void settle(connection& c, batch& sent, std::size_t taken) noexcept;
+  void note_sent(connection& c, std::uint32_t slot) noexcept;
+  bool masks(const connection& c) const noexcept;
   void settle_sent(subscription& of) noexcept;
   void settle_ready(connection& c) noexcept;
   wire::mask_key next_mask() noexcept;
@@ -201,10 +230,16 @@ class core final : public transport_sink {
     std::uint32_t next_inbox = no_index;
     std::uint64_t sequence = 0;    // of the newest value taken from a window
     std::uint64_t last_queued = 0; // closing: when the queue to the server has popped so many, all is written
+    std::uint32_t generation = 0;  // of the lane: raised when it is attached
+    std::uint32_t service = no_index; // responders: in the directory
+    std::uint32_t spare = no_index;   // a slot of its inbox that was taken and not used
+    std::uint32_t held = no_index;    // a slot that was taken and waits for room further on
+    std::uint64_t order = 0;          // the generic receiver is the one that was attached first
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
   void detach(std::uint32_t lane) noexcept;
+  void count_refusals(const detail::lane& lane) noexcept;
   void take_from(std::uint32_t lane) noexcept;
   void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
   queue* queue_to_server(std::uint32_t lane) noexcept;
@@ -216,6 +251,89 @@ class core final : public transport_sink {
   void announce(connection& c, std::uint32_t lane, bool begins) noexcept;
   void announce_all(connection& c) noexcept;
 
+  // talking.cpp
+  struct message {
+    std::string_view text;
+    party sender{};           // who is told what becomes of it; nobody
+    detail::call_ref own{}; // of a lane
+    detail::peer_ref to{};  // generation 0: everyone
+    bool only_now = false;  // not to be queued beyond this cycle
+    rt::time_point expires = rt::never;
+    rowe::priority priority = rowe::priority::normal;
+  };
+  void take_entries(std::uint32_t lane) noexcept;
+  bool take_entry(std::uint32_t lane, std::uint32_t slot) noexcept;
+  void take_from_door() noexcept;
+  bool take_door_slot(std::uint32_t slot) noexcept;
+  bool post(const message& m) noexcept;
+  status check_text(std::string_view text) noexcept;
+  bool has_room_for(const message& m) noexcept;
+  void begin_letter(std::uint32_t slot, const letter& as) noexcept;
+  void send_letter(std::uint32_t slot) noexcept;
+  bool queue_letter(connection& c, std::uint32_t slot) noexcept;
+  void settle_letter(std::uint32_t slot) noexcept;
+  void expire_letter(std::uint32_t slot) noexcept;
+  void cancel_letter(slot_ref which) noexcept;
+  void end_letter(std::uint32_t slot, const status& outcome) noexcept;
+  void welcome(connection& c) noexcept;
+  void tell(const party& whom, detail::call_ref own, const status& outcome,
+            std::string_view text = {}) noexcept;
+  void end_at_lane(const party& whom, detail::call_ref own, status outcome, std::string_view text) noexcept;
+  std::uint32_t receiver() const noexcept;
+  bool received() const noexcept;
+  status deliver_message(const detail::value_header& header, std::string_view text) noexcept;
+  status fill_inbox(std::uint32_t lane, const detail::value_header& header, std::string_view body) noexcept;
+  rt::time_point inbound_expiry(std::int64_t ttl_ns) const noexcept;
+
+  // calling.cpp
+  struct asking {
+    enum class form : std::uint8_t {
+      args,   // JSON; empty: none
+      object, // of the bare dialect, complete or without its id
+      value,  // of a struct
+    };
+    form is = form::args;
+    std::string_view text{};
+    const json::encoder* encoder = nullptr;
+    const std::byte* value = nullptr;
+    detail::peer_ref to{}; // generation 0: whoever provides it
+  };
+  void take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
+                 const asking& what, std::int64_t time_ns) noexcept;
+  void take_service_response(connection& c, const wire::rosbridge::request& said) noexcept;
+  void take_reply(connection& c, const wire::bare::envelope& said, std::string_view text) noexcept;
+  std::uint32_t find_asked(connection& c, std::string_view id_raw) noexcept;
+  void start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
+                  rt::time_point deadline) noexcept;
+  status answer_call(const party& provider, detail::call_ref which, std::string_view text,
+                     const detail::lane* encodes, const std::byte* value, const party& waits,
+                     detail::call_ref own) noexcept;
+  status refuse_call(const party& provider, detail::call_ref which, std::string_view why) noexcept;
+  result<std::uint32_t> find_answered(const party& provider, detail::call_ref which) noexcept;
+  void route(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void ask_anyone(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void hand_to_lane(std::uint32_t call, std::uint32_t lane, const asking& what) noexcept;
+  void hand_to_receiver(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void ask_peer(std::uint32_t call, connection* c, dialect in, std::string_view service,
+                const asking& what) noexcept;
+  void answer_own(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void write_args(json::writer& into, const asking& what) const noexcept;
+  template <class WriteBody>
+  std::uint32_t finish(std::uint32_t call, WriteBody&& write_body) noexcept;
+  std::uint32_t finish_with(std::uint32_t call, std::string_view text) noexcept;
+  void finish_badly(std::uint32_t call, const error& why, std::string_view sentence = {}) noexcept;
+  void close_call(std::uint32_t call) noexcept;
+  void end_calls_of(connection& c) noexcept;
+  void end_calls_of_lane(std::uint32_t lane) noexcept;
+  void advertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void unadvertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void attach_talker(std::uint32_t lane) noexcept;
+  void detach_talker(std::uint32_t lane) noexcept;
+  void announce_service(connection& c, std::uint32_t lane, bool begins) noexcept;
+  connection* server_connection() noexcept;
+  void limit_call(std::uint32_t call, rt::time_point until) noexcept;
+  rt::time_point time_limit(std::int64_t time_ns) const noexcept;
+
   // statistics.cpp
   void begin_statistics() noexcept;
   void end_statistics_period() noexcept;
@@ -223,6 +341,9 @@ class core final : public transport_sink {
   void write_statistics(json::writer& into, rt::duration since) noexcept;
   void write_topics(json::writer& into, rt::duration since) noexcept;
   void write_losses(json::writer& into) noexcept;
+  void write_report(json::writer& into) noexcept;
+  void write_state(json::writer& into, rt::duration since) noexcept;
+  void write_connections(json::writer& into) noexcept;
 
   const core_options options_;
   const limits bounds_;
@@ -234,6 +355,7 @@ class core final : public transport_sink {
   json::reader& validator_;
   http_answer (*page_)(const http_request&) noexcept;
   board& shown_;
+  front_door& door_;
 
   wire_slots slots_;
   queue_entries entries_;
@@ -243,6 +365,9 @@ class core final : public transport_sink {
   std::uint32_t listed_count_ = 0;
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
+  letters letters_;
+  services services_;
+  call_table calls_;
   std::span<rt::timer_node> nodes_;
   rt::timer_wheel wheel_;
   std::span<std::byte> masked_; // client side: a batch of masked frames
@@ -256,6 +381,11 @@ class core final : public transport_sink {
   std::uint32_t statistics_topic_ = no_index;
   std::uint32_t peers_ = 0;
   std::uint32_t wanted_lanes_ = 0;
+  std::uint32_t talking_lanes_ = 0;
+  std::uint64_t lanes_attached_ = 0;
+  std::uint32_t door_held_ = no_index; // a slot that was taken there and waits for room further on
+  std::uint32_t peer_calls_ = 0;       // in flight, asked by peers
+  std::uint32_t epoch_ = 0;            // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool closing_ = false;

@@ -21,6 +21,8 @@ namespace rowe::service {
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
   X(malformed, loss, "not valid JSON, or not the object a message must be")                                  \
   X(inbox_full, loss, "dropped: the subscriber in this process does not take fast enough")                   \
+  X(undecodable, loss, "arrived, but was not what the handle of this process reads")                         \
+  X(inbound_expired, loss, "arrived, but was not taken within its time to live")                             \
   X(lost_with_peer, loss, "queued for a peer that went away")                                                \
   X(lost_at_close, loss, "published, but the endpoint closed before it was taken")                           \
   X(no_peer, chosen, "nobody listened")                                                                      \
@@ -30,6 +32,14 @@ namespace rowe::service {
   X(messages_out, flow, "messages written, counted per peer")                                                \
   X(bytes_in, flow, "bytes received")                                                                        \
   X(bytes_out, flow, "bytes written")                                                                        \
+  X(calls_in, flow, "calls received from peers")                                                             \
+  X(calls_out, flow, "calls asked of peers")                                                                 \
+  X(calls_timed_out, loss, "calls that were not answered in time")                                           \
+  X(calls_lost, loss, "calls whose provider went away")                                                      \
+  X(replies_late, loss, "replies to a call that had ended")                                                  \
+  X(replies_foreign, loss, "replies to no call of the connection they came on")                              \
+  X(replies_unsent, loss, "answers of this process to a peer that had gone")                                 \
+  X(calls_refused, refusal, "calls answered with an error")                                                  \
   X(nonfinite, flow, "NaN or infinity written as null")                                                      \
   X(peers_joined, flow, "connections established")                                                           \
   X(refused_handshakes, refusal, "connections refused before they were established")                         \

@@ -5,12 +5,15 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "service/core.hpp"
+#include "service/publishing.hpp"
 
 namespace rowe::service {
 namespace {
 
+namespace bare = wire::bare;
 namespace rosbridge = wire::rosbridge;
 
 std::string_view text_of(std::span<const std::byte> bytes) noexcept {
@@ -74,14 +77,26 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
   }
 }
 
+// Message by message: an object with a string `op` is rosbridge's, everything else is bare.
 void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
   add(counter::messages_in);
+  ++c.messages_in;
   const std::string_view text = text_of(payload);
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
-    std::array<char, 160> why;
-    return refuse(c, {}, valid.error().text(why));
+    std::array<char, 160> room;
+    const std::string_view why = valid.error().text(room);
+    if (c.spoke_last == dialect::rosbridge) return refuse(c, {}, why);
+    report(event::kind::refused_request, c.peer(), why);
+    return answer_bare_error(c, {}, valid.error().name(), why);
   }
+  const auto op = json::find(json::root(text).raw, "op");
+  const bool is_rosbridge = op && op->type == json::kind::string;
+  c.spoke_last = is_rosbridge ? dialect::rosbridge : dialect::bare;
+  is_rosbridge ? take_rosbridge(c, text) : take_bare(c, text);
+}
+
+void core::take_rosbridge(connection& c, std::string_view text) noexcept {
   rosbridge::request asked;
   const rosbridge::name_limits names{.topic_bytes_max = bounds_.topic_bytes_max};
   if (const auto refusal = rosbridge::decode(text, scratch_, names, asked)) {
@@ -91,9 +106,41 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
   carry_out(c, asked);
 }
 
+void core::take_bare(connection& c, std::string_view text) noexcept {
+  if (json::root(text).type != json::kind::object) {
+    add(counter::malformed);
+    return answer_bare_error(c, {}, "not_an_object", "a message must be one JSON object");
+  }
+  if (!std::exchange(c.bare, true)) welcome(c);
+  bare::envelope said;
+  const auto refusal = bare::decode(text, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
+  if (refusal || json::find(text, "op")) {
+    std::array<char, bare::refusal_text_bytes_max> room;
+    const std::string_view why = refusal ? refusal->text(room) : "the member \"op\" must be a string";
+    report(event::kind::refused_request, c.peer(), why);
+    const bool asks = said.what == bare::kind::invocation;
+    return answer_bare_error(c, asks ? said.id_raw : std::string_view{}, "bad_request", why);
+  }
+  switch (said.what) {
+  case bare::kind::reply: return take_reply(c, said, text);
+  case bare::kind::invocation:
+    return take_call(c, dialect::bare, said.id_raw, said.service, {.is = asking::form::object, .text = text},
+                     said.ttl_ns);
+  case bare::kind::message: break;
+  }
+  // What finds no room is counted there.
+  (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
+                         .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
+                         .what = detail::entry::message,
+                         .peer = {c.id.index, c.id.generation}},
+                        text);
+}
+
 void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   using rosbridge::op;
-  if (c.ours == side::client && asked.what != op::publish && asked.what != op::status) {
+  const bool for_servers = asked.what != op::publish && asked.what != op::status &&
+                           asked.what != op::call_service && asked.what != op::service_response;
+  if (c.ours == side::client && for_servers) {
     // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
     // only start a quarrel of two programs.
     return add(counter::refused_requests);
@@ -104,12 +151,14 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   case op::advertise: return advertise(c, asked);
   case op::unadvertise: return unadvertise(c, asked);
   case op::publish: return relay(c, asked);
+  case op::call_service:
+    return take_call(c, dialect::rosbridge, asked.id_raw, asked.service, {.text = asked.args_raw},
+                     asked.timeout_ns);
+  case op::service_response: return take_service_response(c, asked);
+  case op::advertise_service: return advertise_service(c, asked);
+  case op::unadvertise_service: return unadvertise_service(c, asked);
   case op::status: return report(event::kind::status_from_peer, c.peer(), asked.msg_raw);
   case op::set_level: c.status_level = asked.level; return;
-  case op::call_service:
-  case op::service_response:
-  case op::advertise_service:
-  case op::unadvertise_service:
   case op::unsupported:
   case op::unknown: break;
   }
@@ -230,6 +279,14 @@ void core::answer_refusal(connection& c, std::string_view id_raw, std::string_vi
   if (c.ours == side::client || c.status_level == rosbridge::level::none) return;
   std::array<char, 6 * rosbridge::refusal_text_bytes_max + 512> text;
   send_direct(c, rosbridge::encode_status(text, rosbridge::level::error, id_raw, why));
+}
+
+// As a client nothing is answered but calls: an answer could only start a quarrel of two programs.
+void core::answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
+                             std::string_view why) noexcept {
+  add(counter::refused_requests);
+  if (c.ours == side::client && id_raw.empty()) return;
+  (void)answer(c, [&](json::writer& into) { bare::write_error(into, id_raw, code, why); }); // lost: counted
 }
 
 } // namespace rowe::service

@@ -32,7 +32,7 @@ void core::take_from_lanes() noexcept {
     case lane_state::offered: attach(i); break;
     case lane_state::active: take_from(i); break;
     case lane_state::closing:
-      take_from(i);
+      if (views_[i].attached) take_from(i);
       if (!has_unsent(i)) detach(i);
       break;
     }
@@ -44,6 +44,8 @@ void core::take_from_lanes() noexcept {
 void core::attach(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
   lane_view& view = views_[index];
+  view = {.generation = view.generation + 1, .order = ++lanes_attached_};
+  if (!detail::publishes(lane.kind) && !detail::subscribes(lane.kind)) return attach_talker(index);
   const auto answer = [&](lane_state state) {
     lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
     lane.news.notify();
@@ -60,8 +62,9 @@ void core::attach(std::uint32_t index) noexcept {
     return answer(lane_state::refused);
   }
   topic& on = router_.at(topic_index);
-  view = {.attached = true, .topic = topic_index};
-  if (lane.kind == lane_kind::subscribe_text) {
+  view.attached = true;
+  view.topic = topic_index;
+  if (detail::subscribes(lane.kind)) {
     view.next_inbox = on.first_inbox;
     on.first_inbox = index;
     if (topic_index == statistics_topic_) begin_statistics();
@@ -97,20 +100,32 @@ queue* core::queue_to_server(std::uint32_t index) noexcept {
 bool core::has_unsent(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   const detail::lane& lane = lanes_[index];
-  if (!view.attached || lane.kind == lane_kind::subscribe_text) return false;
+  if (!view.attached || detail::subscribes(lane.kind)) return false;
+  if (view.held != no_index) return true;
   if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
-  const queue* const towards = queue_to_server(index);
+  const queue* const towards = detail::publishes(lane.kind) ? queue_to_server(index) : nullptr;
   if (towards == nullptr) return false;
   if (view.last_queued == 0) view.last_queued = towards->popped + towards->count;
   return towards->popped < view.last_queued;
+}
+
+// What a user's thread counted goes on counting when its lane is gone.
+void core::count_refusals(const detail::lane& lane) noexcept {
+  add(counter::full, lane.refused_full.get());
+  add(counter::no_peer, lane.no_peer.get());
+  add(counter::too_big, lane.refused_too_big.get());
 }
 
 // A handle is gone, and what it published is taken. Nobody but the service thread knows the lane now.
 void core::detach(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
   lane_view& view = views_[index];
-  if (view.attached) {
-    if (lane.kind == lane_kind::subscribe_text) {
+  if (view.attached && view.topic == no_index) {
+    detach_talker(index);
+    count_refusals(lane);
+    view = {.generation = view.generation};
+  } else if (view.attached) {
+    if (detail::subscribes(lane.kind)) {
       std::uint32_t* link = &router_.at(view.topic).first_inbox;
       while (*link != index) link = &views_[*link].next_inbox;
       *link = view.next_inbox;
@@ -119,11 +134,9 @@ void core::detach(std::uint32_t index) noexcept {
       if (c.open() && c.ours == side::client) announce(c, index, false);
     }
     if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_; // ours alone
-    add(counter::full, lane.refused_full.get());
-    add(counter::no_peer, lane.no_peer.get());
-    add(counter::too_big, lane.refused_too_big.get());
+    count_refusals(lane);
     const std::uint32_t topic_index = view.topic;
-    view = {};
+    view = {.generation = view.generation};
     update_wanted(topic_index);
     let_go_topic(topic_index);
   }
@@ -137,6 +150,7 @@ void core::detach(std::uint32_t index) noexcept {
 
 void core::take_from(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
+  if (views_[index].topic == no_index) return take_entries(index);
   const detail::emptying_end& path = lane.service.out;
   if (path.newest != nullptr) {
     const auto found = path.newest->begin_read();
@@ -211,8 +225,7 @@ void core::update_wanted(std::uint32_t topic_index) noexcept {
   if (!wanted) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
   const audience now = wanted ? audience::somebody : audience::nobody;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    if (!views_[i].attached || views_[i].topic != topic_index || lanes_[i].kind == lane_kind::subscribe_text)
-      continue;
+    if (!views_[i].attached || views_[i].topic != topic_index || detail::subscribes(lanes_[i].kind)) continue;
     const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed); // ours alone
     if (before == now) continue;
     wanted ? ++wanted_lanes_ : --wanted_lanes_;
@@ -241,14 +254,14 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
 }
 
 void core::deliver_inbox(std::uint32_t index, std::span<const char> body) noexcept {
-  detail::lane& lane = lanes_[index];
-  const detail::filling_end& path = lane.service.in;
-  if (body.size() > path.slots.bytes_max) return add(counter::too_big);
-  const auto slot = path.home->try_take();
-  if (!slot) return add(counter::inbox_full);
-  *path.slots.header(*slot) = {rt::nanoseconds_of(now_), rt::nanoseconds_of(rt::never), body.size()};
-  std::memcpy(path.slots.value(*slot), body.data(), body.size());
-  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
+  const status done = fill_inbox(index,
+                                 {.stamped_ns = rt::nanoseconds_of(now_),
+                                  .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl))},
+                                 {body.data(), body.size()});
+  if (done) return;
+  add(done.code() == errc::full      ? counter::inbox_full
+      : done.code() == errc::too_big ? counter::too_big
+                                     : counter::undecodable);
 }
 
 // ---- as a client
@@ -256,18 +269,19 @@ void core::deliver_inbox(std::uint32_t index, std::span<const char> body) noexce
 // Tells a server what this process wants or offers, or no longer does. What it publishes goes to the server
 // as if that had subscribed.
 void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
+  if (options_.profile != peer_profile::standard) return; // Hop's programs know no topics
   const detail::lane& lane = lanes_[index];
   const std::uint32_t topic_index = views_[index].topic;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    const bool reader = lanes_[i].kind == lane_kind::subscribe_text;
+    const bool reader = detail::subscribes(lanes_[i].kind);
     if (i != index && views_[i].attached && views_[i].topic == topic_index &&
-        reader == (lane.kind == lane_kind::subscribe_text)) {
+        reader == detail::subscribes(lane.kind)) {
       if (!begins || i < index) return; // another handle of the same kind said so, or goes on
     }
   }
   std::array<char, 8192>
       text; // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then
-  if (lane.kind == lane_kind::subscribe_text) {
+  if (detail::subscribes(lane.kind)) {
     return send_direct(c, begins
                               ? rosbridge::encode_subscribe(text, {.topic = lane.name(), .type = lane.type()})
                               : rosbridge::encode_unsubscribe(text, lane.name(), 1));
@@ -291,7 +305,8 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
 
 void core::announce_all(connection& c) noexcept {
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    if (views_[i].attached) announce(c, i, true);
+    if (!views_[i].attached) continue;
+    views_[i].topic == no_index ? announce_service(c, i, true) : announce(c, i, true);
   }
 }
 

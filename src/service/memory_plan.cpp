@@ -6,6 +6,7 @@
 
 #include "service/board.hpp"
 #include "service/core.hpp"
+#include "service/front_door.hpp"
 
 namespace rowe::service {
 
@@ -14,6 +15,7 @@ memory_plan plan_memory(const limits& bounds) noexcept {
   return {
       .core = arena::bytes_for<core>() + core::footprint_bytes(bounds),
       .board = arena::bytes_for<board>() + board::footprint_bytes(bounds),
+      .door = arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds),
       .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
       .lane_memory = arena::bytes_for(bounds.lane_bytes),
   };

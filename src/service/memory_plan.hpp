@@ -11,10 +11,11 @@ namespace rowe::service {
 struct memory_plan {
   std::size_t core;        // the core's tables and buffers, and the core itself
   std::size_t board;       // what it shows to other threads
+  std::size_t door;        // the front door's slots and queues
   std::size_t lanes;       // the lanes' shared words
   std::size_t lane_memory; // their rings, windows and slots
 
-  std::size_t total() const noexcept { return core + board + lanes + lane_memory; }
+  std::size_t total() const noexcept { return core + board + door + lanes + lane_memory; }
 };
 
 memory_plan plan_memory(const limits& bounds) noexcept;

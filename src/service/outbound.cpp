@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "service/core.hpp"
+#include "service/publishing.hpp"
 
 namespace rowe::service {
 namespace {
@@ -18,7 +19,6 @@ namespace {
 constexpr std::size_t pieces_max = 64;             // of one batch
 constexpr std::size_t batch_bytes_max = 64 * 1024; // a batch ends with the frame that reaches it
 constexpr unsigned batches_max = 8;                // to one connection in one cycle
-constexpr std::uint32_t direct_depth = 64;         // answers to one peer that it has not read yet
 
 } // namespace
 
@@ -104,22 +104,12 @@ void core::make_ready(std::uint32_t index) noexcept {
 }
 
 void core::send_direct(connection& c, std::string_view text) noexcept {
-  if (!c.open()) return;
-  while (drop_dead_front(c.direct)) continue;
-  if (text.empty() || c.direct.count >= direct_depth) return add(counter::outbox_full);
-  const auto slot = slots_.take(text.size());
-  if (!slot) return add(counter::no_slot);
-  std::memcpy(slots_.room(*slot).data(), text.data(), text.size());
-  finish(*slot, text.size(), 0, 0, rt::never);
-  if (entries_.push(c.direct, slots_.ref(*slot))) {
-    list(c);
-  } else {
-    release(*slot);
-    add(counter::outbox_full);
-  }
+  if (text.empty()) return add(counter::outbox_full);
+  (void)answer(c, [&](json::writer& into) { into.append(text); }); // what is lost is counted there
 }
 
 void core::send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept {
+  if (options_.profile != peer_profile::standard) return; // Hop's programs know text frames only
   control_frames& out = c.control;
   if (out.written == out.size) out.written = out.size = 0;
   const wire::role ours = c.ours == side::client ? wire::role::client : wire::role::server;
@@ -152,9 +142,8 @@ wire::mask_key core::next_mask() noexcept {
 }
 
 // A slot's text is complete: the frame header goes in front of it, and the wheel learns when it ends.
-void core::finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
-                  rt::time_point expires) noexcept {
-  slots_.finish(slot, bytes, body_at, body_bytes, expires);
+void core::seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept {
+  slots_.finish(slot, bytes, expires);
   (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
                                         wire::opcode::text,
                                         bytes); // where it starts follows from `bytes`
@@ -163,8 +152,10 @@ void core::finish(std::uint32_t slot, std::size_t bytes, std::size_t body_at, st
 
 // ---- giving back
 
+// What only its own letter holds any more has no deliveries left: it is settled.
 void core::release(std::uint32_t slot) noexcept {
-  if (slots_.release(slot)) disarm(timer::slot, slot);
+  if (slots_.release(slot)) return disarm(timer::slot, slot);
+  if (letters_.under_way(slot) && slots_.references(slot) == 1) settle_letter(slot);
 }
 
 // The clock decides; the wheel only noticed.
@@ -174,7 +165,9 @@ void core::expire_slot(std::uint32_t slot) noexcept {
   // In the middle of being written: it goes when the socket has it all, or with its connection.
   if (!deliveries) return arm(timer::slot, slot, now_ + std::chrono::milliseconds{10});
   disarm(timer::slot, slot);
-  add(counter::expired, *deliveries);
+  const bool waited = letters_.under_way(slot) && *deliveries == 0;
+  add(counter::expired, *deliveries + (waited ? 1 : 0));
+  if (letters_.under_way(slot)) expire_letter(slot);
 }
 
 // Drops the message at the front if it is gone or its time is. False when the queue begins with one to be
@@ -275,10 +268,11 @@ bool core::gather(connection& c, batch& into) noexcept {
   if (!gather_begun(c, into)) return into.count > 0;
   if (!c.control.rest().empty()) into.add(c.control.rest(), {});
   if (c.state != connection::phase::open) return into.count > 0;
-  // A server must know of a topic before anything is published on it; a client's answers are not urgent.
+  // A server must know of a topic before anything is published on it.
   const priority direct = c.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < c.ready.size(); ++p) {
     if (p == static_cast<std::size_t>(direct) && !gather_queue(c, c.direct, no_index, into)) break;
+    if (!gather_queue(c, c.letters[p], no_index, into)) break;
     for (std::uint32_t i = c.ready[p].head; i != no_index; i = router_.subscription_at(i).next_ready) {
       if (!gather_queue(c, router_.subscription_at(i).waiting, i, into)) break;
     }
@@ -303,8 +297,7 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
     const slot_ref slot = entries_.at(at);
     if (!slots_.alive(slot) || slots_.expires(slot.index) < now_)
       continue; // dropped when it comes to the front
-    if (into.full() ||
-        !gather_frame(c, slot.index, c.ours == side::client ? next_mask() : wire::mask_key{}, 0, into)) {
+    if (into.full() || !gather_frame(c, slot.index, masks(c) ? next_mask() : wire::mask_key{}, 0, into)) {
       into.more = true;
       return false;
     }
@@ -315,6 +308,11 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
   return true;
 }
 
+// Clients mask their frames; Hop of 2014 cannot read masked ones.
+bool core::masks(const connection& c) const noexcept {
+  return c.ours == side::client && options_.profile != peer_profile::hop_2014;
+}
+
 // One frame, or what is left of it behind `skip` bytes. As a server the header stands in front of the text
 // already, for all peers alike; as a client the frame is masked into a room of the core's. False when that is
 // full.
@@ -322,7 +320,7 @@ bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key&
                         batch& into) noexcept {
   const std::span<char> text = slots_.text(slot);
   const auto payload = std::as_writable_bytes(text);
-  if (c.ours == side::server) {
+  if (!masks(c)) {
     const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::server);
     const std::span<const std::byte> frame{payload.data() - header, payload.size() + header};
     into.add(frame.subspan(skip), {.from = nullptr, .slot = slot});
@@ -353,9 +351,8 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
       c.begun.written += part;
       if (whole) {
         slots_.end(c.begun.slot);
-        release(c.begun.slot);
-        c.begun = {};
-        add(counter::messages_out);
+        note_sent(c, c.begun.slot);
+        release(std::exchange(c.begun, {}).slot);
       }
     } else if (part > 0) {
       // What stands in front of it was passed over when it was gathered, because it is dead.
@@ -364,8 +361,8 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
       (void)entries_.pop(*piece.from); // its reference is released below, or goes on as the begun frame's
       if (piece.subscription != no_index) settle_sent(router_.subscription_at(piece.subscription));
       if (whole) {
+        note_sent(c, piece.slot);
         release(piece.slot);
-        add(counter::messages_out);
       } else {
         slots_.begin(piece.slot);
         c.begun = {.slot = piece.slot, .written = part, .key = piece.key};
@@ -374,6 +371,12 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
     if (!whole) return settle_ready(c);
   }
   settle_ready(c);
+}
+
+void core::note_sent(connection& c, std::uint32_t slot) noexcept {
+  add(counter::messages_out);
+  ++c.messages_out;
+  if (letters_.under_way(slot)) letters_.at(slot).sent = true;
 }
 
 // A throttled subscription's next message is due a period after this one was, or after now if that is long

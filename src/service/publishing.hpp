@@ -7,23 +7,21 @@
 
 namespace rowe::service {
 
-// The message of `topic` whose body `write_body(json::writer&)` writes, in a slot with one reference;
-// no_index, counted, when there is no slot or none is large enough.
-template <class WriteBody>
-std::uint32_t core::encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept {
+inline constexpr std::uint32_t direct_depth = 64; // answers to one peer that it has not read yet
+
+// The whole text of one message, which `write_text(json::writer&)` writes, in a slot with one reference;
+// no_index, counted, when there is no slot or none is large enough. Tried in a small slot first.
+template <class WriteText>
+std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noexcept {
   counter why = counter::no_slot;
   for (const std::size_t size : {slots_.small_bytes(), slots_.large_bytes()}) {
     const auto slot = slots_.take(size);
     if (!slot) continue;
     json::writer text{slots_.room(*slot)};
-    text.append(router_.head(topic));
-    const std::size_t body_at = text.bytes();
-    write_body(text);
-    const std::size_t body_bytes = text.bytes() - body_at;
-    text.append(wire::rosbridge::publish_tail);
+    write_text(text);
     if (!text.overflowed()) {
       if (text.nonfinite() != 0) add(counter::nonfinite, text.nonfinite());
-      finish(*slot, text.bytes(), body_at, body_bytes, expires);
+      seal(*slot, text.bytes(), expires);
       return *slot;
     }
     release(*slot);
@@ -31,6 +29,39 @@ std::uint32_t core::encode(std::uint32_t topic, rt::time_point expires, WriteBod
   }
   add(why);
   return no_index;
+}
+
+// An answer to one peer: never thinned out, never late. Returns its slot; no_index when it is lost, counted.
+template <class WriteText>
+std::uint32_t core::answer(connection& c, WriteText&& write_text) noexcept {
+  if (!c.open()) return no_index;
+  while (drop_dead_front(c.direct)) continue;
+  const std::uint32_t slot = c.direct.count < direct_depth ? compose(rt::never, write_text) : no_index;
+  if (c.direct.count >= direct_depth) add(counter::outbox_full);
+  if (slot == no_index) return no_index;
+  if (entries_.push(c.direct, slots_.ref(slot))) {
+    list(c);
+    return slot;
+  }
+  release(slot);
+  add(counter::outbox_full);
+  return no_index;
+}
+
+// The message of `topic` whose body `write_body(json::writer&)` writes, as compose() does.
+template <class WriteBody>
+std::uint32_t core::encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept {
+  std::size_t body_at = 0;
+  std::size_t body_bytes = 0;
+  const std::uint32_t slot = compose(expires, [&](json::writer& text) {
+    text.append(router_.head(topic));
+    body_at = text.bytes();
+    write_body(text);
+    body_bytes = text.bytes() - body_at;
+    text.append(wire::rosbridge::publish_tail);
+  });
+  if (slot != no_index) slots_.mark_body(slot, body_at, body_bytes);
+  return slot;
 }
 
 // Sends a value to everyone who wants it now. `published` is its own time, `expires` the end of it.

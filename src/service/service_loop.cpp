@@ -8,8 +8,6 @@ namespace {
 
 using clock = rt::monotonic_clock;
 
-// An endpoint whose handles nobody listens to sleeps this long at a time; set-up and sockets wake it earlier.
-constexpr rt::duration rest_max = std::chrono::milliseconds{250};
 constexpr rt::duration goodbye_max =
     std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
 
@@ -38,8 +36,7 @@ void service_loop::run(bool fifo) noexcept {
 void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   const rt::time_point now = clock::now();
   switch (policy_) {
-  case idle::poll:
-    return carrier_.wait(now, std::min(next, now + (core_.lanes_wanted() ? poll_period_ : rest_max)));
+  case idle::poll: return carrier_.wait(now, std::min(next, now + core_.patience(poll_period_)));
   case idle::spin:
     if (const rt::duration nap = fifo ? naps_.due(now) : rt::duration{0}; nap > rt::duration{0}) {
       carrier_.wait(now, now + nap);

@@ -42,8 +42,8 @@ services::added services::add(std::string_view name, std::string_view type, std:
                               connection_id peer) noexcept {
   assert(name.size() <= name_bytes_max_ && type.size() <= name_bytes_max_);
   if (find(name) != no_index) return {no_index, refusal::taken};
-  const auto free = std::find_if(entries_.begin(), entries_.end(),
-                                 [](const service_entry& e) { return e.hash == 0; });
+  const auto free =
+      std::find_if(entries_.begin(), entries_.end(), [](const service_entry& e) { return e.hash == 0; });
   if (free == entries_.end()) return {no_index, refusal::no_room};
   *free = {.hash = hash_of_service(name),
            .lane = lane,

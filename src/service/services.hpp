@@ -42,7 +42,9 @@ class services {
   void remove(std::uint32_t index) noexcept;
 
   service_entry& at(std::uint32_t index) noexcept { return entries_[index]; }
-  std::string_view name(std::uint32_t index) const noexcept { return {names(index), entries_[index].name_bytes}; }
+  std::string_view name(std::uint32_t index) const noexcept {
+    return {names(index), entries_[index].name_bytes};
+  }
   std::string_view type(std::uint32_t index) const noexcept {
     return {names(index) + name_bytes_max_, entries_[index].type_bytes};
   }

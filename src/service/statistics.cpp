@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The topic /rowe/stats: what the endpoint knows of itself, for the page and for tools, at most ten times a
 // second and only while somebody listens. docs/concepts.md describes its members.
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -53,6 +54,102 @@ void core::publish_statistics() noexcept {
 
 void core::write_statistics(json::writer& into, rt::duration since) noexcept {
   into.begin_object();
+  write_state(into, since);
+  into.end_object();
+}
+
+// The service /rowe/stats: the topic's members, and all that is too much for ten times a second.
+void core::write_report(json::writer& into) noexcept {
+  into.begin_object();
+  write_state(into, std::max<rt::duration>(now_ - statistics_at_, rt::duration{1}));
+  write_connections(into);
+  into.key("counters");
+  into.begin_object();
+  for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
+    into.key(counter_descriptions[i].name);
+    into.number(read_count(shown_, lanes_, static_cast<counter>(i)));
+  }
+  into.end_object();
+  into.key("limits");
+  into.begin_object();
+  for (const auto& [name, value] : {
+           std::pair{"connections_max", std::size_t{bounds_.connections_max}},
+           std::pair{"connections_per_address_max", std::size_t{bounds_.connections_per_address_max}},
+           std::pair{"handshakes_max", std::size_t{bounds_.handshakes_max}},
+           std::pair{"message_bytes_max", std::size_t{bounds_.message_bytes_max}},
+           std::pair{"fragments_max", std::size_t{bounds_.fragments_max}},
+           std::pair{"depth_max", std::size_t{bounds_.depth_max}},
+           std::pair{"topics_max", std::size_t{bounds_.topics_max}},
+           std::pair{"topic_bytes_max", std::size_t{bounds_.topic_bytes_max}},
+           std::pair{"subscriptions_max", std::size_t{bounds_.subscriptions_max}},
+           std::pair{"subscriptions_per_connection_max",
+                     std::size_t{bounds_.subscriptions_per_connection_max}},
+           std::pair{"advertisements_per_connection_max",
+                     std::size_t{bounds_.advertisements_per_connection_max}},
+           std::pair{"small_slots", std::size_t{bounds_.small_slots}},
+           std::pair{"small_slot_bytes", std::size_t{bounds_.small_slot_bytes}},
+           std::pair{"large_slots", std::size_t{bounds_.large_slots}},
+           std::pair{"queue_depth_max", std::size_t{bounds_.queue_depth_max}},
+           std::pair{"queued_max", std::size_t{bounds_.queued_max}},
+           std::pair{"services_max", std::size_t{bounds_.services_max}},
+           std::pair{"calls_max", std::size_t{bounds_.calls_max}},
+           std::pair{"calls_per_connection_max", std::size_t{bounds_.calls_per_connection_max}},
+           std::pair{"door_slots", std::size_t{bounds_.door_slots}},
+           std::pair{"door_slot_bytes", std::size_t{bounds_.door_slot_bytes}},
+           std::pair{"lanes_max", std::size_t{bounds_.lanes_max}},
+           std::pair{"lane_bytes", bounds_.lane_bytes},
+           std::pair{"events_max", std::size_t{bounds_.events_max}},
+       }) {
+    into.key(name);
+    into.number(value);
+  }
+  into.end_object();
+  into.end_object();
+}
+
+void core::write_connections(json::writer& into) noexcept {
+  into.key("connections");
+  into.begin_array();
+  for (connection& c : connections_) {
+    if (!c.open()) continue;
+    std::uint64_t queued = c.direct.count;
+    for (const queue& waiting : c.letters) queued += waiting.count;
+    for (std::uint32_t i = c.first_subscription; i != no_index;
+         i = router_.subscription_at(i).next_on_connection) {
+      queued += router_.subscription_at(i).waiting.count;
+    }
+    into.begin_object();
+    into.key("address");
+    into.string(c.peer());
+    into.key("role");
+    into.string(c.ours == side::client ? "server" : "client"); // what the peer is
+    into.key("dialect");
+    into.string(c.messages_in == 0 ? "none" : c.spoke_last == dialect::rosbridge ? "rosbridge" : "bare");
+    into.key("bare");
+    into.boolean(c.bare);
+    into.key("since_s");
+    into.number(rounded(seconds(now_ - c.opened_at)));
+    into.key("silent_s");
+    into.number(rounded(seconds(now_ - c.heard_at)));
+    into.key("messages_in");
+    into.number(c.messages_in);
+    into.key("messages_out");
+    into.number(c.messages_out);
+    into.key("queued");
+    into.number(queued);
+    into.key("blocked");
+    into.boolean(c.blocked);
+    into.key("subscriptions");
+    into.number(c.subscriptions);
+    into.key("calls");
+    into.number(c.calls_asked);
+    into.end_object();
+  }
+  into.end_array();
+}
+
+// What both have.
+void core::write_state(json::writer& into, rt::duration since) noexcept {
   into.key("name");
   into.string({name_.data(), name_bytes_});
   into.key("uptime_s");
@@ -72,7 +169,6 @@ void core::write_statistics(json::writer& into, rt::duration since) noexcept {
   write_losses(into);
   into.key("cycle_us_max");
   into.number(rounded(static_cast<double>(shown_.counts.read(counter::cycle_ns_max)) / 1000));
-  into.end_object();
 }
 
 void core::write_topics(json::writer& into, rt::duration since) noexcept {

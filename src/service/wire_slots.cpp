@@ -3,6 +3,8 @@
 
 #include <cassert>
 
+#include "service/calls.hpp"
+
 namespace rowe::service {
 namespace {
 
@@ -14,9 +16,9 @@ constexpr std::size_t stride(std::size_t bytes) noexcept {
   return (whole + rt::line_bytes - 1) / rt::line_bytes * rt::line_bytes;
 }
 
-// A relayed message gains the envelope around it, and its topic's name may have to be escaped.
+// A message that is passed on gains the envelope around it: a name that may have to be escaped, and an id.
 constexpr std::size_t envelope_bytes_max(const limits& bounds) noexcept {
-  return 64 + 6 * std::size_t{bounds.topic_bytes_max};
+  return 64 + 6 * std::size_t{bounds.topic_bytes_max} + call_table::id_bytes_max;
 }
 
 std::size_t large_slot_bytes(const limits& bounds) noexcept {
@@ -29,6 +31,8 @@ std::size_t slots_bytes(const limits& bounds) noexcept {
 }
 
 } // namespace
+
+std::size_t wire_slots::large_bytes(const limits& bounds) noexcept { return large_slot_bytes(bounds); }
 
 std::size_t wire_slots::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for<slot>(bounds.small_slots + bounds.large_slots) +
@@ -73,14 +77,16 @@ std::span<char> wire_slots::room(std::uint32_t index) noexcept {
   return {base(index), small(index) ? small_bytes_ : large_bytes_};
 }
 
-void wire_slots::finish(std::uint32_t index, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
-                        rt::time_point expires) noexcept {
-  assert(bytes <= room(index).size() && body_at + body_bytes <= bytes);
-  slot& filled = slots_[index];
-  filled.bytes = static_cast<std::uint32_t>(bytes);
-  filled.body_at = static_cast<std::uint32_t>(body_at);
-  filled.body_bytes = static_cast<std::uint32_t>(body_bytes);
-  filled.expires = expires;
+void wire_slots::finish(std::uint32_t index, std::size_t bytes, rt::time_point expires) noexcept {
+  assert(bytes <= room(index).size());
+  slots_[index].bytes = static_cast<std::uint32_t>(bytes);
+  slots_[index].expires = expires;
+}
+
+void wire_slots::mark_body(std::uint32_t index, std::size_t at, std::size_t bytes) noexcept {
+  assert(at + bytes <= slots_[index].bytes);
+  slots_[index].body_at = static_cast<std::uint32_t>(at);
+  slots_[index].body_bytes = static_cast<std::uint32_t>(bytes);
 }
 
 std::span<char> wire_slots::text(std::uint32_t index) noexcept { return {base(index), slots_[index].bytes}; }

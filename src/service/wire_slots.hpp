@@ -31,20 +31,25 @@ class wire_slots {
   static constexpr std::size_t headroom_bytes = 16; // the longest frame header is 14
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  static std::size_t large_bytes(const limits& bounds) noexcept; // of a large slot
   wire_slots(rt::arena& memory, const limits& bounds) noexcept;
 
   std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
 
   // A free slot of at least `bytes`, with one reference; nothing when all of that size are taken.
   std::optional<std::uint32_t> take(std::size_t bytes) noexcept;
+  // Whether there is one for so many bytes, a large one if need be.
+  bool has_free(std::size_t bytes) const noexcept {
+    return (bytes <= small_bytes_ && free_small_ != no_index) || free_large_ != no_index;
+  }
   std::size_t small_bytes() const noexcept { return small_bytes_; }
   std::size_t large_bytes() const noexcept { return large_bytes_; }
 
-  // The whole room of a slot, to encode into; finish() says what of it was used and where the body lies in
-  // it.
+  // The whole room of a slot, to encode into; finish() says what of it was used, and mark_body() where in it
+  // the body of a topic's message lies.
   std::span<char> room(std::uint32_t index) noexcept;
-  void finish(std::uint32_t index, std::size_t bytes, std::size_t body_at, std::size_t body_bytes,
-              rt::time_point expires) noexcept;
+  void finish(std::uint32_t index, std::size_t bytes, rt::time_point expires) noexcept;
+  void mark_body(std::uint32_t index, std::size_t at, std::size_t bytes) noexcept;
 
   slot_ref ref(std::uint32_t index) const noexcept { return {index, slots_[index].generation}; }
   // False once the slot was freed, whether used again or not.
@@ -54,7 +59,9 @@ class wire_slots {
   std::span<const char> body(std::uint32_t index) const noexcept;
 
   void retain(std::uint32_t index) noexcept { ++slots_[index].references; }
-  // A reference that is no delivery: a latched topic's last value. expire() does not count it.
+  std::uint32_t references(std::uint32_t index) const noexcept { return slots_[index].references; }
+  // A reference that is no delivery: a latched topic's last value, a letter that is under way. expire() does
+  // not count it.
   void keep(std::uint32_t index) noexcept {
     retain(index);
     slots_[index].kept = true;

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Messages that are not of a topic: to one connection or to everyone who speaks the bare dialect, and the
+// requests of calls. A letter lies in a wire slot like everything that is written. While it is under way it
+// keeps that slot, so that its sender can be told what became of it: `sent` when at least one peer was
+// given all of it, else why not. One that finds no peer, or loses all it had before they were given it, waits
+// in the waiting room until one comes or its time is over: a list through the letters themselves, so that
+// taking one out of the middle costs as little as out of a short one. Service thread only.
+#pragma once
+#include <cassert>
+#include <cstdint>
+#include <span>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/options.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/calls.hpp"
+#include "service/wire_slots.hpp"
+
+namespace rowe::service {
+
+struct letter {
+  enum class state : std::uint8_t { none, queued, waiting };
+  state now = state::none;
+  rowe::priority priority = rowe::priority::normal;
+  bool everyone = false; // else to one connection, with which it is lost
+  bool sent = false;
+  party sender{};                // who wants to know; nobody
+  detail::call_ref own{};        // and by which place of its own table, if it is a lane
+  detail::call_ref request_of{}; // the call whose request this is
+  std::uint32_t previous = no_index;
+  std::uint32_t next = no_index;
+};
+
+class letters {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<letter>(bounds.small_slots + bounds.large_slots);
+  }
+  letters(rt::arena& memory, const limits& bounds) noexcept
+      : letters_{memory.carve<letter>(bounds.small_slots + bounds.large_slots)} {}
+
+  letter& at(std::uint32_t slot) noexcept { return letters_[slot]; }
+  bool under_way(std::uint32_t slot) const noexcept { return letters_[slot].now != letter::state::none; }
+
+  void wait(std::uint32_t slot) noexcept {
+    letter& l = letters_[slot];
+    assert(l.now == letter::state::queued);
+    l.now = letter::state::waiting;
+    l.previous = last_;
+    l.next = no_index;
+    (last_ == no_index ? first_ : letters_[last_].next) = slot;
+    last_ = slot;
+    ++waiting_;
+  }
+  // Out of the waiting room, if it is there.
+  void stop_waiting(std::uint32_t slot) noexcept {
+    letter& l = letters_[slot];
+    if (l.now != letter::state::waiting) return;
+    (l.previous == no_index ? first_ : letters_[l.previous].next) = l.next;
+    (l.next == no_index ? last_ : letters_[l.next].previous) = l.previous;
+    l.now = letter::state::queued;
+    --waiting_;
+  }
+  void forget(std::uint32_t slot) noexcept {
+    stop_waiting(slot);
+    letters_[slot] = {};
+  }
+
+  std::uint32_t first_waiting() const noexcept { return first_; }
+  std::uint32_t next_waiting(std::uint32_t slot) const noexcept { return letters_[slot].next; }
+  std::uint32_t waiting() const noexcept { return waiting_; }
+
+  bool check() const noexcept {
+    std::uint32_t count = 0;
+    std::uint32_t before = no_index;
+    for (std::uint32_t i = first_; i != no_index; before = i, i = letters_[i].next) {
+      if (++count > waiting_ || letters_[i].now != letter::state::waiting || letters_[i].previous != before)
+        return false;
+    }
+    return count == waiting_ && last_ == before;
+  }
+
+ private:
+  std::span<letter> letters_;
+  std::uint32_t first_ = no_index;
+  std::uint32_t last_ = no_index;
+  std::uint32_t waiting_ = 0;
+};
+
+} // namespace rowe::service

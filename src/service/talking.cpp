@@ -1,0 +1,409 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plain messages of the bare dialect, both ways: what lanes and threads at the front door send, how a letter
+// finds its peers and its sender learns what became of it, and who in this process receives what peers say.
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cstring>
+#include <utility>
+
+#include "service/core.hpp"
+#include "service/publishing.hpp"
+#include "json/decoder.hpp"
+
+namespace rowe::service {
+namespace {
+
+using detail::entry;
+
+constexpr std::size_t entries_budget = 64; // taken from one lane, or from the front door, in one cycle
+
+// Hop writes nine length bytes beyond this, and reads none.
+constexpr std::size_t hop_bytes_max = 65535;
+
+rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
+
+party party_of_door(std::uint32_t slot) noexcept { return {.who = party::kind::door, .index = slot}; }
+
+} // namespace
+
+// ---- out of the lanes
+
+void core::take_entries(std::uint32_t index) noexcept {
+  lane_view& view = views_[index];
+  const detail::emptying_end& path = lanes_[index].service.out;
+  for (std::size_t left = entries_budget; left > 0; --left) {
+    if (view.held == no_index) view.held = path.out->try_pop().value_or(no_index);
+    if (view.held == no_index || !take_entry(index, view.held)) return;
+    path.home->give(std::exchange(view.held, no_index));
+  }
+  lanes_left_ = true;
+}
+
+// False when it must wait for room further on.
+bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
+  const detail::lane& lane = lanes_[index];
+  const detail::value_header& header = *lane.service.out.slots.header(slot);
+  const std::byte* const value = lane.service.out.slots.value(slot);
+  const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
+  const party us{.who = party::kind::lane, .index = index, .generation = views_[index].generation};
+  const party waits = header.own.generation != 0 ? us : party{};
+  switch (header.what) {
+  case entry::message:
+    return post({.text = text,
+                 .sender = waits,
+                 .own = header.own,
+                 .to = header.peer,
+                 .only_now = header.expires_ns == header.stamped_ns,
+                 .expires = time_of(header.expires_ns),
+                 .priority = lane.priority});
+  case entry::invocation: {
+    asking what{.is = asking::form::object, .text = text, .to = header.peer};
+    if (lane.kind == detail::lane_kind::call_text) what.is = asking::form::args;
+    if (lane.kind == detail::lane_kind::call_value)
+      what = {.is = asking::form::value, .encoder = lane.encoder, .value = value, .to = header.peer};
+    start_call(us, header.own, lane.name(), what, time_of(header.expires_ns));
+    return true;
+  }
+  case entry::reply:
+  case entry::refusal: {
+    const status done = header.what == entry::refusal ? refuse_call(us, header.call, text)
+                        : lane.encoder != nullptr
+                            ? answer_call(us, header.call, {}, &lane, value, waits, header.own)
+                            : answer_call(us, header.call, text, nullptr, nullptr, waits, header.own);
+    if (!done) tell(waits, header.own, done);
+    return true;
+  }
+  case entry::end: break; // only ever comes the other way
+  }
+  return true;
+}
+
+// ---- out of the front door
+
+void core::take_from_door() noexcept {
+  for (std::size_t left = entries_budget; left > 0; --left) {
+    if (door_held_ == no_index)
+      (void)door_.take([&](std::uint32_t slot) { door_held_ = slot; }, 1); // how many is seen by what is held
+    if (door_held_ == no_index || !take_door_slot(door_held_)) return;
+    door_held_ = no_index;
+  }
+  lanes_left_ = true;
+}
+
+bool core::take_door_slot(std::uint32_t slot) noexcept {
+  const door_header& asked = door_.request(slot);
+  const std::string_view text = door_.request_text(slot);
+  const party us = party_of_door(slot);
+  switch (asked.what) {
+  case door_request::message: {
+    const bool taken = post({.text = text,
+                             .sender = asked.wants_outcome ? us : party{},
+                             .to = asked.peer,
+                             .only_now = asked.expires == asked.stamped,
+                             .expires = asked.expires});
+    if (taken && !asked.wants_outcome) door_.settle(slot, {});
+    return taken;
+  }
+  case door_request::invocation:
+    start_call(us, {}, {}, {.is = asking::form::object, .text = text, .to = asked.peer}, asked.expires);
+    return true;
+  case door_request::reply:
+  case door_request::refusal: {
+    const party waits = asked.wants_outcome ? us : party{};
+    const status done = asked.what == door_request::refusal
+                            ? refuse_call(us, asked.call, text)
+                            : answer_call(us, asked.call, text, nullptr, nullptr, waits, {});
+    if (!done || !asked.wants_outcome || asked.what == door_request::refusal) door_.settle(slot, done);
+    return true;
+  }
+  }
+  return true;
+}
+
+// ---- letters
+
+// What a user wrote is one JSON object without the members that are ours.
+status core::check_text(std::string_view text) noexcept {
+  if (const status valid = validator_.validate(text); !valid) return valid;
+  if (json::root(text).type != json::kind::object) return errc::not_an_object;
+  if (const auto at = wire::bare::find_reserved(text))
+    return error{errc::reserved_member, static_cast<std::int64_t>(*at)};
+  if (options_.profile != peer_profile::standard && text.size() > hop_bytes_max)
+    return error{errc::too_big, static_cast<std::int64_t>(text.size()), hop_bytes_max};
+  return {};
+}
+
+// Where a message has one peer to go to, it waits for room in that peer's queue, so that its sender finds the
+// lane full instead of losing something. Among several, one that does not read must not stop the others.
+bool core::has_room_for(const message& m) noexcept {
+  const connection* only = nullptr;
+  for (const connection& c : connections_) {
+    if (!c.open() || (m.to.generation != 0 ? c.id != connection_id{m.to.index, m.to.generation} : !c.bare))
+      continue;
+    if (only != nullptr) return true;
+    only = &c;
+  }
+  return only == nullptr || m.only_now ||
+         only->letters[static_cast<std::size_t>(m.priority)].count < bounds_.queue_depth_max;
+}
+
+// False when it must wait for room. Else its sender is told what comes of it, at once or later.
+bool core::post(const message& m) noexcept {
+  const auto fails = [&](const status& why, counter as) {
+    add(as);
+    tell(m.sender, m.own, why);
+    return true;
+  };
+  // Only now: in the cycle that takes it, however long it has lain in its lane.
+  const rt::time_point expires = m.only_now ? now_ : m.expires;
+  if (expires < now_) return fails(errc::expired, counter::expired);
+  if (const status fine = check_text(m.text); !fine) {
+    return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
+  }
+  if (m.to.generation != 0) {
+    const connection* const to = find({m.to.index, m.to.generation});
+    if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
+  }
+  if (!has_room_for(m)) return false;
+  if (m.text.size() > slots_.large_bytes()) {
+    return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
+                       static_cast<std::int64_t>(slots_.large_bytes())},
+                 counter::too_big);
+  }
+  if (!slots_.has_free(m.text.size())) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
+  const std::uint32_t slot = compose(expires, [&](json::writer& into) { into.append(m.text); });
+  assert(slot != no_index);
+  begin_letter(slot,
+               {.priority = m.priority, .everyone = m.to.generation == 0, .sender = m.sender, .own = m.own});
+  if (m.to.generation != 0) {
+    (void)queue_letter(connections_[m.to.index], slot); // has_room_for() said so
+  } else {
+    for (connection& c : connections_) {
+      if (c.open() && c.bare) (void)queue_letter(c, slot); // what finds no room is counted
+    }
+  }
+  send_letter(slot);
+  return true;
+}
+
+// The slot's one reference becomes the letter's, which is no delivery.
+void core::begin_letter(std::uint32_t slot, const letter& as) noexcept {
+  assert(!letters_.under_way(slot));
+  letters_.at(slot) = as;
+  letters_.at(slot).now = letter::state::queued;
+  slots_.keep(slot);
+  (void)slots_.release(slot); // never the last: keep() took one
+}
+
+// Behind the queueing: with no delivery it waits for a peer, or is over.
+void core::send_letter(std::uint32_t slot) noexcept {
+  if (slots_.references(slot) == 1) settle_letter(slot);
+}
+
+// False, counted, when the peer's queue is full.
+bool core::queue_letter(connection& c, std::uint32_t slot) noexcept {
+  queue& to = c.letters[static_cast<std::size_t>(letters_.at(slot).priority)];
+  while (drop_dead_front(to)) continue;
+  if (to.count >= bounds_.queue_depth_max || !entries_.push(to, slots_.ref(slot))) {
+    add(counter::outbox_full);
+    return false;
+  }
+  slots_.retain(slot);
+  list(c);
+  return true;
+}
+
+// All deliveries of a letter have ended, one way or the other.
+void core::settle_letter(std::uint32_t slot) noexcept {
+  letter& l = letters_.at(slot);
+  if (l.now == letter::state::waiting) return; // it has none yet
+  if (l.sent) return end_letter(slot, {});
+  const rt::time_point expires = slots_.expires(slot);
+  if (!l.everyone || closing_) return end_letter(slot, errc::peer_lost);
+  if (expires <= now_) {
+    add(counter::expired);
+    return end_letter(slot, errc::expired);
+  }
+  letters_.wait(slot);
+}
+
+// Its slot was freed by expire_slot(), whoever still had it queued.
+void core::expire_letter(std::uint32_t slot) noexcept {
+  const letter over = letters_.at(slot);
+  letters_.forget(slot);
+  tell(over.sender, over.own, over.sent ? status{} : status{errc::expired});
+}
+
+void core::end_letter(std::uint32_t slot, const status& outcome) noexcept {
+  const letter over = letters_.at(slot);
+  letters_.forget(slot);
+  slots_.unkeep(slot);
+  release(slot);
+  tell(over.sender, over.own, outcome);
+}
+
+// The request of a call that has ended is not sent any more, unless a socket is in the middle of it.
+void core::cancel_letter(slot_ref which) noexcept {
+  if (which.index == no_index || !slots_.alive(which) || !letters_.under_way(which.index)) return;
+  letters_.at(which.index).sender = {};
+  if (!slots_.expire(which.index)) return;
+  disarm(timer::slot, which.index);
+  letters_.forget(which.index);
+}
+
+// Somebody has come to whom waiting letters may be sent.
+void core::welcome(connection& c) noexcept {
+  for (std::uint32_t slot = letters_.first_waiting(); slot != no_index;) {
+    const std::uint32_t next = letters_.next_waiting(slot);
+    if (slots_.expires(slot) < now_) {
+      expire_slot(slot);
+    } else if (call* const asked = calls_.find(letters_.at(slot).request_of)) {
+      // A request goes to the first who comes.
+      letters_.stop_waiting(slot);
+      if (queue_letter(c, slot)) {
+        asked->provider = party::of(c.id, asked->provider.speaks);
+        letters_.at(slot).everyone = false;
+      } else {
+        letters_.wait(slot);
+      }
+    } else {
+      letters_.stop_waiting(slot);
+      if (!queue_letter(c, slot)) letters_.wait(slot);
+    }
+    slot = next;
+  }
+}
+
+// ---- what senders and askers are told
+
+void core::tell(const party& whom, detail::call_ref own, const status& outcome,
+                std::string_view text) noexcept {
+  if (whom.who == party::kind::lane) end_at_lane(whom, own, outcome, text);
+  if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
+}
+
+// The end of a call, or of a send that waits, at the lane that began it. Of an error, `text` is the sentence.
+void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
+                       std::string_view text) noexcept {
+  const lane_view& view = views_[whom.index];
+  if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
+  detail::lane& lane = lanes_[whom.index];
+  const detail::filling_end& path = lane.service.ends;
+  const auto slot = path.home->try_take();
+  if (!slot)
+    return add(counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
+  std::byte* const value = path.slots.value(*slot);
+  std::size_t bytes = 0;
+  if (outcome && lane.decoder != nullptr && !text.empty()) {
+    bytes = path.slots.bytes_max;
+    outcome = lane.decoder->decode(text, value);
+    if (!outcome) {
+      add(counter::undecodable);
+      text = {};
+    }
+  } else if (outcome && text.size() > path.slots.bytes_max) {
+    add(counter::too_big);
+    outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
+                    static_cast<std::int64_t>(path.slots.bytes_max)};
+    text = {};
+  }
+  if (bytes == 0) {
+    bytes = std::min(text.size(), path.slots.bytes_max); // a sentence may be cut
+    std::memcpy(value, text.data(), bytes);
+  }
+  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(now_),
+                               .expires_ns = rt::nanoseconds_of(rt::never),
+                               .bytes = static_cast<std::uint32_t>(bytes),
+                               .what = entry::end,
+                               .failed = !outcome,
+                               .outcome = outcome ? errc::misuse : outcome.code(),
+                               .own = own,
+                               .outcome_value = outcome ? 0 : outcome.error().value,
+                               .outcome_limit = outcome ? 0 : outcome.error().limit};
+  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
+}
+
+// ---- in
+
+// The lane that gets what no other handle takes: of those that receive, the one that was attached first.
+std::uint32_t core::receiver() const noexcept {
+  std::uint32_t first = no_index;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if (!views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives) continue;
+    if (first == no_index || views_[i].order < views_[first].order) first = i;
+  }
+  return first;
+}
+
+// Whether somebody waits for calls that no handle serves.
+bool core::received() const noexcept {
+  return receiver() != no_index || options_.answers_any || door_.manned();
+}
+
+rt::time_point core::inbound_expiry(std::int64_t ttl_ns) const noexcept {
+  const rt::time_point by_peer = rt::deadline_after(now_, rt::duration{ttl_ns}); // negative: never
+  return std::min(by_peer, rt::deadline_after(now_, options_.inbound_ttl));
+}
+
+// To the one who receives.
+status core::deliver_message(const detail::value_header& header, std::string_view text) noexcept {
+  const std::uint32_t lane = receiver();
+  status done = errc::full;
+  if (lane != no_index) {
+    done = fill_inbox(lane, header, text);
+  } else {
+    done = door_.deliver(
+        {.what = header.what == entry::invocation ? door_request::invocation : door_request::message,
+         .peer = header.peer,
+         .call = header.call,
+         .stamped = now_,
+         .expires = time_of(header.expires_ns)},
+        text);
+  }
+  if (!done) add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
+  return done;
+}
+
+// Into the inbox of a lane, decoded where that reads values.
+status core::fill_inbox(std::uint32_t index, const detail::value_header& header,
+                        std::string_view body) noexcept {
+  detail::lane& lane = lanes_[index];
+  const detail::filling_end& path = lane.service.in;
+  if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
+    return error{errc::too_big, static_cast<std::int64_t>(body.size()),
+                 static_cast<std::int64_t>(path.slots.bytes_max)};
+  }
+  std::uint32_t slot = no_index;
+  if (path.newest != nullptr) {
+    slot = path.newest->begin_write();
+  } else if (views_[index].spare != no_index) {
+    slot = std::exchange(views_[index].spare, no_index);
+  } else if (const auto free = path.home->try_take()) {
+    slot = *free;
+  } else {
+    return errc::full;
+  }
+  std::byte* const value = path.slots.value(slot);
+  std::size_t bytes = body.size();
+  if (lane.decoder != nullptr) {
+    bytes = path.slots.bytes_max;
+    if (const status read = lane.decoder->decode(body, value); !read) {
+      if (path.newest == nullptr) views_[index].spare = slot;
+      return read;
+    }
+  } else {
+    std::memcpy(value, body.data(), bytes);
+  }
+  *path.slots.header(slot) = header;
+  path.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
+  if (path.newest != nullptr) {
+    path.newest->end_write(slot);
+    lane.news.notify();
+  } else if (path.out->try_push(slot)) { // there is a place for every slot
+    lane.news.notify();
+  }
+  return {};
+}
+
+} // namespace rowe::service
