@@ -82,9 +82,10 @@ class hop_server(server):
     def __init__(self, path="/robot", period=later, protocols=(), program=adds_two_numbers, port=0):
         super().__init__(port)
         self.path, self.period, self.protocols, self.program = "/hop" + path, period, protocols, program
+        self.upgraded = []  # streams
         self.heard = []  # texts
         self.drops = []  # the bytes that ended a connection
-        self.ends = []   # connections that ended in any way
+        self.ends = []  # connections that ended in any way
 
     @property
     def url(self):
@@ -92,8 +93,11 @@ class hop_server(server):
 
     def send(self, text):
         """To everybody."""
-        for one in list(self.streams):
-            one.send(frame(text, self.period, masked=False))
+        for one in list(self.upgraded):
+            try:
+                one.send(frame(text, self.period, masked=False))
+            except gone:
+                pass  # its own thread notices
 
     def serve(self, one):
         try:
@@ -123,6 +127,7 @@ class hop_server(server):
         elif asked["websocket-protocol"]:
             fields += [("WebSocket-Protocol", asked["websocket-protocol"])]
         one.send(answer("101 Switching Protocols", fields))
+        self.note(self.upgraded, one)
 
 
 class hop_client:

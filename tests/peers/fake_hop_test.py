@@ -66,6 +66,7 @@ class serving(unittest.TestCase):
     def test_writes_nine_bytes_of_length_beyond_65535(self):
         for hop, head in ((self.later, b"\x81\x7f"), (self.early, b"\x81")):
             p = self.connect(hop)
+            hop.wait(lambda h=hop: h.upgraded, "the connection")
             hop.send("x" * 65535)
             self.assertEqual(p.receive_frame()[2], b"x" * 65535)
             hop.send("x" * 70000)

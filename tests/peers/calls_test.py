@@ -1,0 +1,316 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calls, publishing and plain messages: the program against a rosbridge_server with all its oddities, and
+against Hop peers of both periods with the profile for them.
+
+Skipped, with the reason, where the program has no such verb or option yet.
+"""
+import json
+import re
+import signal
+import subprocess
+import unittest
+
+from fake_hop import dropped, hop_client, hop_server, later, may_2014
+from fake_rosbridge import fake_rosbridge
+from program import hub, in_parallel, program, run
+from server import gone
+from websocket import TEXT, frame, peer
+
+sum_of = {"service": "add-two-numbers", "a": 38, "b": 4}
+# Longer than an endpoint waits before it pings (3 s), and before it cuts who is silent (8 s).
+silence = 9.5
+
+
+def setUpModule():
+    if not re.search(r"(?m)^ +call ", "\n".join(run("help").stdout)):
+        raise unittest.SkipTest("`rowe help` lists no call")
+
+
+def parsed(lines):
+    return [json.loads(line) for line in lines]
+
+
+class calling_ros(unittest.TestCase):
+    def setUp(self):
+        self.bridge = self.enterContext(fake_rosbridge())
+
+    def call(self, *arguments):
+        return run("call", self.bridge.url, *arguments)
+
+    def calls(self):
+        return [message for _, message in self.bridge.heard if message["op"] == "call_service"]
+
+    def fails(self, code, *arguments, says):
+        ended = self.call(*arguments)
+        self.assertEqual(ended.code, code, ended.stderr)
+        self.assertEqual(ended.stdout, [])
+        for text in says:
+            self.assertIn(text, "\n".join(ended.stderr))
+
+    def test_prints_the_answer_s_values(self):
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--json")
+        self.assertEqual((ended.code, ended.stderr), (0, []))
+        self.assertEqual(ended.stdout, ['{"sum":3}'])
+        (asked,) = self.calls()
+        self.assertEqual((asked["service"], asked["args"]), ("/add_two_ints", {"a": 1, "b": 2}))
+        self.assertIn("id", asked)
+        self.assertEqual(self.bridge.ignored, [])
+
+    def test_prints_what_people_can_read(self):
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}')
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertIn("sum: 3", ended.stdout)
+
+    def test_keeps_large_integers_to_the_last_digit(self):
+        ended = self.call("/add_two_ints", '{"a":9223372036854775807,"b":0}', "--json")
+        self.assertEqual(ended.stdout, ['{"sum":9223372036854775807}'])
+
+    def test_needs_no_arguments(self):
+        ended = self.call("/add_two_ints", "--json")
+        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":0}']), ended.stderr)
+
+    def test_an_error_of_the_service_is_its_sentence(self):
+        self.fails(1, "/fail", says=["it always fails"])
+        self.fails(1, "/nope/deeper", says=["Service /nope/deeper does not exist"])
+
+    def test_an_error_that_is_no_sentence_is_an_error_all_the_same(self):
+        for values in ({"code": 7}, None, 7, ["x"]):
+            self.bridge.on_call_service = lambda sender, m, v=values: self.bridge.respond(
+                sender, m["id"], m["service"], v, False)
+            self.fails(1, "/odd", says=["/odd"])
+
+    def test_a_service_that_is_silent_is_a_time_out(self):
+        self.bridge.on_call_service = lambda *_: None
+        self.fails(4, "/silent", "--timeout", "200ms", says=["/silent"])
+
+    def test_a_bridge_that_goes_away_ends_the_call(self):
+        self.bridge.on_call_service = lambda *_: self.bridge.cut()
+        ended = self.call("/add_two_ints", "--timeout", "50s")
+        self.assertIn(ended.code, (1, 3), ended.stderr)
+        self.assertNotEqual(ended.stderr, [])
+
+    def test_nobody_there_is_named(self):
+        ended = run("call", "127.0.0.1:1", "/add_two_ints", "--timeout", "300ms")
+        self.assertEqual(ended.code, 3, ended.stderr)
+        self.assertIn("nobody listens at 127.0.0.1:1", ended.stderr[-1])
+
+    def test_answers_to_others_are_not_taken_for_ours(self):
+        def misleads(sender, message):
+            wrong = {"sum": 666}
+            for identity in ("other", message["id"] + "0", message["id"][:-1], 7, None):
+                self.bridge.respond(sender, identity, message["service"], wrong, True)
+            sender.send({"op": "publish", "topic": "/add_two_ints", "msg": wrong})
+            self.bridge.respond(sender, message["id"], message["service"], {"sum": 3}, True)
+            self.bridge.respond(sender, message["id"], message["service"], wrong, True)  # once more
+
+        self.bridge.on_call_service = misleads
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--repeat", "20", "--json")
+        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}'] * 20), ended.stderr)
+
+    def test_repeats_with_an_id_of_its_own_each_time(self):
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--repeat", "50", "--json")
+        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}'] * 50), ended.stderr)
+        self.assertEqual(len({asked["id"] for asked in self.calls()}), 50)
+
+    def test_fragments_are_not_asked_for(self):
+        self.call("/add_two_ints")
+        self.assertNotIn("fragment_size", self.calls()[0])
+
+
+class publishing_to_ros(unittest.TestCase):
+    def setUp(self):
+        self.bridge = self.enterContext(fake_rosbridge())
+        self.bridge.topics["/base/cmd_vel"] = "geometry_msgs/Twist"
+        self.bridge.topics["/text"] = "std_msgs/String"
+
+    def test_once(self):
+        ended = run("pub", self.bridge.url, "/base/cmd_vel", '{"linear":{"x":0.25}}', "--once")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.bridge.wait(lambda: self.bridge.arrived("/base/cmd_vel"), "the command")
+        (twist,) = self.bridge.arrived("/base/cmd_vel")
+        self.assertEqual((twist["linear"]["x"], twist["angular"]["z"]), (0.25, 0.0))
+
+    def test_at_a_rate(self):
+        ended = run("pub", self.bridge.url, "/text", '{"data":"/é"}', "-r", "200", "-n", "20")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.bridge.wait(lambda: len(self.bridge.arrived("/text")) == 20, "all of them")
+        self.assertEqual(self.bridge.arrived("/text"), [{"data": "/é"}] * 20)
+
+    def test_line_by_line(self):
+        texts = [{"data": str(i)} for i in range(10)]
+        with program("pub", self.bridge.url, "/text", "-", stdin=subprocess.PIPE) as pub:
+            pub.process.stdin.write("".join(json.dumps(text) + "\n" for text in texts).encode())
+            pub.process.stdin.close()
+            self.assertEqual(pub.end(), 0, pub.stderr)
+        self.bridge.wait(lambda: len(self.bridge.arrived("/text")) == 10, "all of them")
+        self.assertEqual(self.bridge.arrived("/text"), texts)
+
+
+class hop_profile:
+    """A Hop program of one period at the other end: it must meet nothing it does not know, to the end."""
+
+    def setUp(self):
+        self.hop = self.enterContext(hop_server(period=self.period))
+
+    def rowe(self, verb, *arguments, hop=None):
+        ended = run(verb, (hop or self.hop).url, *arguments, "--bare", "--profile", self.profile)
+        self.untouched(hop or self.hop)
+        return ended
+
+    def untouched(self, hop):
+        hop.wait(lambda: len(hop.ends) == len(hop.streams), "the end of every connection")
+        self.assertEqual(hop.drops, [])
+        self.assertEqual([one.offers for one in hop.requests], [[]] * len(hop.requests))
+
+    def test_the_paper_s_call(self):
+        ended = self.rowe("call", sum_of["service"], '{"a":38,"b":4}', "--json", "--repeat", "3")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertEqual([answer["result"] for answer in parsed(ended.stdout)], [42] * 3)
+        asked = parsed(self.hop.heard)
+        self.assertEqual(len({one.pop("message_id") for one in asked}), 3)
+        self.assertEqual(asked, [sum_of] * 3)
+
+    def test_a_call_that_no_program_answers_is_a_time_out(self):
+        ended = self.rowe("call", "no-such-service", "--timeout", "300ms")
+        self.assertEqual(ended.code, 4, ended.stderr)
+
+    def test_unrelated_messages_between_call_and_answer(self):
+        def chats(text):
+            identity = json.loads(text)["message_id"]
+            for other in ({"status": "busy"}, {"result": 666, "in_reply_to": identity + "0"},
+                          {"result": 666, "in_reply_to": 7}):
+                self.chatty.send(json.dumps(other))
+            return json.dumps({"in_reply_to": identity, "result": 42})
+
+        self.chatty = self.enterContext(hop_server(period=self.period, program=chats))
+        ended = self.rowe("call", sum_of["service"], "--json", hop=self.chatty)
+        self.assertEqual([answer["result"] for answer in parsed(ended.stdout)], [42], ended.stderr)
+
+    def test_plain_messages_go_as_they_are(self):
+        quiet = self.enterContext(hop_server(period=self.period, program=lambda _: None))
+        texts = ['{"x":1.5}', '{"name":"é/😀"}', json.dumps({"x": "x" * 1000})]
+        for text in texts:
+            self.assertEqual(self.rowe("pub", text, "--once", hop=quiet).code, 0)
+        self.assertEqual(parsed(quiet.heard), parsed(texts))
+
+    def test_plain_messages_are_printed(self):
+        texts = ['{"x":1.5}', json.dumps({"x": "x" * 200}), json.dumps({"x": "x" * 3000})]
+        with program("echo", self.hop.url, "--bare", "--profile", self.profile, "--json", "-n", "3") as echo:
+            self.hop.wait(lambda: self.hop.upgraded, "the connection")
+            for text in texts:
+                self.hop.send(text)
+            self.assertEqual(echo.end(), 0, echo.stderr)
+            self.assertEqual(parsed(echo.stdout), parsed(texts))
+        self.untouched(self.hop)
+
+    def test_a_message_that_hop_could_not_read_is_not_sent(self):
+        ended = self.rowe("pub", json.dumps({"x": "x" * 65536}), "--once")
+        self.assertNotIn(ended.code, (0, 130), ended.stderr)
+        self.assertNotEqual(ended.stderr, [])
+        self.assertEqual(self.hop.heard, [])
+
+    def test_another_path_is_named(self):
+        ended = run("call", f"ws://127.0.0.1:{self.hop.port}/robot", "x", "--bare", "--profile", self.profile,
+                    "--timeout", "300ms")
+        self.assertEqual(ended.code, 3, ended.stderr)
+        self.assertIn("404", "\n".join(ended.stderr))
+
+    def test_silence_is_neither_pinged_nor_cut(self):
+        with program("echo", self.hop.url, "--bare", "--profile", self.profile, "--json") as echo:
+            self.hop.wait(lambda: self.hop.upgraded, "the connection")
+            with self.assertRaises(AssertionError):
+                self.hop.wait(lambda: self.hop.ends, "an end", seconds=silence)
+            self.hop.send('{"still":"here"}')
+            echo.lines(1)
+            self.assertEqual(echo.end(signal.SIGINT), 0)
+        self.untouched(self.hop)
+
+
+class calling_later_hop(hop_profile, unittest.TestCase):
+    profile, period = "hop", later
+
+
+class calling_hop_of_may_2014(hop_profile, unittest.TestCase):
+    profile, period = "hop_2014", may_2014
+
+
+class hop_guests:
+    """Hop programs of one period as clients of `rowe serve`."""
+
+    @classmethod
+    def setUpClass(cls):
+        if "--profile" not in "\n".join(run("help", "serve").stdout):
+            raise unittest.SkipTest("`rowe help serve` lists no --profile")
+        cls.serving = cls.enterClassContext(hub("--profile", cls.profile))
+
+    def guest(self, serving=None, **how):
+        port = (serving or self.serving).port
+        return self.enterContext(hop_client(port, "/hop/robot", self.period, **how))
+
+    def check(self, hop, identity="m1"):
+        """The hub answers, in one plain text frame and with the id as it came."""
+        hop.send(json.dumps({"service": "no-such-service", "message_id": identity}))
+        answer = json.loads(hop.receive())
+        self.assertEqual((answer["in_reply_to"], answer["error"]["code"]), (identity, "no_service"))
+
+    def test_keys_of_any_length_are_taken(self):
+        for cookie in ("", 7, 1804289383, 10**13, 2**63):
+            self.check(self.guest(cookie=cookie), identity=cookie)
+
+    def test_a_subprotocol_of_the_program_s_own_is_no_obstacle(self):
+        hop = self.guest(protocol="foo")
+        self.assertNotIn("sec-websocket-protocol", hop.fields)
+        self.check(hop)
+
+    def test_silence_is_neither_pinged_nor_cut(self):
+        hop = self.guest()
+        with self.assertRaises(TimeoutError):
+            hop.receive(silence)
+        self.check(hop)
+
+    def test_the_end_comes_without_a_frame(self):
+        with hub("--profile", self.profile) as serving:
+            hop = self.guest(serving)
+            self.check(hop)
+            self.assertEqual(serving.end(signal.SIGTERM), 0)
+            with self.assertRaises(gone):
+                hop.receive()
+
+    def test_the_corrupt_length_of_a_long_message_ends_its_connection_and_no_other(self):
+        stays, leaves = self.guest(), self.guest()
+        leaves.send(json.dumps({"x": "x" * 70000}))
+        with self.assertRaises(gone):
+            leaves.receive()
+        self.check(stays)
+
+    def test_browsers_are_still_understood(self):
+        with peer(self.serving.port) as p:
+            p.send({"op": "call_service", "id": "c1", "service": "/nope"})
+            answer = p.receive()
+            self.assertEqual((answer["id"], answer["result"]), ("c1", False))
+
+    def test_many_at_once(self):
+        def talk():
+            with hop_client(self.serving.port, period=self.period) as hop:
+                for identity in range(50):
+                    self.check(hop, identity)
+
+        in_parallel(*[talk] * 8)
+
+
+class later_hop_calling(hop_guests, unittest.TestCase):
+    profile, period = "hop", later
+
+    def test_who_does_not_mask_is_refused(self):
+        hop = self.guest()
+        hop.stream.send(frame(TEXT, b"{}", mask=False))
+        with self.assertRaises((gone, dropped)):
+            hop.receive()
+
+
+class hop_of_may_2014_calling(hop_guests, unittest.TestCase):
+    profile, period = "hop_2014", may_2014
+
+
+if __name__ == "__main__":
+    unittest.main()
