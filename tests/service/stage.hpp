@@ -24,6 +24,7 @@
 #include "net/memory_transport.hpp"
 #include "service/board.hpp"
 #include "service/core.hpp"
+#include "service/front_door.hpp"
 #include "service/memory_plan.hpp"
 #include "wire/websocket.hpp"
 #include "json/encoder.hpp"
@@ -59,7 +60,12 @@ inline rowe::endpoint_options small_options() {
   options.limits.large_slots = 4;
   options.limits.queue_depth_max = 16;
   options.limits.queued_max = 256;
-  options.limits.lanes_max = 4;
+  options.limits.lanes_max = 6;
+  options.limits.services_max = 8;
+  options.limits.calls_max = 16;
+  options.limits.calls_per_connection_max = 4;
+  options.limits.door_slots = 4;
+  options.limits.door_slot_bytes = 1024;
   return options;
 }
 
@@ -75,8 +81,9 @@ class theatre {
         net{chosen.limits.connections_max},
         lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
         board{*memory.make<rowe::service::board>(memory, chosen.limits)},
+        door{*memory.make<rowe::service::front_door>(memory, chosen.limits)},
         core{*memory.make<rowe::service::core>(
-            memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board,
+            memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board, door,
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; }},
@@ -141,6 +148,7 @@ class theatre {
   rowe::rt::time_point now{std::chrono::seconds{1000}};
   rowe::rt::time_point next_wake{};
   rowe::service::board& board;
+  rowe::service::front_door& door;
   rowe::service::core& core;
   std::vector<std::unique_ptr<rowe::json::encoder>> encoders;
 };
