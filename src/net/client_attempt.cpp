@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "net/socket_options.hpp"
+#include "wire/http_fields.hpp"
 
 namespace rowe::net {
 
@@ -66,6 +67,27 @@ std::optional<std::uint16_t> status_of(std::string_view header) noexcept {
     status = status * 10 + static_cast<unsigned>(header[i] - '0');
   }
   return static_cast<std::uint16_t>(status);
+}
+
+// What is wrong with the lines of an answer, as an end of "HOST answered ...", or null. libwebsockets, which
+// judges the fields, would take the first of two and repair what is malformed.
+const char* fault_of(std::string_view header) noexcept {
+  struct once {
+    std::string_view name;
+    const char* fault;
+    bool seen = false;
+  };
+  once fields[] = {{"upgrade", "with two Upgrade headers"},
+                   {"sec-websocket-accept", "with two Sec-WebSocket-Accept headers"},
+                   {"sec-websocket-protocol", "with two Sec-WebSocket-Protocol headers"}};
+  wire::http_lines lines{header};
+  (void)lines.request_line(); // the status line, which is known to be one
+  while (const auto field = lines.next_field()) {
+    for (once& one : fields) {
+      if (wire::equal_ignoring_case(field->name, one.name) && std::exchange(one.seen, true)) return one.fault;
+    }
+  }
+  return lines.fault() == wire::line_fault::none ? nullptr : "with a malformed header";
 }
 
 const char* remedy_of(std::uint16_t status) noexcept {
@@ -257,10 +279,9 @@ void client_attempt::finish(std::string_view header, transport_sink& sink) noexc
                          static_cast<unsigned>(*status), path_.c_str()},
                 remedy_of(*status));
   // Upgrade is no part of HTTP/1.0 (RFC 7230 6.7); whoever passes it on so has not understood it.
-  if (!header.starts_with("HTTP/1.1 "))
-    return fail(sink, *status,
-                sentence{"%s answered the upgrade in another HTTP than 1.1", authority_.c_str()},
-                remedy_of(0));
+  const char* const fault =
+      header.starts_with("HTTP/1.1 ") ? fault_of(header) : "the upgrade in another HTTP than 1.1";
+  if (fault) return fail(sink, *status, sentence{"%s answered %s", authority_.c_str(), fault}, remedy_of(0));
   if (!lws_.take_answer(watch_, header))
     return fail(sink, *status,
                 sentence{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.complaint.data()},

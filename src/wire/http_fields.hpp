@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The text of an HTTP/1.1 request header taken apart, strictly by RFC 9112: every line ends in CR LF, a name
+// The text of an HTTP/1.1 header taken apart, strictly by RFC 9112: every line ends in CR LF, a name
 // is a token with its colon right behind it, nothing is folded, no control characters. Whatever is odd is a
 // fault with the line in it, never repaired: two parsers that repair differently are how requests are
-// smuggled. Used by the handshake filter only; pure, never waits, never allocates.
+// smuggled. Used by the handshake filter, and on the answers that a client gets; pure, never waits, never
+// allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -225,6 +225,17 @@ TEST_F(client, refuses_an_upgrade_in_another_http_than_1_1) { // RFC 7230 6.7: 1
   EXPECT_EQ(refusal_of(answer.replace(answer.find("1.1"), 3, "1.0")).status, 101);
 }
 
+TEST_F(client, refuses_an_answer_whose_fields_have_two_meanings) { // RFC 6455 11.3.3, 11.3.4
+  for (const std::string_view more :
+       {"Upgrade: websocket\r\n", "sec-websocket-accept: AAAAAAAAAAAAAAAAAAAAAAAAAAA=\r\n",
+        "Sec-WebSocket-Protocol: rowe.v1\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n", "X: a\r\n b\r\n",
+        "X: a\n", "X : a\r\n", "no colon\r\n", "X: \x01\r\n"}) {
+    ask();
+    drive.sink().refusals.clear();
+    EXPECT_EQ(refusal_of(good_answer(more)).status, 101) << more;
+  }
+}
+
 TEST_F(client, refuses_a_header_without_end) {
   ask();
   const auto refusal = refusal_of("HTTP/1.1 101 Switching Protocols\r\nX: " + std::string(5000, 'x'));
