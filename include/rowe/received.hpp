@@ -6,43 +6,51 @@
 #include <utility>
 
 #include <rowe/connection.hpp>
+#include <rowe/detail/lane.hpp>
 #include <rowe/options.hpp>
 
 namespace rowe {
 
-namespace detail {
-class endpoint_state;
-}
-
 // A message, call or reply that endpoint::receive() or endpoint::invoke() returned. Move-only; keeps one of
 // the endpoint's `door_slots` until it is destroyed, on any thread; may outlive its endpoint. One thread at a
-// time.
+// time. A call that is destroyed unanswered is not refused by that: endpoint::refuse() does.
 class received {
  public:
-  received(received&& from) noexcept : state_{std::move(from.state_)}, slot_{from.slot_} {}
+  received(received&& from) noexcept : state_{std::move(from.state_)}, slot_{from.slot_}, is_{from.is_} {}
   received& operator=(received&& from) noexcept {
     std::swap(state_, from.state_);
     std::swap(slot_, from.slot_);
+    std::swap(is_, from.is_);
     return *this;
   }
   ~received();
 
   // The text: one JSON object. Valid as long as this is; 64 bytes behind it may be read.
-  std::string_view text() const noexcept;
-  // From whom: no connection (false) where it came from this process itself.
-  connection from() const noexcept;
+  std::string_view text() const noexcept { return is_.text; }
+  // From whom: no connection (false) where it came from this process itself, or is a reply.
+  connection from() const noexcept { return {is_.peer.index, is_.peer.generation}; }
   // Whether it is a call: somebody waits for a reply (endpoint::reply).
-  bool wants_reply() const noexcept;
-  // When its last byte was read from the socket.
-  time_point arrived() const noexcept;
+  bool wants_reply() const noexcept { return is_.call.generation != 0; }
+  // When its last byte was read from the socket; a reply: when it was handed out.
+  time_point arrived() const noexcept { return is_.arrived; }
 
  private:
   friend class endpoint;
-  received(std::shared_ptr<detail::endpoint_state> of, std::uint32_t slot) noexcept
-      : state_{std::move(of)}, slot_{slot} {}
+  // What the slot holds.
+  struct contents {
+    std::string_view text;
+    detail::peer_ref peer{};
+    detail::call_ref call{}; // to be named in the answer; generation 0: none
+    time_point arrived{};
+    time_point expires = rt::never;
+    bool reply = false; // the slot is the one that the invocation was sent in
+  };
+  received(std::shared_ptr<detail::endpoint_state> of, std::uint32_t slot, const contents& is) noexcept
+      : state_{std::move(of)}, slot_{slot}, is_{is} {}
 
   std::shared_ptr<detail::endpoint_state> state_; // null: moved from
   std::uint32_t slot_;
+  contents is_;
 };
 
 } // namespace rowe

@@ -2,6 +2,7 @@
 // The composition root: which transport, which page, behind the public handles.
 #include <rowe/endpoint.hpp>
 
+#include <algorithm>
 #include <array>
 #include <new>
 #include <span>
@@ -100,16 +101,30 @@ endpoint::~endpoint() {
   if (state_) (void)state_->close(duration::zero()); // with nothing to drain there is nothing to report
 }
 
-result<detail::lane_handle> endpoint::open_lane(detail::lane_kind kind, std::string_view topic,
-                                                const topic_options& options, std::string_view type,
-                                                std::size_t value_bytes, const schema_description* schema) {
-  auto lane = state_->open_lane(kind, topic, options, type, value_bytes, schema);
+result<detail::lane_handle> endpoint::open(const detail::lane_request& asked) {
+  auto lane = state_->open_lane(asked);
   if (!lane) return lane.error();
   return detail::lane_handle{state_, **lane};
 }
 
+result<lane> endpoint::open_lane(const lane_options& options) {
+  const std::size_t bytes = std::max(std::size_t{options.text_bytes_max}, detail::sentence_bytes_max);
+  auto handle = open({.kind = detail::lane_kind::talk,
+                      .priority = options.priority,
+                      .receives = options.receive,
+                      .out_depth = options.depth,
+                      .in_depth = options.inbox_depth,
+                      .ends_depth = options.calls,
+                      .out_bytes = bytes,
+                      .in_bytes = bytes,
+                      .ends_bytes = bytes});
+  if (!handle) return handle.error();
+  return lane{std::move(*handle)};
+}
+
 status endpoint::wait_peer(duration patience) { return state_->wait_peer(patience); }
 std::uint32_t endpoint::peers() const noexcept { return state_->peers(); }
+std::vector<peer> endpoint::connections() const { return state_->connections(); }
 std::uint16_t endpoint::port() const noexcept { return state_->port(); }
 std::optional<event> endpoint::try_event() noexcept { return state_->try_event(); }
 std::vector<count> endpoint::counts() const { return state_->counts(); }

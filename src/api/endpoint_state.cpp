@@ -23,6 +23,8 @@ constexpr duration closing_max = std::chrono::milliseconds{1500};
 
 constexpr std::uint32_t depth_max = 4096;
 
+constexpr std::string_view own_names = "/rowe/";
+
 std::string host_name() {
   std::array<char, 64> name{};
   if (::gethostname(name.data(), name.size() - 1) != 0) return "rowe";
@@ -62,6 +64,11 @@ status check_limits(const limits& l) noexcept {
            in_range(l.large_slots, 1U, many),
            in_range(l.queue_depth_max, 1U, many),
            in_range(l.queued_max, 1U, many),
+           in_range(l.services_max, 1U, 65536U),
+           in_range(l.calls_max, 1U, 65536U),
+           in_range(l.calls_per_connection_max, 1U, 65536U),
+           in_range(l.door_slots, 1U, 4096U),
+           in_range(l.door_slot_bytes, 128U, 1U << 26),
            in_range(l.lanes_max, 1U, 1024U),
            in_range(l.lane_bytes, std::size_t{0}, lane_bytes_max),
            in_range(l.events_max, 1U, many),
@@ -85,6 +92,8 @@ status check_options(const endpoint_options& o) noexcept {
            in_range(o.stats_period, 100ms, long_time),
            in_range(o.retry_min, 1ms, long_time),
            in_range(o.retry_max, o.retry_min, long_time),
+           in_range(o.inbound_ttl, 1ms, rt::for_ever),
+           in_range(static_cast<int>(o.profile), 0, static_cast<int>(peer_profile::hop_2014)),
        }) {
     if (!one) return one;
   }
@@ -135,10 +144,11 @@ status endpoint_state::start(service::side ours) {
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
   lanes_ = memory_.carve<lane>(options_.limits.lanes_max);
-  encoders_.resize(lanes_.size());
+  codecs_.resize(lanes_.size());
   board_ = memory_.make<service::board>(memory_, options_.limits);
+  door_ = memory_.make<service::front_door>(memory_, options_.limits);
   core_ = memory_.make<service::core>(
-      memory_, service::core_options::from(options_, ours, name_), lanes_, *board_,
+      memory_, service::core_options::from(options_, ours, name_), lanes_, *board_, *door_,
       service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
       rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
@@ -164,23 +174,47 @@ status endpoint_state::start(service::side ours) {
 
 // ---- lanes
 
-status endpoint_state::check(std::string_view topic, const topic_options& options,
-                             lane_kind kind) const noexcept {
-  if (const status ok = in_range(topic.size(), std::size_t{1}, std::size_t{options_.limits.topic_bytes_max});
-      !ok) {
+status endpoint_state::check(const lane_request& asked) const noexcept {
+  const std::uint32_t name_bytes_max = options_.limits.topic_bytes_max;
+  if (asked.kind == lane_kind::talk) {
+    for (const std::uint32_t depth : {asked.out_depth, asked.in_depth, asked.ends_depth}) {
+      if (const status ok = in_range(depth, 1U, depth_max); !ok) return ok;
+    }
+    return {};
+  }
+  if (const status ok = in_range(asked.name.size(), std::size_t{1}, std::size_t{name_bytes_max}); !ok) {
     return ok;
   }
-  if (const status ok = in_range(options.depth, 1U, depth_max); !ok) return ok;
-  if (options.type.size() > options_.limits.topic_bytes_max) {
-    return error{errc::bad_argument, static_cast<std::int64_t>(options.type.size()),
-                 options_.limits.topic_bytes_max};
+  if (asked.type.size() > name_bytes_max) {
+    return error{errc::bad_argument, static_cast<std::int64_t>(asked.type.size()), name_bytes_max};
   }
-  if (kind == lane_kind::subscribe_text) return {};
-  if (topic.starts_with("/rowe/")) return errc::reserved_topic;
+  // A responder's `out` is derived from its `in`; a caller's paths are equally deep.
+  const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
+                                  ? asked.in_depth
+                                  : asked.out_depth;
+  if (const status ok = in_range(depth, 1U, depth_max); !ok) return ok;
+  return publishes(asked.kind) ? check_topic(asked) : check_service(asked);
+}
+
+status endpoint_state::check_topic(const lane_request& asked) const noexcept {
+  if (asked.name.starts_with(own_names)) return errc::reserved_topic;
   // A value that cannot live as long as it may wait for the service thread would never be sent.
-  const bool too_short = options.ttl > duration::zero() && options.ttl <= options_.poll_period &&
-                         options_.idle_policy == idle::poll;
-  if (too_short) return error{errc::bad_argument, options.ttl.count(), options_.poll_period.count()};
+  const bool too_short =
+      asked.ttl > duration::zero() && asked.ttl <= options_.poll_period && options_.idle_policy == idle::poll;
+  if (too_short) return error{errc::bad_argument, asked.ttl.count(), options_.poll_period.count()};
+  return {};
+}
+
+// "x" is "/x" by another name.
+status endpoint_state::check_service(const lane_request& asked) const noexcept {
+  if (!responds(asked.kind) && !calls(asked.kind)) return {};
+  const bool slash = asked.name.front() == '/';
+  const std::size_t bytes = asked.name.size() + (slash ? 0 : 1);
+  if (const status ok = in_range(bytes, std::size_t{2}, std::size_t{options_.limits.topic_bytes_max}); !ok) {
+    return ok;
+  }
+  const std::string_view reserved = slash ? own_names : own_names.substr(1);
+  if (responds(asked.kind) && asked.name.starts_with(reserved)) return errc::reserved_topic;
   return {};
 }
 
@@ -223,48 +257,24 @@ result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
   return fresh;
 }
 
-result<lane*> endpoint_state::open_lane(lane_kind kind, std::string_view topic, const topic_options& options,
-                                        std::string_view type, std::size_t value_bytes,
-                                        const schema_description* schema) {
-  if (const status ok = check(topic, options, kind); !ok) return ok.error();
-  if (!options.type.empty()) type = options.type;
-  type = type.substr(0, options_.limits.topic_bytes_max);
-  const rowe::keep kept = kind == lane_kind::subscribe_text ? keep::all : options.keep;
-  std::optional<json::encoder> encoder;
-  if (schema != nullptr) {
-    auto compiled = json::encoder::compile(*schema);
-    if (!compiled) return compiled.error();
-    encoder.emplace(std::move(compiled).value());
-  }
+result<lane*> endpoint_state::open_lane(const lane_request& asked) {
+  if (const status ok = check(asked); !ok) return ok.error();
+  lane_request cut = asked;
+  cut.type = cut.type.substr(0, options_.limits.topic_bytes_max);
+  auto codecs = lane_codecs::compile(asked);
+  if (!codecs) return codecs.error();
 
   const std::lock_guard set_up{set_up_};
   if (closed_) return errc::closed;
   settle_lanes();
-  const auto found = find_lane(path_bytes(kept, options.depth, value_bytes));
+  const auto found = find_lane(lane_bytes(cut));
   if (!found) return found.error();
   lane& built = **found;
-  const bool publishes = kind != lane_kind::subscribe_text;
-  built.user.out = {};
-  built.user.in = {};
-  built.service.out = {};
-  built.service.in = {};
-  build_path(built.memory, kept, options.depth, value_bytes,
-             publishes ? built.user.out : built.service.in,
-             publishes ? built.service.out : built.user.in);
-  built.kind = kind;
-  built.keep = kept;
-  built.priority = options.priority;
-  built.latched = options.latched;
-  built.ttl = options.ttl;
-  built.name_bytes = static_cast<std::uint8_t>(topic.size());
-  built.type_bytes = static_cast<std::uint8_t>(type.size());
-  std::copy(topic.begin(), topic.end(), built.name_text.begin());
-  std::copy(type.begin(), type.end(), built.type_text.begin());
-  for (rt::counter* one : {&built.published, &built.refused_full, &built.refused_too_big, &built.no_peer})
-    one->set(0);
-  auto& kept_encoder = encoders_[static_cast<std::size_t>(&built - lanes_.data())];
-  kept_encoder = std::move(encoder);
-  built.encoder = kept_encoder ? &*kept_encoder : nullptr;
+  build_lane(built, cut, board_->generations());
+  lane_codecs& kept = codecs_[static_cast<std::size_t>(&built - lanes_.data())];
+  kept = std::move(codecs).value();
+  built.encoder = kept.encoder ? &*kept.encoder : nullptr;
+  built.decoder = kept.decoder ? &*kept.decoder : nullptr;
 
   built.state.store(lane_state::offered, std::memory_order_release); // release: pairs with take_from_lanes()
   carrier_->wake();
@@ -291,11 +301,12 @@ status endpoint_state::close(duration drain) noexcept {
   if (closed_) return {};
   closed_ = true;
   if (!thread_.joinable()) return {};
+  door_->close();
   loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
   thread_.join();
+  door_->finish();
   for (lane& one : lanes_) {
-    // release: pairs with the acquire in subscriber::try_take(); the service thread is gone and pushes
-    // nothing more
+    // release: pairs with the acquire in detail::closed(); the service thread is gone and pushes nothing more
     one.heard_by.store(audience::closed, std::memory_order_release);
     count_left(one);
     one.news.notify();
@@ -333,12 +344,23 @@ std::vector<count> endpoint_state::counts() const {
   all.reserve(service::counter_descriptions.size());
   for (std::size_t i = 0; i < service::counter_descriptions.size(); ++i) {
     const auto& what = service::counter_descriptions[i];
-    all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning,
-                   service::read_count(*board_, lanes_, static_cast<counter>(i))});
+    const auto which = static_cast<counter>(i);
+    std::uint64_t value = service::read_count(*board_, lanes_, which);
+    if (which == counter::inbound_expired) value += door_->expired();
+    all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning, value});
   }
   return all;
 }
 
+bool endpoint_state::gone(peer_ref whom) const noexcept {
+  if (whom.generation == 0) return false;
+  const auto generations = board_->generations();
+  if (whom.index >= generations.size()) return true; // of another endpoint
+  // relaxed: pairs with the stores in board::set_connection(); advice, which the service thread checks again
+  return generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
+}
+
 void close_lane(endpoint_state& of, lane& gone) noexcept { of.close_lane(gone); }
+void wake_service(endpoint_state& of) noexcept { of.wake_service(); }
 
 } // namespace rowe::detail

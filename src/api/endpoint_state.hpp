@@ -10,15 +10,17 @@
 #include <string_view>
 #include <vector>
 
+#include <rowe/detail/lane_request.hpp>
 #include <rowe/endpoint.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/thread.hpp>
 
+#include "api/lane_memory.hpp"
 #include "service/board.hpp"
 #include "service/core.hpp"
+#include "service/front_door.hpp"
 #include "service/service_loop.hpp"
 #include "service/transport.hpp"
-#include "json/encoder.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::detail {
@@ -43,22 +45,29 @@ class endpoint_state {
   endpoint_state(const endpoint_state&) = delete;
   endpoint_state& operator=(const endpoint_state&) = delete;
 
-  result<lane*> open_lane(lane_kind kind, std::string_view topic, const topic_options& options,
-                          std::string_view type, std::size_t value_bytes, const schema_description* schema);
+  result<lane*> open_lane(const lane_request& asked);
   void close_lane(lane& gone) noexcept;
+  // Has the service thread look at lanes and front door now. Any thread.
+  void wake_service() noexcept { carrier_->wake(); }
 
   status close(duration drain) noexcept;
   status wait_peer(duration patience) noexcept;
   std::optional<event> try_event() noexcept;
   std::vector<count> counts() const;
   std::uint32_t peers() const noexcept { return board_->peers(); }
+  std::vector<peer> connections() const { return board_->connections(); }
+  // Whether a connection has ended since it was named. Any thread.
+  bool gone(peer_ref whom) const noexcept;
+  service::front_door& door() noexcept { return *door_; }
   std::uint16_t port() const noexcept { return port_; }
   const rt::grants& service_grants() const noexcept { return granted_; }
   bool memory_locked() const noexcept { return memory_.locked(); }
 
  private:
   status start(service::side ours);
-  status check(std::string_view topic, const topic_options& options, lane_kind kind) const noexcept;
+  status check(const lane_request& asked) const noexcept;
+  status check_topic(const lane_request& asked) const noexcept;
+  status check_service(const lane_request& asked) const noexcept;
   void settle_lanes() noexcept;
   void count_left(const lane& in) noexcept;
   result<lane*> find_lane(std::size_t bytes) noexcept;
@@ -73,7 +82,8 @@ class endpoint_state {
   service::board* board_ = nullptr;
   std::span<lane> lanes_;
   std::size_t lane_bytes_used_ = 0;
-  std::vector<std::optional<json::encoder>> encoders_; // of the lane with the same index
+  std::vector<lane_codecs> codecs_; // of the lane with the same index
+  service::front_door* door_ = nullptr;
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;
   rt::thread thread_;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "api/lane_memory.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <memory>
 #include <new>
+#include <utility>
 
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/slab.hpp>
@@ -85,7 +87,90 @@ void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dept
     empties.out = out->take_consumer();
     empties.home = home->take_producer();
   }
+  fills.count = static_cast<std::uint32_t>(slots);
   fills.slots = empties.slots = {from.take(slots * stride).data(), stride, value_bytes};
+}
+
+namespace {
+
+// A path that may be there or not.
+std::size_t path_bytes_of(const lane_request& asked, std::uint32_t depth, std::size_t value_bytes) noexcept {
+  return depth == 0 ? 0 : path_bytes(asked.keep, depth, value_bytes);
+}
+
+// Slots of a responder's `out` that may be put aside.
+std::uint32_t replies_of(const lane_request& asked) noexcept {
+  return responds(asked.kind) ? asked.out_depth : 0;
+}
+
+void build_calls(lane::user_side& of, std::span<call_place> places) noexcept {
+  of.calls = places;
+  of.free_call = 0;
+  of.calls_open = 0;
+  for (std::uint32_t i = 0; i < places.size(); ++i) places[i].next_free = i + 1;
+}
+
+std::uint8_t copy_text(std::string_view from, std::array<char, lane::name_bytes_max>& to) noexcept {
+  std::copy(from.begin(), from.end(), to.begin());
+  return static_cast<std::uint8_t>(from.size());
+}
+
+} // namespace
+
+std::size_t lane_bytes(const lane_request& asked) noexcept {
+  return path_bytes_of(asked, asked.out_depth, asked.out_bytes) +
+         path_bytes_of(asked, asked.in_depth, asked.in_bytes) +
+         path_bytes_of(asked, asked.ends_depth, asked.ends_bytes) +
+         arena::bytes_for<call_place>(asked.ends_depth) + arena::bytes_for<std::uint32_t>(asked.ends_depth) +
+         arena::bytes_for<std::uint32_t>(replies_of(asked));
+}
+
+void build_lane(lane& built, const lane_request& asked,
+                std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations) noexcept {
+  built.kind = asked.kind;
+  built.keep = asked.keep;
+  built.priority = asked.priority;
+  built.latched = asked.latched;
+  built.ttl = asked.ttl;
+  built.receives = asked.receives;
+  built.peer_generations = peer_generations;
+  built.name_bytes = copy_text(asked.name, built.name_text);
+  built.type_bytes = copy_text(asked.type, built.type_text);
+  built.encoder = nullptr;
+  built.decoder = nullptr;
+  built.user = {};
+  built.service = {};
+  for (rt::counter* one :
+       {&built.published, &built.refused_full, &built.refused_too_big, &built.no_peer, &built.expired_here}) {
+    one->set(0);
+  }
+
+  builder from{built.memory};
+  const auto build = [&](std::uint32_t depth, std::size_t bytes, filling_end& fills, emptying_end& empties) {
+    const std::size_t takes = path_bytes_of(asked, depth, bytes);
+    if (takes != 0) build_path(from.take(takes), asked.keep, depth, bytes, fills, empties);
+  };
+  build(asked.out_depth, asked.out_bytes, built.user.out, built.service.out);
+  build(asked.in_depth, asked.in_bytes, built.service.in, built.user.in);
+  build(asked.ends_depth, asked.ends_bytes, built.service.ends, built.user.ends);
+  build_calls(built.user, from.array<call_place>(asked.ends_depth));
+  built.user.ends_aside.places = from.array<std::uint32_t>(asked.ends_depth);
+  built.user.replies_aside.places = from.array<std::uint32_t>(replies_of(asked));
+}
+
+result<lane_codecs> lane_codecs::compile(const lane_request& asked) {
+  lane_codecs made;
+  if (asked.encoded != nullptr) {
+    auto encoder = json::encoder::compile(*asked.encoded);
+    if (!encoder) return encoder.error();
+    made.encoder.emplace(std::move(encoder).value());
+  }
+  if (asked.decoded != nullptr) {
+    auto decoder = json::decoder::compile(*asked.decoded);
+    if (!decoder) return decoder.error();
+    made.decoder.emplace(std::move(decoder).value());
+  }
+  return made;
 }
 
 } // namespace rowe::detail

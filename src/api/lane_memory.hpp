@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds the rings, windows and slots of a lane in the memory it has been given. Set-up.
+// Builds lanes as their requests say: the rings, windows, slots and tables in the memory they have been
+// given, and what compiled schemas they need. Set-up.
 #pragma once
 #include <cstddef>
+#include <optional>
+#include <span>
 
 #include <rowe/detail/lane.hpp>
+#include <rowe/detail/lane_request.hpp>
 #include <rowe/options.hpp>
+
+#include "json/decoder.hpp"
+#include "json/encoder.hpp"
 
 namespace rowe::detail {
 
@@ -15,5 +22,23 @@ std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_b
 // ends.
 void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
                 filling_end& fills, emptying_end& empties) noexcept;
+
+// What the paths and tables of a lane take together.
+std::size_t lane_bytes(const lane_request& asked) noexcept;
+
+// Writes everything of a free lane that set-up writes, but for its encoder and decoder, and builds what the
+// request asks for in `built.memory`: lane_bytes() or more, aligned to a line. The name and the type have at
+// most lane::name_bytes_max bytes.
+void build_lane(lane& built, const lane_request& asked,
+                std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations) noexcept;
+
+// The compiled schemas of a lane. Outlive it.
+struct lane_codecs {
+  std::optional<json::encoder> encoder;
+  std::optional<json::decoder> decoder;
+
+  // Allocates. Errors: bad_argument (a schema that nests too deep, or is too large), no_memory.
+  static result<lane_codecs> compile(const lane_request& asked);
+};
 
 } // namespace rowe::detail

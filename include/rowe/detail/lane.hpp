@@ -293,7 +293,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
     slot = *free;
   } else {
     on.refused_full.add();
-    return errc::full;
+    return error{errc::full, 0, path.count};
   }
   *path.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
                               static_cast<std::uint32_t>(bytes)};

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// endpoint::send, receive, invoke, reply and their kin: what any thread may call, by way of the front door.
+#include <rowe/endpoint.hpp>
+
+#include <utility>
+
+#include <rowe/detail/calls.hpp>
+
+#include "api/endpoint_state.hpp"
+#include "service/front_door.hpp"
+
+namespace rowe {
+namespace {
+
+using detail::endpoint_state;
+using service::door_header;
+using service::door_request;
+
+// Whether a connection is still there, as far as is known here. Errors: peer_lost, closed.
+status reachable(endpoint_state& of, detail::peer_ref whom) noexcept {
+  if (of.door().is_closed()) return errc::closed;
+  return of.gone(whom) ? status{errc::peer_lost} : status{};
+}
+
+// Puts a request into a slot and wakes the service thread. Errors: too_big, full, closed.
+result<std::uint32_t> submit(endpoint_state& to, const door_header& header, const body& text) noexcept {
+  if (text.outgrown() != 0) {
+    const auto limit = static_cast<std::int64_t>(text.outgrown());
+    return error{errc::too_big, limit + 1, limit}; // at least one more
+  }
+  auto slot = to.door().submit(header, text.text());
+  if (slot) to.wake_service();
+  return slot;
+}
+
+// Submits it and waits for what becomes of it: the service thread ends it when its time is over.
+status submit_and_wait(endpoint_state& to, door_header header, const body& text) noexcept {
+  header.wants_outcome = true;
+  const auto slot = submit(to, header, text);
+  if (!slot) return slot.error();
+  if (!to.door().wait(*slot, rt::never)) return errc::closed; // does not happen: never has no end
+  const status outcome = to.door().outcome(*slot);
+  to.door().give_back(*slot);
+  return outcome;
+}
+
+status submit_only(endpoint_state& to, const door_header& header, const body& text) noexcept {
+  const auto slot = submit(to, header, text);
+  return slot ? status{} : status{slot.error()};
+}
+
+door_header letter_to(connection to, duration ttl) noexcept {
+  const time_point now = rt::monotonic_clock::now();
+  return {.what = door_request::message,
+          .peer = detail::ref_of(to),
+          .stamped = now,
+          .expires = detail::expiry_after(now, ttl)};
+}
+
+} // namespace
+
+received::~received() {
+  if (!state_) return;
+  service::front_door& door = state_->door();
+  is_.reply ? door.give_back(slot_) : door.give_back_inbound(slot_);
+}
+
+status endpoint::send(body object, duration ttl, connection to) {
+  if (const status fine = reachable(*state_, detail::ref_of(to)); !fine) return fine.error();
+  return submit_and_wait(*state_, letter_to(to, ttl), object);
+}
+
+status endpoint::try_send(body object, duration ttl, connection to) {
+  if (const status fine = reachable(*state_, detail::ref_of(to)); !fine) return fine.error();
+  return submit_only(*state_, letter_to(to, ttl), object);
+}
+
+result<received> endpoint::receive(duration patience) {
+  service::front_door& door = state_->door();
+  const time_point now = rt::monotonic_clock::now();
+  const auto slot =
+      patience == duration::zero() ? door.try_receive(now) : door.receive(rt::deadline_after(now, patience));
+  if (!slot) {
+    if (slot.code() == errc::closed) return errc::closed;
+    return error{errc::timed_out, 0, patience.count()};
+  }
+  const door_header& header = door.inbound_header(*slot);
+  return received{state_,
+                  *slot,
+                  {.text = door.inbound_text(*slot),
+                   .peer = header.peer,
+                   .call = header.call,
+                   .arrived = header.stamped,
+                   .expires = header.expires}};
+}
+
+result<received> endpoint::invoke(body object, duration timeout, connection to, std::string* why) {
+  if (const status fine = reachable(*state_, detail::ref_of(to)); !fine) return fine.error();
+  service::front_door& door = state_->door();
+  const time_point now = rt::monotonic_clock::now();
+  const time_point deadline = rt::deadline_after(now, timeout);
+  const auto slot = submit(*state_,
+                           {.what = door_request::invocation,
+                            .wants_outcome = true,
+                            .peer = detail::ref_of(to),
+                            .stamped = now,
+                            .expires = deadline},
+                           object);
+  if (!slot) return slot.error();
+  if (!door.wait(*slot, rt::deadline_after(deadline, detail::word_late_max))) {
+    return error{errc::timed_out, 0, timeout.count()};
+  }
+  const status outcome = door.outcome(*slot);
+  const std::string_view text = door.reply_text(*slot);
+  if (outcome) {
+    return received{state_, *slot, {.text = text, .arrived = rt::monotonic_clock::now(), .reply = true}};
+  }
+  if (why != nullptr && outcome.code() == errc::refused) why->assign(text);
+  door.give_back(*slot);
+  return outcome.error();
+}
+
+namespace {
+
+// Whether an answer may be sent, and as what. Errors: peer_lost, expired.
+result<door_header> answer_header(endpoint_state& of, door_request what, detail::peer_ref asker,
+                                  detail::call_ref call, time_point given_up, duration ttl) noexcept {
+  const time_point now = rt::monotonic_clock::now();
+  if (const status fine = reachable(of, asker); !fine) return fine.error();
+  if (given_up <= now) return errc::expired;
+  return door_header{
+      .what = what, .peer = asker, .call = call, .stamped = now, .expires = detail::expiry_after(now, ttl)};
+}
+
+} // namespace
+
+status endpoint::reply(const received& call, body object, duration ttl) {
+  if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
+  const auto header =
+      answer_header(*state_, door_request::reply, call.is_.peer, call.is_.call, call.is_.expires, ttl);
+  if (!header) return header.error();
+  return submit_and_wait(*state_, *header, object);
+}
+
+status endpoint::try_reply(const received& call, body object) {
+  if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
+  const auto header = answer_header(*state_, door_request::reply, call.is_.peer, call.is_.call,
+                                    call.is_.expires, rt::for_ever);
+  if (!header) return header.error();
+  return submit_only(*state_, *header, object);
+}
+
+status endpoint::refuse(const received& call, std::string_view sentence) {
+  if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
+  const auto header = answer_header(*state_, door_request::refusal, call.is_.peer, call.is_.call,
+                                    call.is_.expires, rt::for_ever);
+  if (!header) return header.error();
+  return submit_only(*state_, *header, sentence.substr(0, detail::sentence_bytes_max));
+}
+
+} // namespace rowe
