@@ -1,11 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the service thread shows to the other threads of the process: counters, how many peers there are, and
+// What the service thread shows to the other threads of the process: counters, which peers there are, and
 // events.
+//
+// Each place for a connection has a generation, 0 while nobody is there, and the peer's address. The service
+// thread writes the address while the generation is 0, then the generation; a reader reads the generation,
+// the address, and the generation again. Every word of an address is stored with release and loaded with
+// acquire, so a reader that saw a word of a newer address sees at the second look that the generation has
+// changed; and since no generation comes twice, an address between two equal ones is whole.
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
+#include <rowe/connection.hpp>
 #include <rowe/detail/lane.hpp>
 #include <rowe/event.hpp>
 #include <rowe/limits.hpp>
@@ -22,11 +35,17 @@ class board {
   using events = rt::spsc_ring<event>;
 
  public:
+  using generation_word = rt::std_atomics::variable<std::uint32_t>;
+
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<events::entry>(events::places_for(bounds.events_max));
+    return rt::arena::bytes_for<events::entry>(events::places_for(bounds.events_max)) +
+           rt::arena::bytes_for<generation_word>(bounds.connections_max) +
+           rt::arena::bytes_for<address_words>(bounds.connections_max);
   }
   board(rt::arena& memory, const limits& bounds) noexcept
-      : events_{memory.carve<events::entry>(events::places_for(bounds.events_max))},
+      : generations_{memory.carve<generation_word>(bounds.connections_max)},
+        addresses_{memory.carve<address_words>(bounds.connections_max)},
+        events_{memory.carve<events::entry>(events::places_for(bounds.events_max))},
         writer_{events_.take_producer()},
         reader_{events_.take_consumer()} {}
 
@@ -39,6 +58,18 @@ class board {
     peers_.store(count, std::memory_order_release);
     peers_changed.notify();
   }
+  // Who is at a place: nobody, generation 0, before somebody else. An address is cut at 63 bytes.
+  void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer) noexcept {
+    // release, all: pair with the acquires in read_connection(); a word of the address is seen by nobody who
+    // still sees the generation of before
+    generations_[index].store(0, std::memory_order_release);
+    if (generation == 0) return;
+    std::array<std::uint64_t, address_words_count> words{};
+    std::memcpy(words.data(), peer.data(), std::min(peer.size(), address_bytes_max));
+    for (std::size_t i = 0; i < address_words_count; ++i)
+      addresses_[index].words[i].store(words[i], std::memory_order_release);
+    generations_[index].store(generation, std::memory_order_release);
+  }
 
   // One other thread at a time.
   std::optional<event> try_event() noexcept { return reader_->try_pop(); }
@@ -47,11 +78,43 @@ class board {
   std::uint32_t peers() const noexcept {
     return peers_.load(std::memory_order_acquire); // acquire: pairs with release in set_peers()
   }
+  // By which handles see that a peer they name is gone.
+  std::span<const generation_word> generations() const noexcept { return generations_; }
+  // The connections at the moment: each that stood during all of the call, perhaps some that did not.
+  std::vector<peer> connections() const {
+    std::vector<peer> all;
+    for (std::uint32_t i = 0; i < generations_.size(); ++i) {
+      if (auto one = read_connection(i)) all.push_back(std::move(*one));
+    }
+    return all;
+  }
 
   counters counts;
   rt::notification<> peers_changed;
 
  private:
+  static constexpr std::size_t address_words_count = 8;
+  static constexpr std::size_t address_bytes_max = address_words_count * sizeof(std::uint64_t) - 1; // and a 0
+  struct address_words {
+    std::array<rt::std_atomics::variable<std::uint64_t>, address_words_count> words{};
+  };
+
+  std::optional<peer> read_connection(std::uint32_t index) const {
+    // acquire, but for the last: pair with the releases in set_connection()
+    const std::uint32_t before = generations_[index].load(std::memory_order_acquire);
+    if (before == 0) return std::nullopt;
+    std::array<char, address_bytes_max + 1> text;
+    for (std::size_t i = 0; i < address_words_count; ++i) {
+      const std::uint64_t word = addresses_[index].words[i].load(std::memory_order_acquire);
+      std::memcpy(text.data() + i * sizeof word, &word, sizeof word);
+    }
+    // relaxed: behind the acquires, so not older than the 0 that went before any newer word they saw
+    if (generations_[index].load(std::memory_order_relaxed) != before) return std::nullopt;
+    return peer{{index, before}, text.data()};
+  }
+
+  std::span<generation_word> generations_;
+  std::span<address_words> addresses_;
   events events_;
   events::producer* writer_;
   events::consumer* reader_;
@@ -62,13 +125,17 @@ class board {
 inline std::uint64_t read_count(const board& shown, std::span<const detail::lane> lanes,
                                 counter which) noexcept {
   std::uint64_t sum = shown.counts.read(which);
-  if (which != counter::full && which != counter::no_peer && which != counter::too_big) return sum;
+  if (which != counter::full && which != counter::no_peer && which != counter::too_big &&
+      which != counter::inbound_expired) {
+    return sum;
+  }
   for (const detail::lane& lane : lanes) {
     // acquire: pairs with the release in detach(), which has added a free lane's counts to the board's
     if (lane.state.load(std::memory_order_acquire) == detail::lane_state::free) continue;
-    sum += which == counter::full      ? lane.refused_full.get()
-           : which == counter::no_peer ? lane.no_peer.get()
-                                       : lane.refused_too_big.get();
+    sum += which == counter::full              ? lane.refused_full.get()
+           : which == counter::no_peer         ? lane.no_peer.get()
+           : which == counter::inbound_expired ? lane.expired_here.get()
+                                               : lane.refused_too_big.get();
   }
   return sum;
 }
