@@ -54,7 +54,7 @@ struct rowe_lane_options {
   uint32_t inbox_depth;    // messages that wait to be taken, 1 to 4096; 0: 64
   uint32_t calls;          // in flight, 1 to 4096; 0: 16
   uint32_t text_bytes_max; // the longest message, either way; 0: 4096
-  enum rowe_priority priority;
+  int priority;            // enum rowe_priority
   bool only_sends; // leave what arrives to others; else the oldest lane gets it, before rowe_receive()
 };
 
@@ -114,11 +114,11 @@ struct rowe_subscriber;
 
 // Zeroes are the defaults; `bytes` as in rowe_options.
 struct rowe_topic_options {
-  size_t bytes;   // sizeof(struct rowe_topic_options)
-  long ttl_ms;    // what is older is not sent; 0: no such limit
-  bool newest;    // keep only the newest message, not `depth` of them
-  uint32_t depth; // messages between the two threads, 1 to 4096; 0: 64
-  enum rowe_priority priority;
+  size_t bytes;            // sizeof(struct rowe_topic_options)
+  long ttl_ms;             // what is older is not sent; 0: no such limit
+  bool newest;             // keep only the newest message, not `depth` of them
+  uint32_t depth;          // messages between the two threads, 1 to 4096; 0: 64
+  int priority;            // enum rowe_priority
   bool latched;            // a late subscriber gets the last message
   const char* type;        // the type's name on the wire, such as "nav_msgs/Odometry"; NULL: none
   uint32_t text_bytes_max; // the longest message; 0: 4096

@@ -100,7 +100,7 @@ enum rowe_profile {
 struct rowe_options {
   size_t bytes;               // sizeof(struct rowe_options)
   const char* name;           // shown to peers; NULL: the host's name
-  enum rowe_profile profile;  // of the peers it meets
+  int profile;                // enum rowe_profile: what peers it meets
   const char* address;        // to listen on, numeric; NULL: 127.0.0.1. Beyond loopback only with `insecure`
   bool insecure;              // whoever reaches the address may send, publish and call
   bool no_page;               // do not serve the page at /
@@ -160,8 +160,8 @@ int rowe_send(const struct rowe_endpoint* endpoint, const struct rowe_object* ob
 int rowe_async_send(const struct rowe_endpoint* endpoint, const struct rowe_object* object, long ttl_ms);
 
 // Waits for the next message or invocation. An invocation is an object with a member "message_id"; answer it
-// with rowe_reply(). Errors: timed_out, closed. Free the object with rowe_object_free(); an invocation that
-// is freed without an answer is refused.
+// with rowe_reply(), or refuse it with rowe_refuse(). Errors: timed_out, closed. Free the object with
+// rowe_object_free(); who asked for an invocation that is freed without an answer waits in vain.
 struct rowe_object* rowe_receive(const struct rowe_endpoint* endpoint, long timeout_ms);
 
 // One of the peers, as long as it stays connected: one that comes back is another. {0, 0} is none.
@@ -184,24 +184,25 @@ int rowe_async_send_to(const struct rowe_endpoint* endpoint, struct rowe_peer pe
 // Sends `object`, which names a service in its member "service", and waits for the reply, which is returned;
 // other messages that arrive meanwhile are left for rowe_receive(). rowe adds the member "message_id" on the
 // way; `object` itself stays as it is (it is not const because the paper's is not). Errors: timed_out,
-// peer_lost, refused, no_service, closed, full, too_many_calls, too_big, not_an_object, reserved_member. Free
-// the reply with rowe_object_free().
+// peer_lost (it went away before it replied), refused, no_service or no_peer (nobody to ask), closed, full,
+// too_many_calls, too_big, not_an_object, reserved_member. Free the reply with rowe_object_free().
 struct rowe_object* rowe_invoke(const struct rowe_endpoint* endpoint, struct rowe_object* object,
                                 long timeout_ms);
 
 // Answers `invocation`, which rowe_receive() returned, with `object`, to which rowe adds "in_reply_to"; waits
-// until that was handed to the connection. Each invocation is answered once, and still to be freed. Errors:
-// misuse (no invocation, or answered already), peer_lost (who asked has gone; so says also an answer after
-// the asker's time), closed, too_big, not_an_object, reserved_member.
+// until that was handed to the connection, at most `ttl_ms`. An invocation is answered once, and is to be
+// freed all the same; until either it takes up one of the options' `door_slots`. Errors: misuse (no
+// invocation of this endpoint, or answered already), peer_lost (who asked is gone), expired (it does not wait
+// any more), closed, full, too_big, not_an_object, reserved_member.
 int rowe_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
-               const struct rowe_object* object);
+               const struct rowe_object* object, long ttl_ms);
 
 // The same without waiting.
 int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                      const struct rowe_object* object);
 
-// Refuses `invocation`: its rowe_invoke() fails with rowe_error_refused and may show `sentence`. Does not
-// wait. Errors: as rowe_async_reply().
+// Answers with an error instead: the rowe_invoke() of who asked fails with rowe_error_refused, and its
+// rowe_last_error_text() has `sentence` (cut at 192 bytes). Does not wait. Errors: as rowe_async_reply().
 int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                 const char* sentence);
 

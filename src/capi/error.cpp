@@ -3,6 +3,7 @@
 
 #include <array>
 #include <iterator>
+#include <span>
 #include <string_view>
 
 namespace rowe::capi {
@@ -61,7 +62,7 @@ constexpr sentence sentences[] = {
 // Constant-initialised: a thread's first error needs no constructor.
 struct last_error {
   int number = rowe_ok;
-  char text[192] = {};
+  char text[512] = {}; // a sentence of ours and one of 192 bytes
 };
 constinit thread_local last_error last;
 
@@ -69,10 +70,13 @@ constinit thread_local last_error last;
 
 int number_of(errc code) noexcept { return numbers[static_cast<std::size_t>(code)]; }
 
-int fail(const error& reason) noexcept {
+int fail(const error& reason, std::string_view more) noexcept {
   last.number = number_of(reason.code);
-  const std::span<char> room{last.text, sizeof last.text - 1};
-  last.text[reason.text(room).size()] = '\0';
+  std::size_t used = reason.text({last.text, sizeof last.text - 1}).size();
+  for (const std::string_view piece : {std::string_view{more.empty() ? "" : ": "}, more}) {
+    used += piece.copy(last.text + used, sizeof last.text - 1 - used);
+  }
+  last.text[used] = '\0';
   return last.number;
 }
 

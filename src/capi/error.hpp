@@ -4,6 +4,7 @@
 #pragma once
 #include <new>
 #include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include <rowe/result.hpp>
@@ -18,8 +19,9 @@ ROWE_RT inline int number_of(const status& s) noexcept {
   return s ? static_cast<int>(rowe_ok) : number_of(s.code());
 }
 
-// Makes it the thread's last error; returns its number.
-int fail(const error& reason) noexcept;
+// Makes it the thread's last error; returns its number. `more` is said after its sentence: what the other
+// side gave as its reason.
+int fail(const error& reason, std::string_view more = {}) noexcept;
 inline int fail(errc code) noexcept { return fail(error{code}); }
 
 // The same for functions that return pointers.

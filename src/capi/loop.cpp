@@ -65,32 +65,36 @@ bool holds(const rowe_view* view) noexcept {
 
 rowe::time_point time_of(std::int64_t ns) noexcept { return rowe::time_point{rowe::duration{ns}}; }
 
-rowe::priority priority_of(rowe_priority of) noexcept {
+rowe::result<rowe::priority> priority_of(int of) noexcept {
   switch (of) {
+  case rowe_priority_normal: return rowe::priority::normal;
   case rowe_priority_urgent: return rowe::priority::urgent;
   case rowe_priority_bulk: return rowe::priority::bulk;
-  case rowe_priority_normal: break;
+  default: return rowe::error{errc::bad_argument, of, rowe_priority_bulk};
   }
-  return rowe::priority::normal;
 }
 
-rowe::lane_options options_of(const rowe_lane_options& given) {
+rowe::result<rowe::lane_options> options_of(const rowe_lane_options& given) {
+  const auto priority = priority_of(given.priority);
+  if (!priority) return priority.error();
   rowe::lane_options options;
   options.depth = or_default(given.depth, options.depth);
   options.inbox_depth = or_default(given.inbox_depth, options.inbox_depth);
   options.calls = or_default(given.calls, options.calls);
   options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
-  options.priority = priority_of(given.priority);
+  options.priority = *priority;
   options.receive = !given.only_sends;
   return options;
 }
 
-rowe::topic_options options_of(const rowe_topic_options& given) {
+rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
+  const auto priority = priority_of(given.priority);
+  if (!priority) return priority.error();
   rowe::topic_options options;
   if (given.ttl_ms != 0) options.ttl = duration_of(given.ttl_ms);
   if (given.newest) options.keep = rowe::keep::newest;
   options.depth = or_default(given.depth, options.depth);
-  options.priority = priority_of(given.priority);
+  options.priority = *priority;
   options.latched = given.latched;
   if (given.type != nullptr) options.type = given.type;
   options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
@@ -103,7 +107,9 @@ Handle* opened(const rowe_endpoint* on, const Options* given, Open&& open) noexc
   return pointer_with_memory([&]() -> Handle* {
     const auto options = whole(given);
     if (!options) return no(options.error());
-    auto handle = open(*on->inside, options_of(*options));
+    const auto converted = options_of(*options);
+    if (!converted) return no(converted.error());
+    auto handle = open(*on->inside, *converted);
     if (!handle) return no(handle.error());
     return new Handle{std::move(*handle)};
   });
