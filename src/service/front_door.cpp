@@ -219,11 +219,15 @@ bool front_door::pop_inbox(std::uint32_t& slot) noexcept {
 bool front_door::pop_unexpired(std::uint32_t& slot, rt::time_point now) noexcept {
   while (pop_inbox(slot)) {
     if (inbox_[slot].header.expires >= now) return true;
-    inbound_home_->put(slot);
-    // relaxed: a number and no more; pairs with the load in expired()
-    expired_.fetch_add(1, std::memory_order_relaxed);
+    drop(slot);
   }
   return false;
+}
+
+void front_door::drop(std::uint32_t slot) noexcept {
+  inbound_home_->put(slot);
+  // relaxed: a number and no more; pairs with the load in expired()
+  expired_.fetch_add(1, std::memory_order_relaxed);
 }
 
 void front_door::man() noexcept {
@@ -276,7 +280,7 @@ bool front_door::manned() const noexcept {
 }
 
 std::uint64_t front_door::expired() const noexcept {
-  return expired_.load(std::memory_order_relaxed); // relaxed: a number; pairs with pop_unexpired()
+  return expired_.load(std::memory_order_relaxed); // relaxed: a number; pairs with drop()
 }
 
 // Changes the bell and wakes one, if anybody sleeps. The bell is even after a delivery and odd after closing,
@@ -352,7 +356,10 @@ status front_door::deliver(const door_header& header, std::string_view text) noe
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(slot_bytes())};
   std::uint32_t slot = 0;
-  if (!inbound_home_->take(slot)) return error{errc::full, 0, slots()};
+  if (!inbound_home_->take(slot)) {
+    drop_expired(header.stamped);
+    if (!inbound_home_->take(slot)) return error{errc::full, 0, slots()};
+  }
   inbox_[slot].header = header;
   inbox_[slot].header.bytes = text.size();
   std::copy_n(text.data(), text.size(), reinterpret_cast<char*>(inbound_.slot(slot).data()));
@@ -363,6 +370,25 @@ status front_door::deliver(const door_header& header, std::string_view text) noe
   inbox_tail_.store(tail + 1, std::memory_order_seq_cst);
   wake_receiver(static_cast<std::uint32_t>(2 * (tail + 1)));
   return {};
+}
+
+// Takes expired messages off the front of the inbox, as a receiver would: an inbox that nobody empties must
+// not keep what is fresh out by what is not. The header may be read although a receiver may just have claimed
+// the message, since only this thread writes headers; the claim decides.
+void front_door::drop_expired(rt::time_point now) noexcept {
+  // acquire: pairs with the claims in pop_inbox(), so that the tail is not behind
+  for (std::uint64_t head = inbox_head_.load(std::memory_order_acquire);
+       head != inbox_tail_.load(std::memory_order_relaxed);) { // relaxed: this thread's own
+    // relaxed: this thread's own
+    const std::uint32_t slot = places_[head & (places_.size() - 1)].load(std::memory_order_relaxed);
+    if (inbox_[slot].header.expires >= now) return;
+    // acq_rel, acquire: as in pop_inbox()
+    if (!inbox_head_.compare_exchange_weak(head, head + 1, std::memory_order_acq_rel,
+                                           std::memory_order_acquire))
+      continue;
+    drop(slot);
+    ++head;
+  }
 }
 
 bool front_door::drained() const noexcept {

@@ -136,8 +136,9 @@ class front_door {
   // limit. Wakes whoever waits; gives the slot back if nobody does or will.
   void settle(std::uint32_t slot, const status& outcome, std::string_view reply = {}) noexcept;
 
-  // Puts a message into the inbox and wakes a receiver. full: every slot is taken, that is, in the inbox or
-  // in the hands of a receiver; too_big: the text exceeds slot_bytes(); closed.
+  // Puts a message into the inbox and wakes a receiver. full: every slot is in the inbox, not expired by
+  // header.stamped (when it is at the front), or in the hands of a receiver; too_big: the text exceeds
+  // slot_bytes(); closed.
   status deliver(const door_header& header, std::string_view text) noexcept;
 
   // How many requests were taken and not settled.
@@ -179,6 +180,8 @@ class front_door {
   void collect() noexcept;
   bool pop_inbox(std::uint32_t& slot) noexcept;
   bool pop_unexpired(std::uint32_t& slot, rt::time_point now) noexcept;
+  void drop(std::uint32_t slot) noexcept;
+  void drop_expired(rt::time_point now) noexcept;
   void man() noexcept;
   void wake_receiver(std::uint32_t bell) noexcept;
 
