@@ -2,20 +2,18 @@
 // Endpoints: where we are reachable, or whom we try to reach. Endpoints are for set-up, handles are for
 // loops.
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <rowe/caller.hpp>
 #include <rowe/connection.hpp>
 #include <rowe/detail/lane_request.hpp>
 #include <rowe/event.hpp>
-#include <rowe/json_text.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/message.hpp>
 #include <rowe/options.hpp>
@@ -149,105 +147,30 @@ class endpoint {
 
 // ---- how handles are asked for
 
-namespace detail {
-
-// What goes into a slot: a T, or text of at most so many bytes.
-template <class T>
-constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
-  if constexpr (std::is_same_v<T, json_text>) {
-    return text_bytes_max;
-  } else {
-    return sizeof(T);
-  }
-}
-template <class T>
-constexpr const schema_description* description_of() noexcept {
-  if constexpr (std::is_same_v<T, json_text>) {
-    return nullptr;
-  } else {
-    return &describe<T>();
-  }
-}
-template <class T>
-constexpr std::string_view type_of(std::string_view chosen) noexcept {
-  if constexpr (std::is_same_v<T, json_text>) {
-    return chosen;
-  } else {
-    return chosen.empty() ? schema<T>.type_name : chosen;
-  }
-}
-
-template <class T>
-lane_request topic_request(std::string_view topic, const topic_options& options) noexcept {
-  return {.name = topic,
-          .type = type_of<T>(options.type),
-          .keep = options.keep,
-          .priority = options.priority,
-          .latched = options.latched,
-          .ttl = options.ttl};
-}
-
-} // namespace detail
-
 template <class T>
 result<publisher<T>> endpoint::advertise(std::string_view topic, const topic_options& options) {
-  detail::lane_request asked = detail::topic_request<T>(topic, options);
-  asked.kind =
-      std::is_same_v<T, json_text> ? detail::lane_kind::publish_text : detail::lane_kind::publish_value;
-  asked.out_depth = options.depth;
-  asked.out_bytes = detail::slot_bytes<T>(options.text_bytes_max);
-  asked.encoded = detail::description_of<T>();
-  auto handle = open(asked);
+  auto handle = open(detail::advertise_request<T>(topic, options));
   if (!handle) return handle.error();
   return publisher<T>{std::move(*handle)};
 }
 
 template <class T>
 result<subscriber<T>> endpoint::subscribe(std::string_view topic, const topic_options& options) {
-  constexpr bool as_text = std::is_same_v<T, json_text>;
-  detail::lane_request asked = detail::topic_request<T>(topic, options);
-  asked.kind = as_text ? detail::lane_kind::subscribe_text : detail::lane_kind::subscribe_value;
-  if (as_text) asked.keep = keep::all; // the newest text would be overwritten while it is looked at
-  asked.in_depth = options.depth;
-  asked.in_bytes = detail::slot_bytes<T>(options.text_bytes_max);
-  asked.decoded = detail::description_of<T>();
-  auto handle = open(asked);
+  auto handle = open(detail::subscribe_request<T>(topic, options));
   if (!handle) return handle.error();
   return subscriber<T>{std::move(*handle)};
 }
 
 template <class Q, class A>
 result<responder<Q, A>> endpoint::serve(std::string_view name, const service_options& options) {
-  constexpr bool as_text = std::is_same_v<Q, json_text>;
-  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
-  auto handle =
-      open({.kind = as_text ? detail::lane_kind::respond_text : detail::lane_kind::respond_value,
-            .name = name,
-            .type = options.type,
-            .out_depth = 2 * options.depth, // on their way, and reserved
-            .in_depth = options.depth,
-            .out_bytes = std::max(detail::slot_bytes<A>(options.text_bytes_max), detail::sentence_bytes_max),
-            .in_bytes = detail::slot_bytes<Q>(options.text_bytes_max),
-            .encoded = detail::description_of<A>(),
-            .decoded = detail::description_of<Q>()});
+  auto handle = open(detail::serve_request<Q, A>(name, options));
   if (!handle) return handle.error();
   return responder<Q, A>{std::move(*handle)};
 }
 
 template <class Q, class A>
 result<caller<Q, A>> endpoint::client(std::string_view name, const service_options& options) {
-  constexpr bool as_text = std::is_same_v<Q, json_text>;
-  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
-  auto handle =
-      open({.kind = as_text ? detail::lane_kind::call_text : detail::lane_kind::call_value,
-            .name = name,
-            .type = options.type,
-            .out_depth = options.depth,
-            .ends_depth = options.depth,
-            .out_bytes = detail::slot_bytes<Q>(options.text_bytes_max),
-            .ends_bytes = std::max(detail::slot_bytes<A>(options.text_bytes_max), detail::sentence_bytes_max),
-            .encoded = detail::description_of<Q>(),
-            .decoded = detail::description_of<A>()});
+  auto handle = open(detail::client_request<Q, A>(name, options));
   if (!handle) return handle.error();
   return caller<Q, A>{std::move(*handle)};
 }

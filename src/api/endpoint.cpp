@@ -2,7 +2,6 @@
 // The composition root: which transport, which page, behind the public handles.
 #include <rowe/endpoint.hpp>
 
-#include <algorithm>
 #include <array>
 #include <new>
 #include <span>
@@ -27,10 +26,12 @@ std::span<const std::string_view> offered_by(peer_profile profile) noexcept {
   return subprotocols;
 }
 
-net::socket_limits socket_limits_of(const limits& bounds) noexcept {
-  return {.connections_max = bounds.connections_max,
-          .connections_per_address_max = bounds.connections_per_address_max,
-          .handshakes_max = bounds.handshakes_max};
+// Hop knows no pings, so the kernel has to notice that it is gone.
+net::socket_limits socket_limits_of(const endpoint_options& options) noexcept {
+  return {.connections_max = options.limits.connections_max,
+          .connections_per_address_max = options.limits.connections_per_address_max,
+          .handshakes_max = options.limits.handshakes_max,
+          .vanished_after = is_hop(options.profile) ? options.silence_max : duration::zero()};
 }
 
 std::vector<std::string_view> views_of(const std::vector<std::string>& texts) {
@@ -60,7 +61,7 @@ result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& op
                                                   .allow_hosts = hosts,
                                                   .subprotocols = subprotocols,
                                                   .lenient_handshake = is_hop(options.profile),
-                                                  .limits = socket_limits_of(options.limits)});
+                                                  .limits = socket_limits_of(options)});
     if (!carrier) return carrier.error();
     auto bound = std::move(carrier).value();
     const std::uint16_t bound_port = bound->port();
@@ -78,7 +79,7 @@ result<endpoint> endpoint::connect(std::string_view url, const endpoint_options&
                                                    .port = parts->port,
                                                    .path = parts->path,
                                                    .subprotocols = offered_by(options.profile),
-                                                   .limits = socket_limits_of(options.limits)});
+                                                   .limits = socket_limits_of(options)});
     if (!carrier) return carrier.error();
     auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);
     if (!state) return state.error();
@@ -108,16 +109,7 @@ result<detail::lane_handle> endpoint::open(const detail::lane_request& asked) {
 }
 
 result<lane> endpoint::open_lane(const lane_options& options) {
-  const std::size_t bytes = std::max(std::size_t{options.text_bytes_max}, detail::sentence_bytes_max);
-  auto handle = open({.kind = detail::lane_kind::talk,
-                      .priority = options.priority,
-                      .receives = options.receive,
-                      .out_depth = options.depth,
-                      .in_depth = options.inbox_depth,
-                      .ends_depth = options.calls,
-                      .out_bytes = bytes,
-                      .in_bytes = bytes,
-                      .ends_bytes = bytes});
+  auto handle = open(detail::talk_request(options));
   if (!handle) return handle.error();
   return lane{std::move(*handle)};
 }

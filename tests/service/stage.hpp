@@ -27,7 +27,6 @@
 #include "service/front_door.hpp"
 #include "service/memory_plan.hpp"
 #include "wire/websocket.hpp"
-#include "json/encoder.hpp"
 #include "json/reader.hpp"
 
 namespace stage {
@@ -104,40 +103,43 @@ class theatre {
   }
 
   // Offers a lane as set-up does. It is active after the next cycle.
-  rowe::detail::lane& offer(rowe::detail::lane_kind kind, std::string_view topic, std::size_t value_bytes,
-                            const rowe::topic_options& how = {},
-                            const rowe::schema_description* schema = nullptr, std::string_view type = {}) {
+  rowe::detail::lane& offer(const rowe::detail::lane_request& asked) {
     using namespace rowe::detail;
     for (lane& one : lanes) {
+      // acquire: as find_lane(); there is one thread here
       if (one.state.load(std::memory_order_acquire) != lane_state::free) continue;
-      const bool publishes = kind != lane_kind::subscribe_text;
-      const rowe::keep kept = publishes ? how.keep : rowe::keep::all;
-      if (one.memory.empty()) one.memory = memory.carve_bytes(path_bytes(kept, how.depth, value_bytes));
-      one.user.out = {};
-      one.user.in = {};
-      one.service.out = {};
-      one.service.in = {};
-      build_path(one.memory, kept, how.depth, value_bytes, publishes ? one.user.out : one.service.in,
-                 publishes ? one.service.out : one.user.in);
-      one.kind = kind;
-      one.keep = kept;
-      one.priority = how.priority;
-      one.latched = how.latched;
-      one.ttl = how.ttl;
-      one.name_bytes = static_cast<std::uint8_t>(topic.size());
-      one.type_bytes = static_cast<std::uint8_t>(type.size());
-      topic.copy(one.name_text.data(), topic.size());
-      type.copy(one.type_text.data(), type.size());
-      if (schema != nullptr) {
-        encoders.push_back(
-            std::make_unique<rowe::json::encoder>(std::move(rowe::json::encoder::compile(*schema)).value()));
-        one.encoder = encoders.back().get();
-      }
-      one.state.store(lane_state::offered, std::memory_order_release);
+      if (one.memory.size() < lane_bytes(asked)) one.memory = memory.carve_bytes(lane_bytes(asked));
+      if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
+      build_lane(one, asked, board.generations());
+      codecs.push_back(std::make_unique<lane_codecs>(std::move(lane_codecs::compile(asked)).value()));
+      one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
+      one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
+      one.state.store(lane_state::offered, std::memory_order_release); // release: as open_lane()
       return one;
     }
     throw std::runtime_error{"no free lane"};
   }
+  // Of a topic.
+  rowe::detail::lane& offer(rowe::detail::lane_kind kind, std::string_view topic, std::size_t value_bytes,
+                            const rowe::topic_options& how = {},
+                            const rowe::schema_description* schema = nullptr, std::string_view type = {}) {
+    rowe::detail::lane_request asked{.kind = kind,
+                                     .name = topic,
+                                     .type = type,
+                                     .keep = how.keep,
+                                     .priority = how.priority,
+                                     .latched = how.latched,
+                                     .ttl = how.ttl};
+    const bool publishes = rowe::detail::publishes(kind);
+    (publishes ? asked.out_depth : asked.in_depth) = how.depth;
+    (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;
+    (publishes ? asked.encoded : asked.decoded) = schema;
+    if (kind == rowe::detail::lane_kind::subscribe_text) asked.keep = rowe::keep::all;
+    return offer(asked);
+  }
+
+  // What a handle on it is made of. Such a handle does not give the lane back: store `closing` for that.
+  static rowe::detail::lane_handle handle_of(rowe::detail::lane& on) { return {nullptr, on}; }
 
   rowe::endpoint_options options;
   rowe::rt::arena memory;
@@ -150,7 +152,7 @@ class theatre {
   rowe::service::board& board;
   rowe::service::front_door& door;
   rowe::service::core& core;
-  std::vector<std::unique_ptr<rowe::json::encoder>> encoders;
+  std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
 };
 
 // The other end of a connection: writes frames as a client (or server) would and reads those that come.

@@ -260,7 +260,7 @@ class lane_handle {
 
  private:
   void reset() noexcept {
-    if (lane_ != nullptr) close_lane(*state_, *lane_);
+    if (state_) close_lane(*state_, *lane_); // without, on a stage of tests, the lane is theirs
     lane_ = nullptr;
     state_.reset();
   }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
+#include <type_traits>
 
+#include <rowe/detail/calls.hpp>
 #include <rowe/detail/lane.hpp>
+#include <rowe/json_text.hpp>
 #include <rowe/options.hpp>
 #include <rowe/schema.hpp>
 
@@ -32,5 +36,108 @@ struct lane_request {
   const schema_description* encoded = nullptr; // of the values that go out
   const schema_description* decoded = nullptr; // of those that come in
 };
+
+// What goes into a slot: a T, or text of at most so many bytes.
+template <class T>
+constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
+  if constexpr (std::is_same_v<T, json_text>) {
+    return text_bytes_max;
+  } else {
+    return sizeof(T);
+  }
+}
+// The same, but a refusal's sentence must fit too.
+template <class T>
+constexpr std::size_t answer_bytes(std::uint32_t text_bytes_max) noexcept {
+  return std::max(slot_bytes<T>(text_bytes_max), sentence_bytes_max);
+}
+
+template <class T>
+constexpr const schema_description* description_of() noexcept {
+  if constexpr (std::is_same_v<T, json_text>) {
+    return nullptr;
+  } else {
+    return &describe<T>();
+  }
+}
+
+template <class T>
+constexpr lane_request topic_request(std::string_view topic, const topic_options& options) noexcept {
+  lane_request asked{.name = topic,
+                     .type = options.type,
+                     .keep = options.keep,
+                     .priority = options.priority,
+                     .latched = options.latched,
+                     .ttl = options.ttl};
+  if constexpr (!std::is_same_v<T, json_text>) {
+    if (asked.type.empty()) asked.type = schema<T>.type_name;
+  }
+  return asked;
+}
+
+template <class T>
+constexpr lane_request advertise_request(std::string_view topic, const topic_options& options) noexcept {
+  lane_request asked = topic_request<T>(topic, options);
+  asked.kind = std::is_same_v<T, json_text> ? lane_kind::publish_text : lane_kind::publish_value;
+  asked.out_depth = options.depth;
+  asked.out_bytes = slot_bytes<T>(options.text_bytes_max);
+  asked.encoded = description_of<T>();
+  return asked;
+}
+
+template <class T>
+constexpr lane_request subscribe_request(std::string_view topic, const topic_options& options) noexcept {
+  constexpr bool as_text = std::is_same_v<T, json_text>;
+  lane_request asked = topic_request<T>(topic, options);
+  asked.kind = as_text ? lane_kind::subscribe_text : lane_kind::subscribe_value;
+  if (as_text) asked.keep = keep::all; // a view of the newest text would change under the eyes of its reader
+  asked.in_depth = options.depth;
+  asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
+  asked.decoded = description_of<T>();
+  return asked;
+}
+
+template <class Q, class A>
+constexpr lane_request serve_request(std::string_view name, const service_options& options) noexcept {
+  constexpr bool as_text = std::is_same_v<Q, json_text>;
+  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
+  return {.kind = as_text ? lane_kind::respond_text : lane_kind::respond_value,
+          .name = name,
+          .type = options.type,
+          .out_depth = 2 * options.depth, // on their way, and reserved
+          .in_depth = options.depth,
+          .out_bytes = answer_bytes<A>(options.text_bytes_max),
+          .in_bytes = slot_bytes<Q>(options.text_bytes_max),
+          .encoded = description_of<A>(),
+          .decoded = description_of<Q>()};
+}
+
+template <class Q, class A>
+constexpr lane_request client_request(std::string_view name, const service_options& options) noexcept {
+  constexpr bool as_text = std::is_same_v<Q, json_text>;
+  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
+  return {.kind = as_text ? lane_kind::call_text : lane_kind::call_value,
+          .name = name,
+          .type = options.type,
+          .out_depth = options.depth,
+          .ends_depth = options.depth,
+          .out_bytes = slot_bytes<Q>(options.text_bytes_max),
+          .ends_bytes = answer_bytes<A>(options.text_bytes_max),
+          .encoded = description_of<Q>(),
+          .decoded = description_of<A>()};
+}
+
+constexpr lane_request talk_request(const lane_options& options) noexcept {
+  const std::size_t bytes = answer_bytes<json_text>(options.text_bytes_max);
+  return {.kind = lane_kind::talk,
+          .priority = options.priority,
+          .receives = options.receive,
+          .out_depth = options.depth,
+          .in_depth = options.inbox_depth,
+          .ends_depth = options.calls,
+          .out_bytes = bytes,
+          .in_bytes = bytes,
+          .ends_bytes = bytes};
+}
 
 } // namespace rowe::detail
