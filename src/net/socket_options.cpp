@@ -7,6 +7,8 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cstddef>
 
 namespace rowe::net {
@@ -19,6 +21,25 @@ void set(int fd, int level, int option, int value) noexcept {
   (void)::setsockopt(fd, level, option, &value, sizeof value); // see the header
 }
 
+// Half of the time, or nearly, the peer may be silent before it is asked, then it is asked four times. What
+// was sent and is not acknowledged is no silence to the kernel: that has a limit of its own.
+void notice_vanishing(int fd, rt::duration after) noexcept {
+  if (after <= rt::duration::zero()) return;
+  constexpr rt::duration::rep shortest = 5, longest = 32767; // the longer one is the kernel's
+  constexpr int probes = 4;
+  constexpr auto ceiled = [](rt::duration time) {
+    return std::chrono::ceil<std::chrono::seconds>(time).count();
+  };
+  constexpr rt::duration most = std::chrono::seconds{longest};
+  const int seconds = static_cast<int>(std::max(shortest, ceiled(std::min(after, most))));
+  const int between = std::max(1, seconds / (2 * probes));
+  set(fd, IPPROTO_TCP, TCP_KEEPIDLE, seconds - probes * between);
+  set(fd, IPPROTO_TCP, TCP_KEEPINTVL, between);
+  set(fd, IPPROTO_TCP, TCP_KEEPCNT, probes);
+  set(fd, IPPROTO_TCP, TCP_USER_TIMEOUT, seconds * 1000);
+  set(fd, SOL_SOCKET, SO_KEEPALIVE, 1);
+}
+
 } // namespace
 
 void send_at_once(int fd) noexcept { set(fd, IPPROTO_TCP, TCP_NODELAY, 1); }
@@ -27,6 +48,7 @@ void prepare_for_frames(int fd, const socket_limits& limits) noexcept {
   send_at_once(fd);
   set(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(limits.unsent_bytes_max));
   if (limits.send_buffer_bytes) set(fd, SOL_SOCKET, SO_SNDBUF, static_cast<int>(limits.send_buffer_bytes));
+  notice_vanishing(fd, limits.vanished_after);
 }
 
 int unacknowledged_bytes(int fd) noexcept {
