@@ -49,8 +49,7 @@ class calling_ros(unittest.TestCase):
 
     def test_prints_the_answer_s_values(self):
         ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--json")
-        self.assertEqual((ended.code, ended.stderr), (0, []))
-        self.assertEqual(ended.stdout, ['{"sum":3}'])
+        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}']), ended.stderr)
         (asked,) = self.calls()
         self.assertEqual((asked["service"], asked["args"]), ("/add_two_ints", {"a": 1, "b": 2}))
         self.assertIn("id", asked)
