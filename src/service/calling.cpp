@@ -326,9 +326,9 @@ status core::answer_call(const party& provider, detail::call_ref which, std::str
   if (encodes != nullptr) {
     slot = finish(*index, [&](json::writer& into) { encodes->encoder->encode(value, into); });
   } else {
-    if (const status fine = validator_.validate(text); !fine) {
+    if (const status fine = check_text(text); !fine) {
       add(counter::malformed);
-      finish_badly(*index, {errc::refused}, "the provider's reply was no JSON");
+      finish_badly(*index, {errc::refused}, "the provider's reply was no proper JSON object");
       return fine;
     }
     slot = finish_with(*index, text);

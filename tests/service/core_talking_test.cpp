@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plain messages of the bare dialect through the core: how they find their peers, what their senders learn,
+// and who in this process receives.
+#include "core_stage.hpp"
+
+namespace {
+
+using namespace stage;
+using rowe::errc;
+using rowe::service::door_request;
+
+struct talking : core_test {
+  // A message of a thread that waits for what becomes of it, or not.
+  std::uint32_t send(std::string_view text, rowe::duration ttl = -1ns, bool waits = true,
+                     rowe::detail::peer_ref to = {}) {
+    const auto slot = on.door.submit({.what = door_request::message,
+                                      .wants_outcome = waits,
+                                      .peer = to,
+                                      .stamped = on.now,
+                                      .expires = ttl == 0ns ? on.now : rowe::rt::deadline_after(on.now, ttl)},
+                                     text);
+    EXPECT_TRUE(slot);
+    return *slot;
+  }
+  // What became of it; "waits" while nothing has.
+  std::string outcome(std::uint32_t slot) {
+    if (on.door.unsettled() == 0 || on.door.drained()) {
+      EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
+      const auto done = on.door.outcome(slot);
+      on.door.give_back(slot);
+      return done ? "sent" : std::string{done.error().name()};
+    }
+    return "waits";
+  }
+  std::string received() {
+    const auto slot = on.door.try_receive(on.now);
+    if (!slot) return std::string{slot.error().name()};
+    std::string text{on.door.inbound_text(*slot)};
+    on.door.give_back_inbound(*slot);
+    return text;
+  }
+};
+
+TEST_F(talking, gives_a_message_to_every_peer_that_has_spoken_bare) {
+  peer bare{on}, other{on}, silent{on};
+  on.cycle();
+  bare.say(R"({"hello":1})");
+  other.say(R"({"hello":2})");
+  on.cycle();
+  const auto slot = send(R"({"a":1})");
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "sent");
+  EXPECT_EQ(bare.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(other.hear(), texts{R"({"a":1})"});
+  EXPECT_EQ(silent.hear(), texts{}) << "it has not spoken bare, so it is not sent bare unasked";
+}
+
+TEST_F(talking, lets_a_message_wait_for_a_peer) {
+  const auto slot = send(R"({"a":1})", 5s);
+  on.cycles(1000, 1ms);
+  EXPECT_EQ(outcome(slot), "waits");
+  peer late{on};
+  late.say("{}");
+  on.cycles(2);
+  EXPECT_EQ(outcome(slot), "sent");
+  EXPECT_EQ(late.hear(), texts{R"({"a":1})"});
+}
+
+TEST_F(talking, drops_a_message_that_found_no_peer_in_its_time) {
+  const auto slot = send(R"({"a":1})", 5s);
+  on.cycles(5002, 1ms);
+  EXPECT_EQ(outcome(slot), "expired");
+  EXPECT_EQ(on.count(counter::expired), 1U);
+  peer late{on};
+  late.say("{}");
+  on.cycles(2);
+  EXPECT_EQ(late.hear(), texts{});
+}
+
+TEST_F(talking, does_not_let_a_message_wait_whose_time_to_live_is_nothing) {
+  const auto slot = send(R"({"a":1})", 0ns);
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "expired");
+  peer there{on};
+  there.say("{}");
+  on.cycle();
+  const auto now = send(R"({"a":2})", 0ns);
+  on.cycle();
+  EXPECT_EQ(outcome(now), "sent");
+  EXPECT_EQ(there.hear(), texts{R"({"a":2})"});
+}
+
+TEST_F(talking, does_not_send_behind_a_blocked_socket_what_must_go_now) {
+  peer there{on};
+  there.say("{}");
+  on.cycle();
+  on.net.weather_of(there.id()).room_bytes = 0;
+  const auto slot = send(R"({"a":1})", 0ns);
+  on.cycles(3);
+  EXPECT_EQ(outcome(slot), "expired");
+  on.net.weather_of(there.id()).room_bytes = 4096;
+  on.cycles(3);
+  EXPECT_EQ(there.hear(), texts{});
+}
+
+TEST_F(talking, checks_the_time_when_it_writes) {
+  peer there{on};
+  there.say("{}");
+  on.cycle();
+  on.net.weather_of(there.id()).room_bytes = 0;
+  const auto dead = send(R"({"a":1})", 50ms);
+  const auto alive = send(R"({"a":2})", 500ms);
+  on.cycles(100);
+  on.net.weather_of(there.id()).room_bytes = 4096;
+  there.hear(); // reads, so that there is room
+  on.cycles(3);
+  EXPECT_EQ(there.hear(), texts{R"({"a":2})"});
+  EXPECT_EQ(outcome(dead), "expired");
+  EXPECT_EQ(outcome(alive), "sent");
+}
+
+TEST_F(talking, keeps_the_order_of_one_sender) {
+  peer there{on};
+  there.say("{}");
+  on.cycle();
+  for (int i = 0; i < 4; ++i) send(R"({"a":)" + std::to_string(i) + "}", -1ns, false);
+  on.cycles(2);
+  EXPECT_EQ(there.hear(), (texts{R"({"a":0})", R"({"a":1})", R"({"a":2})", R"({"a":3})"}));
+}
+
+TEST_F(talking, sends_to_the_next_peer_what_the_last_one_was_not_given) {
+  peer first{on};
+  first.say("{}");
+  on.cycle();
+  on.net.weather_of(first.id()).room_bytes = 5; // the message begins, and does not end
+  const auto slot = send(R"({"a":1})", 5s);
+  on.cycle();
+  first.leave(rowe::service::close_cause::reset);
+  on.cycles(2);
+  EXPECT_EQ(outcome(slot), "waits");
+  peer second{on};
+  second.say("{}");
+  on.cycles(2);
+  EXPECT_EQ(outcome(slot), "sent");
+  EXPECT_EQ(second.hear(), texts{R"({"a":1})"});
+}
+
+TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
+  peer one{on};
+  one.say("{}");
+  on.cycle();
+  const rowe::detail::peer_ref to{one.id().index, one.id().generation};
+  on.net.weather_of(one.id()).room_bytes = 0;
+  const auto queued = send(R"({"a":1})", 5s, true, to);
+  on.cycle();
+  one.leave();
+  on.cycles(2);
+  EXPECT_EQ(outcome(queued), "peer_lost");
+  const auto late = send(R"({"a":2})", 5s, true, to);
+  on.cycle();
+  EXPECT_EQ(outcome(late), "peer_lost");
+}
+
+TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
+  peer slow{on};
+  slow.say("{}");
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  int accepted = 0;
+  for (int i = 0; i < 100; ++i) {
+    const auto slot = on.door.submit({.what = door_request::message, .stamped = on.now}, R"({"a":1})");
+    accepted += static_cast<bool>(slot);
+    on.cycle();
+  }
+  EXPECT_EQ(accepted, static_cast<int>(on.options.limits.queue_depth_max + on.options.limits.door_slots));
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
+TEST_F(talking, refuses_texts_that_are_no_message) {
+  for (const auto& [text, why] :
+       {std::pair{"{", "malformed"}, std::pair{"[1]", "not_an_object"}, std::pair{"7", "not_an_object"},
+        std::pair{R"({"op":"publish"})", "reserved_member"}, std::pair{R"({"message_id":1})", "reserved_member"},
+        std::pair{R"({"in_\u0072eply_to":1})", "reserved_member"}}) {
+    const auto slot = send(text);
+    on.cycle();
+    EXPECT_EQ(outcome(slot), why) << text;
+  }
+  EXPECT_EQ(on.count(counter::malformed), 6U);
+}
+
+TEST_F(talking, gives_what_peers_say_to_whoever_receives) {
+  peer there{on};
+  there.say(R"({"speed":1})");
+  there.say(R"({"speed":2,"ttl_ms":5})");
+  there.say(R"({"speed":3,"ttl_ms":5000})");
+  on.cycle();
+  EXPECT_EQ(received(), R"({"speed":1})");
+  on.cycles(10);
+  EXPECT_EQ(received(), R"({"speed":3,"ttl_ms":5000})") << "the second is out of date";
+  EXPECT_EQ(received(), "empty");
+}
+
+TEST_F(talking, counts_messages_that_find_the_inbox_full) {
+  peer there{on};
+  for (int i = 0; i < 10; ++i) there.say(R"({"speed":1})");
+  on.cycle();
+  EXPECT_EQ(on.count(counter::inbox_full), 10U - on.options.limits.door_slots);
+}
+
+TEST_F(talking, answers_what_is_no_json_in_the_dialect_that_was_spoken_last) {
+  peer there{on};
+  there.say("{");
+  on.cycle();
+  auto heard = there.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(heard[0].starts_with(R"({"error":{"code":"malformed")")) << heard[0];
+  there.say(R"({"op":"subscribe","topic":"/a"})");
+  there.say("{");
+  on.cycle();
+  heard = there.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error")")) << heard[0];
+  EXPECT_EQ(on.count(counter::malformed), 2U);
+}
+
+TEST_F(talking, refuses_bare_texts_that_are_no_objects) {
+  peer there{on};
+  there.say("[1,2]");
+  there.say(R"({"op":5})");
+  on.cycle();
+  const auto heard = there.hear();
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_TRUE(heard[0].find(R"("code":"not_an_object")") != std::string::npos) << heard[0];
+  EXPECT_TRUE(heard[1].find(R"("code":"bad_request")") != std::string::npos) << heard[1];
+}
+
+struct talking_client : testing::Test {
+  ~talking_client() override { EXPECT_TRUE(on.core.check()); }
+  theatre on{small_options(), rowe::service::side::client};
+};
+
+TEST_F(talking_client, sends_to_its_server_without_being_asked) {
+  const auto slot = on.door.submit(
+      {.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
+  on.cycle();
+  peer server{on, rowe::service::side::client};
+  on.cycles(2);
+  EXPECT_EQ(server.hear(), texts{R"({"a":1})"});
+  EXPECT_TRUE(on.door.wait(*slot, rowe::rt::never));
+  EXPECT_TRUE(on.door.outcome(*slot));
+  on.door.give_back(*slot);
+}
+
+TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
+  auto options = small_options();
+  options.profile = rowe::peer_profile::hop_2014;
+  options.limits.message_bytes_max = 128 * 1024;
+  options.limits.door_slot_bytes = 100 * 1024;
+  theatre on{options, rowe::service::side::client};
+  const auto large = on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now},
+                                    R"({"a":")" + std::string(65535, 'x') + R"("})");
+  const auto small = on.door.submit(
+      {.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
+  const auto id = on.net.open(rowe::service::side::client);
+  on.cycles(20, 1s); // long enough for pings
+  const auto sent = on.net.sent(id);
+  const std::string bytes{reinterpret_cast<const char*>(sent.data()), sent.size()};
+  EXPECT_EQ(bytes, std::string("\x81\x07", 2) + R"({"a":1})") << "one frame, unmasked";
+  EXPECT_TRUE(on.door.wait(*large, rowe::rt::never));
+  EXPECT_EQ(on.door.outcome(*large).code(), errc::too_big);
+  EXPECT_TRUE(on.door.wait(*small, rowe::rt::never));
+  EXPECT_TRUE(on.door.outcome(*small));
+  on.door.give_back(*large);
+  on.door.give_back(*small);
+  EXPECT_TRUE(on.core.check());
+}
+
+} // namespace
