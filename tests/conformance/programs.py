@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The programs under test, their handshakes, and a watchdog over all of it."""
 import base64
+import contextlib
 import faulthandler
 import hashlib
 import os
@@ -12,6 +13,7 @@ import socket
 import struct
 import subprocess
 import threading
+import traceback
 
 import frames
 
@@ -26,6 +28,8 @@ faulthandler.dump_traceback_later(240, exit=True)
 
 class program:
     """A program that runs until its `with` is left; what it says is kept."""
+
+    ends_with = (0,)  # SIGTERM
 
     def __init__(self, *command):
         environment = {key: value for key, value in os.environ.items() if key != "ROWE_URL"}
@@ -78,7 +82,7 @@ class program:
             self.process.stdout.close()
             self.process.stderr.close()
         found = [line for line in self.errors if re.search(r"Sanitizer|runtime error:", line)]
-        if found or (failure is None and ran and code != 0):
+        if found or (failure is None and ran and code not in self.ends_with):
             raise AssertionError(f"exit code {code}: " + "\n".join(self.errors))
 
 
@@ -204,27 +208,29 @@ def switching(request, *more, **changes):
     return "\r\n".join(["HTTP/1.1 101 Switching Protocols", *lines, *more, "", ""]).encode("latin-1")
 
 
-def in_parallel(jobs, threads=None):
-    """Calls each job; raises what the first one raised, when all are done."""
-    waiting, raised = queue.SimpleQueue(), []
+def in_parallel(jobs, threads, using=contextlib.nullcontext):
+    """Calls each of (name, function) with what `using()` gives its thread; fails with all that failed. A
+    thread on which something failed gets a new one."""
+    waiting, failed = queue.SimpleQueue(), []
     for job in jobs:
         waiting.put(job)
 
     def work():
-        while True:
+        while not waiting.empty():
+            name = "set-up"
             try:
-                job = waiting.get_nowait()
-            except queue.Empty:
-                return
-            try:
-                job()
-            except BaseException as failure:  # handed on below
-                raised.append(failure)
+                with using() as tool, contextlib.suppress(queue.Empty):
+                    while True:
+                        name, job = waiting.get_nowait()
+                        job(tool)
+            except BaseException as failure:  # said below
+                told = "".join(traceback.format_exception(failure)) if len(failed) < 5 else repr(failure)
+                failed.append(f"{name}: {told}")
 
-    workers = [threading.Thread(target=work) for _ in range(threads or waiting.qsize())]
+    workers = [threading.Thread(target=work) for _ in range(threads)]
     for worker in workers:
         worker.start()
     for worker in workers:
         worker.join()
-    if raised:
-        raise raised[0]
+    if failed:
+        raise AssertionError(f"{len(failed)} failed:\n" + "\n".join(failed))

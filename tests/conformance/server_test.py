@@ -147,7 +147,8 @@ class hub(unittest.TestCase):
                 self.round_trip(subscriber)
                 bodies = ({"n": 1}, {"text": "\u00e9\u20ac\U0001f916" * 30}, {"long": "x" * 900})
                 for body, way in itertools.product(bodies, ("send", "send_bytewise")):
-                    text = json.dumps({"op": "publish", "topic": "/t", "msg": body}, ensure_ascii=False)
+                    text = json.dumps({"op": "publish", "topic": "/t", "msg": body},
+                                      ensure_ascii=False)
                     for section, name, script in cases.shapes(text.encode()):
                         with self.subTest(f"{section}: {name}, {way}"):
                             getattr(publisher, way)(*script)
@@ -170,7 +171,7 @@ class hub(unittest.TestCase):
         self.assertEqual(self.event(s), (PONG, b"there?"))
 
     def drain_pongs(self, s, script):
-        """5.5.3: a pong may stand for several pings; none is for a ping that was not sent, nor out of turn."""
+        """5.5.3: a pong may stand for several pings; none is for one that was not sent, nor out of turn."""
         s.send(frame(PING, b"last"))
         sent = iter([*cases.pongs_of(script), (PONG, b"last")])
         while True:
