@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// The front door with eight threads in front of it and the service thread behind: they submit, wait, run out
+// of time, leave messages behind and receive, while it settles at once, late or in any order, replies,
+// delivers and closes in the middle of it all. Each request has a number, and a text made of it, so that a
+// slot with two holders shows. What this run cannot show, orders that this processor does not use, is
+// tests/model's; what it adds are the real words, moodycamel's queue, and ThreadSanitizer's eye on all of it.
+#include "service/front_door.hpp"
+
+#include <array>
+#include <atomic>
+#include <charconv>
+#include <chrono>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "rt/seed.hpp"
+#include "rt/watchdog.hpp"
+#include "stress/factor.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using namespace rowe;
+using service::front_door;
+using tests::stressed;
+using tests::watchdog;
+
+constexpr std::chrono::seconds patience = 100s;
+constexpr std::uint32_t users = 8;
+constexpr std::size_t text_bytes = 48;
+
+limits bounds_with(std::uint32_t slots) {
+  limits bounds;
+  bounds.door_slots = slots;
+  bounds.door_slot_bytes = 128;
+  return bounds;
+}
+
+struct house {
+  explicit house(std::uint32_t slots)
+      : memory{rt::arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds_with(slots)),
+               rt::page_lock::none},
+        door{*memory.make<front_door>(memory, bounds_with(slots))} {}
+  rt::arena memory;
+  front_door& door;
+};
+
+// The number and then one letter that goes with it, so that a torn text shows.
+std::string text_of(std::uint64_t number) {
+  std::string text = std::to_string(number);
+  text.resize(text_bytes, static_cast<char>('a' + number % 26));
+  return text;
+}
+std::uint64_t number_of(std::string_view text) {
+  std::uint64_t number = 0;
+  (void)std::from_chars(text.data(), text.data() + text.size(), number);
+  return number;
+}
+// A request is numbered by its thread and its place in that thread; a reply has the request's number and one
+// letter more.
+constexpr std::uint64_t number(std::uint32_t user, std::uint64_t place) { return place * users + user; }
+
+struct tally {
+  std::atomic<std::uint64_t> submitted{0};
+  std::atomic<std::uint64_t> answered{0};  // outcomes that their askers saw
+  std::atomic<std::uint64_t> abandoned{0}; // waits that were told to leave
+  std::atomic<std::uint64_t> received{0};
+  std::atomic<std::uint64_t> wrong{0};
+};
+
+// One thread in front of the door. Ends after so many requests, or when the door is closed.
+void use(front_door& door, std::uint32_t user, std::uint64_t requests, std::uint64_t seed, tally& count) {
+  std::mt19937_64 random{seed + user};
+  for (std::uint64_t place = 0; place != requests; ++place) {
+    const std::uint64_t own = number(user, place);
+    const bool waits = random() % 4 != 0;
+    result<std::uint32_t> asked = errc::full;
+    while ((asked = door.submit({.wants_outcome = waits}, text_of(own))).code() == errc::full && !asked)
+      std::this_thread::yield();
+    if (!asked) break; // closed
+    ++count.submitted;
+    if (waits) {
+      const rt::time_point now = rt::monotonic_clock::now();
+      const std::array deadlines{rt::never, rt::time_point{}, now + 1us, now + 20us, now + 500us};
+      if (door.wait(*asked, deadlines[random() % deadlines.size()])) {
+        ++count.answered;
+        const std::string_view reply = door.reply_text(*asked);
+        const status& outcome = door.outcome(*asked);
+        count.wrong += outcome ? reply != text_of(own) + "!" : outcome.code() != errc::closed;
+        door.give_back(*asked);
+      } else {
+        ++count.abandoned;
+      }
+    }
+    if (random() % 2 == 0) {
+      const auto arrived = random() % 2 == 0 ? door.try_receive(rt::monotonic_clock::now())
+                                             : door.receive(rt::monotonic_clock::now() + 30us);
+      if (arrived) {
+        ++count.received;
+        const std::string_view text = door.inbound_text(*arrived);
+        count.wrong += text != text_of(number_of(text));
+        door.give_back_inbound(*arrived);
+      }
+    }
+  }
+}
+
+// The service thread: takes, keeps some for later, settles in any order. Looks at the order of each thread.
+class server {
+ public:
+  server(front_door& door, std::uint64_t seed, tally& count) : door_{door}, random_{seed}, count_{count} {}
+
+  void turn() {
+    door_.take(
+        [this](std::uint32_t slot) {
+          const std::uint64_t asked = number_of(door_.request_text(slot));
+          std::uint64_t& last = last_of_[asked % users];
+          count_.wrong += door_.request_text(slot) != text_of(asked) || (last != 0 && asked <= last - 1);
+          last = asked + 1;
+          ++taken;
+          held_.push_back(slot);
+        },
+        1 + random_() % 7);
+    while (!held_.empty() && random_() % 3 != 0) settle_one();
+    if (random_() % 4 == 0) {
+      const std::uint64_t number = delivered;
+      // Some are expired when they come.
+      const auto expires = random_() % 8 == 0 ? rt::time_point{} : rt::never;
+      if (door_.deliver({.expires = expires}, text_of(number))) ++delivered;
+    }
+    if (held_.empty()) std::this_thread::yield();
+  }
+  void settle_all() {
+    while (!held_.empty()) settle_one();
+  }
+
+  std::uint64_t taken = 0;
+  std::uint64_t delivered = 0;
+
+ private:
+  void settle_one() {
+    std::swap(held_.back(), held_[random_() % held_.size()]);
+    const std::uint32_t slot = held_.back();
+    held_.pop_back();
+    door_.settle(slot, {}, text_of(number_of(door_.request_text(slot))) + "!");
+  }
+
+  front_door& door_;
+  std::mt19937_64 random_;
+  tally& count_;
+  std::vector<std::uint32_t> held_;
+  std::array<std::uint64_t, users> last_of_{}; // the number after the last one seen
+};
+
+std::vector<std::thread> send_users(front_door& door, std::uint64_t requests, std::uint64_t seed,
+                                    tally& count, std::atomic<std::uint32_t>& inside) {
+  std::vector<std::thread> threads;
+  inside = users;
+  for (std::uint32_t user = 0; user != users; ++user)
+    threads.emplace_back([&, user, requests, seed] {
+      use(door, user, requests, seed, count);
+      --inside;
+    });
+  return threads;
+}
+
+void empty_inbox(front_door& door, tally& count) {
+  while (const auto left = door.try_receive(rt::monotonic_clock::now())) {
+    ++count.received;
+    door.give_back_inbound(*left);
+  }
+}
+
+class front_door_stress : public ::testing::TestWithParam<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(slots, front_door_stress, ::testing::Values(1, 3, 32));
+
+TEST_P(front_door_stress, settles_each_request_once_and_brings_every_slot_home) {
+  const watchdog dog{"eight threads at the front door", patience};
+  const std::uint64_t seed = tests::seed();
+  ROWE_TRACE_SEED(seed);
+  house h{GetParam()};
+  tally count;
+  std::atomic<std::uint32_t> inside;
+  auto threads = send_users(h.door, stressed(3'000), seed, count, inside);
+  server serves{h.door, seed, count};
+  while (inside != 0) serves.turn();
+  while (!h.door.drained()) {
+    serves.turn();
+    serves.settle_all();
+  }
+  for (std::thread& thread : threads) thread.join();
+  empty_inbox(h.door, count);
+  EXPECT_EQ(count.wrong, 0U);
+  EXPECT_EQ(serves.taken, count.submitted);
+  EXPECT_EQ(serves.delivered, count.received + h.door.expired());
+  EXPECT_STREQ(h.door.check(), nullptr);
+  EXPECT_TRUE(h.door.all_home());
+}
+
+TEST_P(front_door_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) {
+  const watchdog dog{"a front door that closes", patience};
+  const std::uint64_t seed = tests::seed();
+  ROWE_TRACE_SEED(seed);
+  std::mt19937_64 random{seed};
+  for (std::uint64_t round = 0; round != stressed(60); ++round) {
+    house h{GetParam()};
+    tally count;
+    std::atomic<std::uint32_t> inside;
+    auto threads = send_users(h.door, UINT64_MAX, seed + round, count, inside);
+    server serves{h.door, seed + round, count};
+    const std::uint64_t turns = random() % 300;
+    for (std::uint64_t turn = 0; turn != turns; ++turn) serves.turn();
+    if (round % 2 == 0) h.door.close();
+    h.door.finish();
+    for (std::thread& thread : threads) thread.join();
+    h.door.finish(); // brings home what was submitted while it finished
+    empty_inbox(h.door, count);
+    ASSERT_EQ(count.wrong, 0U);
+    ASSERT_LE(serves.taken, count.submitted);
+    ASSERT_EQ(serves.delivered, count.received + h.door.expired());
+    ASSERT_STREQ(h.door.check(), nullptr);
+    ASSERT_TRUE(h.door.all_home());
+  }
+}
+
+} // namespace
