@@ -9,9 +9,8 @@
 //   bool                  true, false
 //   integers, enums       a number that is whole, however it is written (3, 3.0, 3e0: browsers write 1e21),
 //                         exact to the last digit; with as_string also its decimal digits in quotes
-//   double, float         any number, rounded once; -0 keeps its sign; null is NaN. What is beyond the
-//   largest
-//                         float does not fit one
+//   double, float         any number, rounded once; -0 keeps its sign; null is NaN. A number beyond the
+//                         largest float does not fit one
 //   fixed_string          a string
 //   struct                an object. Its members may come in any order; those that the schema does not know
 //                         are passed over, those that it knows must come once, optionals at most once

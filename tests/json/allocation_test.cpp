@@ -13,9 +13,11 @@
 
 #include <rowe/ros.hpp>
 
+#include "decodable.hpp"
 #include "padded.hpp"
 #include "rt/seed.hpp"
 #include "texts.hpp"
+#include "json/decoder.hpp"
 #include "json/encoder.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
@@ -175,6 +177,34 @@ TEST_F(allocation, never_happens_in_writing_and_encoding) {
     }
   });
   EXPECT_EQ(made, 0u);
+}
+
+TEST_F(allocation, never_happens_in_decoding) {
+  const encoder e = encoder::compile(describe<tests::everything>()).value();
+  const decoder d = decoder::compile(describe<tests::everything>()).value();
+  tests::everything object;
+  object.text = "\n\t";
+  object.much_count = 200;
+  object.much[7] = 0.1234567890123456;
+  std::string text(e.bytes_max(), '\0');
+  writer w{text};
+  e.encode(&object, w);
+  text.resize(w.bytes());
+  ASSERT_TRUE(d.decode(text, &object));
+  std::string faulty = text; // each with another error, at another place
+  std::size_t refused = 0;
+  const std::uint64_t made = counted([&] {
+    for (std::size_t i = 0; i < 10'000; ++i) {
+      char& changed = faulty[1 + i % (faulty.size() - 2)];
+      const char was = changed;
+      changed = i % 2 == 0 ? '9' : 'n';
+      if (!d.decode(faulty, &object)) ++refused;
+      changed = was;
+      if (!d.decode(text, &object)) return;
+    }
+  });
+  EXPECT_EQ(made, 0u);
+  EXPECT_GT(refused, 1000u);
 }
 
 } // namespace

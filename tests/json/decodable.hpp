@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Structs with something of everything that a schema can have, for the decoder's tests and its fuzzer.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include <rowe/schema.hpp>
+
+namespace rowe::tests {
+
+enum class gear : std::int8_t { reverse = -1, neutral, first };
+
+struct point {
+  double x = 1, y = 2;
+};
+
+struct numbers {
+  bool yes = false;
+  std::int8_t i8 = 0;
+  std::int16_t i16 = 0;
+  std::int32_t i32 = 0;
+  std::int64_t i64 = 0;
+  std::uint8_t u8 = 0;
+  std::uint16_t u16 = 0;
+  std::uint32_t u32 = 0;
+  std::uint64_t u64 = 0;
+  float f = 0;
+  double d = 0;
+  gear g = gear::neutral;
+};
+
+struct everything {
+  rowe::tests::numbers numbers;
+  std::int64_t serial = 0;
+  std::uint64_t ids[2]{};
+  rowe::fixed_string<12> text;
+  point where;
+  std::array<double, 3> covariance{};
+  std::array<std::array<float, 2>, 2> matrix{};
+  rowe::bounded_array<point, 3> path;
+  rowe::bounded_array<rowe::fixed_string<8>, 2> names;
+  std::optional<double> real;
+  std::optional<point> goal;
+  std::optional<rowe::bounded_array<std::int32_t, 2>> list;
+  std::array<std::optional<std::int32_t>, 2> holes{};
+  float ranges[4]{};
+  std::uint16_t intensities[4]{};
+  std::int8_t count = 0;
+  double much[300]{};
+  std::uint8_t much_count = 0; // cannot count as far
+};
+
+// Whatever is there is read; nothing need be.
+struct anything {
+  std::optional<bool> yes;
+  std::optional<std::int8_t> i8;
+  std::optional<std::int64_t> i64;
+  std::optional<std::uint64_t> u64;
+  std::optional<float> f;
+  std::optional<double> d;
+  std::optional<std::int32_t> s;
+  std::optional<rowe::fixed_string<5>> text;
+  std::optional<rowe::bounded_array<double, 3>> list;
+  std::optional<std::array<std::uint8_t, 2>> two;
+  std::optional<std::optional<std::int16_t>> twice;
+};
+
+} // namespace rowe::tests
+
+// clang-format off
+template <> inline constexpr auto rowe::schema<rowe::tests::point> =
+    rowe::fields<&rowe::tests::point::x, &rowe::tests::point::y>{};
+template <> inline constexpr auto rowe::schema<rowe::tests::numbers> =
+    rowe::fields<&rowe::tests::numbers::yes, &rowe::tests::numbers::i8, &rowe::tests::numbers::i16,
+                 &rowe::tests::numbers::i32, &rowe::tests::numbers::i64, &rowe::tests::numbers::u8,
+                 &rowe::tests::numbers::u16, &rowe::tests::numbers::u32, &rowe::tests::numbers::u64,
+                 &rowe::tests::numbers::f, &rowe::tests::numbers::d, &rowe::tests::numbers::g>{};
+template <> inline constexpr auto rowe::schema<rowe::tests::everything> =
+    rowe::fields<&rowe::tests::everything::numbers,
+                 rowe::field<&rowe::tests::everything::serial>.as_string(),
+                 rowe::field<&rowe::tests::everything::ids>.as_string(),
+                 rowe::field<&rowe::tests::everything::text, "the \"text\"">,
+                 &rowe::tests::everything::where, &rowe::tests::everything::covariance,
+                 rowe::field<&rowe::tests::everything::matrix, "a matrix of two rows">,
+                 &rowe::tests::everything::path, &rowe::tests::everything::names,
+                 &rowe::tests::everything::real, &rowe::tests::everything::goal,
+                 rowe::field<&rowe::tests::everything::list, "exactly_16_bytes">,
+                 &rowe::tests::everything::holes,
+                 rowe::counted<&rowe::tests::everything::ranges, &rowe::tests::everything::count>,
+                 rowe::counted<&rowe::tests::everything::intensities, &rowe::tests::everything::count>,
+                 &rowe::tests::everything::count,
+                 rowe::counted<&rowe::tests::everything::much, &rowe::tests::everything::much_count, "\u00fc">>{};
+template <> inline constexpr auto rowe::schema<rowe::tests::anything> =
+    rowe::fields<&rowe::tests::anything::yes, &rowe::tests::anything::i8, &rowe::tests::anything::i64,
+                 &rowe::tests::anything::u64, &rowe::tests::anything::f, &rowe::tests::anything::d,
+                 rowe::field<&rowe::tests::anything::s>.as_string(), &rowe::tests::anything::text,
+                 &rowe::tests::anything::list, &rowe::tests::anything::two, &rowe::tests::anything::twice>{};
+// clang-format on

@@ -1,0 +1,810 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "json/decoder.hpp"
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <random>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <rowe/ros.hpp>
+
+#include "decodable.hpp"
+#include "padded.hpp"
+#include "respelled.hpp"
+#include "rt/seed.hpp"
+#include "slow_decoder.hpp"
+#include "texts.hpp"
+#include "json/encoder.hpp"
+#include "json/numbers.hpp"
+#include "json/reader.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::json {
+namespace {
+
+using tests::anything;
+using tests::concat;
+using tests::everything;
+using tests::gear;
+using tests::numbers;
+using tests::padded;
+using tests::point;
+using tests::repeat;
+using tests::seed;
+
+template <class T>
+const decoder& decoder_of() {
+  static const decoder d = decoder::compile(describe<T>()).value();
+  return d;
+}
+
+std::string error_text(const error& e) {
+  std::array<char, 200> room;
+  return std::string{e.name()} + ": " + std::string{e.text(room)};
+}
+
+bool is_valid(std::string_view text) {
+  static reader r = reader::create(1 << 20).value();
+  const padded p{text};
+  return r.validate(p.text()).has_value();
+}
+
+// Reads from exactly so many bytes of the heap, into memory that held something else; and compares with the
+// plain reference.
+template <class T>
+status decode(std::string_view text, T& into) {
+  EXPECT_TRUE(is_valid(text)) << text;
+  const auto exact = std::make_unique<char[]>(text.size());
+  text.copy(exact.get(), text.size());
+  std::memset(static_cast<void*>(&into), 0x5a, sizeof into);
+  const status s = decoder_of<T>().decode({exact.get(), text.size()}, &into);
+  auto other = std::make_unique<T>();
+  const status expected = tests::slow_decoder::decode(describe<T>(), text, other.get());
+  EXPECT_EQ(s.has_value(), expected.has_value()) << text;
+  if (!s && !expected) {
+    EXPECT_EQ(error_text(s.error()), error_text(expected.error())) << text;
+    EXPECT_EQ(s.error(), expected.error()) << text;
+  }
+  return s;
+}
+
+template <class T>
+T decoded(std::string_view text) {
+  T x;
+  const status s = decode(text, x);
+  EXPECT_TRUE(s) << error_text(s.error()) << " in " << text;
+  return x;
+}
+
+template <class T>
+error refused(std::string_view text) {
+  T x;
+  const status s = decode(text, x);
+  EXPECT_FALSE(s) << text;
+  return s.error();
+}
+
+template <class T>
+std::string encoded(const T& x) {
+  static const encoder e = encoder::compile(describe<T>()).value();
+  std::string room(e.bytes_max(), '\0');
+  writer w{room};
+  e.encode(&x, w);
+  return std::string{w.text()};
+}
+
+// ---- one value of each sort; `anything` reads a member alone ----
+
+std::string member(std::string_view name, std::string_view value) {
+  return concat({"{\"", name, "\":", value, "}"});
+}
+constexpr std::int64_t value_at = 5; // in {"d":1}
+
+TEST(decoder, reads_numbers_of_every_type) {
+  const auto n = decoded<numbers>(
+      R"({"yes":true,"i8":-8,"i16":-16,"i32":-32,"i64":-64,"u8":8,"u16":16,"u32":32,"u64":64,"f":0.1,)"
+      R"("d":0.1,"g":-1})");
+  EXPECT_TRUE(n.yes);
+  EXPECT_EQ(n.i8, -8);
+  EXPECT_EQ(n.i16, -16);
+  EXPECT_EQ(n.i32, -32);
+  EXPECT_EQ(n.i64, -64);
+  EXPECT_EQ(n.u8, 8);
+  EXPECT_EQ(n.u16, 16);
+  EXPECT_EQ(n.u32, 32u);
+  EXPECT_EQ(n.u64, 64u);
+  EXPECT_EQ(n.f, 0.1f);
+  EXPECT_EQ(n.d, 0.1);
+  EXPECT_EQ(n.g, gear::reverse);
+}
+
+TEST(decoder, knows_the_limits_of_every_integer) {
+  constexpr std::string_view names[] = {"i8", "i16", "i32", "i64", "u8", "u16", "u32", "u64", "g"};
+  constexpr std::string_view least[] = {"-128", "-32768", "-2147483648", "-9223372036854775808", "0", "0",
+                                        "0",    "0",      "-128"};
+  constexpr std::string_view below[] = {"-129", "-32769", "-2147483649", "-9223372036854775809", "-1", "-1",
+                                        "-1",   "-1",     "-129"};
+  constexpr std::string_view most[] = {"127", "32767", "2147483647", "9223372036854775807",
+                                       "255", "65535", "4294967295", "18446744073709551615",
+                                       "127"};
+  constexpr std::string_view above[] = {"128", "32768", "2147483648", "9223372036854775808",
+                                        "256", "65536", "4294967296", "18446744073709551616",
+                                        "128"};
+  for (std::size_t i = 0; i < std::size(names); ++i) {
+    const auto text = [&](std::string_view value) {
+      std::string all = R"({"yes":true,"f":0,"d":0)";
+      for (const std::string_view name : names) {
+        all += concat({",\"", name, "\":", name == names[i] ? value : "0"});
+      }
+      return all + "}";
+    };
+    EXPECT_NE(encoded(decoded<numbers>(text(least[i]))).find(concat({"\"", names[i], "\":", least[i]})),
+              std::string::npos);
+    EXPECT_NE(encoded(decoded<numbers>(text(most[i]))).find(concat({"\"", names[i], "\":", most[i]})),
+              std::string::npos);
+    for (const std::string_view value : {below[i], above[i]}) {
+      const std::size_t place = text(value).find(concat({"\"", names[i], "\":"})) + names[i].size() + 3;
+      EXPECT_EQ(refused<numbers>(text(value)), (error{errc::out_of_range, static_cast<std::int64_t>(place)}));
+    }
+  }
+}
+
+TEST(decoder, reads_whole_numbers_however_they_are_written) {
+  for (const std::string_view seven :
+       {"7", "7.0", "7e0", "70e-1", "0.7e1", "0.007E+3", "7.00000000000000000000000",
+        "0.00000000000000000000007e23", "7000000000000000000000000e-24"}) {
+    EXPECT_EQ(decoded<anything>(member("i64", seven)).i64, 7) << seven;
+    EXPECT_EQ(decoded<anything>(member("i8", seven)).i8, 7) << seven;
+  }
+  EXPECT_EQ(decoded<anything>(member("i64", "-1e3")).i64, -1000);
+  EXPECT_EQ(decoded<anything>(member("u64", "1.8446744073709551615e19")).u64, 18446744073709551615u);
+  for (const std::string_view zero : {"0", "-0", "0.0", "-0.0", "0e99999999999999999999", "-0e-7"}) {
+    EXPECT_EQ(decoded<anything>(member("u64", zero)).u64, 0u) << zero;
+    EXPECT_EQ(decoded<anything>(member("i8", zero)).i8, 0) << zero;
+  }
+}
+
+TEST(decoder, refuses_what_browsers_write_for_integers_beyond_64_bits) {
+  for (const std::string_view large :
+       {"18446744073709552000", "1e21", "1e300", "10000000000000000000000.0"}) {
+    for (const std::string_view name : {"u64", "i64", "i8"}) {
+      EXPECT_EQ(refused<anything>(member(name, large)).code, errc::out_of_range) << large;
+    }
+  }
+}
+
+TEST(decoder, takes_fractions_for_no_integers) {
+  for (const std::string_view fraction :
+       {"0.5", "1e-1", "7.00000000000000000000001", "1e-400", "123456789e-1"}) {
+    EXPECT_EQ(refused<anything>(member("i64", fraction)), (error{errc::wrong_type, value_at + 2}))
+        << fraction;
+  }
+}
+
+TEST(decoder, reads_integers_in_quotes_where_the_schema_writes_them_so) {
+  EXPECT_EQ(decoded<anything>(R"({"s":"-2147483648"})").s, std::numeric_limits<std::int32_t>::min());
+  EXPECT_EQ(decoded<anything>(R"({"s":"12"})").s, 12);
+  EXPECT_EQ(decoded<anything>(R"({"s":12})").s, 12);
+  EXPECT_EQ(decoded<anything>(R"({"s":"\u0031\u0032"})").s, 12);
+  EXPECT_EQ(decoded<anything>(R"({"s":"-0"})").s, 0);
+  EXPECT_EQ(refused<anything>(R"({"s":"2147483648"})"), (error{errc::out_of_range, value_at}));
+  EXPECT_EQ(refused<anything>(member("s", '"' + repeat("9", 400) + '"')),
+            (error{errc::out_of_range, value_at}));
+  for (const std::string_view text :
+       {"\"\"", "\"-\"", "\"1.0\"", "\"1e3\"", "\"+1\"", "\" 1\"", "\"1 \"", "\"007\"", "\"--1\"", "\"1-\"",
+        "\"0x1\"", "\"\\u00e9\"", "\"99999999999a\""}) {
+    EXPECT_EQ(refused<anything>(member("s", text)), (error{errc::wrong_type, value_at})) << text;
+  }
+  EXPECT_EQ(refused<anything>(R"({"i64":"12"})").code, errc::wrong_type);
+}
+
+TEST(decoder, keeps_the_sign_of_zero) {
+  for (const std::string_view zero : {"-0", "-0.0", "-0e5", "-1e-400"}) {
+    EXPECT_TRUE(std::signbit(*decoded<anything>(member("d", zero)).d)) << zero;
+    EXPECT_TRUE(std::signbit(*decoded<anything>(member("f", zero)).f)) << zero;
+    EXPECT_EQ(decoded<anything>(member("d", zero)).d, 0) << zero;
+  }
+  EXPECT_FALSE(std::signbit(*decoded<anything>(R"({"d":0})").d));
+}
+
+TEST(decoder, reads_null_as_a_number_that_is_none) {
+  const auto n = decoded<point>(R"({"x":null,"y":3})");
+  EXPECT_TRUE(std::isnan(n.x));
+  EXPECT_EQ(n.y, 3);
+}
+
+TEST(decoder, rounds_floats_once) {
+  // A double away from it lies in the middle of two floats, or would be one.
+  EXPECT_EQ(decoded<anything>(R"({"f":16777217})").f, 16777216.0f);
+  EXPECT_EQ(decoded<anything>(R"({"f":16777217.0000000000000001})").f, 16777218.0f);
+  EXPECT_EQ(decoded<anything>(R"({"f":16777216.9999999999999999})").f, 16777216.0f);
+  EXPECT_EQ(decoded<anything>(R"({"f":1e-46})").f, 0.0f);
+  EXPECT_EQ(decoded<anything>(R"({"f":1.401298464324817e-45})").f, std::numeric_limits<float>::denorm_min());
+  EXPECT_EQ(decoded<anything>(R"({"f":3.4028235677973365e38})").f, std::numeric_limits<float>::max());
+  EXPECT_EQ(refused<anything>(R"({"f":3.4028235677973367e38})"), (error{errc::out_of_range, value_at}));
+  EXPECT_EQ(refused<anything>(R"({"f":-1e39})"), (error{errc::out_of_range, value_at}));
+}
+
+TEST(decoder, reads_every_number_as_the_c_library_does) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  for (int i = 0; i < 200'000; ++i) {
+    std::string text = random() % 2 == 0 ? "-" : "";
+    const std::size_t digits = 1 + random() % (random() % 8 == 0 ? 40 : 20);
+    const std::size_t point = random() % (digits + 1);
+    for (std::size_t k = 0; k < digits; ++k) {
+      if (k == point && k > 0) text += '.';
+      text += k == 0 ? static_cast<char>('1' + random() % 9) : static_cast<char>('0' + random() % 10);
+    }
+    if (random() % 2 == 0) text += "e" + std::to_string(static_cast<int>(random() % 60) - 30);
+    const decimal d = read_decimal(text.data(), text.data() + text.size());
+    ASSERT_EQ(d.text, text);
+    ASSERT_EQ(to_double(d), std::strtod(text.c_str(), nullptr)) << text;
+    const float f = std::strtof(text.c_str(), nullptr);
+    const auto ours = to_float(d);
+    ASSERT_EQ(ours.has_value(), std::isfinite(f)) << text;
+    ASSERT_EQ(ours.value_or(f), f) << text;
+  }
+}
+
+TEST(decoder, rounds_every_float_and_its_neighbourhood_as_the_c_library_does) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  std::array<char, 1100> text;
+  for (int i = 0; i < 100'000; ++i) {
+    const auto x = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    if (!std::isfinite(x)) continue;
+    const double next = static_cast<double>(std::nextafter(x, INFINITY));
+    if (!std::isfinite(next)) continue;
+    const double middle = (static_cast<double>(x) + next) / 2;
+    const int precision = random() % 2 == 0 ? 800 : 15 + static_cast<int>(random() % 4);
+    const int bytes = std::snprintf(text.data(), text.size(), "%.*e", precision, middle);
+    if (random() % 2 == 0) text[precision < 100 ? 5 : 700] = '1'; // a little beside the middle
+    const decimal d = read_decimal(text.data(), text.data() + bytes);
+    ASSERT_EQ(to_float(d), std::strtof(text.data(), nullptr)) << text.data();
+  }
+}
+
+TEST(decoder, reads_strings_with_their_escapes_resolved) {
+  EXPECT_EQ(decoded<anything>(R"({"text":"a\"\\\/b"})").text->view(), "a\"\\/b");
+  EXPECT_EQ(decoded<anything>(R"({"text":"\u00e9\u0000x"})").text->view(), std::string_view("\u00e9\0x", 4));
+  EXPECT_EQ(decoded<anything>(R"({"text":"\ud83d\ude00!"})").text->view(), "\U0001F600!");
+  EXPECT_EQ(decoded<anything>(R"({"text":""})").text->view(), "");
+}
+
+TEST(decoder, refuses_strings_that_are_too_long) {
+  EXPECT_EQ(decoded<anything>(R"({"text":"12345"})").text->view(), "12345");
+  EXPECT_EQ(refused<anything>(R"({"text":"123456"})"), (error{errc::too_long, 6, 5}));
+  EXPECT_EQ(decoded<anything>(R"({"text":"\u0031\u0032\u0033\u0034\u0035"})").text->view(), "12345");
+  EXPECT_EQ(refused<anything>(R"({"text":"\ud83d\ude00\u00e9"})"), (error{errc::too_long, 6, 5}));
+  EXPECT_EQ(refused<anything>(member("text", '"' + repeat("\\n", 70'000) + '"')),
+            (error{errc::too_long, 70'000, 5}));
+}
+
+TEST(decoder, reads_sequences_up_to_what_they_hold) {
+  EXPECT_EQ(decoded<anything>(R"({"list":[]})").list->size(), 0u);
+  const auto full = decoded<anything>(R"({"list": [ 1 , 2.5,null ] })");
+  ASSERT_EQ(full.list->size(), 3u);
+  EXPECT_EQ((*full.list)[1], 2.5);
+  EXPECT_TRUE(std::isnan((*full.list)[2]));
+  EXPECT_EQ(refused<anything>(R"({"list":[1,2,3,[4,"]"],{"a":[]}]})"), (error{errc::too_long, 5, 3}));
+}
+
+TEST(decoder, demands_the_exact_length_of_fixed_arrays) {
+  EXPECT_EQ((*decoded<anything>(R"({"two":[1,2]})").two)[1], 2);
+  EXPECT_EQ(refused<anything>(R"({"two":[1]})"), (error{errc::too_long, 1, 2}));
+  EXPECT_EQ(refused<anything>(R"({"two":[]})"), (error{errc::too_long, 0, 2}));
+  EXPECT_EQ(refused<anything>(R"({"two":[1,2,3,4]})"), (error{errc::too_long, 4, 2}));
+  EXPECT_EQ(refused<anything>(R"({"two":[1,256,3,4]})"), (error{errc::out_of_range, 10}));
+}
+
+TEST(decoder, leaves_optionals_empty_that_are_null_or_missing) {
+  const auto nothing = decoded<anything>("{}");
+  EXPECT_EQ(encoded(nothing), "{}");
+  const auto nulls = decoded<anything>(R"({"yes":null,"i8":null,"d":null,"text":null,"list":null,"two":null,)"
+                                       R"("twice":null})");
+  EXPECT_EQ(encoded(nulls), "{}");
+  EXPECT_EQ(decoded<anything>(R"({"twice":7})").twice, std::optional{std::optional<std::int16_t>{7}});
+}
+
+TEST(decoder, refuses_values_of_another_type) {
+  constexpr std::string_view values[] = {"true", "1", "1.5", "\"a\"", "{}", "[]", "[true]", "[1,1]"};
+  // clang-format off
+  const std::pair<std::string_view, std::vector<std::string_view>> fit[] = {
+      {"yes", {"true"}}, {"i8", {"1"}}, {"u64", {"1"}}, {"f", {"1", "1.5"}}, {"d", {"1", "1.5"}},
+      {"text", {"\"a\""}}, {"list", {"[]", "[1,1]"}}, {"two", {"[1,1]"}}, {"twice", {"1"}}};
+  // clang-format on
+  for (const auto& [name, accepted] : fit) {
+    for (const std::string_view value : values) {
+      const std::string text = member(name, value);
+      if (std::find(accepted.begin(), accepted.end(), value) != accepted.end()) {
+        (void)decoded<anything>(text);
+        continue;
+      }
+      const error e = refused<anything>(text);
+      if (name == "two" && value == "[]") {
+        EXPECT_EQ(e.code, errc::too_long);
+        continue;
+      }
+      const bool inside = value == "[true]" && (name == "list" || name == "two");
+      EXPECT_EQ(e, (error{errc::wrong_type, static_cast<std::int64_t>(name.size() + 4 + inside)})) << text;
+    }
+  }
+  EXPECT_EQ(refused<point>(R"({"x":1,"y":"2"})"), (error{errc::wrong_type, 11}));
+  EXPECT_EQ(refused<ros::time>(R"({"secs":null,"nsecs":0})"), (error{errc::wrong_type, 8}));
+}
+
+// ---- objects ----
+
+TEST(decoder, refuses_what_is_no_object) {
+  for (const std::string_view text : {"[]", "1", "null", "\"{}\"", "true", " []"}) {
+    EXPECT_EQ(refused<point>(text), error{errc::not_an_object}) << text;
+  }
+  point p;
+  EXPECT_EQ(decoder_of<point>().decode("", &p).error(), error{errc::not_an_object});
+  EXPECT_EQ(decoded<point>(" \n{\"x\":5,\"y\":6} ").x, 5);
+}
+
+TEST(decoder, reads_members_in_any_order) {
+  const auto p = decoded<point>(R"({"y":1,"x":2})");
+  EXPECT_EQ(p.x, 2);
+  EXPECT_EQ(p.y, 1);
+}
+
+TEST(decoder, passes_over_members_that_it_does_not_know) {
+  const auto p = decoded<point>(R"({"z":{"x":[1,{"y":"}"}]},"x":5,"xx":"\"","":null,"y":6,"z":7,"Y":8})");
+  EXPECT_EQ(p.x, 5);
+  EXPECT_EQ(p.y, 6);
+}
+
+TEST(decoder, refuses_members_that_occur_twice) {
+  EXPECT_EQ(refused<point>(R"({"x":1,"x":2,"y":3})"), (error{errc::duplicate_member, 7}));
+  EXPECT_EQ(refused<point>(R"({"x":1,"y":2,"x":3})"), (error{errc::duplicate_member, 13}));
+  EXPECT_EQ(refused<point>(R"({"x":1,"\u0078":2,"y":3})"), (error{errc::duplicate_member, 7}));
+  EXPECT_EQ(refused<point>(R"({"\u0078":1,"x":2,"y":3})"), (error{errc::duplicate_member, 12}));
+  EXPECT_EQ(refused<anything>(R"({"d":null,"d":1})").code, errc::duplicate_member);
+  EXPECT_EQ(refused<anything>(R"({"d":1,"d":"no number"})").code, errc::duplicate_member);
+}
+
+TEST(decoder, understands_escapes_in_names) {
+  const auto p = decoded<point>(R"({"\u0078":5,"\u0079":6,"\u007a":"\u0078"})");
+  EXPECT_EQ(p.x, 5);
+  EXPECT_EQ(p.y, 6);
+}
+
+TEST(decoder, refuses_to_do_without_members) {
+  EXPECT_EQ(refused<point>("{}"), (error{errc::missing_member, 1}));
+  EXPECT_EQ(refused<point>(R"({"x":1})"), (error{errc::missing_member, 2}));
+  // Of odometry: header 1, seq 2, stamp 3, secs 4, nsecs 5, frame_id 6, child_frame_id 7.
+  EXPECT_EQ(refused<ros::odometry>(R"({"header":{"seq":1,"stamp":{"secs":1},"frame_id":""}})"),
+            (error{errc::missing_member, 5}));
+  EXPECT_EQ(
+      refused<ros::odometry>(R"({"header":{"seq":1,"stamp":{"secs":1,"nsecs":2},"frame_id":""},"pose":{}})"),
+      (error{errc::missing_member, 9}));
+}
+
+struct preset {
+  std::optional<int> maybe = 5;
+  int other = 7;
+  std::int8_t not_listed = 9;
+};
+
+} // namespace
+} // namespace rowe::json
+
+template <>
+inline constexpr auto rowe::schema<rowe::json::preset> =
+    rowe::fields<&rowe::json::preset::maybe, &rowe::json::preset::other>{};
+
+namespace rowe::json {
+namespace {
+
+TEST(decoder, begins_with_the_default_but_empties_what_is_missing) {
+  const auto p = decoded<preset>(R"({"other":1})");
+  EXPECT_EQ(p.not_listed, 9);
+  EXPECT_FALSE(p.maybe.has_value());
+  EXPECT_EQ(decoded<preset>(R"({"maybe":0,"other":1})").maybe, 0);
+}
+
+// ---- everything ----
+
+std::string everything_with(std::string_view counted) {
+  return concat({R"({"numbers":{"yes":true,"i8":1,"i16":2,"i32":3,"i64":4,"u8":5,"u16":6,"u32":7,"u64":8,)"
+                 R"("f":9,"d":10,"g":1},"serial":"9007199254740993","ids":["1",2],"the \"text\"":"a\tb",)"
+                 R"("where":{"x":1,"y":2},"covariance":[1,0,0.5],"a matrix of two rows":[[1,2],[3,4]],)"
+                 R"("path":[{"x":1,"y":2},{"x":3,"y":4}],"names":["left","right"],"holes":[null,7],)",
+                 counted, "}"});
+}
+
+TEST(decoder, reads_values_of_every_sort) {
+  const auto e =
+      decoded<everything>(everything_with(R"("ranges":[1,2],"intensities":[3,4],"count":2,"ü":[])"));
+  EXPECT_EQ(e.serial, 9007199254740993);
+  EXPECT_EQ(e.ids[1], 2u);
+  EXPECT_EQ(e.text.view(), "a\tb");
+  EXPECT_EQ(e.matrix[1][0], 3.0f);
+  ASSERT_EQ(e.path.size(), 2u);
+  EXPECT_EQ(e.path[1].y, 4);
+  EXPECT_EQ(e.names[1].view(), "right");
+  EXPECT_FALSE(e.holes[0].has_value());
+  EXPECT_EQ(e.holes[1], 7);
+  EXPECT_EQ(e.count, 2);
+  EXPECT_EQ(e.ranges[1], 2.0f);
+  EXPECT_EQ(e.ranges[2], 0.0f);
+  EXPECT_EQ(e.much_count, 0);
+}
+
+TEST(decoder, sets_counts_by_the_arrays_whatever_the_text_says) {
+  for (const std::string_view text : {R"("count":99,"ranges":[1,2,3],"intensities":[3,4,5],"ü":[1])",
+                                      R"("ranges":[1,2,3],"count":0,"intensities":[3,4,5],"ü":[1])",
+                                      R"("intensities":[3,4,5],"ranges":[1,2,3],"ü":[1],"count":-7)"}) {
+    const auto e = decoded<everything>(everything_with(text));
+    EXPECT_EQ(e.count, 3);
+    EXPECT_EQ(e.intensities[2], 5);
+    EXPECT_EQ(e.much_count, 1);
+  }
+  EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[],"intensities":[],"count":128,"ü":[])")).code,
+            errc::out_of_range);
+  EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[],"intensities":[],"ü":[])")),
+            (error{errc::missing_member, 34})); // what is inside of others counts, too
+}
+
+TEST(decoder, refuses_counted_arrays_that_are_too_long_to_hold_or_to_count) {
+  EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[1,2,3,4,5],"intensities":[],"count":0,"ü":[])")),
+            (error{errc::too_long, 5, 4}));
+  const auto much = [](std::size_t count) {
+    return everything_with(
+        concat({R"("ranges":[],"intensities":[],"count":0,"ü":[0)", repeat(",0", count - 1), "]"}));
+  };
+  EXPECT_EQ(decoded<everything>(much(255)).much_count, 255);
+  EXPECT_EQ(refused<everything>(much(256)), (error{errc::too_long, 256, 255}));
+}
+
+TEST(decoder, refuses_arrays_of_one_count_that_are_not_equally_long) {
+  EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[1,2],"intensities":[1],"count":2,"ü":[])")),
+            (error{errc::too_long, 1, 2}));
+  EXPECT_EQ(refused<everything>(everything_with(R"("intensities":[1],"count":2,"ranges":[1,2],"ü":[])")),
+            (error{errc::too_long, 2, 1}));
+}
+
+// ---- at random ----
+
+class random_everything {
+ public:
+  explicit random_everything(std::mt19937_64& random) : random_{random} {}
+
+  everything next() {
+    everything e;
+    numbers& n = e.numbers;
+    n.yes = coin();
+    n.i8 = integer<std::int8_t>();
+    n.i16 = integer<std::int16_t>();
+    n.i32 = integer<std::int32_t>();
+    n.i64 = integer<std::int64_t>();
+    n.u8 = integer<std::uint8_t>();
+    n.u16 = integer<std::uint16_t>();
+    n.u32 = integer<std::uint32_t>();
+    n.u64 = integer<std::uint64_t>();
+    n.f = static_cast<float>(real());
+    n.d = real();
+    n.g = static_cast<gear>(integer<std::int8_t>());
+    e.serial = integer<std::int64_t>();
+    for (auto& x : e.ids) x = integer<std::uint64_t>();
+    e.text = text<12>();
+    e.where = place();
+    for (double& x : e.covariance) x = real();
+    for (auto& row : e.matrix)
+      for (float& x : row) x = static_cast<float>(real());
+    while (coin() && e.path.push_back(place())) {
+    }
+    while (coin() && e.names.push_back(text<8>())) {
+    }
+    if (coin()) e.real = std::isfinite(real()) ? 0.5 : -1e-9; // what is null comes back as nothing
+    if (coin()) e.goal = place();
+    if (coin()) {
+      e.list.emplace();
+      while (coin() && e.list->push_back(integer<std::int32_t>())) {
+      }
+    }
+    for (auto& x : e.holes)
+      if (coin()) x = integer<std::int32_t>();
+    e.count = static_cast<std::int8_t>(random_() % 5);
+    for (int i = 0; i < e.count; ++i) {
+      e.ranges[i] = static_cast<float>(real());
+      e.intensities[i] = integer<std::uint16_t>();
+    }
+    e.much_count = static_cast<std::uint8_t>(coin() ? 0 : random_() % 256);
+    for (int i = 0; i < e.much_count; ++i) e.much[i] = real();
+    return e;
+  }
+
+ private:
+  bool coin() { return random_() % 2 == 0; }
+  point place() { return {real(), real()}; }
+  template <class Integer>
+  Integer integer() {
+    return static_cast<Integer>(static_cast<std::uint64_t>(random_()) >> random_() % 64);
+  }
+  double real() {
+    switch (random_() % 6) {
+    case 0: return std::bit_cast<double>(random_());
+    case 1: return static_cast<double>(static_cast<std::int64_t>(random_()) >> random_() % 64);
+    case 2: return -0.0;
+    case 3: return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(random_())));
+    default: return static_cast<double>(static_cast<std::int64_t>(random_() % 2'000'001) - 1'000'000) / 1000;
+    }
+  }
+  template <std::size_t Bytes>
+  fixed_string<Bytes> text() {
+    static constexpr std::string_view pieces[] = {"a",      "\"",         "\\",   "\n", "/",
+                                                  "\u00e9", "\U0001F600", "\x01", "bc"};
+    std::string all;
+    for (std::size_t i = random_() % 8; i > 0; --i) all += pieces[random_() % std::size(pieces)];
+    fixed_string<Bytes> s;
+    if (!s.assign(all)) (void)s.assign("too long");
+    return s;
+  }
+
+  std::mt19937_64& random_;
+};
+
+TEST(decoder, reads_back_what_the_encoder_writes) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  random_everything source{random};
+  for (int i = 0; i < 2000; ++i) {
+    const everything e = source.next();
+    const std::string text = encoded(e);
+    ASSERT_EQ(encoded(decoded<everything>(text)), text);
+  }
+}
+
+TEST(decoder, reads_the_same_however_a_text_is_spelt) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  random_everything source{random};
+  tests::respelling other{random, 0};
+  for (int i = 0; i < 2000; ++i) {
+    const std::string text = encoded(source.next());
+    const std::string respelt = other.text(root(text));
+    ASSERT_EQ(encoded(decoded<everything>(respelt)), text) << respelt;
+  }
+}
+
+// Errors, too, with their places; compared in decode().
+TEST(decoder, agrees_with_a_plain_reference_on_texts_with_faults) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  random_everything source{random};
+  std::array<int, static_cast<std::size_t>(errc::misuse) + 1> seen{};
+  for (int i = 0; i < 20'000; ++i) {
+    everything e = source.next();
+    e.much_count = static_cast<std::uint8_t>(e.much_count % 4);
+    tests::respelling faulty{random, 100};
+    const std::string text = faulty.text(root(encoded(e)));
+    everything into;
+    const status verdict = decode(text, into);
+    ASSERT_FALSE(HasFailure()) << text;
+    if (!verdict) ++seen[static_cast<std::size_t>(verdict.code())];
+    everything expected;
+    if (tests::slow_decoder::decode(describe<everything>(), text, &expected)) {
+      ASSERT_EQ(encoded(into), encoded(expected)) << text;
+    }
+  }
+  for (const errc code : {errc::not_an_object, errc::missing_member, errc::duplicate_member, errc::wrong_type,
+                          errc::out_of_range, errc::too_long}) {
+    EXPECT_GT(seen[static_cast<std::size_t>(code)], 0) << error{code}.name();
+  }
+}
+
+TEST(decoder, stays_inside_texts_that_nobody_validated) {
+  const std::string text = everything_with(R"("ranges":[1,2],"intensities":[3,4],"count":2,"ü":[])");
+  everything into;
+  for (std::size_t bytes = 0; bytes < text.size(); ++bytes) {
+    const auto exact = std::make_unique<char[]>(bytes);
+    text.copy(exact.get(), bytes);
+    (void)decoder_of<everything>().decode({exact.get(), bytes}, &into);
+    for (const char c : {'"', '{', ']', '\\', '0', '\0'}) {
+      if (bytes == 0) continue;
+      exact[bytes - 1] = c;
+      (void)decoder_of<everything>().decode({exact.get(), bytes}, &into);
+    }
+  }
+}
+
+// ---- schemas made by hand ----
+
+constexpr std::size_t wide_count = decoder::members_max;
+struct wide {
+  std::array<std::int32_t, wide_count + 1> values;
+};
+
+template <std::size_t I>
+const void* value_address(const void* object) noexcept {
+  return static_cast<const char*>(object) + 4 * I;
+}
+
+// `count` integers with the names m0, m1, ...
+class wide_schema {
+ public:
+  explicit wide_schema(std::size_t count) {
+    for (std::size_t i = 0; i <= wide_count; ++i) names_[i] = "m" + std::to_string(i);
+    fill(std::make_index_sequence<wide_count + 1>{});
+    schema_.members = std::span{members_}.first(count);
+  }
+  const schema_description& description() const { return schema_; }
+
+ private:
+  template <std::size_t... I>
+  void fill(std::index_sequence<I...>) {
+    ((members_[I] = {.name = names_[I], .type = &integer_, .address = &value_address<I>}), ...);
+  }
+  static void set_default(void* room) noexcept { new (room) wide{}; }
+
+  const value_description integer_{.kind = value_kind::int32, .bytes = 4};
+  std::array<std::string, wide_count + 1> names_;
+  std::array<member_description, wide_count + 1> members_;
+  schema_description schema_{.type_name = {},
+                             .bytes = sizeof(wide),
+                             .alignment = alignof(wide),
+                             .members = {},
+                             .set_default = set_default,
+                             .decodable = true};
+};
+
+TEST(decoder, knows_each_of_very_many_members) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  for (const std::size_t count : {63u, 64u, 65u, 100u, 128u, 1024u}) {
+    const wide_schema schema{count};
+    const decoder d = decoder::compile(schema.description()).value();
+    std::vector<std::size_t> order(count);
+    for (std::size_t i = 0; i < count; ++i) order[i] = i;
+    for (int round = 0; round < 4; ++round) {
+      const auto text_without = [&](std::size_t missing, std::size_t twice) {
+        std::string all = "{";
+        for (const std::size_t i : order) {
+          if (i == missing) continue;
+          const std::string m = "\"m" + std::to_string(i) + "\":" + std::to_string(i) + ",";
+          all += m + (i == twice ? m : "");
+        }
+        return all + "\"m\":0}";
+      };
+      auto w = std::make_unique<wide>();
+      ASSERT_TRUE(d.decode(text_without(count, count), w.get()));
+      for (std::size_t i = 0; i < count; ++i) EXPECT_EQ(w->values[i], static_cast<int>(i));
+      for (const std::size_t i : {std::size_t{0}, std::size_t{62}, count / 2, count - 2, count - 1}) {
+        EXPECT_EQ(d.decode(text_without(i, count), w.get()).error(),
+                  (error{errc::missing_member, static_cast<std::int64_t>(i + 1)}));
+        EXPECT_EQ(d.decode(text_without(count, i), w.get()).code(), errc::duplicate_member);
+      }
+      std::shuffle(order.begin(), order.end(), random);
+    }
+  }
+}
+
+TEST(decoder, refuses_schemas_with_too_many_members) {
+  EXPECT_TRUE(decoder::compile(wide_schema{wide_count}.description()));
+  const auto refused = decoder::compile(wide_schema{wide_count + 1}.description());
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error(), (error{errc::bad_argument, wide_count + 1, wide_count}));
+}
+
+const void* same_address(const void* at) noexcept { return at; }
+
+TEST(decoder, reads_as_deep_as_a_schema_may_nest_and_refuses_deeper_ones) {
+  constexpr std::size_t levels = decoder::depth_max + 1;
+  std::array<value_description, levels + 1> values;
+  values[0] = {.kind = value_kind::uint8, .bytes = 1};
+  for (std::size_t i = 1; i <= levels; ++i) {
+    values[i] = {.kind = value_kind::array,
+                 .bytes = 1,
+                 .count_max = 1,
+                 .element = &values[i - 1],
+                 .elements = same_address};
+  }
+  const auto compile = [&](std::size_t depth) {
+    const member_description m{.name = "a", .type = &values[depth], .address = same_address};
+    return decoder::compile({.type_name = {},
+                             .bytes = 1,
+                             .alignment = 1,
+                             .members = {&m, 1},
+                             .set_default = [](void* room) noexcept { std::memset(room, 0, 1); },
+                             .decodable = true});
+  };
+  const decoder d = compile(decoder::depth_max - 1).value();
+  const auto text = [](std::size_t depth) {
+    return concat({"{\"a\":", repeat("[", depth), "77", repeat("]", depth), "}"});
+  };
+  std::uint8_t byte = 0;
+  EXPECT_TRUE(d.decode(text(decoder::depth_max - 1), &byte));
+  EXPECT_EQ(byte, 77);
+  EXPECT_EQ(d.decode(text(decoder::depth_max), &byte).code(), errc::wrong_type);
+  EXPECT_EQ(d.decode(text(decoder::depth_max - 2), &byte).code(), errc::wrong_type);
+  const auto refused = compile(decoder::depth_max);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error(), (error{errc::bad_argument, decoder::depth_max + 1, decoder::depth_max}));
+}
+
+TEST(decoder, refuses_schemas_of_structs_that_are_too_large) {
+  schema_description huge = describe<point>();
+  huge.bytes = decoder::bytes_limit + 1;
+  EXPECT_EQ(decoder::compile(huge).error(),
+            (error{errc::bad_argument, decoder::bytes_limit + 1, decoder::bytes_limit}));
+}
+
+struct constant {
+  const int fixed = 1;
+};
+struct with_constant {
+  std::array<constant, 2> inside{};
+};
+struct no_default {
+  explicit no_default(int x) : value{x} {}
+  int value;
+};
+struct maybe_no_default {
+  std::optional<no_default> maybe;
+};
+struct constant_count {
+  int values[2]{};
+  const int count = 1;
+};
+
+} // namespace
+} // namespace rowe::json
+
+// clang-format off
+template <> inline constexpr auto rowe::schema<rowe::json::constant> = rowe::fields<&rowe::json::constant::fixed>{};
+template <> inline constexpr auto rowe::schema<rowe::json::with_constant> =
+    rowe::fields<&rowe::json::with_constant::inside>{};
+template <> inline constexpr auto rowe::schema<rowe::json::no_default> = rowe::fields<&rowe::json::no_default::value>{};
+template <> inline constexpr auto rowe::schema<rowe::json::maybe_no_default> =
+    rowe::fields<&rowe::json::maybe_no_default::maybe>{};
+template <> inline constexpr auto rowe::schema<rowe::json::constant_count> =
+    rowe::fields<rowe::counted<&rowe::json::constant_count::values, &rowe::json::constant_count::count>>{};
+// clang-format on
+
+namespace rowe::json {
+namespace {
+
+TEST(schema, says_what_cannot_be_read) {
+  static_assert(describe<everything>().decodable);
+  static_assert(describe<anything>().decodable);
+  static_assert(!describe<constant>().decodable);
+  static_assert(!describe<with_constant>().decodable);
+  static_assert(!describe<no_default>().decodable);
+  static_assert(!describe<maybe_no_default>().decodable);
+  static_assert(!describe<constant_count>().decodable);
+  EXPECT_EQ(decoder::compile(describe<constant>()).error(), error{errc::bad_argument});
+  EXPECT_EQ(decoder::compile(describe<no_default>()).error(), error{errc::bad_argument});
+  EXPECT_TRUE(encoder::compile(describe<constant_count>()));
+}
+
+TEST(decoder, can_be_moved) {
+  decoder a = decoder::compile(describe<point>()).value();
+  decoder b = std::move(a);
+  decoder c = decoder::compile(describe<ros::time>()).value();
+  c = std::move(b);
+  point p;
+  EXPECT_TRUE(c.decode(R"({"x":5,"y":6})", &p));
+  EXPECT_EQ(p.y, 6);
+}
+
+} // namespace
+} // namespace rowe::json

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the decoder should do, told plainly: member by member with the walkers, names compared with every
+// member's, numbers as strings of digits and by the C library, the description asked at every step. It shares
+// nothing with the decoder but the walkers, which are tested against simdjson.
+#pragma once
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <rowe/result.hpp>
+#include <rowe/schema.hpp>
+
+#include "json/reader.hpp"
+
+namespace rowe::tests {
+
+class slow_decoder {
+ public:
+  static status decode(const schema_description& schema, std::string_view text, void* object) {
+    schema.set_default(object);
+    const json::value whole = json::root(text);
+    if (whole.type != json::kind::object) return errc::not_an_object;
+    return slow_decoder{text}.read_object(schema, whole, static_cast<char*>(object), 0);
+  }
+
+ private:
+  explicit slow_decoder(std::string_view text) : text_{text} {}
+
+  status at(errc code, const char* where) const { return error{code, where - text_.data()}; }
+  status wrong_type(const json::value& v) const { return at(errc::wrong_type, v.raw.data()); }
+  static status too_long(std::size_t count, std::size_t limit) {
+    return error{errc::too_long, static_cast<std::int64_t>(count), static_cast<std::int64_t>(limit)};
+  }
+
+  static std::string unescaped(std::string_view escaped) {
+    std::string scratch(escaped.size(), '\0');
+    return std::string{json::unescape(escaped, scratch).value()};
+  }
+
+  // How many members are described inside of one.
+  static std::int64_t members_in(const value_description& d) {
+    if (d.kind == value_kind::array || d.kind == value_kind::optional) return members_in(*d.element);
+    if (d.kind != value_kind::object) return 0;
+    std::int64_t count = 0;
+    for (const member_description& m : d.object->members) count += 1 + members_in(*m.type);
+    return count;
+  }
+
+  // `number`: of the last member before the object's.
+  status read_object(const schema_description& schema, const json::value& v, char* object,
+                     std::int64_t number) const {
+    std::vector<std::int64_t> numbers;
+    for (const member_description& m : schema.members) {
+      numbers.push_back(++number);
+      number += members_in(*m.type);
+    }
+    std::vector<bool> seen(schema.members.size());
+    std::vector<std::pair<const void*, std::size_t>> counts; // of counting members that were set
+    json::object_walk walk{v.raw};
+    for (json::member found; walk.next(found);) {
+      const std::string name = unescaped(found.name_raw);
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        const member_description& m = schema.members[i];
+        if (m.name != name) continue;
+        if (seen[i]) return at(errc::duplicate_member, found.name_raw.data() - 1);
+        seen[i] = true;
+        if (const status s = read_member(schema, m, found.what, object, numbers[i], counts); !s) return s;
+      }
+    }
+    for (std::size_t i = 0; i < seen.size(); ++i) {
+      const value_description& type = *schema.members[i].type;
+      if (!seen[i] && type.kind != value_kind::optional) return error{errc::missing_member, numbers[i]};
+      if (!seen[i]) type.reset(const_cast<void*>(schema.members[i].address(object)));
+    }
+    for (const member_description& m : schema.members) {
+      for (const auto& [counting, count] : counts) {
+        if (m.count_address != nullptr && m.count_address(object) == counting) m.set_count(object, count);
+      }
+    }
+    return {};
+  }
+
+  status read_member(const schema_description& schema, const member_description& m, const json::value& v,
+                     char* object, std::int64_t number,
+                     std::vector<std::pair<const void*, std::size_t>>& counts) const {
+    auto* const where = static_cast<char*>(const_cast<void*>(m.address(object)));
+    if (m.count == nullptr) return read(*m.type, v, where, m.as_string, number);
+    std::size_t count = 0;
+    json::array_walk walk{v.raw};
+    for (json::value e; walk.next(e);) ++count;
+    if (v.type == json::kind::array && count <= m.count_limit) {
+      // As if the array were no longer.
+      value_description type = *m.type;
+      type.count_max = count;
+      if (const status s = read(type, v, where, m.as_string, number); !s) return s;
+    } else {
+      value_description type = *m.type;
+      type.count_max = m.count_limit;
+      return read(type, v, where, m.as_string, number);
+    }
+    for (const auto& [counting, before] : counts) {
+      if (counting == m.count_address(object) && before != count) return too_long(count, before);
+    }
+    counts.emplace_back(m.count_address(object), count);
+    (void)schema;
+    return {};
+  }
+
+  status read(const value_description& d, const json::value& v, char* where, bool as_string,
+              std::int64_t number) const {
+    using json::kind;
+    switch (d.kind) {
+    case value_kind::boolean: {
+      if (v.type != kind::boolean) return wrong_type(v);
+      const bool yes = v.raw == "true";
+      std::memcpy(where, &yes, sizeof yes);
+      return {};
+    }
+    case value_kind::int8: return read_integer<std::int8_t>(v, where, as_string);
+    case value_kind::int16: return read_integer<std::int16_t>(v, where, as_string);
+    case value_kind::int32: return read_integer<std::int32_t>(v, where, as_string);
+    case value_kind::int64: return read_integer<std::int64_t>(v, where, as_string);
+    case value_kind::uint8: return read_integer<std::uint8_t>(v, where, as_string);
+    case value_kind::uint16: return read_integer<std::uint16_t>(v, where, as_string);
+    case value_kind::uint32: return read_integer<std::uint32_t>(v, where, as_string);
+    case value_kind::uint64: return read_integer<std::uint64_t>(v, where, as_string);
+    case value_kind::float32: return read_real<float>(v, where, std::strtof);
+    case value_kind::float64: return read_real<double>(v, where, std::strtod);
+    case value_kind::text: {
+      if (v.type != kind::string) return wrong_type(v);
+      const std::string text = unescaped(v.raw.substr(1, v.raw.size() - 2));
+      if (text.size() > d.count_max) return too_long(text.size(), d.count_max);
+      text.copy(d.resize_text(where, text.size()), text.size());
+      return {};
+    }
+    case value_kind::object:
+      return v.type == kind::object ? read_object(*d.object, v, where, number) : wrong_type(v);
+    case value_kind::array: return read_array(d, v, where, as_string, number);
+    case value_kind::optional: break;
+    }
+    if (v.type != kind::null) {
+      return read(*d.element, v, static_cast<char*>(d.emplace(where)), as_string, number);
+    }
+    d.reset(where);
+    return {};
+  }
+
+  status read_array(const value_description& d, const json::value& v, char* where, bool as_string,
+                    std::int64_t number) const {
+    if (v.type != json::kind::array) return wrong_type(v);
+    auto* const elements = static_cast<char*>(const_cast<void*>(d.elements(where)));
+    std::size_t count = 0;
+    json::array_walk walk{v.raw};
+    for (json::value e; walk.next(e); ++count) {
+      if (count >= d.count_max) continue;
+      if (const status s = read(*d.element, e, elements + count * d.element->bytes, as_string, number); !s) {
+        return s;
+      }
+    }
+    if (count > d.count_max || (d.resize == nullptr && count != d.count_max))
+      return too_long(count, d.count_max);
+    if (d.resize != nullptr) (void)d.resize(where, count);
+    return {};
+  }
+
+  template <class Real, class Convert>
+  status read_real(const json::value& v, char* where, Convert convert) const {
+    Real x = std::numeric_limits<Real>::quiet_NaN();
+    if (v.type == json::kind::number) {
+      x = convert(std::string{v.raw}.c_str(), nullptr);
+      if (std::isinf(x)) return at(errc::out_of_range, v.raw.data());
+    } else if (v.type != json::kind::null) {
+      return wrong_type(v);
+    }
+    std::memcpy(where, &x, sizeof x);
+    return {};
+  }
+
+  template <class Integer>
+  status read_integer(const json::value& v, char* where, bool as_string) const {
+    std::string digits;
+    if (v.type == json::kind::string && as_string) {
+      digits = unescaped(v.raw.substr(1, v.raw.size() - 2));
+      const std::string_view magnitude = std::string_view{digits}.substr(digits.starts_with('-'));
+      if (magnitude.empty() || magnitude.find_first_not_of("0123456789") != std::string_view::npos ||
+          (magnitude.size() > 1 && magnitude.front() == '0')) {
+        return wrong_type(v);
+      }
+    } else if (v.type == json::kind::number) {
+      digits = v.raw;
+    } else {
+      return wrong_type(v);
+    }
+    if (!make_plain(digits)) return wrong_type(v);
+    if (digits == "-0" || (std::is_unsigned_v<Integer> && digits.starts_with('-'))) {
+      if (digits != "-0") return at(errc::out_of_range, v.raw.data());
+      digits = "0";
+    }
+    Integer x = 0;
+    const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), x);
+    if (read.ec != std::errc{}) return at(errc::out_of_range, v.raw.data());
+    std::memcpy(where, &x, sizeof x);
+    return {};
+  }
+
+  // From any way to write a number to the digits of the integer that it is; false when it is none. What is
+  // too large by far is given so many digits that it is too large.
+  static bool make_plain(std::string& number) {
+    const std::string sign = number.starts_with('-') ? "-" : "";
+    const std::size_t e = number.find_first_of("eE");
+    constexpr long long far = 1'000'000'000;
+    long long exponent = e == std::string::npos ? 0 : std::strtoll(number.c_str() + e + 1, nullptr, 10);
+    exponent = std::min(std::max(exponent, -far), far); // texts are not that long
+    std::string digits = number.substr(sign.size(), e == std::string::npos ? e : e - sign.size());
+    if (const std::size_t point = digits.find('.'); point != std::string::npos) {
+      exponent -= static_cast<long long>(digits.size() - point - 1);
+      digits.erase(point, 1);
+    }
+    digits.erase(0, digits.find_first_not_of('0'));
+    while (!digits.empty() && digits.back() == '0') {
+      digits.pop_back();
+      ++exponent;
+    }
+    if (digits.empty()) {
+      number = sign + "0";
+      return true;
+    }
+    if (exponent < 0) return false;
+    digits.append(static_cast<std::size_t>(std::min(exponent, 30LL)), '0');
+    number = sign + digits;
+    return true;
+  }
+
+  std::string_view text_;
+};
+
+} // namespace rowe::tests
