@@ -651,7 +651,7 @@ class wide_schema {
  private:
   template <std::size_t... I>
   void fill(std::index_sequence<I...>) {
-    ((members_[I] = {.name = names_[I], .type = &integer_, .address = &value_address<I>}), ...);
+    members_ = {member_description{.name = names_[I], .type = &integer_, .address = &value_address<I>}...};
   }
   static void set_default(void* room) noexcept { new (room) wide{}; }
 

@@ -180,13 +180,20 @@ void set_count_of(void* object, std::size_t count) noexcept {
   member = static_cast<std::remove_reference_t<decltype(member)>>(count);
 }
 
-// Can such a value be written, once there is an object for it to be in?
-constexpr bool is_decodable(const value_description& d) noexcept {
-  switch (d.kind) {
-  case value_kind::object: return d.object->decodable;
-  case value_kind::array: return is_decodable(*d.element);
-  case value_kind::optional: return d.emplace != nullptr && is_decodable(*d.element);
-  default: return true;
+// Can such a value be written, once there is an object for it to be in? (Asked of the type, because g++ knows
+// no constant comparison of functions with null when it builds for sanitizers.)
+template <class T>
+consteval bool is_decodable() noexcept {
+  if constexpr (std::is_array_v<T>) {
+    return is_decodable<std::remove_cv_t<std::remove_extent_t<T>>>();
+  } else if constexpr (is_std_array<T> || is_bounded_array<T>) {
+    return is_decodable<typename T::value_type>();
+  } else if constexpr (is_optional<T>) {
+    return std::default_initializable<typename T::value_type> && is_decodable<typename T::value_type>();
+  } else if constexpr (described<T>) {
+    return describe<T>().decodable;
+  } else {
+    return true;
   }
 }
 
@@ -255,16 +262,25 @@ consteval bool names_differ(const std::array<member_description, N>& members) no
   return true;
 }
 
-// Is any of the members that a schema lists, or that counts one, const?
+// Of a member that a schema lists: it is not const, nor is one that counts it, and what it holds is
+// decodable.
+template <auto Member>
+consteval bool is_decodable_member() noexcept {
+  using pointer = member_pointer<decltype(Member)>;
+  return !pointer::constant && is_decodable<typename pointer::value_type>();
+}
 template <auto Entry>
-inline constexpr bool is_constant_entry = member_pointer<decltype(Entry)>::constant;
+consteval bool is_decodable_entry() noexcept {
+  return is_decodable_member<Entry>();
+}
 template <auto Entry>
 requires is_field_spec<std::remove_cv_t<decltype(Entry)>>
-inline constexpr bool is_constant_entry<Entry> =
-    []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) {
-  return member_pointer<decltype(Member)>::constant || member_pointer<decltype(Count)>::constant;
+consteval bool is_decodable_entry() noexcept {
+  return []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) consteval {
+    return is_decodable_member<Member>() && !member_pointer<decltype(Count)>::constant;
+  }
+  (Entry);
 }
-(Entry);
 
 // The members as a static array; a class template, because the list has to be taken out of the schema's type.
 template <class T, class Fields>
@@ -276,9 +292,7 @@ struct members_of<T, fields<Entries...>> {
   static constexpr std::array<member_description, sizeof...(Entries)> list{describe_entry<T, Entries>()...};
   static_assert(names_differ(list),
                 "rowe::schema: two members have the same name; rename one with rowe::field");
-  static constexpr bool decodable =
-      (... && (!is_constant_entry<Entries>)) &&
-      std::ranges::all_of(list, [](const member_description& m) { return is_decodable(*m.type); });
+  static constexpr std::array<bool, sizeof...(Entries)> decodable{is_decodable_entry<Entries>()...};
 };
 
 template <class T>
@@ -291,7 +305,7 @@ consteval schema_description describe_schema() noexcept {
   d.members = members_of<T, fields_type>::list;
   if constexpr (std::default_initializable<T>) {
     d.set_default = [](void* room) noexcept { ::new (room) T{}; }; // in place: T may be too large for a stack
-    d.decodable = members_of<T, fields_type>::decodable;
+    d.decodable = std::ranges::all_of(members_of<T, fields_type>::decodable, [](bool b) { return b; });
   }
   return d;
 }
