@@ -114,6 +114,7 @@ void core::count_refusals(const detail::lane& lane) noexcept {
   add(counter::full, lane.refused_full.get());
   add(counter::no_peer, lane.no_peer.get());
   add(counter::too_big, lane.refused_too_big.get());
+  add(counter::inbound_expired, lane.expired_here.get());
 }
 
 // A handle is gone, and what it published is taken. Nobody but the service thread knows the lane now.

@@ -179,7 +179,8 @@ TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
 TEST_F(talking, refuses_texts_that_are_no_message) {
   for (const auto& [text, why] :
        {std::pair{"{", "malformed"}, std::pair{"[1]", "not_an_object"}, std::pair{"7", "not_an_object"},
-        std::pair{R"({"op":"publish"})", "reserved_member"}, std::pair{R"({"message_id":1})", "reserved_member"},
+        std::pair{R"({"op":"publish"})", "reserved_member"},
+        std::pair{R"({"message_id":1})", "reserved_member"},
         std::pair{R"({"in_\u0072eply_to":1})", "reserved_member"}}) {
     const auto slot = send(text);
     on.cycle();
@@ -240,8 +241,8 @@ struct talking_client : testing::Test {
 };
 
 TEST_F(talking_client, sends_to_its_server_without_being_asked) {
-  const auto slot = on.door.submit(
-      {.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
+  const auto slot =
+      on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
   on.cycle();
   peer server{on, rowe::service::side::client};
   on.cycles(2);
@@ -259,8 +260,8 @@ TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
   theatre on{options, rowe::service::side::client};
   const auto large = on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now},
                                     R"({"a":")" + std::string(65535, 'x') + R"("})");
-  const auto small = on.door.submit(
-      {.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
+  const auto small =
+      on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
   const auto id = on.net.open(rowe::service::side::client);
   on.cycles(20, 1s); // long enough for pings
   const auto sent = on.net.sent(id);

@@ -1,0 +1,623 @@
+// SPDX-License-Identifier: Apache-2.0
+// Services and calls through the core: every way from an asker to a provider and back, and every way a call
+// ends. The handles are real ones, on lanes without threads.
+#include <rowe/caller.hpp>
+#include <rowe/lane.hpp>
+#include <rowe/responder.hpp>
+
+#include "core_stage.hpp"
+
+struct addends {
+  std::int64_t a, b;
+};
+struct sum {
+  std::int64_t sum;
+};
+template <>
+inline constexpr auto rowe::schema<addends> = rowe::fields<&addends::a, &addends::b>{};
+template <>
+inline constexpr auto rowe::schema<sum> = rowe::fields<&sum::sum>{};
+
+namespace {
+
+using namespace stage;
+using rowe::errc;
+using rowe::detail::lane_kind;
+using rowe::detail::lane_request;
+
+template <class Handle>
+Handle handle_on(theatre& on, const lane_request& asked) {
+  Handle made{theatre::handle_of(on.offer(asked))};
+  on.cycle();
+  return made;
+}
+
+rowe::lane open_lane(theatre& on) {
+  return handle_on<rowe::lane>(on, {.kind = lane_kind::talk,
+                                    .receives = true,
+                                    .out_depth = 8,
+                                    .in_depth = 8,
+                                    .ends_depth = 4,
+                                    .out_bytes = 512,
+                                    .in_bytes = 512,
+                                    .ends_bytes = 512});
+}
+using add_responder = rowe::responder<addends, sum>;
+using add_caller = rowe::caller<addends, sum>;
+
+lane_request serve_add(std::string_view name = "/add") {
+  return {.kind = lane_kind::respond_value,
+          .name = name,
+          .type = "test/Add",
+          .out_depth = 8,
+          .in_depth = 4,
+          .out_bytes = 192,
+          .in_bytes = sizeof(addends),
+          .encoded = &rowe::describe<sum>(),
+          .decoded = &rowe::describe<addends>()};
+}
+lane_request call_add() {
+  return {.kind = lane_kind::call_value,
+          .name = "/add",
+          .out_depth = 4,
+          .ends_depth = 4,
+          .out_bytes = sizeof(addends),
+          .ends_bytes = 192,
+          .encoded = &rowe::describe<addends>(),
+          .decoded = &rowe::describe<sum>()};
+}
+
+// The value of a string member in a text of the test's own making.
+std::string member(const std::string& text, const std::string& name) {
+  const auto at = text.find("\"" + name + "\":\"");
+  if (at == std::string::npos) return {};
+  const auto from = at + name.size() + 4;
+  return text.substr(from, text.find('"', from) - from);
+}
+
+struct calling : core_test {
+  void answer_one(add_responder& by) {
+    auto asked = by.try_next(on.now);
+    ASSERT_TRUE(asked) << asked.error().name();
+    EXPECT_TRUE(by.reply(*asked, {asked->body.a + asked->body.b}, on.now));
+  }
+};
+
+// ---- peers ask, this process answers
+
+TEST_F(calling, answers_a_call_of_rosbridge) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","id":"call_service:/add:1","service":"\/add","args":{"a":38,"b":4}})");
+  on.cycle();
+  answer_one(add);
+  on.cycle();
+  EXPECT_EQ(page.hear(),
+            texts{R"({"op":"service_response","id":"call_service:/add:1","service":"/add","result":true,)"
+                  R"("values":{"sum":42}})"});
+  EXPECT_EQ(on.count(counter::calls_in), 1U);
+}
+
+TEST_F(calling, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
+  auto add = handle_on<add_responder>(on, serve_add("add-two-numbers"));
+  peer program{on};
+  for (const std::string id : {R"("x\u0041")", "17", "-3"}) {
+    program.say(R"({"service":"add-two-numbers","a":38,"b":4,"message_id":)" + id + "}");
+    on.cycle();
+    answer_one(add);
+    on.cycle();
+    EXPECT_EQ(program.hear(), texts{R"({"sum":42,"in_reply_to":)" + id + "}"});
+  }
+}
+
+TEST_F(calling, finds_a_service_with_and_without_its_slash) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","service":"add","args":{"a":1,"b":1}})");
+  on.cycle();
+  answer_one(add);
+  on.cycle();
+  EXPECT_EQ(page.hear(),
+            texts{R"({"op":"service_response","service":"add","result":true,"values":{"sum":2}})"});
+}
+
+TEST_F(calling, refuses_arguments_that_are_not_what_the_service_reads) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","id":1,"service":"/add","args":{"a":"38","b":4}})");
+  page.say(R"({"op":"call_service","id":2,"service":"/add","args":{"a":38}})");
+  page.say(R"({"op":"call_service","id":3,"service":"/add"})");
+  on.cycle();
+  EXPECT_EQ(add.try_next(on.now).code(), errc::empty);
+  const auto heard = page.hear();
+  ASSERT_EQ(heard.size(), 3U);
+  for (const auto& one : heard) EXPECT_NE(one.find(R"("result":false,"values":")"), std::string::npos) << one;
+  EXPECT_EQ(on.count(counter::undecodable), 3U);
+}
+
+TEST_F(calling, refuses_at_once_what_nobody_provides) {
+  peer page{on};
+  page.say(R"({"op":"call_service","id":"1","service":"/nope"})");
+  page.say(R"({"service":"nope","message_id":2})");
+  on.cycle();
+  EXPECT_EQ(page.hear(), (texts{R"({"op":"service_response","id":"1","service":"/nope","result":false,)"
+                                R"("values":"Service /nope does not exist"})",
+                                R"({"error":{"code":"no_service","text":"Service nope does not exist"},)"
+                                R"("in_reply_to":2})"}));
+  EXPECT_EQ(on.count(counter::calls_refused), 2U);
+}
+
+TEST_F(calling, passes_a_refusal_on_with_its_sentence) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
+  on.cycle();
+  auto asked = add.try_next(on.now);
+  ASSERT_TRUE(asked);
+  EXPECT_TRUE(add.refuse(*asked, "the arm is out of reach", on.now));
+  on.cycle();
+  EXPECT_EQ(page.hear(), texts{R"({"op":"service_response","id":"1","service":"/add","result":false,)"
+                               R"("values":"the arm is out of reach"})"});
+}
+
+TEST_F(calling, refuses_for_a_responder_that_forgets_a_request) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
+  on.cycle();
+  ASSERT_TRUE(add.try_next(on.now)); // and lets go of it
+  on.cycle();
+  const auto heard = page.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find(R"("result":false)"), std::string::npos) << heard[0];
+}
+
+TEST_F(calling, says_that_a_service_is_busy_when_its_places_are_taken) {
+  on.cycle();
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer one{on}, two{on};
+  for (int i = 0; i < 4; ++i) {
+    one.say(R"({"op":"call_service","id":)" + std::to_string(i) +
+            R"(,"service":"/add","args":{"a":1,"b":1}})");
+  }
+  on.cycle();
+  two.say(R"({"op":"call_service","id":"x","service":"/add","args":{"a":1,"b":1}})");
+  on.cycle();
+  const auto heard = two.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find("busy"), std::string::npos) << heard[0];
+  for (int i = 0; i < 4; ++i) answer_one(add);
+  on.cycle();
+  EXPECT_EQ(one.hear().size(), 4U);
+}
+
+TEST_F(calling, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
+  auto lane = open_lane(on);
+  peer program{on};
+  program.say(R"({"service":"slow","message_id":0})");
+  program.say(R"({"service":"slow","message_id":0})");
+  for (int i = 1; i < 6; ++i) program.say(R"({"service":"slow","message_id":)" + std::to_string(i) + "}");
+  on.cycle();
+  const auto heard = program.hear();
+  ASSERT_EQ(heard.size(), 3U);
+  EXPECT_NE(heard[0].find(R"("code":"duplicate_id")"), std::string::npos) << heard[0];
+  EXPECT_NE(heard[1].find(R"("code":"busy")"), std::string::npos) << heard[1];
+  EXPECT_NE(heard[2].find(R"("in_reply_to":5)"), std::string::npos) << heard[2];
+  for (int i = 0; i < 4; ++i) {
+    const auto asked = lane.try_receive(on.now);
+    ASSERT_TRUE(asked);
+    EXPECT_TRUE(lane.try_reply(*asked, R"({"done":true})", on.now));
+  }
+  on.cycle();
+  EXPECT_EQ(program.hear().size(), 4U);
+}
+
+TEST_F(calling, tells_a_responder_that_the_one_who_asked_is_gone) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  auto page = std::make_unique<peer>(on);
+  page->say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
+  on.cycle();
+  auto asked = add.try_next(on.now);
+  ASSERT_TRUE(asked);
+  page->leave();
+  on.cycle();
+  peer next{on}; // in the same place
+  on.cycle();
+  EXPECT_EQ(add.reply(*asked, {2}, on.now).code(), errc::peer_lost);
+  on.cycle();
+  EXPECT_EQ(next.hear(), texts{});
+}
+
+TEST_F(calling, tells_an_asker_that_its_time_is_over_and_does_not_answer_twice) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1},"timeout":0.05})");
+  on.cycle();
+  auto asked = add.try_next(on.now);
+  ASSERT_TRUE(asked);
+  on.cycles(60);
+  ASSERT_EQ(page.hear().size(), 1U);
+  EXPECT_EQ(add.reply(*asked, {2}, on.now).code(), errc::expired);
+  on.cycle();
+  EXPECT_EQ(page.hear(), texts{});
+  EXPECT_EQ(on.count(counter::calls_timed_out), 1U);
+}
+
+TEST_F(calling, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) {
+  auto lane = open_lane(on);
+  peer page{on}, program{on};
+  page.say(R"({"op":"call_service","id":"c","service":"/add","args":{"a":38,"b":4}})");
+  program.say(R"({"service":"/add","a":1,"b":2,"message_id":"p"})");
+  on.cycle();
+  for (int i = 0; i < 2; ++i) {
+    const auto asked = lane.try_receive(on.now);
+    ASSERT_TRUE(asked);
+    EXPECT_TRUE(asked->wants_reply());
+    EXPECT_TRUE(asked->text().starts_with(R"({"service":"/add","a":)")) << asked->text();
+    EXPECT_NE(asked->text().find(R"("message_id":")"), std::string_view::npos) << asked->text();
+    EXPECT_TRUE(lane.try_reply(*asked, R"({"result":7})", on.now));
+  }
+  on.cycle();
+  EXPECT_EQ(page.hear(), texts{R"({"op":"service_response","id":"c","service":"/add","result":true,)"
+                               R"("values":{"result":7}})"});
+  EXPECT_EQ(program.hear(), texts{R"({"result":7,"in_reply_to":"p"})"});
+}
+
+TEST_F(calling, takes_only_one_answer_to_a_call) {
+  auto lane = open_lane(on);
+  peer program{on};
+  program.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  const auto asked = lane.try_receive(on.now);
+  EXPECT_TRUE(lane.try_reply(*asked, "{}", on.now));
+  (void)lane.try_reply(*asked, "{}", on.now); // whether the handle notices is its own test
+  on.cycle();
+  EXPECT_EQ(program.hear().size(), 1U);
+}
+
+// ---- this process asks, peers answer
+
+TEST_F(calling, asks_the_peer_that_advertised_a_service) {
+  auto add = handle_on<add_caller>(on, call_add());
+  peer page{on};
+  page.say(R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
+  on.cycle();
+  const auto call = add.start({38, 4}, 1s, on.now);
+  ASSERT_TRUE(call);
+  on.cycle();
+  const auto heard = page.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  const std::string id = member(heard[0], "id");
+  EXPECT_EQ(heard[0], R"({"op":"call_service","id":")" + id + R"(","service":"/add","args":{"a":38,"b":4}})");
+  page.say(R"({"op":"service_response","id":")" + id +
+           R"(","service":"/add","values":{"sum":42},"result":true})");
+  on.cycle();
+  const auto end = add.try_finish();
+  ASSERT_TRUE(end);
+  EXPECT_EQ(end->id, *call);
+  ASSERT_TRUE(end->value) << end->value.error().name();
+  EXPECT_EQ(end->value->sum, 42);
+  EXPECT_EQ(add.try_finish().code(), errc::empty);
+}
+
+TEST_F(calling, keeps_several_calls_apart) {
+  auto lane = open_lane(on);
+  peer program{on};
+  program.say("{}");
+  on.cycle();
+  ASSERT_TRUE(lane.try_receive(on.now));
+  const auto first = lane.start(R"({"service":"a"})", 1s, on.now);
+  const auto second = lane.start(R"({"service":"b"})", 1s, on.now);
+  on.cycle();
+  const auto heard = program.hear();
+  ASSERT_EQ(heard.size(), 2U);
+  program.say(R"({"in_reply_to":")" + member(heard[1], "message_id") + R"(","of":"b"})");
+  program.say(R"({"unrelated":1})");
+  program.say(R"({"in_reply_to":")" + member(heard[0], "message_id") + R"(","of":"a"})");
+  on.cycle();
+  const auto one = lane.try_finish();
+  const auto two = lane.try_finish();
+  ASSERT_TRUE(one && two);
+  EXPECT_EQ(one->id, *second);
+  EXPECT_NE(one->reply->text().find(R"("of":"b")"), std::string_view::npos);
+  EXPECT_EQ(two->id, *first);
+  EXPECT_EQ(lane.try_receive(on.now)->text(), R"({"unrelated":1})");
+}
+
+TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
+  auto add = handle_on<add_caller>(on, call_add());
+  auto lane = open_lane(on);
+  EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
+  on.cycle();
+  EXPECT_EQ(add.try_finish()->value.code(), errc::no_service);
+
+  peer page{on};
+  page.say(R"({"op":"advertise_service","service":"/add"})");
+  on.cycle();
+  EXPECT_TRUE(add.start({1, 1}, 50ms, on.now));
+  on.cycles(60);
+  EXPECT_EQ(add.try_finish()->value.code(), errc::timed_out);
+  const std::string late = member(page.hear().at(0), "id");
+  page.say(R"({"op":"service_response","id":")" + late +
+           R"(","service":"/add","values":{"sum":2},"result":true})");
+  on.cycle();
+  EXPECT_EQ(on.count(counter::replies_late), 1U);
+  EXPECT_EQ(add.try_finish().code(), errc::empty);
+
+  EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
+  on.cycle();
+  const std::string refused = member(page.hear().at(0), "id");
+  page.say(R"({"op":"service_response","id":")" + refused +
+           R"(","service":"/add","values":"no arms","result":false})");
+  on.cycle();
+  EXPECT_EQ(add.try_finish()->value.code(), errc::refused);
+  EXPECT_EQ(add.refusal(), "no arms");
+
+  EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
+  on.cycle();
+  page.leave();
+  on.cycle();
+  EXPECT_EQ(add.try_finish()->value.code(), errc::peer_lost);
+  EXPECT_EQ(on.count(counter::calls_lost), 1U);
+  EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
+  on.cycle();
+  EXPECT_EQ(add.try_finish()->value.code(), errc::no_service) << "it went with its provider";
+}
+
+TEST_F(calling, drops_replies_that_come_on_another_connection_or_mean_no_call) {
+  auto lane = open_lane(on);
+  peer program{on}, stranger{on};
+  program.say("{}");
+  on.cycle();
+  (void)lane.try_receive(on.now);
+  ASSERT_TRUE(lane.start(R"({"service":"a"})", 1s, on.now));
+  on.cycle();
+  const std::string id = member(program.hear().at(0), "message_id");
+  stranger.say(R"({"in_reply_to":")" + id + R"("})");
+  for (const std::string bad : {"\"\"", "\"1\"", "5", "\"0000000000000000.1.0.1\""})
+    program.say(R"({"in_reply_to":)" + bad + "}");
+  on.cycle();
+  EXPECT_EQ(lane.try_finish().code(), errc::empty);
+  EXPECT_EQ(on.count(counter::replies_foreign), 5U);
+  program.say(R"({"in_reply_to":")" + id + R"("})");
+  on.cycle();
+  EXPECT_TRUE(lane.try_finish());
+}
+
+TEST_F(calling, reads_a_bare_refusal) {
+  auto lane = open_lane(on);
+  peer program{on};
+  program.say("{}");
+  on.cycle();
+  (void)lane.try_receive(on.now);
+  for (const auto& [code, why] :
+       {std::pair{"busy", errc::refused}, std::pair{"no_service", errc::no_service}}) {
+    ASSERT_TRUE(lane.start(R"({"service":"a"})", 1s, on.now));
+    on.cycle();
+    const std::string id = member(program.hear().at(0), "message_id");
+    program.say(R"({"error":{"code":")" + std::string{code} + R"(","text":"later"},"in_reply_to":")" + id +
+                R"("})");
+    on.cycle();
+    const auto end = lane.try_finish();
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->reply.code(), why);
+  }
+  EXPECT_EQ(lane.refusal(), "later");
+}
+
+TEST_F(calling, lets_a_call_wait_for_a_peer) {
+  auto lane = open_lane(on);
+  ASSERT_TRUE(lane.start(R"({"service":"a"})", 5s, on.now));
+  on.cycles(100);
+  peer first{on}, second{on};
+  first.say("{}");
+  second.say("{}");
+  on.cycles(2);
+  const auto one = first.hear();
+  EXPECT_EQ(one.size() + second.hear().size(), 1U) << "a call has one provider";
+}
+
+TEST_F(calling, drops_the_request_of_a_call_whose_time_is_over_before_it_was_sent) {
+  auto lane = open_lane(on);
+  ASSERT_TRUE(lane.start(R"({"service":"a"})", 50ms, on.now));
+  on.cycles(60);
+  EXPECT_EQ(lane.try_finish()->reply.code(), errc::timed_out);
+  peer late{on};
+  late.say("{}");
+  on.cycles(2);
+  EXPECT_EQ(late.hear(), texts{});
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+TEST_F(calling, ends_a_call_that_is_no_object_or_uses_our_names) {
+  auto lane = open_lane(on);
+  for (const auto& [text, why] : {std::pair{"[]", errc::not_an_object}, std::pair{"{", errc::malformed},
+                                  std::pair{R"({"message_id":1})", errc::reserved_member}}) {
+    ASSERT_TRUE(lane.start(text, 1s, on.now));
+    on.cycle();
+    const auto end = lane.try_finish();
+    ASSERT_TRUE(end);
+    EXPECT_EQ(end->reply.code(), why) << text;
+  }
+}
+
+TEST_F(calling, drops_the_end_of_a_cancelled_call) {
+  auto lane = open_lane(on);
+  peer program{on};
+  program.say("{}");
+  on.cycle();
+  (void)lane.try_receive(on.now);
+  const auto call = lane.start(R"({"service":"a"})", 1s, on.now);
+  on.cycle();
+  lane.cancel(*call);
+  const std::string id = member(program.hear().at(0), "message_id");
+  program.say(R"({"in_reply_to":")" + id + R"("})");
+  on.cycle();
+  EXPECT_EQ(lane.try_finish().code(), errc::empty);
+  for (int i = 0; i < 4; ++i)
+    EXPECT_TRUE(lane.start(R"({"service":"a"})", 1s, on.now)) << "its place is free again";
+}
+
+// ---- within this process, through the hub, of the endpoint itself
+
+TEST_F(calling, reaches_a_service_of_its_own_process) {
+  auto serves = handle_on<add_responder>(on, serve_add());
+  auto calls = handle_on<add_caller>(on, call_add());
+  ASSERT_TRUE(calls.start({20, 22}, 1s, on.now));
+  on.cycle();
+  answer_one(serves);
+  on.cycle();
+  const auto end = calls.try_finish();
+  ASSERT_TRUE(end && end->value);
+  EXPECT_EQ(end->value->sum, 42);
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+struct calling_hub : testing::Test {
+  static rowe::endpoint_options hub() {
+    auto options = small_options();
+    options.relay = true;
+    return options;
+  }
+  ~calling_hub() override { EXPECT_TRUE(on.core.check()); }
+  theatre on{hub()};
+};
+
+TEST_F(calling_hub, passes_calls_between_its_peers_in_either_dialect) {
+  peer provider{on}, page{on}, program{on};
+  provider.say(R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
+  on.cycle();
+  page.say(R"({"op":"call_service","id":"c1","service":"/add","args":{"a":1,"b":2}})");
+  program.say(R"({"service":"/add","a":3,"b":4,"message_id":9})");
+  on.cycle();
+  const auto asked = provider.hear();
+  ASSERT_EQ(asked.size(), 2U);
+  EXPECT_NE(asked[0].find(R"("args":{"a":1,"b":2})"), std::string::npos) << asked[0];
+  EXPECT_NE(asked[1].find(R"("args":{"a":3,"b":4})"), std::string::npos) << asked[1];
+  for (const auto& one : asked) {
+    provider.say(R"({"op":"service_response","service":"\/add","values":{"sum":7},"result":true,"id":")" +
+                 member(one, "id") + R"("})");
+  }
+  on.cycle();
+  EXPECT_EQ(page.hear(), texts{R"({"op":"service_response","id":"c1","service":"/add","result":true,)"
+                               R"("values":{"sum":7}})"});
+  EXPECT_EQ(program.hear(), texts{R"({"sum":7,"in_reply_to":9})"});
+}
+
+TEST_F(calling_hub, tells_the_asker_that_the_provider_is_gone) {
+  peer provider{on}, page{on};
+  provider.say(R"({"op":"advertise_service","service":"/add"})");
+  on.cycle();
+  page.say(R"({"op":"call_service","id":"c1","service":"/add"})");
+  on.cycle();
+  provider.leave();
+  on.cycle();
+  EXPECT_EQ(page.hear(), texts{R"({"op":"service_response","id":"c1","service":"/add","result":false,)"
+                               R"("values":"the peer went away"})"});
+}
+
+TEST_F(calling_hub, has_one_provider_for_a_service) {
+  peer first{on}, second{on};
+  first.say(R"({"op":"advertise_service","service":"/add"})");
+  on.cycle();
+  second.say(R"({"op":"advertise_service","service":"add"})");
+  second.say(R"({"op":"unadvertise_service","service":"/add"})");
+  second.say(R"({"op":"advertise_service","service":"/rowe/stats"})");
+  on.cycle();
+  EXPECT_EQ(second.hear().size(), 3U) << "a status for each";
+  first.say(R"({"op":"unadvertise_service","service":"/add"})");
+  on.cycle();
+  second.say(R"({"op":"advertise_service","service":"/add"})");
+  on.cycle();
+  EXPECT_EQ(second.hear(), texts{});
+}
+
+TEST_F(calling, does_not_pass_calls_on_unless_it_is_a_hub) {
+  peer provider{on}, page{on};
+  provider.say(R"({"op":"advertise_service","service":"/add"})");
+  on.cycle();
+  page.say(R"({"op":"call_service","id":"1","service":"/add"})");
+  on.cycle();
+  EXPECT_EQ(provider.hear(), texts{});
+  EXPECT_EQ(page.hear().size(), 1U);
+}
+
+TEST_F(calling, reports_itself) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  page.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
+  page.say(R"({"op":"call_service","id":"2","service":"rosapi/topics","args":{}})");
+  page.say(R"({"op":"call_service","id":"3","service":"/rosapi/services"})");
+  page.say(R"({"op":"call_service","id":"4","service":"/rosapi/service_type","args":{"service":"/add"}})");
+  page.say(R"({"op":"call_service","id":"5","service":"/rosapi/topic_type","args":{"topic":"/nope"}})");
+  on.cycle();
+  const auto heard = page.hear();
+  ASSERT_EQ(heard.size(), 5U);
+  for (const char* part :
+       {R"("connections":[{"address":"127.0.0.1:50000")", R"("calls_max":16)", R"("expired":0)"})
+    EXPECT_NE(heard[0].find(part), std::string::npos) << heard[0];
+  EXPECT_NE(heard[1].find(R"("topics":["/rowe/stats"])"), std::string::npos) << heard[1];
+  EXPECT_NE(heard[2].find(R"("services":["/add"])"), std::string::npos) << heard[2];
+  EXPECT_NE(heard[3].find(R"("type":"test/Add")"), std::string::npos) << heard[3];
+  EXPECT_NE(heard[4].find(R"("type":"")"), std::string::npos) << heard[4];
+}
+
+// ---- as a client
+
+struct calling_client : testing::Test {
+  ~calling_client() override { EXPECT_TRUE(on.core.check()); }
+  theatre on{small_options(), rowe::service::side::client};
+};
+
+TEST_F(calling_client, asks_its_server_by_rosbridge_and_waits_for_it) {
+  auto add = handle_on<add_caller>(on, call_add());
+  ASSERT_TRUE(add.start({38, 4}, 5s, on.now));
+  on.cycles(10);
+  peer server{on, rowe::service::side::client};
+  on.cycles(2);
+  const auto heard = server.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find(R"("op":"call_service")"), std::string::npos) << heard[0];
+  server.say(R"({"op":"service_response","service":"\/add","values":{"sum":42},"result":true,"id":")" +
+             member(heard[0], "id") + R"("})");
+  on.cycle();
+  const auto end = add.try_finish();
+  ASSERT_TRUE(end && end->value);
+  EXPECT_EQ(end->value->sum, 42);
+}
+
+TEST_F(calling_client, offers_its_services_to_its_server_each_time_it_connects) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  for (int i = 0; i < 2; ++i) {
+    peer server{on, rowe::service::side::client};
+    on.cycle();
+    EXPECT_EQ(server.hear(), texts{R"({"op":"advertise_service","type":"test/Add","service":"/add"})"});
+    server.say(R"({"op":"call_service","id":"srv:1","service":"\/add","args":{"a":1,"b":1}})");
+    on.cycle();
+    auto asked = add.try_next(on.now);
+    ASSERT_TRUE(asked);
+    EXPECT_TRUE(add.reply(*asked, {2}, on.now));
+    on.cycle();
+    EXPECT_EQ(server.hear(), texts{R"({"op":"service_response","id":"srv:1","service":"/add","result":true,)"
+                                   R"("values":{"sum":2}})"});
+    server.leave();
+    on.cycle();
+  }
+}
+
+TEST_F(calling_client, ends_calls_when_its_server_is_lost_and_never_sends_them_again) {
+  auto lane = open_lane(on);
+  peer server{on, rowe::service::side::client};
+  on.cycle();
+  ASSERT_TRUE(lane.start(R"({"service":"a"})", 5s, on.now));
+  on.cycle();
+  EXPECT_EQ(server.hear().size(), 1U);
+  server.leave(rowe::service::close_cause::reset);
+  on.cycle();
+  EXPECT_EQ(lane.try_finish()->reply.code(), errc::peer_lost);
+  peer again{on, rowe::service::side::client};
+  on.cycles(3);
+  EXPECT_EQ(again.hear(), texts{});
+}
+
+} // namespace
