@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+// Calls between endpoints: answered, refused, timed out, several at a time, and every wrong use.
+#include "pair.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+// Answers invocations of add-two-numbers, refuses others, until "stop" arrives or the endpoint is closed.
+static void* answer(void* of) {
+  const struct rowe_endpoint* const by = of;
+  struct rowe_object* request;
+  bool waiting = true; // replies wait and do not, in turn
+  while ((request = rowe_receive(by, -1)) != NULL) {
+    const char* const service = rowe_get_string(request, "service");
+    int a = 0, b = 0;
+    if (service == NULL) {
+      rowe_object_free(request);
+      break;
+    }
+    if (strcmp(service, "add-two-numbers") != 0) {
+      CHECK_EQUAL(rowe_refuse(by, request, "I only add"), rowe_ok);
+    } else {
+      CHECK_EQUAL(rowe_get_int(request, "a", &a), rowe_ok);
+      CHECK_EQUAL(rowe_get_int(request, "b", &b), rowe_ok);
+      struct rowe_object* const reply = rowe_message("result", rowe_type_int, a + b, NULL);
+      CHECK_EQUAL(waiting ? rowe_reply(by, request, reply, patience_ms)
+                          : rowe_async_reply(by, request, reply),
+                  rowe_ok);
+      waiting = !waiting;
+      rowe_object_free(reply);
+    }
+    rowe_object_free(request);
+  }
+  return NULL;
+}
+
+static void expect_sum(const struct rowe_endpoint* by, int a, int b) {
+  struct rowe_object* const question = rowe_message("service", rowe_type_string, "add-two-numbers", "a",
+                                                    rowe_type_int, a, "b", rowe_type_int, b, NULL);
+  struct rowe_object* const reply = rowe_invoke(by, question, patience_ms);
+  int result = 0;
+  CHECK_EQUAL(rowe_get_int(reply, "result", &result), rowe_ok);
+  CHECK_EQUAL(result, a + b);
+  rowe_object_free(reply);
+  rowe_object_free(question);
+}
+
+static void a_client_asks_its_server(void) {
+  const struct pair p = open_pair();
+  pthread_t answering;
+  CHECK(pthread_create(&answering, NULL, answer, p.server) == 0);
+  expect_sum(p.client, 38, 4);
+  expect_sum(p.client, -1, 1);
+  CHECK_NULL(invoke_text(p.client, "{\"service\":\"divide\"}", patience_ms), rowe_error_refused);
+  CHECK(strstr(rowe_last_error_text(), "I only add") != NULL);
+  CHECK_EQUAL(send_text(p.client, "{}", patience_ms), rowe_ok);
+  CHECK(pthread_join(answering, NULL) == 0);
+  close_pair(p);
+}
+
+static void a_server_asks_its_client(void) {
+  const struct pair p = open_pair();
+  pthread_t answering;
+  CHECK(pthread_create(&answering, NULL, answer, p.client) == 0);
+  expect_sum(p.server, 38, 4);
+  CHECK_EQUAL(send_text(p.server, "{}", patience_ms), rowe_ok);
+  CHECK(pthread_join(answering, NULL) == 0);
+  close_pair(p);
+}
+
+static void* ask_often(void* of) {
+  for (int i = 0; i < 100; ++i) expect_sum(of, i, 1000);
+  return NULL;
+}
+
+static void several_threads_ask_and_several_answer(void) {
+  enum { askers = 4, answerers = 2 };
+  const struct pair p = open_pair();
+  pthread_t asking[askers], answering[answerers];
+  for (int i = 0; i < answerers; ++i) CHECK(pthread_create(&answering[i], NULL, answer, p.server) == 0);
+  for (int i = 0; i < askers; ++i) CHECK(pthread_create(&asking[i], NULL, ask_often, p.client) == 0);
+  for (int i = 0; i < askers; ++i) CHECK(pthread_join(asking[i], NULL) == 0);
+  CHECK_EQUAL(rowe_close(p.server, 0), rowe_ok);
+  for (int i = 0; i < answerers; ++i) CHECK(pthread_join(answering[i], NULL) == 0);
+  close_pair(p);
+}
+
+// The invocation that the client's other thread makes of `text`.
+struct question {
+  const struct rowe_endpoint* by;
+  const char* text;
+  long timeout_ms;
+  struct rowe_object* reply;
+  int error;
+};
+static void* ask(void* of) {
+  struct question* const q = of;
+  q->reply = invoke_text(q->by, q->text, q->timeout_ms);
+  q->error = rowe_last_error();
+  return NULL;
+}
+
+static void an_invocation_shows_its_id_and_is_answered_once(void) {
+  const struct pair p = open_pair();
+  struct question q = {
+      .by = p.client, .text = "{\"service\":\"x\",\"deep\":{\"op\":1}}", .timeout_ms = patience_ms};
+  pthread_t asking;
+  CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  CHECK(rowe_get_string(invocation, "message_id") != NULL);
+  CHECK_TEXT(rowe_get_string(invocation, "service"), "x");
+  CHECK(rowe_sender(invocation).generation != 0);
+
+  // What is no reply leaves the invocation open.
+  struct rowe_object* const array = rowe_array();
+  struct rowe_object* const reserved = rowe_message("in_reply_to", rowe_type_int, 1, NULL);
+  struct rowe_object* const reply = rowe_message("done", rowe_type_boolean, true, NULL);
+  CHECK_CODE(rowe_reply(p.server, invocation, array, patience_ms), rowe_error_not_an_object);
+  CHECK_CODE(rowe_reply(p.server, invocation, reserved, patience_ms), rowe_error_reserved_member);
+  CHECK_CODE(rowe_reply(p.client, invocation, reply, patience_ms), rowe_error_misuse);
+
+  CHECK_EQUAL(rowe_reply(p.server, invocation, reply, patience_ms), rowe_ok);
+  CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_misuse);
+  CHECK_CODE(rowe_async_reply(p.server, invocation, reply), rowe_error_misuse);
+  CHECK_CODE(rowe_refuse(p.server, invocation, "no"), rowe_error_misuse);
+  CHECK_CODE(rowe_reply(p.server, reply, reply, patience_ms), rowe_error_misuse); // it was never received
+  CHECK(pthread_join(asking, NULL) == 0);
+  bool done = false;
+  CHECK_EQUAL(rowe_get_boolean(q.reply, "done", &done), rowe_ok);
+  CHECK(done);
+  rowe_object_free(q.reply);
+  rowe_object_free(invocation);
+  rowe_object_free(array);
+  rowe_object_free(reserved);
+  rowe_object_free(reply);
+  close_pair(p);
+}
+
+static void a_plain_message_cannot_be_answered(void) {
+  const struct pair p = open_pair();
+  CHECK_EQUAL(send_text(p.client, "{}", patience_ms), rowe_ok);
+  struct rowe_object* const message = rowe_receive(p.server, patience_ms);
+  CHECK_CODE(rowe_reply(p.server, message, message, patience_ms), rowe_error_misuse);
+  CHECK_CODE(rowe_refuse(p.server, message, "no"), rowe_error_misuse);
+  rowe_object_free(message);
+  close_pair(p);
+}
+
+static void who_waits_no_longer_hears_of_the_time(void) {
+  const struct pair p = open_pair();
+  CHECK_NULL(invoke_text(p.client, "{\"service\":\"slow\"}", 30), rowe_error_timed_out);
+  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  CHECK(invocation != NULL);
+  struct rowe_object* const late = rowe_message("late", rowe_type_boolean, true, NULL);
+  // The server cannot know that nobody waits: the reply goes, and is dropped where it arrives.
+  CHECK_EQUAL(rowe_reply(p.server, invocation, late, patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.server, "{\"after\":1}", patience_ms), rowe_ok);
+  struct rowe_object* const next = rowe_receive(p.client, patience_ms);
+  int after = 0;
+  CHECK_EQUAL(rowe_get_int(next, "after", &after), rowe_ok);
+  rowe_object_free(next);
+  rowe_object_free(late);
+  rowe_object_free(invocation);
+  close_pair(p);
+}
+
+static void who_asked_and_left_is_lost(void) {
+  const struct pair p = open_pair();
+  struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = -1};
+  pthread_t asking;
+  CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  CHECK_EQUAL(rowe_close(p.client, 0), rowe_ok);
+  CHECK(pthread_join(asking, NULL) == 0);
+  CHECK(q.reply == NULL);
+  CHECK_EQUAL(q.error, rowe_error_closed);
+  struct rowe_event event; // until the server has seen it go
+  do {
+    while (rowe_try_event(p.server, &event) != rowe_ok) {
+    }
+  } while (event.kind != rowe_event_peer_left);
+  struct rowe_object* const reply = rowe_from_text("{}");
+  CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_peer_lost);
+  rowe_object_free(reply);
+  rowe_object_free(invocation);
+  close_pair(p);
+}
+
+static void a_lost_peer_is_told_from_a_timeout(void) {
+  const struct pair p = open_pair();
+  struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = patience_ms};
+  pthread_t asking;
+  CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  CHECK(invocation != NULL);
+  CHECK_EQUAL(rowe_close(p.server, 0), rowe_ok);
+  CHECK(pthread_join(asking, NULL) == 0);
+  CHECK(q.reply == NULL);
+  CHECK_EQUAL(q.error, rowe_error_peer_lost);
+  struct rowe_object* const reply = rowe_from_text("{}");
+  CHECK_CODE(rowe_reply(p.server, invocation, reply, 0), rowe_error_closed);
+  rowe_object_free(reply);
+  close_pair(p);
+  rowe_object_free(invocation); // outlives its endpoint
+}
+
+static void only_objects_without_reserved_members_are_sent(void) {
+  const struct pair p = open_pair();
+  CHECK_CODE(send_text(p.client, "[]", 1000), rowe_error_not_an_object);
+  CHECK_CODE(send_text(p.client, "1", 1000), rowe_error_not_an_object);
+  CHECK_CODE(send_text(p.client, "{\"op\":\"x\"}", 1000), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "{\"message_id\":1}", 1000), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "{\"in_reply_to\":1}", 1000), rowe_error_reserved_member);
+  CHECK_NULL(invoke_text(p.client, "[]", 1000), rowe_error_not_an_object);
+  CHECK_NULL(invoke_text(p.client, "{\"message_id\":1}", 1000), rowe_error_reserved_member);
+  close_pair(p);
+}
+
+int main(void) {
+  a_client_asks_its_server();
+  a_server_asks_its_client();
+  several_threads_ask_and_several_answer();
+  an_invocation_shows_its_id_and_is_answered_once();
+  a_plain_message_cannot_be_answered();
+  who_waits_no_longer_hears_of_the_time();
+  who_asked_and_left_is_lost();
+  a_lost_peer_is_told_from_a_timeout();
+  only_objects_without_reserved_members_are_sent();
+  return failures != 0;
+}

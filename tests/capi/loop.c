@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: Apache-2.0
+// What loops call: lanes, publishers and subscribers, and JSON text in place.
+#include "pair.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include <rowe/loop.h>
+
+static int64_t deadline_ns(void) { return rowe_now_ns() + patience_ms * INT64_C(1000000); }
+
+// Asks until something is there, or patience is over.
+#define UNTIL_THERE(code, call)                                                                              \
+  do {                                                                                                       \
+    const int64_t until = deadline_ns();                                                                     \
+    while (((code) = (call)) == rowe_error_empty && rowe_now_ns() < until) {                                 \
+    }                                                                                                        \
+  } while (0)
+
+static struct rowe_view receive(struct rowe_lane* lane) {
+  struct rowe_view view = {0};
+  int code;
+  UNTIL_THERE(code, rowe_lane_try_receive(lane, rowe_now_ns(), &view));
+  CHECK_EQUAL(code, rowe_ok);
+  return view;
+}
+
+static bool says(const struct rowe_view* view, const char* text) {
+  return view->bytes == strlen(text) && memcmp(view->text, text, view->bytes) == 0;
+}
+
+static int try_send(struct rowe_lane* lane, const char* text) {
+  return rowe_lane_try_send(lane, text, strlen(text), -1, rowe_now_ns());
+}
+
+static void lanes_talk_to_each_other_and_to_threads(void) {
+  const struct pair p = open_pair();
+  struct rowe_lane* const ours = rowe_lane_open(p.server, NULL);
+  struct rowe_lane* const theirs = rowe_lane_open(p.client, NULL);
+  CHECK(ours != NULL && theirs != NULL);
+  struct rowe_view view = {0};
+  CHECK_CODE(rowe_lane_try_receive(ours, rowe_now_ns(), &view), rowe_error_empty);
+  CHECK(view.text == NULL);
+
+  const int64_t before = rowe_now_ns();
+  CHECK_EQUAL(try_send(theirs, "{\"x\":1}"), rowe_ok);
+  view = receive(ours);
+  CHECK(says(&view, "{\"x\":1}"));
+  CHECK(!view.wants_reply);
+  CHECK(view.arrived_ns >= before && view.arrived_ns <= rowe_now_ns());
+  CHECK(view.from.generation != 0);
+  const struct rowe_peer peer = view.from;
+  CHECK_CODE(rowe_lane_try_reply(ours, &view, "{}", 2, rowe_now_ns()), rowe_error_misuse);
+  rowe_view_release(&view);
+  rowe_view_release(&view);
+  CHECK(view.text == NULL);
+
+  CHECK_EQUAL(rowe_lane_try_send_to(ours, peer, "{\"x\":2}", 7, -1, rowe_now_ns()), rowe_ok);
+  view = receive(theirs);
+  CHECK(says(&view, "{\"x\":2}"));
+  rowe_view_release(&view);
+
+  // Without its lane, a message reaches the thread that asks for it.
+  rowe_lane_free(ours);
+  CHECK_EQUAL(try_send(theirs, "{\"x\":3}"), rowe_ok);
+  struct rowe_object* const object = rowe_receive(p.server, patience_ms);
+  int x = 0;
+  CHECK_EQUAL(rowe_get_int(object, "x", &x), rowe_ok);
+  CHECK_EQUAL(x, 3);
+  rowe_object_free(object);
+  rowe_lane_free(theirs);
+  close_pair(p);
+}
+
+static void a_loop_answers_calls(void) {
+  const struct pair p = open_pair();
+  struct rowe_lane* const robot = rowe_lane_open(p.server, NULL);
+  struct rowe_lane* const page = rowe_lane_open(p.client, NULL);
+  const char* const question = "{\"service\":\"add-two-numbers\",\"a\":38,\"b\":4}";
+  struct rowe_call call = {0, 0};
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &call), rowe_ok);
+  CHECK(call.generation != 0);
+  struct rowe_view asked = receive(robot);
+  CHECK(asked.wants_reply);
+  char service[32], reply[64];
+  int64_t a = 0, b = 0;
+  CHECK_EQUAL(rowe_read_string(asked.text, asked.bytes, "service", service, sizeof service), rowe_ok);
+  CHECK_TEXT(service, "add-two-numbers");
+  CHECK_EQUAL(rowe_read_int64(asked.text, asked.bytes, "a", &a), rowe_ok);
+  CHECK_EQUAL(rowe_read_int64(asked.text, asked.bytes, "b", &b), rowe_ok);
+  const size_t bytes = rowe_write(reply, sizeof reply, "result", rowe_type_int64, a + b, NULL);
+  CHECK_EQUAL(rowe_lane_try_reply(robot, &asked, reply, bytes, rowe_now_ns()), rowe_ok);
+  CHECK_CODE(rowe_lane_try_reply(robot, &asked, reply, bytes, rowe_now_ns()), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_refuse(robot, &asked, "no", rowe_now_ns()), rowe_error_misuse);
+  rowe_view_release(&asked);
+
+  struct rowe_call_end end;
+  int code;
+  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+  CHECK_EQUAL(code, rowe_ok);
+  CHECK_EQUAL(end.outcome, rowe_ok);
+  CHECK(end.call.index == call.index && end.call.generation == call.generation);
+  int64_t result = 0;
+  CHECK_EQUAL(rowe_read_int64(end.reply.text, end.reply.bytes, "result", &result), rowe_ok);
+  CHECK_EQUAL(result, 42);
+  rowe_view_release(&end.reply);
+  CHECK_CODE(rowe_lane_try_finish(page, &end), rowe_error_empty);
+
+  // Refused, out of time, and not wanted any more.
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &call), rowe_ok);
+  asked = receive(robot);
+  CHECK_EQUAL(rowe_lane_try_refuse(robot, &asked, "not now", rowe_now_ns()), rowe_ok);
+  rowe_view_release(&asked);
+  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+  CHECK_EQUAL(end.outcome, rowe_error_refused);
+  rowe_view_release(&end.reply); // nothing is in it
+
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), 20, rowe_now_ns(), &call), rowe_ok);
+  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+  CHECK_EQUAL(end.outcome, rowe_error_timed_out);
+  asked = receive(robot);
+  rowe_view_release(&asked);
+
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &call), rowe_ok);
+  rowe_lane_cancel(page, call);
+  asked = receive(robot);
+  CHECK_EQUAL(rowe_lane_try_reply(robot, &asked, "{}", 2, rowe_now_ns()), rowe_ok);
+  rowe_view_release(&asked);
+  struct rowe_call last;
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &last), rowe_ok);
+  asked = receive(robot);
+  CHECK_EQUAL(rowe_lane_try_reply(robot, &asked, "{\"last\":true}", 13, rowe_now_ns()), rowe_ok);
+  rowe_view_release(&asked);
+  UNTIL_THERE(code, rowe_lane_try_finish(page, &end));
+  CHECK(end.call.index == last.index && end.call.generation == last.generation); // not the cancelled one
+  rowe_view_release(&end.reply);
+  rowe_lane_free(page);
+  rowe_lane_free(robot);
+  close_pair(p);
+}
+
+static void a_lane_has_its_limits(void) {
+  const struct pair p = open_pair();
+  const struct rowe_lane_options small = {.bytes = sizeof small,
+                                          .depth = 1,
+                                          .inbox_depth = 1,
+                                          .calls = 1,
+                                          .text_bytes_max = 256,
+                                          .only_sends = true};
+  struct rowe_lane* const lane = rowe_lane_open(p.client, &small);
+  CHECK(lane != NULL);
+  char big[300];
+  memset(big, ' ', sizeof big);
+  CHECK_CODE(rowe_lane_try_send(lane, big, sizeof big, -1, rowe_now_ns()), rowe_error_too_big);
+  struct rowe_call call;
+  CHECK_CODE(rowe_lane_start(lane, big, sizeof big, -1, rowe_now_ns(), &call), rowe_error_too_big);
+  int code = rowe_ok;
+  for (int64_t until = deadline_ns(); code == rowe_ok && rowe_now_ns() < until;) code = try_send(lane, "{}");
+  CHECK_EQUAL(code, rowe_error_full);
+  UNTIL_THERE(code, (code = rowe_lane_start(lane, "{}", 2, -1, rowe_now_ns(), &call)) == rowe_error_full
+                        ? rowe_error_empty
+                        : code);
+  CHECK_EQUAL(code, rowe_ok);
+  CHECK_CODE(rowe_lane_start(lane, "{}", 2, -1, rowe_now_ns(), &call), rowe_error_too_many_calls);
+  rowe_lane_free(lane);
+  close_pair(p);
+}
+
+static void what_a_loop_publishes_arrives(void) {
+  const struct pair p = open_pair();
+  const struct rowe_topic_options latched = {.bytes = sizeof latched,
+                                             .ttl_ms = 1000,
+                                             .newest = true,
+                                             .latched = true,
+                                             .type = "std_msgs/String",
+                                             .priority = rowe_priority_urgent};
+  struct rowe_publisher* const lonely = rowe_publisher_open(p.server, "/nobody", NULL);
+  CHECK(lonely != NULL);
+  CHECK(!rowe_publisher_wanted(lonely));
+  CHECK_CODE(rowe_publisher_publish(lonely, "{}", 2, rowe_now_ns()), rowe_error_no_peer);
+  rowe_publisher_free(lonely);
+
+  struct rowe_publisher* const out = rowe_publisher_open(p.server, "/chatter", &latched);
+  struct rowe_subscriber* const in = rowe_subscriber_open(p.client, "/chatter", NULL);
+  CHECK(out != NULL && in != NULL);
+  struct rowe_view view = {0};
+  CHECK_CODE(rowe_subscriber_try_take(in, &view), rowe_error_empty);
+  for (int64_t until = deadline_ns(); !rowe_publisher_wanted(out) && rowe_now_ns() < until;) {
+  }
+  CHECK(rowe_publisher_wanted(out));
+  CHECK_EQUAL(rowe_publisher_publish(out, "{\"data\":\"x\"}", 12, rowe_now_ns()), rowe_ok);
+  int code;
+  UNTIL_THERE(code, rowe_subscriber_try_take(in, &view));
+  CHECK_EQUAL(code, rowe_ok);
+  CHECK(says(&view, "{\"data\":\"x\"}"));
+  rowe_view_release(&view);
+  CHECK_EQUAL(rowe_publisher_publish(out, "{\"data\":\"y\"}", 12, rowe_now_ns()), rowe_ok);
+  UNTIL_THERE(code, rowe_subscriber_latest(in, &view));
+  CHECK(says(&view, "{\"data\":\"y\"}"));
+  rowe_view_release(&view);
+  rowe_subscriber_free(in);
+  rowe_publisher_free(out);
+  close_pair(p);
+}
+
+static void handles_outlive_their_endpoint(void) {
+  const struct pair p = open_pair();
+  struct rowe_lane* const lane = rowe_lane_open(p.client, NULL);
+  struct rowe_publisher* const out = rowe_publisher_open(p.client, "/a", NULL);
+  struct rowe_subscriber* const in = rowe_subscriber_open(p.client, "/b", NULL);
+  close_pair(p);
+  struct rowe_view view = {0};
+  struct rowe_call_end end;
+  struct rowe_call call;
+  CHECK_CODE(try_send(lane, "{}"), rowe_error_closed);
+  CHECK_CODE(rowe_lane_try_receive(lane, rowe_now_ns(), &view), rowe_error_closed);
+  CHECK_CODE(rowe_lane_start(lane, "{}", 2, -1, rowe_now_ns(), &call), rowe_error_closed);
+  CHECK_CODE(rowe_lane_try_finish(lane, &end), rowe_error_closed);
+  CHECK_CODE(rowe_publisher_publish(out, "{}", 2, rowe_now_ns()), rowe_error_closed);
+  CHECK_CODE(rowe_subscriber_try_take(in, &view), rowe_error_closed);
+  CHECK_CODE(rowe_subscriber_latest(in, &view), rowe_error_closed);
+  rowe_lane_free(lane);
+  rowe_publisher_free(out);
+  rowe_subscriber_free(in);
+}
+
+static void text_is_written_in_place(void) {
+  char room[256];
+  const char* const written =
+      "{\"caf\xc3\xa9\":\"a\\\"b\",\"i\":-1,\"l\":9223372036854775807,\"d\":0.1,\"t\":true,"
+      "\"n\":null,\"nan\":null,\"o\":{\"x\":1},\"a\":[1,2]}";
+  const size_t bytes =
+      rowe_write(room, sizeof room, "caf\xc3\xa9", rowe_type_string, "a\"b", "i", rowe_type_int, -1, "l",
+                 rowe_type_int64, INT64_MAX, "d", rowe_type_double, 0.1, "t", rowe_type_boolean, true, "n",
+                 rowe_type_null, "nan", rowe_type_double, (double)NAN, "o", rowe_type_object, "{\"x\":1}",
+                 "a", rowe_type_array, "[1,2]", NULL);
+  CHECK_TEXT(room, written);
+  CHECK_EQUAL(bytes, strlen(written));
+  for (size_t small = 0; small <= bytes; ++small)
+    CHECK_EQUAL(rowe_write(room, small, "o", rowe_type_object, written, NULL), 0);
+  const char* const none = NULL;
+  CHECK_EQUAL(rowe_write(room, 9, "x", rowe_type_int, 1, NULL), 7);
+  CHECK_EQUAL(rowe_write(room, 8, "x", rowe_type_int, 1, NULL), 7);
+  CHECK_EQUAL(rowe_write(room, 7, "x", rowe_type_int, 1, NULL), 0);
+  CHECK_TEXT(room, "");
+  CHECK_EQUAL(rowe_write(room, sizeof room, "x", 99, 1, NULL), 0);
+  CHECK_EQUAL(rowe_write(room, sizeof room, "x", rowe_type_string, none, NULL), 0);
+  CHECK_EQUAL(rowe_write(room, sizeof room, "x", rowe_type_array, none, NULL), 0);
+  CHECK_EQUAL(rowe_write(NULL, 1, "x", rowe_type_int, 1, NULL), 0);
+}
+
+static void text_is_read_in_place(void) {
+  const char* const text = "{\"i\":-9223372036854775808,\"h\":9223372036854775808,\"d\":0.5,\"t\":true,"
+                           "\"s\":\"\\u00e9\\/x\",\"z\":null}";
+  const size_t bytes = strlen(text);
+  int64_t i = 7;
+  double d = 7;
+  bool t = false;
+  char room[5] = "?";
+  CHECK_EQUAL(rowe_read_int64(text, bytes, "i", &i), rowe_ok);
+  CHECK(i == INT64_MIN);
+  CHECK_EQUAL(rowe_read_double(text, bytes, "h", &d), rowe_ok);
+  CHECK(d == 9223372036854775808.0);
+  CHECK_EQUAL(rowe_read_boolean(text, bytes, "t", &t), rowe_ok);
+  CHECK(t);
+  CHECK_EQUAL(rowe_read_string(text, bytes, "s", room, 5), rowe_ok);
+  CHECK_TEXT(room, "\xc3\xa9/x");
+  CHECK_CODE(rowe_read_string(text, bytes, "s", room, 4), rowe_error_too_long);
+  CHECK_TEXT(room, "");
+  CHECK_CODE(rowe_read_string(text, bytes, "s", room, 0), rowe_error_too_long);
+  CHECK_CODE(rowe_read_int64(text, bytes, "h", &i), rowe_error_out_of_range);
+  CHECK_CODE(rowe_read_int64(text, bytes, "d", &i), rowe_error_wrong_type);
+  CHECK_CODE(rowe_read_int64(text, bytes, "s", &i), rowe_error_wrong_type);
+  CHECK_CODE(rowe_read_double(text, bytes, "s", &d), rowe_error_wrong_type);
+  CHECK_CODE(rowe_read_boolean(text, bytes, "z", &t), rowe_error_wrong_type);
+  CHECK_CODE(rowe_read_string(text, bytes, "d", room, 5), rowe_error_wrong_type);
+  CHECK_CODE(rowe_read_double("[1]", 3, "d", &d), rowe_error_wrong_type);
+  CHECK_CODE(rowe_read_int64(text, bytes, "none", &i), rowe_error_missing_member);
+  CHECK_CODE(rowe_read_double(text, bytes, "none", &d), rowe_error_missing_member);
+  CHECK_CODE(rowe_read_boolean(text, bytes, "none", &t), rowe_error_missing_member);
+  CHECK_CODE(rowe_read_string(text, bytes, "none", room, 5), rowe_error_missing_member);
+  CHECK(i == INT64_MIN);
+}
+
+int main(void) {
+  text_is_written_in_place();
+  text_is_read_in_place();
+  lanes_talk_to_each_other_and_to_threads();
+  a_loop_answers_calls();
+  a_lane_has_its_limits();
+  what_a_loop_publishes_arrives();
+  handles_outlive_their_endpoint();
+  return failures != 0;
+}

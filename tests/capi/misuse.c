@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+// NULL where something must be: an error, never more.
+#include "check.h"
+
+#include <rowe/loop.h>
+
+static void endpoints(void) {
+  struct rowe_object* const object = rowe_from_text("{}");
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+  struct rowe_event event;
+  const struct rowe_peer nobody = {0, 0};
+  CHECK_NULL(rowe_open_remote_endpoint(NULL, 80), rowe_error_misuse);
+  CHECK_EQUAL(rowe_endpoint_port(NULL), 0);
+  CHECK_EQUAL(rowe_peers(NULL), 0);
+  CHECK_CODE(rowe_wait_peer(NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_close(NULL, 0), rowe_error_misuse);
+  rowe_endpoint_free(NULL);
+  CHECK_CODE(rowe_send(NULL, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_send(endpoint, NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_async_send(NULL, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_async_send(endpoint, NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_send_to(NULL, nobody, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_send_to(endpoint, nobody, NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_async_send_to(NULL, nobody, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_async_send_to(endpoint, nobody, NULL, 0), rowe_error_misuse);
+  CHECK_NULL(rowe_receive(NULL, 0), rowe_error_misuse);
+  CHECK_EQUAL(rowe_sender(NULL).generation, 0);
+  CHECK_NULL(rowe_invoke(NULL, object, 0), rowe_error_misuse);
+  CHECK_NULL(rowe_invoke(endpoint, NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_reply(NULL, object, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_reply(endpoint, NULL, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_reply(endpoint, object, NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_async_reply(NULL, object, object), rowe_error_misuse);
+  CHECK_CODE(rowe_async_reply(endpoint, NULL, object), rowe_error_misuse);
+  CHECK_CODE(rowe_async_reply(endpoint, object, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_refuse(NULL, object, ""), rowe_error_misuse);
+  CHECK_CODE(rowe_refuse(endpoint, NULL, ""), rowe_error_misuse);
+  CHECK_CODE(rowe_refuse(endpoint, object, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_try_event(NULL, &event), rowe_error_misuse);
+  CHECK_CODE(rowe_try_event(endpoint, NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_stats(NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_lane_open(NULL, NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_publisher_open(NULL, "/x", NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_publisher_open(endpoint, NULL, NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_subscriber_open(NULL, "/x", NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_subscriber_open(endpoint, NULL, NULL), rowe_error_misuse);
+  rowe_endpoint_free(endpoint);
+  rowe_object_free(object);
+}
+
+static void objects(void) {
+  struct rowe_object* const object = rowe_message("a", rowe_type_int, 1, "b", rowe_type_boolean, true, NULL);
+  rowe_object_free(NULL);
+  CHECK_NULL(rowe_from_text(NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_to_text(NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_append(NULL, rowe_type_int, 1), rowe_error_misuse);
+  CHECK_CODE(rowe_set(NULL, "a", rowe_type_int, 1), rowe_error_misuse);
+  CHECK_CODE(rowe_set(object, NULL, rowe_type_int, 1), rowe_error_misuse);
+  CHECK_EQUAL(rowe_type_of(NULL), -1);
+  CHECK_EQUAL(rowe_count(NULL), 0);
+  CHECK_EQUAL(rowe_string_bytes(NULL), 0);
+  CHECK_NULL(rowe_get(NULL, "a"), rowe_error_misuse);
+  CHECK_NULL(rowe_get(object, NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_at(NULL, 0), rowe_error_misuse);
+  CHECK_NULL(rowe_key_at(NULL, 0), rowe_error_misuse);
+  CHECK_NULL(rowe_get_string(NULL, "a"), rowe_error_misuse);
+  CHECK_CODE(rowe_get_int(object, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_get_int64(object, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_get_double(object, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_get_boolean(object, "b", NULL), rowe_error_misuse);
+  rowe_object_free(object);
+}
+
+static void handles_of_loops(void) {
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+  struct rowe_lane* const lane = rowe_lane_open(endpoint, NULL);
+  struct rowe_publisher* const publisher = rowe_publisher_open(endpoint, "/x", NULL);
+  struct rowe_subscriber* const subscriber = rowe_subscriber_open(endpoint, "/x", NULL);
+  struct rowe_view view = {0};
+  struct rowe_call call = {0, 0};
+  struct rowe_call_end end;
+  const struct rowe_peer nobody = {0, 0};
+  rowe_view_release(NULL);
+  rowe_view_release(&view);
+  rowe_lane_free(NULL);
+  rowe_publisher_free(NULL);
+  rowe_subscriber_free(NULL);
+  CHECK_CODE(rowe_lane_try_send(NULL, "{}", 2, 0, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_send(lane, NULL, 2, 0, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_send_to(NULL, nobody, "{}", 2, 0, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_send_to(lane, nobody, NULL, 2, 0, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_receive(NULL, 0, &view), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_receive(lane, 0, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_start(NULL, "{}", 2, 0, 0, &call), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_start(lane, NULL, 2, 0, 0, &call), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_start(lane, "{}", 2, 0, 0, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_finish(NULL, &end), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_finish(lane, NULL), rowe_error_misuse);
+  rowe_lane_cancel(NULL, call);
+  rowe_lane_cancel(lane, call);
+  CHECK_CODE(rowe_lane_try_reply(NULL, &view, "{}", 2, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_reply(lane, NULL, "{}", 2, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_reply(lane, &view, "{}", 2, 0), rowe_error_misuse); // holds nothing
+  CHECK_CODE(rowe_lane_try_reply(lane, &view, NULL, 2, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_refuse(NULL, &view, "", 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_refuse(lane, NULL, "", 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_try_refuse(lane, &view, NULL, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_publisher_publish(NULL, "{}", 2, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_publisher_publish(publisher, NULL, 2, 0), rowe_error_misuse);
+  CHECK(!rowe_publisher_wanted(NULL));
+  CHECK_CODE(rowe_subscriber_try_take(NULL, &view), rowe_error_misuse);
+  CHECK_CODE(rowe_subscriber_try_take(subscriber, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_subscriber_latest(NULL, &view), rowe_error_misuse);
+  CHECK_CODE(rowe_subscriber_latest(subscriber, NULL), rowe_error_misuse);
+  rowe_lane_free(lane);
+  rowe_publisher_free(publisher);
+  rowe_subscriber_free(subscriber);
+  rowe_endpoint_free(endpoint);
+}
+
+static void text_in_place(void) {
+  int64_t i;
+  double d;
+  bool b;
+  char room[4];
+  CHECK_CODE(rowe_read_int64(NULL, 2, "a", &i), rowe_error_misuse);
+  CHECK_CODE(rowe_read_int64("{}", 2, NULL, &i), rowe_error_misuse);
+  CHECK_CODE(rowe_read_int64("{}", 2, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_read_double(NULL, 2, "a", &d), rowe_error_misuse);
+  CHECK_CODE(rowe_read_double("{}", 2, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_read_boolean(NULL, 2, "a", &b), rowe_error_misuse);
+  CHECK_CODE(rowe_read_boolean("{}", 2, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_read_string(NULL, 2, "a", room, 4), rowe_error_misuse);
+  CHECK_CODE(rowe_read_string("{}", 2, "a", NULL, 4), rowe_error_misuse);
+}
+
+int main(void) {
+  endpoints();
+  objects();
+  handles_of_loops();
+  text_in_place();
+  return failures != 0;
+}

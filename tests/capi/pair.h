@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+// A server on a free port and a client that is connected to it.
+#pragma once
+#include "check.h"
+
+struct pair {
+  struct rowe_endpoint* server;
+  struct rowe_endpoint* client;
+};
+
+static inline struct pair open_pair_with(const struct rowe_options* server_options,
+                                         const struct rowe_options* client_options) {
+  struct pair of;
+  of.server = rowe_open_local_endpoint_with(0, server_options);
+  CHECK(of.server != NULL);
+  of.client = rowe_open_remote_endpoint_with("127.0.0.1", rowe_endpoint_port(of.server), client_options);
+  CHECK(of.client != NULL);
+  CHECK_EQUAL(rowe_wait_peer(of.client, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_wait_peer(of.server, patience_ms), rowe_ok);
+  return of;
+}
+static inline struct pair open_pair(void) { return open_pair_with(NULL, NULL); }
+
+static inline void close_pair(struct pair of) {
+  rowe_endpoint_free(of.client);
+  rowe_endpoint_free(of.server);
+}
+
+// Sends what the JSON text says.
+static inline int send_text(const struct rowe_endpoint* by, const char* text, long ttl_ms) {
+  struct rowe_object* const object = rowe_from_text(text);
+  CHECK(object != NULL);
+  const int code = rowe_send(by, object, ttl_ms);
+  rowe_object_free(object);
+  return code;
+}
+static inline struct rowe_object* invoke_text(const struct rowe_endpoint* by, const char* text,
+                                              long timeout_ms) {
+  struct rowe_object* const object = rowe_from_text(text);
+  CHECK(object != NULL);
+  struct rowe_object* const reply = rowe_invoke(by, object, timeout_ms);
+  rowe_object_free(object);
+  return reply;
+}
