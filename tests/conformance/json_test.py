@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: Apache-2.0
+"""JSON through `rowe serve`: what one peer publishes reaches another as it was, or not at all."""
+import decimal
+import json
+import unittest
+
+import documents
+import programs
+from documents import INVALID, NOT_UTF8, VALID
+from frames import PING, PONG, TEXT, frame
+
+
+def meaning(text):
+    """What a JSON text says, by Python's reader: numbers in full, names in their order, twice if twice."""
+    def refuse(word):
+        raise ValueError(word)
+
+    return json.loads(text, parse_int=decimal.Decimal, parse_float=lambda digits: repr(float(digits)),
+                      parse_constant=refuse, object_pairs_hook=lambda pairs: ("object", pairs))
+
+
+class relay:
+    """A hub, one who publishes, one who has subscribed."""
+
+    def __init__(self, serving):
+        self.serving, self.rounds, self.fences = serving, 0, 0
+        self.publisher = serving.connect()
+        self.subscriber = serving.connect()
+        self.subscriber.send(frame(TEXT, b'{"op":"subscribe","topic":"/t"}'))
+        self.answers(self.subscriber)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.publisher.socket.close()
+        self.subscriber.socket.close()
+
+    def event(self, s):
+        while True:
+            opcode, payload = s.event()
+            if opcode != PING:
+                return opcode, payload
+            s.send(frame(PONG, payload))
+
+    def answers(self, s):
+        """What it says up to a refusal that is ours: answers come in the order of what was asked."""
+        self.fences += 1
+        mine = f"fence {self.fences}"
+        s.send(frame(TEXT, json.dumps({"op": "unsubscribe", "topic": "/never", "id": mine}).encode()))
+        said = []
+        while True:
+            opcode, payload = self.event(s)
+            assert opcode == TEXT
+            if json.loads(payload).get("id") == mine:
+                return said
+            said.append(payload)
+
+    def delivered(self):
+        """The body of the next message that reaches the subscriber."""
+        opcode, payload = self.event(self.subscriber)
+        assert opcode == TEXT
+        return dict(meaning(payload.decode())[1])["msg"]
+
+    def passes(self, test, text, body):
+        """The text is accepted without a word, and arrives."""
+        self.publisher.send(frame(TEXT, text))
+        test.assertEqual(self.answers(self.publisher), [])
+        test.assertEqual(self.delivered(), body)
+
+    def is_refused(self, test, text):
+        """The text is answered with a status, and nothing arrives."""
+        self.publisher.send(frame(TEXT, text))
+        said = self.answers(self.publisher)
+        test.assertEqual(len(said), 1)
+        status = json.loads(said[0])
+        test.assertEqual((status["op"], status["level"]), ("status", "error"))
+        test.assertTrue(status["msg"])
+        self.nothing_arrived(test)
+
+    def is_cut(self, test, text):
+        """The text ends its connection with 1007, and nothing arrives."""
+        self.publisher.send(frame(TEXT, text))
+        test.assertEqual(self.publisher.until_close()[:2], ([], 1007))
+        self.publisher.socket.close()
+        self.publisher = self.serving.connect()
+        self.nothing_arrived(test)
+
+    def nothing_arrived(self, test):
+        self.rounds += 1
+        self.passes(test, b'{"op":"publish","topic":"/t","msg":{"round":%d}}' % self.rounds,
+                    ("object", [("round", decimal.Decimal(self.rounds))]))
+
+
+class values(unittest.TestCase):
+    def test_each_as_a_member_of_a_message(self):
+        outside = 2  # the message, and its body
+        counts = dict.fromkeys((VALID, INVALID, NOT_UTF8), 0)
+        with programs.server("hub") as serving, relay(serving) as through:
+            for verdict, text in documents.values(outside):
+                with self.subTest(f"{verdict}: {text[:60]!r} ({len(text)} bytes)"):
+                    counts[verdict] += 1
+                    whole = b'{"op":"publish","topic":"/t","msg":{"n":%d,"v":%b}}' % (sum(counts.values()),
+                    text)
+                    if verdict == VALID:
+                        through.passes(self, whole, dict(meaning(whole.decode())[1])["msg"])
+                    elif verdict == INVALID:
+                        through.is_refused(self, whole)
+                    else:
+                        through.is_cut(self, whole)
+        print(f"JSON values: {counts}", flush=True)
+
+
+class messages(unittest.TestCase):
+    publish = {"op": "publish", "id": "i", "topic": "/t", "msg": {"a": [1, "x", None]}}
+
+    def test_each_as_a_whole_text(self):
+        counts = dict.fromkeys((VALID, INVALID), 0)
+        with programs.server("hub") as serving, relay(serving) as through:
+            for verdict, text in documents.messages(self.publish):
+                with self.subTest(f"{verdict}: {text[:100]!r} ({len(text)} bytes)"):
+                    counts[verdict] += 1
+                    if verdict == VALID:
+                        through.passes(self, text, dict(meaning(text.decode())[1])["msg"])
+                    else:
+                        through.is_refused(self, text)
+        print(f"JSON messages: {counts}", flush=True)
+
+    def test_a_text_ends_where_its_message_does(self):
+        """Two texts in one read, or one in many fragments: neither lends the other a byte."""
+        good = b'{"op":"publish","topic":"/t","msg":{"n":1}}'
+        bad = b'{"op":"publish","topic":"/t","msg":{"n":1'
+        body = ("object", [("n", decimal.Decimal(1))])
+        with programs.server("hub") as serving, relay(serving) as through:
+            for first, second in ((bad, b"}}"), (good, bad), (bad, good), (good, b""), (b"", good)):
+                with self.subTest(first + b" | " + second):
+                    through.publisher.send(frame(TEXT, first), frame(TEXT, second))
+                    refused = [text for text in (first, second) if text != good]
+                    self.assertEqual(len(through.answers(through.publisher)), len(refused))
+                    for _ in range(2 - len(refused)):
+                        self.assertEqual(through.delivered(), body)
+                    through.nothing_arrived(self)
+
+
+class table(unittest.TestCase):
+    """The table itself, by Python's reader: what it calls valid is, and what it calls invalid is not, but for
+    what Python lets pass and rowe refuses by choice."""
+
+    def test_python_agrees(self):
+        lets_pass = 0
+        for verdict, text in documents.values(2):
+            with self.subTest(f"{verdict}: {text[:60]!r}"):
+                try:
+                    read = meaning(text.decode())
+                    good = read is not None or text == b"null"
+                except (ValueError, RecursionError):
+                    good = False
+                if verdict == VALID:
+                    self.assertTrue(good)
+                elif good:
+                    lets_pass += 1
+                    self.assertTrue(self.by_choice(text, read), "Python takes it for valid")
+        self.assertLess(lets_pass, 60)
+
+    def by_choice(self, text, read):
+        half_a_pair = b"\\ud" in text.lower()
+        beyond_a_double = "inf" in repr(read) or (isinstance(read, decimal.Decimal) and float(read) in (
+            float("inf"), -float("inf")))
+        too_deep = text.count(b"[") + text.count(b"{") > documents.depth_max - 2
+        return half_a_pair or beyond_a_double or too_deep
+
+
+if __name__ == "__main__":
+    unittest.main()
