@@ -103,7 +103,7 @@ void write_value(message_writer& to, const T& value) noexcept;
 
 template <class Pairs, std::size_t... I>
 void write_pairs(message_writer& to, const Pairs& pairs, std::index_sequence<I...>) noexcept {
-  const auto one = [&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
+  [[maybe_unused]] const auto one = [&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
     if constexpr (N != 0) to.comma();
     to.key(std::get<2 * N>(pairs));
     write_value(to, std::get<2 * N + 1>(pairs));
@@ -113,7 +113,7 @@ void write_pairs(message_writer& to, const Pairs& pairs, std::index_sequence<I..
 
 template <class Values, std::size_t... I>
 void write_list(message_writer& to, const Values& values, std::index_sequence<I...>) noexcept {
-  const auto one = [&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
+  [[maybe_unused]] const auto one = [&]<std::size_t N>(std::integral_constant<std::size_t, N>) {
     if constexpr (N != 0) to.comma();
     write_value(to, std::get<N>(values));
   };

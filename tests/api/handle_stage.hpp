@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// One lane with its handle, built as set-up builds it, and this thread in the service thread's place: so
+// every state of a handle can be brought about at will, without a core.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/detail/lane_request.hpp>
+#include <rowe/schema.hpp>
+
+#include "api/lane_memory.hpp"
+
+struct question {
+  double a, b;
+};
+struct sum {
+  double value;
+};
+template <>
+inline constexpr auto rowe::schema<question> = rowe::fields<&question::a, &question::b>{};
+template <>
+inline constexpr auto rowe::schema<sum> = rowe::fields<&sum::value>{};
+
+namespace handle_stage {
+
+using namespace std::chrono_literals;
+using namespace rowe;
+
+inline constexpr time_point now{1000s};
+
+class lane_on_stage {
+ public:
+  explicit lane_on_stage(const detail::lane_request& asked)
+      : bytes_{detail::lane_bytes(asked)}, lane_{std::make_unique<detail::lane>()} {
+    lane_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
+    detail::build_lane(*lane_, asked, generations);
+  }
+  lane_on_stage(const lane_on_stage&) = delete;
+  lane_on_stage& operator=(const lane_on_stage&) = delete;
+  ~lane_on_stage() { ::operator delete(lane_->memory.data(), alignment); }
+
+  detail::lane& operator*() { return *lane_; }
+  detail::lane* operator->() { return lane_.get(); }
+  detail::lane_handle handle() { return {nullptr, *lane_}; }
+  void close() {
+    // release: as endpoint_state::close() stores it; there is one thread here
+    lane_->heard_by.store(detail::audience::closed, std::memory_order_release);
+  }
+
+  // What the handle sent, oldest first, as the service thread takes it.
+  struct letter {
+    detail::value_header header;
+    std::string text;
+  };
+  std::optional<letter> take() {
+    auto& path = lane_->service.out;
+    const auto slot = path.out->try_pop();
+    if (!slot) return std::nullopt;
+    const auto& header = *path.slots.header(*slot);
+    letter taken{header, {reinterpret_cast<const char*>(path.slots.value(*slot)), header.bytes}};
+    path.home->give(*slot);
+    return taken;
+  }
+
+  // What the service thread puts there. False: no slot is free.
+  template <class T>
+  bool arrive_value(detail::value_header header, const T& value) {
+    return fill(lane_->service.in, header, &value, sizeof value);
+  }
+  bool arrive(detail::value_header header, std::string_view text) {
+    return fill(lane_->service.in, header, text.data(), text.size());
+  }
+  template <class T>
+  bool end_with(detail::call_ref own, const T& value) {
+    return fill(lane_->service.ends, ok(own), &value, sizeof value);
+  }
+  bool end(detail::call_ref own, std::string_view text) {
+    return fill(lane_->service.ends, ok(own), text.data(), text.size());
+  }
+  bool fail(detail::call_ref own, const error& why, std::string_view sentence = {}) {
+    detail::value_header header = ok(own);
+    header.failed = true;
+    header.outcome = why.code;
+    header.outcome_value = why.value;
+    header.outcome_limit = why.limit;
+    return fill(lane_->service.ends, header, sentence.data(), sentence.size());
+  }
+
+  std::vector<rt::std_atomics::variable<std::uint32_t>> generations =
+      std::vector<rt::std_atomics::variable<std::uint32_t>>(4);
+
+ private:
+  static constexpr std::align_val_t alignment{rt::line_bytes};
+
+  static detail::value_header ok(detail::call_ref own) {
+    detail::value_header header;
+    header.stamped_ns = rt::nanoseconds_of(now);
+    header.what = detail::entry::end;
+    header.own = own;
+    return header;
+  }
+  static bool fill(detail::filling_end& path, detail::value_header header, const void* value,
+                   std::size_t bytes) {
+    const auto slot = path.home->try_take();
+    if (!slot) return false;
+    header.bytes = static_cast<std::uint32_t>(bytes);
+    *path.slots.header(*slot) = header;
+    if (bytes != 0) std::memcpy(path.slots.value(*slot), value, bytes);
+    EXPECT_TRUE(path.out->try_push(*slot));
+    return true;
+  }
+
+  std::size_t bytes_;
+  std::unique_ptr<detail::lane> lane_;
+};
+
+// Headers of what arrives.
+inline detail::value_header message_from(detail::peer_ref from, time_point expires = rt::never) {
+  detail::value_header header;
+  header.stamped_ns = rt::nanoseconds_of(now);
+  header.expires_ns = rt::nanoseconds_of(expires);
+  header.peer = from;
+  return header;
+}
+inline detail::value_header call_from(detail::peer_ref from, detail::call_ref call,
+                                      time_point expires = rt::never) {
+  detail::value_header header = message_from(from, expires);
+  header.what = detail::entry::invocation;
+  header.call = call;
+  return header;
+}
+
+} // namespace handle_stage
