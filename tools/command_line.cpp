@@ -105,22 +105,43 @@ const char* from_environment(const operand& o) noexcept {
   return value != nullptr && *value != '\0' ? value : nullptr;
 }
 
-// Gives each operand its word. With one word too few, the operand that the environment knows goes without.
-complaint place_operands(const command& table, std::span<const std::string_view> words) {
-  const std::size_t wanted = table.operands.size();
-  if (words.size() > wanted) return joined("one argument too many: ", quoted(words[wanted]));
-  std::size_t next = 0;
-  for (const operand& o : table.operands) {
-    const char* const known = words.size() + 1 == wanted ? from_environment(o) : nullptr;
-    if (known != nullptr) {
-      *o.into = known;
-    } else if (next < words.size()) {
-      *o.into = words[next++];
-    } else {
-      return joined("the argument ", o.name, " is missing");
-    }
+bool is_left_out(const operand& o) noexcept { return o.left_out != nullptr && *o.left_out; }
+
+// The environment's value for `o`, if it is to be used: when there are fewer words than arguments that must
+// be given, or the next word is none of its kind.
+const char* instead_of_word(const operand& o, std::span<const std::string_view> words, std::size_t needed) {
+  const char* const known = from_environment(o);
+  if (known == nullptr || words.size() < needed) return known;
+  const bool other_kind = !words.empty() && o.reads_like_it != nullptr && !o.reads_like_it(words.front());
+  return other_kind ? known : nullptr;
+}
+
+complaint place(const operand& o, std::span<const std::string_view>& words, std::size_t needed) {
+  const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
+  if (const char* const known = instead_of_word(o, words, needed); known != nullptr) {
+    *std::get<std::string*>(o.into) = known;
+  } else if (words.empty()) {
+    return o.optional ? complaint{} : joined("the argument ", o.name, " is missing");
+  } else if (repeated) {
+    std::get<std::vector<std::string>*>(o.into)->assign(words.begin(), words.end());
+    words = {};
+  } else {
+    *std::get<std::string*>(o.into) = words.front();
+    words = words.subspan(1);
   }
   return {};
+}
+
+// Gives each operand its word.
+complaint place_operands(const command& table, std::span<const std::string_view> words) {
+  std::size_t needed = 0;
+  for (const operand& o : table.operands) needed += o.optional || is_left_out(o) ? 0U : 1U;
+  for (const operand& o : table.operands) {
+    if (is_left_out(o)) continue;
+    if (complaint wrong = place(o, words, needed); !wrong.empty()) return wrong;
+    needed -= o.optional ? 0U : 1U;
+  }
+  return words.empty() ? complaint{} : joined("one argument too many: ", quoted(words.front()));
 }
 
 complaint read_all(const command& table, argument_list arguments) {
@@ -149,6 +170,12 @@ bool asks_for_help(argument_list arguments) noexcept {
 
 std::string spelling_of(const option& o) {
   return joined(o.letter, o.letter.empty() ? "" : ", ", o.name, o.value.empty() ? "" : " ", o.value);
+}
+
+std::string spelling_of(const operand& o) {
+  const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
+  const bool brackets = o.optional || o.left_out != nullptr;
+  return joined(brackets ? "[" : "", o.name, repeated ? "..." : "", brackets ? "]" : "");
 }
 
 // Rows of two columns.
@@ -188,8 +215,8 @@ std::string help_of(const command& table) {
   for (const example& e : table.examples) examples.add(std::string{e.line}, e.meaning);
   examples.write(text);
 
-  text.append("\nusage: rowe ").append(table.verb).append(table.options.empty() ? "" : " [options]");
-  for (const operand& o : table.operands) text.append(" ").append(o.name);
+  text.append("\nusage: ").append(typed(table.verb)).append(table.options.empty() ? "" : " [options]");
+  for (const operand& o : table.operands) text.append(" ").append(spelling_of(o));
   text.append("\n\n").append(table.description);
 
   if (!table.operands.empty()) {
@@ -209,7 +236,7 @@ std::string help_of(const command& table) {
 exit_code usage_error(std::string_view verb, std::string_view text) {
   const console to{verb};
   to.error(text);
-  to.error("`rowe ", verb, " --help` says what it takes");
+  to.error("`", typed(verb), " --help` says what it takes");
   return exit_code::usage;
 }
 

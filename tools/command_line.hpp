@@ -49,12 +49,16 @@ struct option {
   target into;
 };
 
-// An argument that is known by its place. All must be given, but for one whose value the environment has.
+// An argument that is known by its place.
 struct operand {
   std::string_view name; // "URL"
   std::string_view meaning;
-  std::string* into;
-  const char* variable = nullptr; // the environment's name for it: "ROWE_URL"
+  std::variant<std::string*, std::vector<std::string>*> into; // a vector takes all that follow, at least one
+  const char* variable = nullptr;                             // the environment's name for it: "ROWE_URL"
+  // Where the environment has a value, what does not read like this one is the argument behind it already.
+  bool (*reads_like_it)(std::string_view) = nullptr;
+  bool optional = false;
+  const bool* left_out = nullptr; // an option that does away with it
 };
 
 struct example {

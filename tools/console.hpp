@@ -28,10 +28,15 @@ std::string joined(const Parts&... parts) {
   return text;
 }
 
+// What is typed to run a verb: "rowe serve"; a program of its own, such as "rowe_echo", is its own verb.
+inline std::string typed(std::string_view verb) {
+  return joined(verb.starts_with("rowe_") ? "" : "rowe ", verb);
+}
+
 class console {
  public:
-  // `verb` opens every line: "rowe serve: ...".
-  explicit console(std::string_view verb) : prefix_{joined("rowe ", verb, ": ")} {}
+  // The verb opens every line: "rowe serve: ...".
+  explicit console(std::string_view verb) : prefix_{joined(typed(verb), ": ")} {}
 
   // --quiet: notes are left out, errors are not.
   void be_quiet(bool quiet) noexcept { quiet_ = quiet; }

@@ -9,8 +9,6 @@
 
 #include <rowe/rt/periodic.hpp>
 
-#include "robot.hpp"
-
 namespace rowe::tools {
 namespace {
 
@@ -82,13 +80,31 @@ std::optional<int> core_besides(int other) noexcept {
 
 } // namespace
 
-result<publisher<ros::odometry>> demo::advertise(endpoint& on) {
-  return on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64});
+result<demo::handles> demo::open(endpoint& on) {
+  auto odom = on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64});
+  if (!odom) return odom.error();
+  auto speed = on.serve<speed_setting, speed_setting>(service);
+  if (!speed) return speed.error();
+  return handles{std::move(*odom), std::move(*speed)};
 }
 
-demo::demo(publisher<ros::odometry> odom, int service_cpu)
-    : odom_{std::move(odom)},
+demo::demo(handles through, int service_cpu)
+    : through_{std::move(through)},
       thread_{{.name = "robot", .cpu = core_besides(service_cpu), .priority = priority}, [this] { run(); }} {}
+
+// One request a cycle is plenty, and bounds it.
+void demo::answer(robot& moving, rt::time_point now) noexcept {
+  auto request = through_.speed.try_next(now);
+  if (!request) return;
+  const speed_setting asked = request->body;
+  if (asked.speed >= 0 && asked.speed <= robot::speed_max) {
+    moving.set_speed(asked.speed);
+    (void)through_.speed.reply(*request, asked, now); // who has gone needs no answer
+  } else {
+    (void)through_.speed.refuse(*request, "the speed is out of range: 0 to 1 m/s", now);
+  }
+}
+static_assert(robot::speed_max == 1, "the sentence above says so");
 
 void demo::run() noexcept {
   rt::periodic loop{cycle};
@@ -100,12 +116,13 @@ void demo::run() noexcept {
     // acquire: pairs with the release in stop()
     if (stopping_.load(std::memory_order_acquire)) break;
     const auto due = static_cast<std::int64_t>(loop.cycles() + loop.overruns() - steps);
+    answer(moving, *now);
     for (std::int64_t left = std::min(due, steps_per_cycle_max); left > 0; --left) moving.step();
     steps += static_cast<std::uint64_t>(due);
 
     describe(moving, message);
     message.header.stamp = stamp_of(now->time_since_epoch() + wall_offset);
-    (void)odom_.publish(message, *now); // losing one is fine, and counted
+    (void)through_.odom.publish(message, *now); // losing one is fine, and counted
     ++message.header.seq;
   }
   report_ = {.cycles = loop.cycles(),
@@ -113,8 +130,8 @@ void demo::run() noexcept {
              .late_p50 = loop.lateness().percentile(50),
              .late_p99 = loop.lateness().percentile(99),
              .late_max = loop.lateness().max(),
-             .published = odom_.published(),
-             .refused = odom_.dropped_full()};
+             .published = through_.odom.published(),
+             .refused = through_.odom.dropped_full()};
 }
 
 demo_report demo::stop() noexcept {

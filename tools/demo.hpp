@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// `rowe serve --demo`: a real-time loop of 1 kHz that steps the simulated robot and publishes where it is, as
-// a real one would: a thread of its own with a priority, a core and locked memory as far as the machine
-// grants them, absolute deadlines, and nothing in a cycle but arithmetic and one publish.
+// `rowe serve --demo`: a real-time loop of 1 kHz that steps the simulated robot, publishes where it is and
+// lets its speed be set, as a real one would: a thread of its own with a priority, a core and locked memory
+// as far as the machine grants them, absolute deadlines, and nothing in a cycle but arithmetic, one look for
+// a request, and one publish.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -11,6 +12,8 @@
 #include <rowe/ros.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
+
+#include "robot.hpp"
 
 namespace rowe::tools {
 
@@ -25,17 +28,35 @@ struct demo_report {
   std::uint64_t refused = 0; // the queue to the service thread was full
 };
 
+// The request and the reply of the service /robot/set_speed, in m/s.
+struct speed_setting {
+  double speed = 0;
+};
+
+} // namespace rowe::tools
+
+template <>
+inline constexpr auto rowe::schema<rowe::tools::speed_setting> =
+    rowe::fields<&rowe::tools::speed_setting::speed>{};
+
+namespace rowe::tools {
+
 class demo {
  public:
   static constexpr int priority = 80;
   static constexpr std::string_view topic = "/odom";
+  static constexpr std::string_view service = "/robot/set_speed";
 
-  // A publisher for it: every value is wanted, but none that is older than a tenth of a second.
-  static result<publisher<ros::odometry>> advertise(endpoint& on);
+  // What the loop speaks through.
+  struct handles {
+    publisher<ros::odometry> odom; // every value is wanted, but none that is older than a tenth of a second
+    responder<speed_setting, speed_setting> speed;
+  };
+  static result<handles> open(endpoint& on);
 
   // Starts the loop; error() says if no thread could be had. `service_cpu` is the core that the loop keeps
   // off where there is another; negative: none.
-  demo(publisher<ros::odometry> odom, int service_cpu);
+  demo(handles through, int service_cpu);
   demo(const demo&) = delete;
   demo& operator=(const demo&) = delete;
   ~demo() { stop(); }
@@ -48,8 +69,9 @@ class demo {
 
  private:
   void run() noexcept;
+  void answer(robot& moving, rt::time_point now) noexcept;
 
-  publisher<ros::odometry> odom_;
+  handles through_;
   std::atomic<bool> stopping_{false};
   demo_report report_; // written by the loop as it ends, read once it is joined
   rt::thread thread_;  // last: it begins when all the rest is there

@@ -1,86 +1,228 @@
 // SPDX-License-Identifier: Apache-2.0
-// rowe echo: prints the messages of a topic as they come.
+// rowe echo: prints the messages of topics, or plain messages, as they come.
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <rowe/endpoint.hpp>
 
 #include "command_line.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
-#include "json_outline.hpp"
+#include "message_format.hpp"
 #include "remote.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
 namespace {
 
+using namespace std::chrono_literals;
+
 // Between the socket and us: room for a burst while the reader of our output is slow. 512 bodies of the
-// largest size that a peer may send are 30 MiB.
+// largest size that a peer may send are 30 MiB; several topics share them.
 constexpr std::uint32_t queue_depth = 512;
+constexpr std::size_t topics_max = 16;
+constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
 
 struct echo_options {
   std::string url;
-  std::string topic;
+  std::vector<std::string> topics;
+  bool bare = false;
+  bool pretty = false;
   bool json = false;
+  bool csv = false;
+  std::string field;
   bool once = false;
   std::int64_t count = 0; // 0: no end
   std::optional<rt::duration> timeout;
+  std::size_t profile = 0;
   bool quiet = false;
+
+  message_format::kind format() const noexcept {
+    return json ? message_format::kind::json : csv ? message_format::kind::csv : message_format::kind::pretty;
+  }
 };
 
 command table_of(echo_options& o) {
   return {
       .verb = "echo",
       .examples = {{{"rowe echo ws://127.0.0.1:8080 /odom", "until Ctrl-C"},
-                    {"rowe echo 127.0.0.1:8080 /odom --json -n 100 --timeout 2s | jq .pose.pose.position",
-                     ""}}},
+                    {"rowe echo 127.0.0.1:8080 /odom --csv --field pose.pose.position -n 100 --timeout 2s",
+                     "a table"}}},
       .description =
-          "Prints the bodies of a topic's messages, each followed by a line `---`; with --json as they\n"
-          "came, one a line. It ends at once (4) when --timeout passes without a message.\n",
-      .operands = {{"URL", "ws://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)", &o.url, "ROWE_URL"},
-                   {"TOPIC", "its name, such as /odom", &o.topic}},
+          "Prints the bodies of the topics' messages, each followed by a line `---`. Of several topics each\n"
+          "message says which one it is of; with --json it is {\"topic\":NAME,\"msg\":BODY} then. It ends "
+          "at\n"
+          "once (4) when --timeout passes without a message, and with 1 when a message has no such "
+          "--field.\n",
+      .operands = {url_operand(o.url),
+                   {.name = "TOPIC",
+                    .meaning = "their names, such as /odom; none with --bare",
+                    .into = &o.topics,
+                    .left_out = &o.bare}},
       .options = {
+          {"--pretty", "", "", "for people: indented (the default)", &o.pretty},
           {"--json", "", "", "the JSON text as it came, one message a line", &o.json},
+          {"--csv", "", "", "a header, then a row for each message; of one topic", &o.csv},
+          {"--field", "", "PATH", "only this part, such as pose.x or ranges[0]", &o.field},
           {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
           {"--once", "", "", "end after one message", &o.once},
           {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
            time_span{&o.timeout}},
+          {"--bare", "", "", "plain messages in place of a topic's", &o.bare},
+          profile_option(o.profile),
           {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
       }};
 }
 
-// A body on one line: the line breaks that JSON allows between its tokens become blanks. (Inside strings it
-// has none.)
-std::string on_one_line(std::string_view json) {
-  std::string line{json};
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
-  return line += '\n';
+// What is wrong with the options together; empty when nothing is.
+std::string contradiction(const echo_options& o) {
+  if (o.once && o.count > 1) return "--once and -n exclude each other";
+  if (o.pretty + o.json + o.csv > 1) return "--pretty, --json and --csv exclude each other";
+  if (o.csv && o.topics.size() > 1)
+    return joined("--csv makes a table of one topic, not of ", o.topics.size());
+  if (o.topics.size() > topics_max) {
+    return joined(o.topics.size(), " topics are too many: at most ", topics_max);
+  }
+  return {};
 }
 
+std::uint32_t depth_for(const echo_options& o) noexcept {
+  return queue_depth / static_cast<std::uint32_t>(std::max<std::size_t>(o.topics.size(), 1));
+}
+
+// A message, and the topic it is of.
+struct incoming {
+  std::string_view topic; // empty: a plain message
+  message_view body;
+};
+
+// Several subscribers as one: of what has arrived, the earliest first.
+class subscriptions {
+ public:
+  // Subscribes to all of them; otherwise says why not.
+  static std::optional<subscriptions> open(endpoint& hub, const echo_options& o, const console& to,
+                                           exit_code& otherwise) {
+    subscriptions all;
+    for (const std::string& topic : o.topics) {
+      auto one = hub.subscribe<json_text>(
+          topic, {.depth = depth_for(o), .text_bytes_max = limits{}.message_bytes_max});
+      if (!one) {
+        to.error("cannot subscribe to ", quoted(topic), ": ", sentence_of(one.error()));
+        otherwise = exit_code_of(one.error());
+        return std::nullopt;
+      }
+      all.all_.push_back({topic, std::move(one).value(), std::nullopt});
+    }
+    return all;
+  }
+
+  result<incoming> take(rt::duration patience) {
+    if (all_.size() == 1) {
+      auto taken = all_.front().from.take(patience);
+      if (!taken) return taken.error();
+      return incoming{all_.front().topic, std::move(*taken)};
+    }
+    const auto end = rt::deadline_after(rt::monotonic_clock::now(), patience);
+    for (;;) {
+      if (auto taken = try_take(); taken || taken.code() != errc::empty) return taken;
+      const auto now = rt::monotonic_clock::now();
+      if (now >= end || interrupt::seen()) return errc::timed_out;
+      interrupt::sleep_until(std::min(end, now + look_period));
+    }
+  }
+
+ private:
+  struct one {
+    std::string topic;
+    subscriber<json_text> from;
+    std::optional<message_view> next; // taken, and not the earliest so far
+  };
+
+  result<incoming> try_take() {
+    one* earliest = nullptr;
+    for (one& o : all_) {
+      if (!o.next) {
+        auto taken = o.from.try_take();
+        if (!taken && taken.code() != errc::empty) return taken.error();
+        if (!taken) continue;
+        o.next.emplace(std::move(*taken));
+      }
+      if (earliest == nullptr || o.next->arrived() < earliest->next->arrived()) earliest = &o;
+    }
+    if (earliest == nullptr) return errc::empty;
+    incoming taken{earliest->topic, std::move(*earliest->next)};
+    earliest->next.reset();
+    return taken;
+  }
+
+  std::vector<one> all_;
+};
+
+// Plain messages. A call among them is printed as well, and refused: nobody here has an answer.
+class letters {
+ public:
+  static std::optional<letters> open(endpoint& hub, const echo_options&, const console& to,
+                                     exit_code& otherwise) {
+    auto opened = hub.open_lane(
+        {.depth = 16, .inbox_depth = queue_depth, .calls = 1, .text_bytes_max = limits{}.message_bytes_max});
+    if (!opened) {
+      to.error("cannot receive: ", sentence_of(opened.error()));
+      otherwise = exit_code_of(opened.error());
+      return std::nullopt;
+    }
+    return letters{std::move(*opened)};
+  }
+
+  result<incoming> take(rt::duration patience) {
+    auto taken = from_.receive(patience);
+    if (!taken) return taken.error();
+    if (taken->wants_reply()) {
+      // If it cannot be sent the peer has to wait for its own time-out.
+      (void)from_.try_refuse(*taken, "rowe echo only listens", rt::monotonic_clock::now());
+    }
+    return incoming{{}, std::move(*taken)};
+  }
+
+ private:
+  explicit letters(lane from) noexcept : from_{std::move(from)} {}
+
+  lane from_;
+};
+
+template <class Source>
 class printer {
  public:
-  printer(subscriber<json_text> from, remote& hub, const echo_options& chosen, const console& to)
-      : from_{std::move(from)}, hub_{hub}, chosen_{chosen}, to_{to} {}
+  printer(Source from, remote& hub, const echo_options& chosen, const console& to)
+      : from_{std::move(from)},
+        hub_{hub},
+        chosen_{chosen},
+        to_{to},
+        format_{chosen.format(), chosen.field, chosen.topics.size() > 1} {}
 
   exit_code run() {
     while (chosen_.count == 0 || printed_ < chosen_.count) {
       if (const auto end = wait()) return *end;
-      const std::string_view body = taken_->text();
-      if (!emit(chosen_.json ? on_one_line(body) : joined(outline_of(body), "---\n"))) {
+      const auto text = format_.text_of(taken_->topic, taken_->body.text());
+      if (!text) {
+        to_.error("there is no ", quoted(chosen_.field), " in ", printable(taken_->body.text()));
+        return exit_code::failed;
+      }
+      taken_.reset();
+      if (!emit(*text)) {
         unread_ = true;
         break;
       }
-      taken_.reset();
       ++printed_;
     }
     return exit_code::done;
   }
 
   std::int64_t printed() const noexcept { return printed_; }
+  std::size_t odd_rows() const noexcept { return format_.odd_rows(); }
   // The reader of our output has gone: it has what it wanted.
   bool unread() const noexcept { return unread_; }
 
@@ -102,34 +244,43 @@ class printer {
         return exit_code::failed;
       }
       if (rt::monotonic_clock::now() >= end) {
-        to_.error("no message on ", printable(chosen_.topic), " within ", seconds_text(*chosen_.timeout));
+        to_.error("no ", what(), " within ", seconds_text(*chosen_.timeout));
         return exit_code::timed_out;
       }
     }
   }
 
-  subscriber<json_text> from_;
+  std::string what() const {
+    if (chosen_.bare) return "plain message";
+    std::string text = "message on ";
+    for (const std::string& topic : chosen_.topics) {
+      text.append(&topic == &chosen_.topics.front() ? "" : " or ").append(printable(topic));
+    }
+    return text;
+  }
+
+  Source from_;
   remote& hub_;
   const echo_options& chosen_;
   const console& to_;
-  std::optional<message_view> taken_;
+  message_format format_;
+  std::optional<incoming> taken_;
   std::int64_t printed_ = 0;
   bool unread_ = false;
 };
 
-exit_code print_from(endpoint hub, const std::string& url, std::uint32_t text_bytes_max,
-                     const echo_options& o, const console& to) {
-  auto topic = hub.subscribe<json_text>(o.topic, {.depth = queue_depth, .text_bytes_max = text_bytes_max});
-  if (!topic) {
-    to.error("cannot subscribe to ", quoted(o.topic), ": ", sentence_of(topic.error()));
-    return exit_code_of(topic.error());
-  }
+template <class Source>
+exit_code print_from(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
+  exit_code otherwise = exit_code::failed;
+  auto source = Source::open(hub, o, to, otherwise);
+  if (!source) return otherwise;
   remote connection{hub, url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
-  printer printing{std::move(topic).value(), connection, o, to};
+  printer<Source> printing{std::move(*source), connection, o, to};
   const exit_code end = printing.run();
   if (printing.unread()) return exit_code::done;
   const std::uint64_t lost = lost_here(hub);
+  if (printing.odd_rows() > 0) to.note(printing.odd_rows(), " messages had other members than the table");
   if (interrupt::seen() || lost > 0) to.note(printing.printed(), " messages, lost ", lost);
   if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
@@ -142,20 +293,17 @@ exit_code echo(argument_list arguments) {
   if (const auto end = read(table_of(chosen), arguments)) return *end;
   console to{"echo"};
   to.be_quiet(chosen.quiet);
-  if (chosen.once && chosen.count > 1) return usage_error("echo", "--once and -n exclude each other");
+  if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("echo", wrong);
   if (chosen.once) chosen.count = 1;
   const spelled_url url = read_url(chosen.url);
   if (url.url.empty()) return usage_error("echo", url.wrong);
 
-  endpoint_options options;
-  const std::uint32_t text_bytes_max = options.limits.message_bytes_max;
-  options.limits.lane_bytes = (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024);
+  endpoint_options options{.profile = profile_of(chosen.profile)};
+  options.limits.lane_bytes = (std::size_t{queue_depth} + 64) * (options.limits.message_bytes_max + 1024);
   auto hub = endpoint::connect(url.url, options);
-  if (!hub) {
-    to.error(printable(url.url), ": ", sentence_of(hub.error()));
-    return exit_code_of(hub.error());
-  }
-  return print_from(std::move(hub).value(), url.url, text_bytes_max, chosen, to);
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  return chosen.bare ? print_from<letters>(std::move(hub).value(), url.url, chosen, to)
+                     : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
 }
 
 } // namespace rowe::tools

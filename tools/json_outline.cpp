@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A walk over text that is known to be valid JSON, so every character tells what comes next and nothing is
-// checked.
 #include "json_outline.hpp"
 
 #include <algorithm>
 #include <cstddef>
 
 #include "console.hpp"
+#include "json_scanner.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -31,92 +30,65 @@ class outline {
  private:
   // Writes a value behind its key: scalars on the same line, what has members on lines of their own.
   void value(std::size_t depth) {
-    switch (peek()) {
+    switch (rest_.peek()) {
     case '{': object(depth); break;
     case '[': array(depth); break;
-    default: behind_key(scalar());
+    default: behind_key(printable(rest_.scalar()));
     }
   }
 
   void object(std::size_t depth) {
-    take('{');
-    if (peek() == '}') behind_key("{}");
-    while (peek() != '}') {
-      const std::string token = scalar();
-      const auto key = std::string_view{token}.substr(1, token.size() - 2);
+    rest_.take();
+    if (rest_.peek() == '}') behind_key("{}");
+    while (rest_.peek() != '}') {
+      const std::string key = printable(rest_.name());
       begin_line(depth);
-      text_.append(is_plain_key(key) ? key : std::string_view{token}).append(":");
-      take(':');
+      text_.append(is_plain_key(key) ? key : joined("\"", key, "\"")).append(":");
       value(depth + 1);
-      if (peek() == ',') take(',');
+      rest_.take_comma();
     }
-    take('}');
+    rest_.take();
   }
 
   void array(std::size_t depth) {
     if (holds_scalars_only()) return scalars();
-    take('[');
-    while (peek() != ']') {
+    rest_.take();
+    while (rest_.peek() != ']') {
       begin_line(depth);
       text_ += '-';
       value(depth + 1);
-      if (peek() == ',') take(',');
+      rest_.take_comma();
     }
-    take(']');
+    rest_.take();
   }
 
   void scalars() {
     std::string list = "[";
-    take('[');
-    while (peek() != ']') {
-      list.append(list.size() == 1 ? "" : ", ").append(scalar());
-      if (peek() == ',') take(',');
+    rest_.take();
+    while (rest_.peek() != ']') {
+      list.append(list.size() == 1 ? "" : ", ").append(printable(rest_.scalar()));
+      rest_.take_comma();
     }
-    take(']');
+    rest_.take();
     behind_key(list += ']');
   }
 
   // Whether the array ahead has no object or array in it.
   bool holds_scalars_only() const {
-    outline ahead{rest_};
-    ahead.take('[');
+    json_scanner ahead = rest_;
+    ahead.take();
     while (ahead.peek() != ']') {
       if (ahead.peek() == '{' || ahead.peek() == '[') return false;
       (void)ahead.scalar();
-      if (ahead.peek() == ',') ahead.take(',');
+      ahead.take_comma();
     }
     return true;
-  }
-
-  // The next string, number or word, as it is spelt.
-  std::string scalar() {
-    (void)peek();
-    std::size_t end = 1;
-    if (rest_.front() == '"') {
-      while (rest_[end] != '"') end += rest_[end] == '\\' ? 2U : 1U;
-      ++end;
-    } else {
-      end = std::min(rest_.find_first_of(",]} \t\r\n"), rest_.size());
-    }
-    const std::string_view token = rest_.substr(0, end);
-    rest_.remove_prefix(end);
-    return printable(token);
-  }
-
-  // The next character that is no white space.
-  char peek() noexcept {
-    rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size()));
-    return rest_.front();
-  }
-  void take(char) noexcept {
-    (void)peek();
-    rest_.remove_prefix(1);
   }
 
   void begin_line(std::size_t depth) { text_.append("\n").append(2 * depth, ' '); }
   void behind_key(std::string_view scalar) { text_.append(text_.empty() ? "" : " ").append(scalar); }
 
-  std::string_view rest_;
+  json_scanner rest_;
   std::string text_;
 };
 

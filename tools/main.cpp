@@ -23,8 +23,11 @@ struct verb {
 
 constexpr std::array verbs{
     verb{"serve", "a hub to try things, with the page at /; --demo drives a robot", serve},
+    verb{"pub", "publish a message, or the lines of stdin", pub},
+    verb{"echo", "print the messages of topics", echo},
+    verb{"call", "ask a service", call},
+    verb{"peers", "who is connected to an endpoint, and what was lost", peers},
     verb{"replay", "publish a recorded trajectory at its own pace", replay},
-    verb{"echo", "print the messages of a topic", echo},
     verb{"version", "print the version", version},
 };
 

@@ -2,6 +2,7 @@
 #include "remote.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "interrupt.hpp"
 
@@ -10,6 +11,10 @@ namespace {
 
 // Connections on one machine are there within this; who waits longer is told.
 constexpr rt::duration unremarkable = std::chrono::milliseconds{200};
+
+constexpr std::array<std::string_view, 3> profile_names{"standard", "hop", "hop_2014"};
+static_assert(static_cast<std::size_t>(peer_profile::hop) == 1 &&
+              static_cast<std::size_t>(peer_profile::hop_2014) == 2);
 
 } // namespace
 
@@ -26,6 +31,26 @@ spelled_url read_url(std::string_view text) {
   }
   return {{}, joined(quoted(text), " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT")};
 }
+
+bool reads_like_url(std::string_view word) noexcept {
+  const bool names_port = word.find(':') != word.npos && word.find_first_of("/{\"") != 0;
+  return names_port || word.find("://") != word.npos;
+}
+
+operand url_operand(std::string& into) noexcept {
+  return {.name = "URL",
+          .meaning = "ws://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)",
+          .into = &into,
+          .variable = "ROWE_URL",
+          .reads_like_it = reads_like_url};
+}
+
+option profile_option(std::size_t& into) noexcept {
+  return {"--profile", "", "standard|hop|hop_2014",
+          "who is at the other end: hop for Hop's programs (default standard)", choice{&into, profile_names}};
+}
+
+peer_profile profile_of(std::size_t index) noexcept { return static_cast<peer_profile>(index); }
 
 std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
   const auto begin = rt::monotonic_clock::now();
@@ -61,6 +86,40 @@ void remote::report() {
     default: to_.note(text); break;
     }
   }
+}
+
+breaker::~breaker() {
+  set(phase::over);
+  thread_.join();
+}
+
+void breaker::set(phase now) {
+  {
+    const std::lock_guard guard{mutex_};
+    phase_ = now;
+  }
+  if (now != phase::idle) changed_.notify_one();
+}
+
+// Signals wake nobody here, so it looks every slice while somebody waits.
+void breaker::watch() {
+  std::unique_lock guard{mutex_};
+  bool closed = false;
+  while (phase_ != phase::over) {
+    if (phase_ == phase::idle || closed) {
+      changed_.wait(guard);
+    } else if (interrupt::seen()) {
+      (void)via_.close(); // with nothing to drain there is nothing to report
+      closed = true;
+    } else {
+      changed_.wait_for(guard, interrupt::slice);
+    }
+  }
+}
+
+exit_code cannot_open(const std::string& url, const error& reason, const console& to) {
+  to.error(printable(url), ": ", sentence_of(reason));
+  return exit_code_of(reason);
 }
 
 exit_code exit_code_of(const error& reason) noexcept {

@@ -2,12 +2,16 @@
 // What the verbs that connect have in common: reading the URL, waiting for the connection, and telling what
 // happens to it.
 #pragma once
+#include <condition_variable>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <thread>
 
 #include <rowe/endpoint.hpp>
 
+#include "command_line.hpp"
 #include "console.hpp"
 #include "exit_code.hpp"
 
@@ -21,6 +25,15 @@ struct spelled_url {
 
 // Takes ws://..., HOST:PORT[/PATH], and http://... as a browser shows it for the page.
 spelled_url read_url(std::string_view text);
+
+// Whether a word is meant as a URL rather than as a topic's name or JSON.
+bool reads_like_url(std::string_view word) noexcept;
+
+// The entries that the verbs' tables share: the URL, or $ROWE_URL; and the kind of peer that is there, as an
+// index of peer_profile.
+operand url_operand(std::string& into) noexcept;
+option profile_option(std::size_t& into) noexcept;
+peer_profile profile_of(std::size_t index) noexcept;
 
 // An endpoint that connects, and the person waiting for it. One thread.
 class remote {
@@ -42,6 +55,39 @@ class remote {
   const console& to_;
   std::string failure_; // of the newest attempt to connect; empty once connected
 };
+
+// Lets Ctrl-C end a wait inside a handle: a thread of its own then closes the endpoint, and the handle says
+// errc::closed. What drains is lost, so only for what is waited for one by one.
+class breaker {
+ public:
+  explicit breaker(endpoint& via) : via_{via}, thread_{[this] { watch(); }} {}
+  breaker(const breaker&) = delete;
+  breaker& operator=(const breaker&) = delete;
+  ~breaker();
+
+  // Returns what wait() does. Only in there the endpoint is closed.
+  template <class Wait>
+  auto during(Wait&& wait) {
+    set(phase::waiting);
+    auto outcome = wait();
+    set(phase::idle);
+    return outcome;
+  }
+
+ private:
+  enum class phase { idle, waiting, over };
+  void set(phase now);
+  void watch();
+
+  endpoint& via_;
+  std::mutex mutex_; // guards phase_, and keeps during() from returning while the endpoint is being closed
+  std::condition_variable changed_;
+  phase phase_ = phase::idle;
+  std::thread thread_; // last: it begins when all the rest is there
+};
+
+// Says why there is no endpoint, and how the verb ends.
+exit_code cannot_open(const std::string& url, const error& reason, const console& to);
 
 // How a verb ends that could not be set up: `usage` where its arguments are to blame.
 exit_code exit_code_of(const error& reason) noexcept;

@@ -49,7 +49,7 @@ command table_of(replay_options& o) {
       .description = "Publishes the poses of a TUM trajectory (`time tx ty tz qx qy qz qw` a line) as\n"
                      "nav_msgs/Odometry. Every pose is sent; a summary on stderr ends it. A replay that is\n"
                      "interrupted before its end exits with 130, unless --loop was given.\n",
-      .operands = {{"URL", "ws://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)", &o.url, "ROWE_URL"}},
+      .operands = {url_operand(o.url)},
       .options = {
           {"--tum", "", "FILE", "the trajectory; stamps are the file's times, to the nanosecond", &o.file},
           {"--topic", "", "NAME", "where to publish, such as /odom", &o.topic},
@@ -211,10 +211,7 @@ exit_code replay(argument_list arguments) {
     return usage_error("replay", "a trajectory without duration has no pace to --loop at: give a --rate");
   }
   auto hub = endpoint::connect(url.url);
-  if (!hub) {
-    to.error(printable(url.url), ": ", sentence_of(hub.error()));
-    return exit_code_of(hub.error());
-  }
+  if (!hub) return cannot_open(url.url, hub.error(), to);
   return play_to(std::move(hub).value(), url.url, file.poses, chosen, to);
 }
 

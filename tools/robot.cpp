@@ -26,7 +26,8 @@ struct motion {
 
 double wrapped(double angle) noexcept { return std::remainder(angle, 2 * pi); }
 
-motion figure_of_eight(double time) noexcept {
+// Where a lap leads at `time`, and how fast when the time passes at `pace`.
+motion figure_of_eight(double time, double pace) noexcept {
   const double a = robot::half_length;
   const double u = phase_rate * time;
   const double vx = a * phase_rate * std::cos(u);
@@ -35,7 +36,7 @@ motion figure_of_eight(double time) noexcept {
   const double ay = -2 * a * phase_rate * phase_rate * std::sin(2 * u);
   const double speed_squared = vx * vx + vy * vy;
   return {.pose = {a * std::sin(u), a / 2 * std::sin(2 * u), std::atan2(vy, vx)},
-          .twist = {std::sqrt(speed_squared), (vx * ay - vy * ax) / speed_squared}};
+          .twist = {pace * std::sqrt(speed_squared), pace * (vx * ay - vy * ax) / speed_squared}};
 }
 
 planar_twist tracking(const motion& wanted, const planar_pose& is) noexcept {
@@ -57,16 +58,22 @@ double limited(double wanted, double last) noexcept {
 
 } // namespace
 
-robot::robot() noexcept : pose_{figure_of_eight(0).pose} {}
+robot::robot() noexcept : pose_{figure_of_eight(0, 1).pose} {}
 
-planar_pose robot::reference() const noexcept { return figure_of_eight(time_).pose; }
+planar_pose robot::reference() const noexcept { return figure_of_eight(time_, pace_).pose; }
 
 planar_twist robot::twist() const noexcept {
   return {.forward = (wheels_.left + wheels_.right) / 2, .turn = (wheels_.right - wheels_.left) / track};
 }
 
+void robot::set_speed(double speed) noexcept {
+  // At the crossing both components of the velocity are a times the phase rate.
+  constexpr double usual = half_length * phase_rate * std::numbers::sqrt2;
+  pace_ = speed / usual;
+}
+
 void robot::step() noexcept {
-  const planar_twist wanted = tracking(figure_of_eight(time_), pose_);
+  const planar_twist wanted = tracking(figure_of_eight(time_, pace_), pose_);
   commanded_ = {limited(wanted.forward - wanted.turn * track / 2, commanded_.left),
                 limited(wanted.forward + wanted.turn * track / 2, commanded_.right)};
   wheels_.left += lag_share * (commanded_.left - wheels_.left);
@@ -78,7 +85,7 @@ void robot::step() noexcept {
   pose_.y += moved.forward * period * std::sin(halfway);
   pose_.heading = wrapped(pose_.heading + moved.turn * period);
 
-  time_ += period;
+  time_ += pace_ * period;
   if (time_ >= lap) time_ -= lap;
 }
 

@@ -34,15 +34,19 @@ struct wheel_speeds {
 class robot {
  public:
   static constexpr double period = 0.001;             // s, of a step
-  static constexpr double lap = 24.0;                 // s, of the whole figure
+  static constexpr double lap = 24.0;                 // s, of the whole figure, at the usual speed
   static constexpr double half_length = 2.0;          // m, a
   static constexpr double track = 0.40;               // m, between the wheels
   static constexpr double wheel_speed_max = 1.2;      // m/s
   static constexpr double wheel_acceleration_max = 2; // m/s^2, of the command
   static constexpr double wheel_lag = 0.05;           // s, time constant
+  static constexpr double speed_max = 1.0;            // m/s, that can be set
 
   // Stands at the crossing of the eight, looking along it.
   robot() noexcept;
+
+  // Its speed where the figure is fastest, from here on, in m/s; 0 lets it stand. From 0 to speed_max.
+  void set_speed(double speed) noexcept;
 
   // Lets one period pass.
   void step() noexcept;
@@ -55,6 +59,7 @@ class robot {
 
  private:
   double time_ = 0; // within the lap
+  double pace_ = 1; // how fast it passes
   planar_pose pose_;
   wheel_speeds commanded_;
   wheel_speeds wheels_;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <unistd.h>
+#include <utility>
 #include <vector>
 
 #include <rowe/endpoint.hpp>
@@ -18,6 +19,7 @@
 #include "demo.hpp"
 #include "host_addresses.hpp"
 #include "interrupt.hpp"
+#include "remote.hpp"
 #include "values.hpp"
 #include "verbs.hpp"
 
@@ -44,6 +46,7 @@ struct serve_options {
   std::size_t idle = 0;
   std::int64_t cpu = -1;
   std::int64_t priority = -1; // as given; -1: not
+  std::size_t profile = 0;
   bool quiet = false;
 };
 
@@ -62,7 +65,8 @@ command table_of(serve_options& o) {
           {"--port", "", "N", "TCP port on 127.0.0.1; 0 takes any free one (default 8080)",
            integer{&o.port, 0, port_max}},
           {"--listen", "", "ADDR:PORT", "listen elsewhere; beyond loopback only with --insecure", &o.listen},
-          {"--demo", "", "", "drive a simulated robot at 1 kHz and publish it on /odom", &o.demo},
+          {"--demo", "", "", "drive a simulated robot at 1 kHz: topic /odom, service /robot/set_speed",
+           &o.demo},
           {"--insecure", "", "", "whoever reaches the port may read and publish everything", &o.insecure},
           {"--allow-origin", "", "O", "let pages of this origin connect, http://HOST[:PORT]; repeatable",
            &o.allow_origins},
@@ -73,6 +77,7 @@ command table_of(serve_options& o) {
           {"--cpu", "", "N", "pin the service thread to this core", integer{&o.cpu, 0, last_cpu}},
           {"--priority", "", "N", "SCHED_FIFO priority of the service thread (default none; 70 with --demo)",
            integer{&o.priority, 1, 99}},
+          profile_option(o.profile),
           {"--quiet", "-q", "", "print errors and warnings only", &o.quiet},
       }};
 }
@@ -102,6 +107,7 @@ endpoint_options endpoint_options_of(const serve_options& o) {
   const int priority_default = o.demo ? demo_service_priority : 0;
   to.service_priority = o.priority < 0 ? priority_default : static_cast<int>(o.priority);
   to.name = o.name;
+  to.profile = profile_of(o.profile);
   to.insecure = o.insecure;
   to.allow_origins = o.allow_origins;
   to.allow_hosts = o.allow_hosts;
@@ -153,22 +159,17 @@ void report_events(endpoint& hub, const console& to) {
 
 std::string in_microseconds(rt::duration time) { return joined(time.count() / 1000, " us"); }
 
-// All counters, a line for each group. Zeros are shown: nothing lost is news too.
+// All counters, a line for each group in the order of their first. Zeros are shown: nothing lost is news too.
 void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_report>& driven,
                const console& to) {
   to.note("up for ", seconds_text(up));
-  const auto counts = hub.counts();
-  for (auto first = counts.begin(); first != counts.end();) {
-    const auto last =
-        std::find_if(first, counts.end(), [&](const count& c) { return c.group != first->group; });
-    std::string line{first->group};
-    line += ':';
-    for (auto one = first; one != last; ++one) {
-      line.append(joined(one == first ? " " : ", ", one->name, " ", one->value));
-    }
-    to.note(line);
-    first = last;
+  std::vector<std::pair<std::string_view, std::string>> lines;
+  for (const count& one : hub.counts()) {
+    auto line = std::find_if(lines.begin(), lines.end(), [&](const auto& l) { return l.first == one.group; });
+    if (line == lines.end()) line = lines.insert(line, {one.group, joined(one.group, ":")});
+    line->second.append(joined(line->second.ends_with(':') ? " " : ", ", one.name, " ", one.value));
   }
+  for (const auto& [group, line] : lines) to.note(line);
   if (!driven) return;
   to.note("robot: ", driven->cycles, " cycles, ", driven->skipped, " skipped; late by ",
           in_microseconds(driven->late_p50), " (p50), ", in_microseconds(driven->late_p99), " (p99), ",
@@ -181,12 +182,12 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   const auto begin = rt::monotonic_clock::now();
   std::optional<demo> loop;
   if (o.demo) {
-    auto odom = demo::advertise(hub);
-    if (!odom) {
-      to.error("the robot cannot publish: ", sentence_of(odom.error()));
+    auto handles = demo::open(hub);
+    if (!handles) {
+      to.error("the robot cannot be reached: ", sentence_of(handles.error()));
       return exit_code::failed;
     }
-    loop.emplace(std::move(odom).value(), asked.service_cpu);
+    loop.emplace(std::move(handles).value(), asked.service_cpu);
     if (loop->error() != 0) {
       to.error("the robot's thread cannot be started (errno ", loop->error(), ")");
       return exit_code::failed;

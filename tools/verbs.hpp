@@ -7,8 +7,11 @@
 namespace rowe::tools {
 
 exit_code serve(argument_list arguments);
-exit_code replay(argument_list arguments);
+exit_code pub(argument_list arguments);
 exit_code echo(argument_list arguments);
+exit_code call(argument_list arguments);
+exit_code peers(argument_list arguments);
+exit_code replay(argument_list arguments);
 exit_code version(argument_list arguments);
 
 } // namespace rowe::tools

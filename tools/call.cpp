@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe call: asks a service and prints its answer; or asks it again and again and tells how long that took.
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <optional>
+#include <string>
+
+#include <rowe/endpoint.hpp>
+#include <rowe/rt/histogram.hpp>
+
+#include "command_line.hpp"
+#include "console.hpp"
+#include "interrupt.hpp"
+#include "json_check.hpp"
+#include "json_outline.hpp"
+#include "json_values.hpp"
+#include "message_format.hpp"
+#include "remote.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
+constexpr std::uint32_t places = 4; // of calls; one that timed out here keeps its own until its end is known
+constexpr rt::duration timeout_default = 2s;
+constexpr rt::duration connect_time_min = 1s; // connecting takes what it takes, however little --timeout is
+
+struct call_options {
+  std::string url;
+  std::string service;
+  std::string request = "{}";
+  std::optional<rt::duration> timeout;
+  std::int64_t repeat = 0; // 0: one call, whose answer is printed
+  bool json = false;
+  bool times = false;
+  bool bare = false;
+  std::size_t profile = 0;
+  bool quiet = false;
+};
+
+command table_of(call_options& o) {
+  return {
+      .verb = "call",
+      .examples = {{{"rowe call ws://127.0.0.1:8080 /robot/set_speed '{\"speed\":0.5}'", "one answer"},
+                    {"rowe call 127.0.0.1:8080 /robot/set_speed '{\"speed\":0.5}' --repeat 1000",
+                     "how long it takes"}}},
+      .description =
+          "Calls a service with a JSON object and prints the object it answers. Where the service says no,\n"
+          "or nobody provides it, the reason is on stderr (1). With --repeat the answers are printed with\n"
+          "--json only, and a summary is on stderr; --times makes it one JSON object on stdout.\n",
+      .operands =
+          {url_operand(o.url),
+           {.name = "SERVICE", .meaning = "its name, such as /robot/set_speed", .into = &o.service},
+           {.name = "JSON", .meaning = "what is asked (default {})", .into = &o.request, .optional = true}},
+      .options = {
+          {"--timeout", "", "TIME", "how long to wait for each answer (default 2s)", time_span{&o.timeout}},
+          {"--repeat", "", "N", "call so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
+          {"--json", "", "", "the answer's JSON text on one line", &o.json},
+          {"--times", "", "", "in place of answers, how many calls there were and how long they took",
+           &o.times},
+          {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},
+          profile_option(o.profile),
+          {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
+      }};
+}
+
+// What is wrong with the arguments together; empty when nothing is.
+std::string contradiction(const call_options& o) {
+  if (const auto fault = object_fault(o.request)) return joined(quoted(o.request), " ", sentence_of(*fault));
+  if (o.json && o.times) return "--json and --times exclude each other";
+  if (o.bare && value_at(o.request, "service")) {
+    return "with --bare, `service` is the member that names the service; the arguments have one as well";
+  }
+  return {};
+}
+
+// How one call ended.
+struct outcome {
+  std::optional<errc> failure;
+  std::string text; // the answer, or why there is none
+  rt::duration took{};
+};
+
+// rosbridge has no code for a service that is not there, but always the same sentence.
+bool says_unknown(std::string_view refusal) noexcept {
+  return refusal.starts_with("Service ") && refusal.ends_with(" does not exist");
+}
+
+std::string reason_of(const error& why, std::string_view refusal, rt::duration timeout) {
+  switch (why.code) {
+  case errc::refused:
+    return says_unknown(refusal) ? joined("nobody provides it (", printable(refusal), ")")
+                                 : printable(refusal);
+  case errc::no_service: return "nobody provides it";
+  case errc::no_peer: return "there is nobody to ask";
+  case errc::timed_out: return joined("no answer within ", seconds_text(timeout));
+  case errc::peer_lost: return "who was to answer went away before it did";
+  default: return sentence_of(why);
+  }
+}
+
+// A service, asked over rosbridge.
+class over_rosbridge {
+ public:
+  static result<over_rosbridge> open(endpoint& hub, const call_options& o) {
+    auto opened =
+        hub.client<json_text, json_text>(o.service, {.depth = places, .text_bytes_max = text_bytes_max});
+    if (!opened) return opened.error();
+    return over_rosbridge{std::move(*opened), o.request};
+  }
+  result<message_view> ask(rt::duration timeout) noexcept { return from_.call(request_, timeout); }
+  static std::string answer_of(std::string_view reply) { return std::string{reply}; }
+  std::string_view refusal() const noexcept { return from_.refusal(); }
+
+ private:
+  over_rosbridge(caller<json_text, json_text> from, std::string request)
+      : from_{std::move(from)}, request_{std::move(request)} {}
+
+  caller<json_text, json_text> from_;
+  std::string request_;
+};
+
+// The same, asked with a plain message.
+class by_invocation {
+ public:
+  static result<by_invocation> open(endpoint& hub, const call_options& o) {
+    auto opened = hub.open_lane({.depth = places,
+                                 .inbox_depth = 1,
+                                 .calls = places,
+                                 .text_bytes_max = text_bytes_max,
+                                 .receive = false});
+    if (!opened) return opened.error();
+    return by_invocation{std::move(*opened), with_member(o.request, "service", json_string_of(o.service))};
+  }
+  result<message_view> ask(rt::duration timeout) noexcept { return from_.invoke(request_, timeout); }
+  static std::string answer_of(std::string_view reply) { return without_member(reply, "in_reply_to"); }
+  std::string_view refusal() const noexcept { return from_.refusal(); }
+
+ private:
+  by_invocation(lane from, std::string request) : from_{std::move(from)}, request_{std::move(request)} {}
+
+  lane from_;
+  std::string request_;
+};
+
+template <class Service>
+class asker {
+ public:
+  asker(Service service, endpoint& via, rt::duration timeout)
+      : service_{std::move(service)}, waits_{via}, timeout_{timeout} {}
+
+  outcome ask() {
+    const auto begin = rt::monotonic_clock::now();
+    const auto answer = waits_.during([&] { return service_.ask(timeout_); });
+    const rt::duration took = rt::monotonic_clock::now() - begin;
+    if (answer) return {{}, Service::answer_of(answer->text()), took};
+    return {answer.code(), reason_of(answer.error(), service_.refusal(), timeout_), took};
+  }
+
+ private:
+  Service service_;
+  breaker waits_;
+  rt::duration timeout_;
+};
+
+exit_code exit_code_of(errc failure) noexcept {
+  switch (failure) {
+  case errc::timed_out: return exit_code::timed_out;
+  case errc::no_peer: return exit_code::no_connection;
+  case errc::too_big:
+  case errc::malformed:
+  case errc::not_an_object:
+  case errc::reserved_member: return exit_code::usage;
+  default: return exit_code::failed;
+  }
+}
+
+// "412.1 us".
+std::string time_text(rt::duration time) {
+  std::array<char, 40> room;
+  const int length = std::snprintf(room.data(), room.size(), "%.1f us",
+                                   std::chrono::duration<double, std::micro>(time).count());
+  return {room.data(), static_cast<std::size_t>(length)};
+}
+
+// What the calls come to.
+struct tally {
+  std::uint64_t calls = 0;
+  std::uint64_t failed = 0;
+  std::uint64_t timed_out = 0;
+  rt::inline_histogram<7> times; // of those that were answered
+
+  void count(const outcome& end) noexcept {
+    ++calls;
+    if (!end.failure) {
+      times.record(end.took);
+    } else {
+      ++(*end.failure == errc::timed_out ? timed_out : failed);
+    }
+  }
+  std::string json(const call_options& o) const {
+    return joined(R"({"service":)", json_string_of(o.service), R"(,"calls":)", calls, R"(,"answered":)",
+                  times.count(), R"(,"failed":)", failed, R"(,"timed_out":)", timed_out, R"(,"min_ns":)",
+                  times.min().count(), R"(,"p50_ns":)", times.percentile(50).count(), R"(,"p99_ns":)",
+                  times.percentile(99).count(), R"(,"max_ns":)", times.max().count(), "}\n");
+  }
+  std::string line() const {
+    return joined(calls, " calls, ", times.count(), " answered, ", failed, " failed, ", timed_out,
+                  " timed out; min ", time_text(times.min()), ", p50 ", time_text(times.percentile(50)),
+                  ", p99 ", time_text(times.percentile(99)), ", max ", time_text(times.max()));
+  }
+  exit_code verdict() const noexcept {
+    if (failed > 0) return exit_code::failed;
+    if (timed_out > 0) return exit_code::timed_out;
+    return calls > 0 ? exit_code::done : exit_code::interrupted;
+  }
+};
+
+// False: nobody reads our output any more.
+bool print(const outcome& end, const call_options& o) {
+  if (end.failure || o.times || (o.repeat > 0 && !o.json)) return true;
+  return emit(o.json ? on_one_line(end.text) : outline_of(end.text));
+}
+
+void summarise(const tally& all, const call_options& o, const console& to) {
+  if (o.times) {
+    (void)emit(all.json(o)); // the exit code tells the worst of it as well
+  } else if (o.repeat > 0) {
+    to.note(all.line());
+  } else if (all.times.count() > 0 && ::isatty(STDERR_FILENO) == 1) {
+    to.note("answered in ", time_text(all.times.max()));
+  }
+}
+
+template <class Service>
+exit_code ask_all(asker<Service>& asking, remote& hub, rt::duration connect_time, const call_options& o,
+                  const console& to) {
+  tally all;
+  std::optional<exit_code> ended; // before all calls were made
+  std::string said;               // the same failure again and again is printed once
+  for (std::int64_t left = std::max<std::int64_t>(o.repeat, 1); left > 0 && !ended; --left) {
+    if (interrupt::seen()) break;
+    const outcome end = asking.ask();
+    if (end.failure == errc::closed && interrupt::seen()) break;
+    hub.report();
+    all.count(end);
+    if (!print(end, o)) return all.verdict();
+    if (!end.failure) continue;
+    if (end.text != said) to.error("service ", printable(o.service), ": ", end.text);
+    said = end.text;
+    const exit_code meaning = exit_code_of(*end.failure);
+    if (meaning == exit_code::usage || meaning == exit_code::no_connection) ended = meaning;
+    if (end.failure == errc::peer_lost && left > 1) ended = hub.wait(connect_time);
+  }
+  summarise(all, o, to);
+  return ended && *ended != exit_code::interrupted ? *ended : all.verdict();
+}
+
+template <class Service>
+exit_code ask_from(endpoint hub, const std::string& url, const call_options& o, const console& to) {
+  auto service = Service::open(hub, o);
+  if (!service) {
+    to.error("cannot call ", quoted(o.service), ": ", sentence_of(service.error()));
+    return tools::exit_code_of(service.error());
+  }
+  const rt::duration timeout = o.timeout.value_or(timeout_default);
+  const rt::duration connect_time = std::max(timeout, connect_time_min);
+  remote connection{hub, url, to};
+  if (const auto end = connection.wait(connect_time)) return *end;
+  asker<Service> asking{std::move(*service), hub, timeout};
+  return ask_all(asking, connection, connect_time, o, to);
+}
+
+} // namespace
+
+exit_code call(argument_list arguments) {
+  call_options chosen;
+  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  console to{"call"};
+  to.be_quiet(chosen.quiet);
+  if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("call", wrong);
+  const spelled_url url = read_url(chosen.url);
+  if (url.url.empty()) return usage_error("call", url.wrong);
+
+  endpoint_options options{.profile = profile_of(chosen.profile)};
+  options.limits.lane_bytes = std::size_t{16 * places} * (text_bytes_max + 1024);
+  auto hub = endpoint::connect(url.url, options);
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  return chosen.bare ? ask_from<by_invocation>(std::move(hub).value(), url.url, chosen, to)
+                     : ask_from<over_rosbridge>(std::move(hub).value(), url.url, chosen, to);
+}
+
+} // namespace rowe::tools
