@@ -119,10 +119,10 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
   peer server{on, side::client};
   server.say(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})");
   on.cycles(2);
-  const auto slot = inbox.subscriber.out->try_pop();
+  const auto slot = inbox.user.in.out->try_pop();
   ASSERT_TRUE(slot);
-  EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.subscriber.slots.value(*slot)),
-                        inbox.subscriber.slots.header(*slot)->bytes),
+  EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.user.in.slots.value(*slot)),
+                        inbox.user.in.slots.header(*slot)->bytes),
             R"({"data":0.1})");
 }
 

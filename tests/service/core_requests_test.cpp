@@ -170,11 +170,6 @@ TEST_F(refusals, answer_what_is_not_json_and_go_on) {
   EXPECT_EQ(answer(p, R"({"op":"subscribe","topic":"/pose"})"), "");
 }
 
-TEST_F(refusals, answer_messages_without_op) {
-  peer p{on};
-  EXPECT_NE(answer(p, R"({"hello":1})").find("op"), std::string::npos);
-}
-
 TEST_F(refusals, name_the_limit_on_subscriptions_of_one_peer) {
   peer p{on};
   for (int i = 0; i < 8; ++i) p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
