@@ -39,7 +39,6 @@ struct call_options {
   std::optional<rt::duration> timeout;
   std::int64_t repeat = 0; // 0: one call, whose answer is printed
   bool json = false;
-  bool times = false;
   bool bare = false;
   std::size_t profile = 0;
   bool quiet = false;
@@ -52,9 +51,10 @@ command table_of(call_options& o) {
                     {"rowe call 127.0.0.1:8080 /robot/set_speed '{\"speed\":0.5}' --repeat 1000",
                      "how long it takes"}}},
       .description =
-          "Calls a service with a JSON object and prints the object it answers. Where the service says no,\n"
-          "or nobody provides it, the reason is on stderr (1). With --repeat the answers are printed with\n"
-          "--json only, and a summary is on stderr; --times makes it one JSON object on stdout.\n",
+          "Calls a service with a JSON object and prints the object it answers: indented on a terminal, as\n"
+          "it came elsewhere. Where the service says no, or nobody provides it, the reason is on stderr\n"
+          "(1). With --json there is always one object on stdout, with the members service, answer, error,\n"
+          "text and round_trip_ns; with --repeat one about all calls and how long they took.\n",
       .operands =
           {url_operand(o.url),
            {.name = "SERVICE", .meaning = "its name, such as /robot/set_speed", .into = &o.service},
@@ -62,9 +62,7 @@ command table_of(call_options& o) {
       .options = {
           {"--timeout", "", "TIME", "how long to wait for each answer (default 2s)", time_span{&o.timeout}},
           {"--repeat", "", "N", "call so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
-          {"--json", "", "", "the answer's JSON text on one line", &o.json},
-          {"--times", "", "", "in place of answers, how many calls there were and how long they took",
-           &o.times},
+          {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
           {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},
           profile_option(o.profile),
           {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
@@ -74,7 +72,6 @@ command table_of(call_options& o) {
 // What is wrong with the arguments together; empty when nothing is.
 std::string contradiction(const call_options& o) {
   if (const auto fault = object_fault(o.request)) return joined(quoted(o.request), " ", sentence_of(*fault));
-  if (o.json && o.times) return "--json and --times exclude each other";
   if (o.bare && value_at(o.request, "service")) {
     return "with --bare, `service` is the member that names the service; the arguments have one as well";
   }
@@ -211,10 +208,11 @@ struct tally {
                   times.min().count(), R"(,"p50_ns":)", times.percentile(50).count(), R"(,"p99_ns":)",
                   times.percentile(99).count(), R"(,"max_ns":)", times.max().count(), "}\n");
   }
-  std::string line() const {
-    return joined(calls, " calls, ", times.count(), " answered, ", failed, " failed, ", timed_out,
-                  " timed out; min ", time_text(times.min()), ", p50 ", time_text(times.percentile(50)),
-                  ", p99 ", time_text(times.percentile(99)), ", max ", time_text(times.max()));
+  std::string line(const call_options& o) const {
+    return joined(printable(o.service), ": ", calls, " calls, ", times.count(), " answered, ", failed,
+                  " failed, ", timed_out, " timed out; min ", time_text(times.min()), ", p50 ",
+                  time_text(times.percentile(50)), ", p99 ", time_text(times.percentile(99)), ", max ",
+                  time_text(times.max()), "\n");
   }
   exit_code verdict() const noexcept {
     if (failed > 0) return exit_code::failed;
@@ -223,20 +221,21 @@ struct tally {
   }
 };
 
-// False: nobody reads our output any more.
-bool print(const outcome& end, const call_options& o) {
-  if (end.failure || o.times || (o.repeat > 0 && !o.json)) return true;
-  return emit(o.json ? on_one_line(end.text) : outline_of(end.text));
+std::string json_of(const call_options& o, const outcome& end) {
+  const std::string error = end.failure ? json_string_of(rowe::error{*end.failure}.name()) : "null";
+  return on_one_line(joined(R"({"service":)", json_string_of(o.service), R"(,"answer":)",
+                            end.failure ? "null" : end.text, R"(,"error":)", error, R"(,"text":)",
+                            end.failure ? json_string_of(end.text) : "null", R"(,"round_trip_ns":)",
+                            end.took.count(), "}"));
 }
 
-void summarise(const tally& all, const call_options& o, const console& to) {
-  if (o.times) {
-    (void)emit(all.json(o)); // the exit code tells the worst of it as well
-  } else if (o.repeat > 0) {
-    to.note(all.line());
-  } else if (all.times.count() > 0 && ::isatty(STDERR_FILENO) == 1) {
-    to.note("answered in ", time_text(all.times.max()));
-  }
+// False: nobody reads our output any more.
+bool print(const outcome& end, const call_options& o, const console& to) {
+  if (o.json) return emit(json_of(o, end));
+  if (end.failure) return true;
+  if (!emit(::isatty(STDOUT_FILENO) == 1 ? outline_of(end.text) : on_one_line(end.text))) return false;
+  if (::isatty(STDERR_FILENO) == 1) to.note("answered in ", time_text(end.took));
+  return true;
 }
 
 template <class Service>
@@ -251,7 +250,7 @@ exit_code ask_all(asker<Service>& asking, remote& hub, rt::duration connect_time
     if (end.failure == errc::closed && interrupt::seen()) break;
     hub.report();
     all.count(end);
-    if (!print(end, o)) return all.verdict();
+    if (o.repeat == 0 && !print(end, o, to)) break;
     if (!end.failure) continue;
     if (end.text != said) to.error("service ", printable(o.service), ": ", end.text);
     said = end.text;
@@ -259,7 +258,7 @@ exit_code ask_all(asker<Service>& asking, remote& hub, rt::duration connect_time
     if (meaning == exit_code::usage || meaning == exit_code::no_connection) ended = meaning;
     if (end.failure == errc::peer_lost && left > 1) ended = hub.wait(connect_time);
   }
-  summarise(all, o, to);
+  if (o.repeat > 0) (void)emit(o.json ? all.json(o) : all.line(o)); // the exit code tells the worst of it too
   return ended && *ended != exit_code::interrupted ? *ended : all.verdict();
 }
 
