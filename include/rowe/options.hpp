@@ -93,11 +93,11 @@ struct service_options {
   std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
 };
 
-// endpoint::open_lane.
+// endpoint::open_lane. As it stands, a lane takes 300 KiB of the limit `lane_bytes`.
 struct lane_options {
-  std::uint32_t depth = 64;            // messages towards the service thread; 1 to 4096
-  std::uint32_t inbox_depth = 64;      // messages that wait to be taken; 1 to 4096
-  std::uint32_t calls = 16;            // calls in flight and sends that wait; 1 to 4096
+  std::uint32_t depth = 32;            // messages towards the service thread; 1 to 4096
+  std::uint32_t inbox_depth = 32;      // messages that wait to be taken; 1 to 4096
+  std::uint32_t calls = 8;             // calls in flight and sends that wait; 1 to 4096
   std::uint32_t text_bytes_max = 4096; // the longest message, either way
   rowe::priority priority = rowe::priority::normal;
   bool receive = true; // take part in receiving: the oldest lane that does gets what no other handle takes

@@ -115,6 +115,7 @@ struct rowe_options {
   uint32_t message_bytes_max; // the longest message a peer may send; 0: 60 KiB
   uint32_t door_slots;        // messages under way each way; 0: 32
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
+  size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 512 KiB
 };
 
 // Listens on `port` (0 to 65535; 0: any free one) of 127.0.0.1. Does not wait for peers. Errors:
@@ -140,8 +141,9 @@ unsigned rowe_peers(const struct rowe_endpoint* endpoint);
 int rowe_wait_peer(const struct rowe_endpoint* endpoint, long timeout_ms);
 
 // Waits until everything that was sent so far is written, at most `drain_ms`; says goodbye to the peers and
-// stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, as is
-// every later call. Errors: timed_out (something was not written in time; it is closed all the same).
+// stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, or
+// rowe_error_peer_lost where it waits for a peer; every later call is told rowe_error_closed. Errors:
+// timed_out (something was not written in time; it is closed all the same).
 int rowe_close(const struct rowe_endpoint* endpoint, long drain_ms);
 
 // Closes without waiting, if that was not done, and frees. No other call on this endpoint may be under way or
@@ -192,8 +194,9 @@ struct rowe_object* rowe_invoke(const struct rowe_endpoint* endpoint, struct row
 // Answers `invocation`, which rowe_receive() returned, with `object`, to which rowe adds "in_reply_to"; waits
 // until that was handed to the connection, at most `ttl_ms`. An invocation is answered once, and is to be
 // freed all the same; until either it takes up one of the options' `door_slots`. Errors: misuse (no
-// invocation of this endpoint, or answered already), peer_lost (who asked is gone), expired (it does not wait
-// any more), closed, full, too_big, not_an_object, reserved_member.
+// invocation of this endpoint, or answered already), full, too_big: it can still be answered; peer_lost (who
+// asked is gone), expired (it does not wait any more, or `ttl_ms` is over), closed, not_an_object,
+// reserved_member: it cannot, and whoever asked was told so.
 int rowe_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                const struct rowe_object* object, long ttl_ms);
 

@@ -50,6 +50,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
   bounds.message_bytes_max = or_default(all->message_bytes_max, bounds.message_bytes_max);
   bounds.door_slots = or_default(all->door_slots, bounds.door_slots);
   bounds.door_slot_bytes = or_default(all->door_slot_bytes, bounds.door_slot_bytes);
+  bounds.lane_bytes = or_default(all->lane_bytes, bounds.lane_bytes);
   return options;
 }
 
@@ -90,17 +91,17 @@ int send_text(const rowe_endpoint* endpoint, const rowe_object* object, Send&& s
   return code_with_memory([&] { return done(send(*endpoint->inside, std::string_view{text_of(*object)})); });
 }
 
-// Ends an invocation by `answer(endpoint&, received&)`. One that was answered, or where an answer is of no
-// use any more, gives its slot back.
+// Ends an invocation by `answer(endpoint&, received&)`. One that has its answer, or can have none any more,
+// gives its slot back.
 template <class Answer>
 int answer_call(const rowe_endpoint* endpoint, const rowe_object* invocation, Answer&& answer) noexcept {
   if (endpoint == nullptr || invocation == nullptr) return fail(errc::misuse);
   if (!invocation->from || !invocation->from->call) return fail(errc::misuse);
   return code_with_memory([&] {
     const status answered = answer(*endpoint->inside, *invocation->from->call);
-    const bool over = answered || answered.code() == errc::peer_lost || answered.code() == errc::expired ||
-                      answered.code() == errc::closed;
-    if (over) invocation->from->call.reset();
+    const bool still_open = !answered && (answered.code() == errc::misuse || answered.code() == errc::full ||
+                                          answered.code() == errc::too_big);
+    if (!still_open) invocation->from->call.reset();
     return done(answered);
   });
 }

@@ -111,14 +111,10 @@ static void an_invocation_shows_its_id_and_is_answered_once(void) {
   CHECK_TEXT(rowe_get_string(invocation, "service"), "x");
   CHECK(rowe_sender(invocation).generation != 0);
 
-  // What is no reply leaves the invocation open.
-  struct rowe_object* const array = rowe_array();
-  struct rowe_object* const reserved = rowe_message("in_reply_to", rowe_type_int, 1, NULL);
   struct rowe_object* const reply = rowe_message("done", rowe_type_boolean, true, NULL);
-  CHECK_CODE(rowe_reply(p.server, invocation, array, patience_ms), rowe_error_not_an_object);
-  CHECK_CODE(rowe_reply(p.server, invocation, reserved, patience_ms), rowe_error_reserved_member);
-  CHECK_CODE(rowe_reply(p.client, invocation, reply, patience_ms), rowe_error_misuse);
-
+  struct rowe_object* const big = long_object();
+  CHECK_CODE(rowe_reply(p.client, invocation, reply, patience_ms), rowe_error_misuse); // not of this endpoint
+  CHECK_CODE(rowe_reply(p.server, invocation, big, patience_ms), rowe_error_too_big);
   CHECK_EQUAL(rowe_reply(p.server, invocation, reply, patience_ms), rowe_ok);
   CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_misuse);
   CHECK_CODE(rowe_async_reply(p.server, invocation, reply), rowe_error_misuse);
@@ -130,9 +126,29 @@ static void an_invocation_shows_its_id_and_is_answered_once(void) {
   CHECK(done);
   rowe_object_free(q.reply);
   rowe_object_free(invocation);
-  rowe_object_free(array);
-  rowe_object_free(reserved);
   rowe_object_free(reply);
+  rowe_object_free(big);
+  close_pair(p);
+}
+
+static void what_can_be_no_reply_refuses_the_call(void) {
+  const struct pair p = open_pair();
+  const char* const replies[] = {"[]", "{\"in_reply_to\":1}", "{\"op\":1}"};
+  const int codes[] = {rowe_error_not_an_object, rowe_error_reserved_member, rowe_error_reserved_member};
+  for (size_t i = 0; i < sizeof replies / sizeof *replies; ++i) {
+    struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = patience_ms};
+    pthread_t asking;
+    CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
+    struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+    struct rowe_object* const reply = rowe_from_text(replies[i]);
+    CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), codes[i]);
+    CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_misuse);
+    CHECK(pthread_join(asking, NULL) == 0);
+    CHECK(q.reply == NULL);
+    CHECK_EQUAL(q.error, rowe_error_refused);
+    rowe_object_free(invocation);
+    rowe_object_free(reply);
+  }
   close_pair(p);
 }
 
@@ -170,10 +186,11 @@ static void who_asked_and_left_is_lost(void) {
   pthread_t asking;
   CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
   struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
-  CHECK_EQUAL(rowe_close(p.client, 0), rowe_ok);
+  const int closed = rowe_close(p.client, 0); // with a call open, which is not drained
+  CHECK(closed == rowe_ok || closed == rowe_error_timed_out);
   CHECK(pthread_join(asking, NULL) == 0);
   CHECK(q.reply == NULL);
-  CHECK_EQUAL(q.error, rowe_error_closed);
+  CHECK(q.error == rowe_error_closed || q.error == rowe_error_peer_lost);
   struct rowe_event event; // until the server has seen it go
   do {
     while (rowe_try_event(p.server, &event) != rowe_ok) {
@@ -193,7 +210,8 @@ static void a_lost_peer_is_told_from_a_timeout(void) {
   CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
   struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
   CHECK(invocation != NULL);
-  CHECK_EQUAL(rowe_close(p.server, 0), rowe_ok);
+  const int closed = rowe_close(p.server, 0); // with a call open, which is not drained
+  CHECK(closed == rowe_ok || closed == rowe_error_timed_out);
   CHECK(pthread_join(asking, NULL) == 0);
   CHECK(q.reply == NULL);
   CHECK_EQUAL(q.error, rowe_error_peer_lost);
@@ -221,6 +239,7 @@ int main(void) {
   a_server_asks_its_client();
   several_threads_ask_and_several_answer();
   an_invocation_shows_its_id_and_is_answered_once();
+  what_can_be_no_reply_refuses_the_call();
   a_plain_message_cannot_be_answered();
   who_waits_no_longer_hears_of_the_time();
   who_asked_and_left_is_lost();

@@ -53,7 +53,8 @@ static void errors_of_opening(void) {
 }
 
 static void errors_of_handles(void) {
-  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
+  const struct rowe_options roomy = {.bytes = sizeof roomy, .lane_bytes = 4 << 20};
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint_with(0, &roomy);
   const struct rowe_lane_options odd = {.bytes = sizeof odd, .priority = 99};
   MEET_NULL(rowe_lane_open(endpoint, &odd), rowe_error_bad_argument);
   const struct rowe_lane_options deep = {.bytes = sizeof deep, .depth = 1000000};
@@ -78,6 +79,11 @@ static void errors_of_handles(void) {
   MEET_NULL(rowe_lane_open(endpoint, NULL), rowe_error_too_many_lanes);
   for (int i = 0; i < count; ++i) rowe_publisher_free(publishers[i]);
 
+  rowe_endpoint_free(endpoint);
+}
+
+static void errors_of_loops(void) {
+  struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
   struct rowe_lane* const lane = rowe_lane_open(endpoint, NULL);
   struct rowe_view view = {0};
   MEET(rowe_lane_try_receive(lane, rowe_now_ns(), &view), rowe_error_empty);
@@ -105,11 +111,7 @@ static void* refuse_one(void* of) {
 static void errors_of_messages_and_calls(void) {
   const struct pair p = open_pair();
   MEET_NULL(rowe_receive(p.server, 0), rowe_error_timed_out);
-  char* const big = malloc(5001);
-  memset(big, 'x', 5000);
-  big[5000] = '\0';
-  struct rowe_object* const long_one = rowe_message("text", rowe_type_string, big, NULL);
-  free(big);
+  struct rowe_object* const long_one = long_object();
   MEET(rowe_send(p.client, long_one, 0), rowe_error_too_big);
   CHECK(strstr(rowe_last_error_text(), "5011 bytes exceed the limit of 4096 bytes") != NULL);
   CHECK_CODE(rowe_async_send(p.client, long_one, 0), rowe_error_too_big);
@@ -123,7 +125,7 @@ static void errors_of_messages_and_calls(void) {
   CHECK_TEXT(rowe_last_error_text(), "the service answered with an error: for a reason");
   CHECK(pthread_join(refusing, NULL) == 0);
 
-  const struct rowe_lane_options one_call = {.bytes = sizeof one_call, .calls = 1};
+  const struct rowe_lane_options one_call = {.bytes = sizeof one_call, .depth = 4, .calls = 1};
   struct rowe_lane* const lane = rowe_lane_open(p.client, &one_call);
   struct rowe_call call;
   CHECK_EQUAL(rowe_lane_start(lane, "{}", 2, -1, rowe_now_ns(), &call), rowe_ok);
@@ -221,6 +223,7 @@ int main(void) {
   CHECK_EQUAL(rowe_abi_version(), ROWE_ABI_VERSION);
   errors_of_opening();
   errors_of_handles();
+  errors_of_loops();
   errors_of_messages_and_calls();
   errors_of_values();
   each_error_has_its_sentence();

@@ -204,7 +204,8 @@ static void what_a_loop_publishes_arrives(void) {
 }
 
 static void handles_outlive_their_endpoint(void) {
-  const struct pair p = open_pair();
+  const struct rowe_options roomy = {.bytes = sizeof roomy, .lane_bytes = 4 << 20};
+  const struct pair p = open_pair_with(NULL, &roomy);
   struct rowe_lane* const lane = rowe_lane_open(p.client, NULL);
   struct rowe_publisher* const out = rowe_publisher_open(p.client, "/a", NULL);
   struct rowe_subscriber* const in = rowe_subscriber_open(p.client, "/b", NULL);

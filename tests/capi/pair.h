@@ -3,6 +3,8 @@
 #pragma once
 #include "check.h"
 
+#include <stdlib.h>
+
 struct pair {
   struct rowe_endpoint* server;
   struct rowe_endpoint* client;
@@ -24,6 +26,16 @@ static inline struct pair open_pair(void) { return open_pair_with(NULL, NULL); }
 static inline void close_pair(struct pair of) {
   rowe_endpoint_free(of.client);
   rowe_endpoint_free(of.server);
+}
+
+// One that is longer than messages may be: 5011 bytes as text.
+static inline struct rowe_object* long_object(void) {
+  char* const text = malloc(5001);
+  memset(text, 'x', 5000);
+  text[5000] = '\0';
+  struct rowe_object* const object = rowe_message("text", rowe_type_string, text, NULL);
+  free(text);
+  return object;
 }
 
 // Sends what the JSON text says.
