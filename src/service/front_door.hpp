@@ -82,8 +82,8 @@ class front_door {
   // because the service thread settles whatever it took, at the latest in finish(). True: outcome() and
   // reply_text() say what came of it, and the caller gives the slot back. False: out of time, or the service
   // thread has finished without it (then is_closed()); the caller must not touch the slot again, and the
-  // service thread gives it back when the request, which runs on, has ended.
-  // Once for each submit() that wants an outcome. Allocates nothing.
+  // service thread gives it back when the request, which runs on, has ended. Once for each submit() that
+  // wants an outcome. Allocates nothing.
   bool wait(std::uint32_t slot, rt::time_point deadline) noexcept;
 
   // What settle() said, between a wait() that returned true and give_back(). The text is followed by

@@ -231,7 +231,7 @@ TEST_P(front_door_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) 
 TEST_P(front_door_stress, keeps_the_order_of_each_thread) {
   const watchdog dog{"threads that only send", patience};
   constexpr std::uint32_t senders = 2;
-  const std::uint64_t messages = stressed(20'000);
+  const std::uint64_t messages = stressed(GetParam() == 1 ? 1'000 : 20'000); // one slot keeps any order
   house h{GetParam()};
   std::vector<std::thread> threads;
   for (std::uint32_t sender = 0; sender != senders; ++sender)
@@ -245,14 +245,18 @@ TEST_P(front_door_stress, keeps_the_order_of_each_thread) {
     });
   std::array<std::uint32_t, senders> next{};
   std::uint64_t wrong = 0;
-  for (std::uint64_t taken = 0; taken != senders * messages;)
-    taken += h.door.take(
+  std::uint64_t idle = 0;
+  for (std::uint64_t taken = 0; taken != senders * messages;) {
+    const std::size_t count = h.door.take(
         [&](std::uint32_t slot) {
           const detail::peer_ref sent = h.door.request(slot).peer;
           wrong += sent.generation != next[sent.index]++;
           h.door.settle(slot, {});
         },
         SIZE_MAX);
+    if (count == 0 && ++idle % 20'000 == 0) std::this_thread::yield(); // seldom, else they go in step
+    taken += count;
+  }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, 0U);
   EXPECT_STREQ(h.door.check(), nullptr);
