@@ -121,6 +121,81 @@ TEST(command_line, takes_from_the_environment_the_operand_that_is_missing) {
   ::unsetenv("ROWE_TEST_URL");
 }
 
+// A verb whose arguments may be fewer: TRY URL [TOPIC...] or, with --bare, URL [JSON].
+struct loose_fixture {
+  std::string url, json = "{}";
+  std::vector<std::string> topics;
+  bool bare = false;
+
+  std::optional<exit_code> read(std::vector<std::string> words) {
+    const command table{
+        .verb = "try",
+        .examples = {},
+        .description = "Tries.\n",
+        .operands = {{.name = "URL",
+                      .meaning = "where",
+                      .into = &url,
+                      .variable = "ROWE_TEST_URL",
+                      .reads_like_it = [](std::string_view word) { return word.starts_with("ws:"); }},
+                     {.name = "TOPIC", .meaning = "what", .into = &topics, .left_out = &bare},
+                     {.name = "JSON", .meaning = "with", .into = &json, .optional = true}},
+        .options = {{"--bare", "", "", "without topics", &bare}}};
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    testing::internal::CaptureStderr();
+    testing::internal::CaptureStdout();
+    const auto end = tools::read(table, arguments);
+    said = testing::internal::GetCapturedStderr();
+    shown = testing::internal::GetCapturedStdout();
+    return end;
+  }
+  std::string said;
+  std::string shown;
+};
+
+TEST(command_line, gathers_what_may_be_repeated_and_leaves_out_what_may_be) {
+  loose_fixture f;
+  EXPECT_EQ(f.read({"ws:h", "/a", "/b"}), std::nullopt);
+  EXPECT_EQ(f.url, "ws:h");
+  EXPECT_EQ(f.topics, (std::vector<std::string>{"/a", "/b"}));
+  EXPECT_EQ(f.json, "{}");
+  EXPECT_EQ(f.read({"ws:h"}), exit_code::usage);
+  EXPECT_NE(f.said.find("TOPIC is missing"), std::string::npos) << f.said;
+}
+
+TEST(command_line, lets_an_option_do_away_with_an_argument_wherever_it_stands) {
+  for (const std::vector<std::string>& words :
+       std::initializer_list<std::vector<std::string>>{{"ws:h", "7", "--bare"}, {"--bare", "ws:h", "7"}}) {
+    loose_fixture f;
+    EXPECT_EQ(f.read(words), std::nullopt);
+    EXPECT_TRUE(f.topics.empty());
+    EXPECT_EQ(f.json, "7");
+  }
+  loose_fixture f;
+  EXPECT_EQ(f.read({"ws:h", "7", "8", "--bare"}), exit_code::usage);
+  EXPECT_NE(f.said.find("one argument too many: '8'"), std::string::npos) << f.said;
+}
+
+TEST(command_line, knows_by_its_looks_whether_the_environment_s_argument_was_given) {
+  ::setenv("ROWE_TEST_URL", "ws:from-there", 1);
+  loose_fixture f;
+  EXPECT_EQ(f.read({"/a", "/b"}), std::nullopt);
+  EXPECT_EQ(f.url, "ws:from-there");
+  EXPECT_EQ(f.topics, (std::vector<std::string>{"/a", "/b"}));
+  EXPECT_EQ(f.read({"ws:given", "/a"}), std::nullopt);
+  EXPECT_EQ(f.url, "ws:given");
+  EXPECT_EQ(f.topics, (std::vector<std::string>{"/a"}));
+  ::unsetenv("ROWE_TEST_URL");
+  EXPECT_EQ(f.read({"/a", "/b"}), std::nullopt);
+  EXPECT_EQ(f.url, "/a"); // to be refused as a URL
+}
+
+TEST(command_line, shows_in_the_usage_what_may_be_left_out_or_repeated) {
+  loose_fixture f;
+  EXPECT_EQ(f.read({"--help"}), exit_code::done);
+  EXPECT_NE(f.shown.find("usage: rowe try [options] URL [TOPIC...] [JSON]\n"), std::string::npos) << f.shown;
+}
+
 TEST(command_line, takes_words_with_dashes_behind_a_double_dash) {
   fixture f;
   EXPECT_EQ(f.read({"--", "--port", "--help"}), std::nullopt);

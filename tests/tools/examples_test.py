@@ -65,5 +65,33 @@ class listen(unittest.TestCase):
             self.assertEqual(listening.stderr, ["usage: listen URL TOPIC"])
 
 
+class robot(unittest.TestCase):
+    def test_two_of_them_talk_and_add(self):
+        with example("robot", "0") as server:
+            free_port = server.line("listening on port").split()[-1]
+            with example("robot", "127.0.0.1", free_port) as client:
+                client.line("38 + 4 = 42", count=2)
+                client.line("the other one is at", count=10)
+                server.line("the other one is at", count=10)
+                self.assertEqual(client.end(signal.SIGTERM), -signal.SIGTERM)
+                self.assertEqual(client.said["stderr"], [])
+            self.assertEqual(server.end(signal.SIGTERM), -signal.SIGTERM)
+
+    def test_goes_on_without_a_server_and_says_so(self):
+        with socket.socket() as unused:
+            unused.bind(("127.0.0.1", 0))  # nobody listens there
+            with example("robot", "127.0.0.1", str(unused.getsockname()[1])) as client:
+                client.line("nothing happened within", count=2)
+                self.assertEqual(client.end(signal.SIGTERM), -signal.SIGTERM)
+
+    def test_says_how_it_is_used_and_what_is_wrong(self):
+        with example("robot") as without:
+            self.assertEqual(without.end(), 2)
+            self.assertEqual(without.stderr, ["usage: robot PORT | robot HOST PORT"])
+        with example("robot", "65536") as beyond:
+            self.assertEqual(beyond.end(), 1)
+            self.assertEqual(beyond.stderr, ["the argument is out of range: 65536 (limit 65535)"])
+
+
 if __name__ == "__main__":
     unittest.main()

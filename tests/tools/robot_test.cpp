@@ -74,6 +74,35 @@ TEST(robot, integrates_its_pose_along_the_heading_halfway_through_each_step) {
   }
 }
 
+TEST(robot, drives_at_the_speed_that_was_set) {
+  for (const double speed : {0.25, robot::speed_max}) {
+    robot moving;
+    moving.set_speed(speed);
+    double fastest = 0, worst = 0;
+    for (int i = 0; i < 200 * steps_a_second; ++i) {
+      moving.step();
+      if (i < 10 * steps_a_second) continue; // it begins slower than its reference
+      fastest = std::max(fastest, moving.twist().forward);
+      worst = std::max(worst, distance(moving.pose(), moving.reference()));
+    }
+    EXPECT_NEAR(fastest, speed, 0.03);
+    EXPECT_LT(worst, 0.1);
+  }
+}
+
+TEST(robot, stands_still_at_no_speed_and_goes_on_from_there) {
+  robot moving;
+  for (int i = 0; i < 10 * steps_a_second; ++i) moving.step();
+  moving.set_speed(0);
+  for (int i = 0; i < 10 * steps_a_second; ++i) moving.step();
+  const planar_pose stopped = moving.pose();
+  for (int i = 0; i < 10 * steps_a_second; ++i) moving.step();
+  EXPECT_LT(distance(moving.pose(), stopped), 0.001);
+  moving.set_speed(0.5);
+  for (int i = 0; i < 5 * steps_a_second; ++i) moving.step();
+  EXPECT_GT(distance(moving.pose(), stopped), 0.5);
+}
+
 TEST(robot, is_the_same_each_time) {
   robot one, other;
   for (int i = 0; i < 10 * steps_a_second; ++i) one.step(), other.step();
