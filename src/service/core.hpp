@@ -254,7 +254,7 @@ class core final : public transport_sink {
   // talking.cpp
   struct message {
     std::string_view text;
-    party sender{};           // who is told what becomes of it; nobody
+    party sender{};         // who is told what becomes of it; nobody
     detail::call_ref own{}; // of a lane
     detail::peer_ref to{};  // generation 0: everyone
     bool only_now = false;  // not to be queued beyond this cycle
@@ -383,6 +383,7 @@ class core final : public transport_sink {
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
   std::uint64_t lanes_attached_ = 0;
+  std::uint64_t door_expired_ = 0;     // there, and counted
   std::uint32_t door_held_ = no_index; // a slot that was taken there and waits for room further on
   std::uint32_t peer_calls_ = 0;       // in flight, asked by peers
   std::uint32_t epoch_ = 0;            // connections so far

@@ -82,6 +82,8 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
 // ---- out of the front door
 
 void core::take_from_door() noexcept {
+  const std::uint64_t expired = door_.expired();
+  add(counter::inbound_expired, expired - std::exchange(door_expired_, expired));
   for (std::size_t left = entries_budget; left > 0; --left) {
     if (door_held_ == no_index)
       (void)door_.take([&](std::uint32_t slot) { door_held_ = slot; }, 1); // how many is seen by what is held

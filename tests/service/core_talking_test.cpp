@@ -199,6 +199,8 @@ TEST_F(talking, gives_what_peers_say_to_whoever_receives) {
   on.cycles(10);
   EXPECT_EQ(received(), R"({"speed":3,"ttl_ms":5000})") << "the second is out of date";
   EXPECT_EQ(received(), "empty");
+  on.cycle();
+  EXPECT_EQ(on.count(counter::inbound_expired), 1U);
 }
 
 TEST_F(talking, counts_messages_that_find_the_inbox_full) {
