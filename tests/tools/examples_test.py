@@ -68,11 +68,11 @@ class listen(unittest.TestCase):
 class robot(unittest.TestCase):
     def test_two_of_them_talk_and_add(self):
         with example("robot", "0") as server:
-            free_port = server.line("listening on port").split()[-1]
+            free_port = server.line(r"listening on port (\d+)", "stdout")[1]
             with example("robot", "127.0.0.1", free_port) as client:
-                client.line("38 + 4 = 42", count=2)
-                client.line("the other one is at", count=10)
-                server.line("the other one is at", count=10)
+                client.line(r"38 \+ 4 = 42", "stdout", 2)
+                client.line("the other one is at", "stdout", 10)
+                server.line("the other one is at", "stdout", 10)
                 self.assertEqual(client.end(signal.SIGTERM), -signal.SIGTERM)
                 self.assertEqual(client.said["stderr"], [])
             self.assertEqual(server.end(signal.SIGTERM), -signal.SIGTERM)
@@ -81,7 +81,7 @@ class robot(unittest.TestCase):
         with socket.socket() as unused:
             unused.bind(("127.0.0.1", 0))  # nobody listens there
             with example("robot", "127.0.0.1", str(unused.getsockname()[1])) as client:
-                client.line("nothing happened within", count=2)
+                client.line("nothing happened within", "stdout", 2)
                 self.assertEqual(client.end(signal.SIGTERM), -signal.SIGTERM)
 
     def test_says_how_it_is_used_and_what_is_wrong(self):
