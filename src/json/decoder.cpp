@@ -227,8 +227,13 @@ class decoder::run {
   // ---- values: `at` is their first byte ----
 
   const char* value(const step& s, char* base, const char* at) noexcept {
+    // Most of most messages: not worth a call.
+    if (s.what == value_kind::float64) return real<double>(base + s.offset, at);
+    return other_value(s, base, at);
+  }
+
+  const char* other_value(const step& s, char* base, const char* at) noexcept {
     switch (s.what) {
-    case value_kind::float64: return real<double>(base + s.offset, at);
     case value_kind::float32: return real<float>(base + s.offset, at);
     case value_kind::boolean: return boolean(base + s.offset, at);
     case value_kind::text: return text(s, base + s.offset, at);
@@ -251,17 +256,14 @@ class decoder::run {
     return behind(at, yes ? 4 : 5);
   }
 
-  static std::optional<double> read(const decimal& d, double) noexcept { return to_double(d); }
-  static std::optional<float> read(const decimal& d, float) noexcept { return to_float(d); }
-
   template <class Real>
   const char* real(char* into, const char* at) noexcept {
     if (begins_number(*at)) [[likely]] {
       const decimal d = read_decimal(at, end_);
-      const std::optional<Real> x = read(d, Real{});
-      if (!x) return fail_at(errc::out_of_range, at);
-      store(into, *x);
-      return d.text.data() + d.text.size();
+      Real x = 0;
+      if (!to_real(d, x)) return fail_at(errc::out_of_range, at);
+      store(into, x);
+      return d.end;
     }
     if (*at != 'n') return wrong_type(at);
     store(into, std::numeric_limits<Real>::quiet_NaN());
@@ -274,7 +276,7 @@ class decoder::run {
     if (begins_number(*at)) [[likely]] {
       const decimal d = read_decimal(at, end_);
       n = to_whole(d);
-      end = d.text.data() + d.text.size();
+      end = d.end;
     } else if (*at == '"' && s.as_string) {
       const char* const quote = find_quote(at + 1, end_);
       const std::optional<whole_number> quoted = read_quoted_whole(between(at + 1, quote));

@@ -2,32 +2,44 @@
 // Text to numbers, where they are read into members of known types. A number's text is taken apart once, in
 // one pass; most become a double by one exact multiplication or division (Clinger, "How to Read Floating
 // Point Numbers Accurately", 1990: both operands are exact, so the result is rounded once), the others are
-// left to the standard library. Integers are exact to the last digit, however they are written. Pure
-// functions, on any thread; nothing waits or allocates; steps in proportion to the text.
+// left to the standard library. Integers are exact to the last digit, however they are written. What most
+// numbers need is inline here. Pure functions, on any thread; nothing waits or allocates; steps in proportion
+// to the text.
 #pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string_view>
+
+#include "bytes.hpp"
 
 namespace rowe::json {
 
 // significand x 10^exponent, with a sign.
 struct decimal {
-  std::string_view text; // all of it
+  const char* begin = nullptr;
+  const char* end = nullptr; // of its text
   std::uint64_t significand = 0;
   std::int64_t exponent = 0;
   bool negative = false;
-  bool exact = false; // the significand holds all digits; else only `text` says what the number is
+  bool exact = false; // the significand holds all digits; else only the text says what the number is
+
+  std::string_view text() const noexcept { return {begin, static_cast<std::size_t>(end - begin)}; }
 };
 
-// The number that begins at `at`, which is before `end`. `text` ends where no number goes on; on text that is
-// no valid number it is never empty and never goes beyond `end`.
+// The number that begins at `at`, which is before `end`. Its text ends where no number goes on; on text that
+// is no valid number it is never empty and never goes beyond `end`.
 decimal read_decimal(const char* at, const char* end) noexcept;
 
-// The nearest one, zeros with their sign; nothing when the number is beyond the largest. (No double of a
-// valid text is.)
-std::optional<double> to_double(const decimal& d) noexcept;
-std::optional<float> to_float(const decimal& d) noexcept;
+// The nearest one, zeros with their sign; false, and nothing written, when the number is beyond the largest.
+// (No double of a valid text is. Not std::optional, which would go through memory and cost more than all the
+// rest.)
+bool to_real(const decimal& d, double& into) noexcept;
+bool to_real(const decimal& d, float& into) noexcept;
 
 // An integer, or why there is none.
 struct whole_number {
@@ -42,5 +54,102 @@ whole_number to_whole(const decimal& d) noexcept;
 // What stands in quotes when an integer is written as a string, still escaped: JSON's integers, no fraction,
 // no exponent. Nothing when it is another text.
 std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept;
+
+// ---- how most numbers are read ----
+
+namespace detail {
+
+inline constexpr std::size_t exact_digits_max = 19; // 10^19 is below 2^64
+
+inline bool is_digit(char c) noexcept { return c >= '0' && c <= '9'; }
+inline std::uint64_t digit(char c) noexcept { return static_cast<std::uint64_t>(c - '0'); }
+
+// Are all eight bytes digits? Those are 0x30 to 0x39: the high half is 3, and stays 3 when 6 is added.
+inline bool are_digits(std::uint64_t word) noexcept {
+  constexpr std::uint64_t high_halves = each_byte * 0xf0;
+  return ((word & high_halves) == each_byte * '0') &&
+         (((word + each_byte * 6) & high_halves) == each_byte * '0');
+}
+
+// What eight digits say. Neighbours are added up, the left one with its weight: to four numbers below 100, to
+// two below 10^4, to one.
+inline std::uint64_t eight_digits(std::uint64_t word) noexcept {
+  word -= each_byte * '0';
+  word = ((word * (10 << 8 | 1)) >> 8) & 0x00ff'00ff'00ff'00ff;
+  word = ((word * (100 << 16 | 1)) >> 16) & 0x0000'ffff'0000'ffff;
+  return (word * (std::uint64_t{10'000} << 32 | 1)) >> 32;
+}
+
+// Appends the digits from `at` on to `significand`, which wraps around when they are too many.
+inline const char* take_digits(const char* at, const char* end, std::uint64_t& significand) noexcept {
+  std::uint64_t x = significand;
+  while (end - at >= 8 && are_digits(load_eight(at))) {
+    x = x * 100'000'000 + eight_digits(load_eight(at));
+    at += 8;
+  }
+  for (; at != end && is_digit(*at); ++at) x = x * 10 + digit(*at);
+  significand = x;
+  return at;
+}
+
+// Behind an `e`: adds the exponent to the decimal's.
+const char* take_exponent(const char* at, const char* end, std::int64_t& exponent) noexcept;
+
+// Of a mantissa's text with more digits than the significand holds: do the leading zeros make up for it?
+bool fits_without_zeros(std::string_view mantissa, std::size_t digits) noexcept;
+
+bool to_double_by_text(const decimal& d, double& into) noexcept;
+whole_number to_whole_by_text(const decimal& d) noexcept;
+
+inline constexpr std::array<double, 23> exact_powers_of_ten{1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                                            1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                                            1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
+} // namespace detail
+
+inline decimal read_decimal(const char* at, const char* end) noexcept {
+  decimal d;
+  d.begin = at;
+  d.negative = *at == '-';
+  at += d.negative;
+  const char* const mantissa = at;
+  at = detail::take_digits(at, end, d.significand);
+  auto digits = static_cast<std::size_t>(at - mantissa);
+  if (at != end && *at == '.') {
+    const char* const fraction = ++at;
+    at = detail::take_digits(at, end, d.significand);
+    d.exponent = fraction - at;
+    digits += static_cast<std::size_t>(at - fraction);
+  }
+  d.exact = true;
+  if (digits > detail::exact_digits_max) [[unlikely]] {
+    d.exact = detail::fits_without_zeros({mantissa, static_cast<std::size_t>(at - mantissa)}, digits);
+  }
+  if (at != end && (*at == 'e' || *at == 'E')) at = detail::take_exponent(at + 1, end, d.exponent);
+  d.end = at == d.begin ? at + 1 : at;
+  return d;
+}
+
+inline bool to_real(const decimal& d, double& into) noexcept {
+  constexpr std::uint64_t exact_limit = std::uint64_t{1} << std::numeric_limits<double>::digits;
+  constexpr auto exponent_max = static_cast<std::int64_t>(detail::exact_powers_of_ten.size()) - 1;
+  if (!d.exact || d.significand > exact_limit || d.exponent < -exponent_max || d.exponent > exponent_max) {
+    return detail::to_double_by_text(d, into);
+  }
+  auto x = static_cast<double>(d.significand);
+  if (d.exponent < 0) {
+    x /= detail::exact_powers_of_ten[static_cast<std::size_t>(-d.exponent)];
+  } else if (d.exponent > 0) {
+    x *= detail::exact_powers_of_ten[static_cast<std::size_t>(d.exponent)];
+  }
+  into = d.negative ? -x : x;
+  return true;
+}
+
+inline whole_number to_whole(const decimal& d) noexcept {
+  if (!d.exact || d.exponent != 0) [[unlikely]]
+    return detail::to_whole_by_text(d);
+  return {.what = whole_number::verdict::whole, .negative = d.negative, .magnitude = d.significand};
+}
 
 } // namespace rowe::json
