@@ -10,11 +10,9 @@ import signal
 import subprocess
 import unittest
 
-from fake_hop import dropped, hop_client, hop_server, later, may_2014
+from fake_hop import hop_server, later, may_2014
 from fake_rosbridge import fake_rosbridge
-from program import hub, in_parallel, program, run
-from server import gone
-from websocket import TEXT, frame, peer
+from program import program, run
 
 sum_of = {"service": "add-two-numbers", "a": 38, "b": 4}
 # Longer than an endpoint waits before it pings (3 s), and before it cuts who is silent (8 s).
@@ -40,6 +38,13 @@ class calling_ros(unittest.TestCase):
     def calls(self):
         return [message for _, message in self.bridge.heard if message["op"] == "call_service"]
 
+    def repeat(self, count):
+        """As many calls, all of them answered."""
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--repeat", str(count), "--json")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        (told,) = parsed(ended.stdout)
+        self.assertEqual((told["calls"], told["answered"]), (count, count))
+
     def fails(self, code, *arguments, says):
         ended = self.call(*arguments)
         self.assertEqual(ended.code, code, ended.stderr)
@@ -48,24 +53,19 @@ class calling_ros(unittest.TestCase):
             self.assertIn(text, "\n".join(ended.stderr))
 
     def test_prints_the_answer_s_values(self):
-        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--json")
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}')
         self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}']), ended.stderr)
         (asked,) = self.calls()
         self.assertEqual((asked["service"], asked["args"]), ("/add_two_ints", {"a": 1, "b": 2}))
         self.assertIn("id", asked)
         self.assertEqual(self.bridge.ignored, [])
 
-    def test_prints_what_people_can_read(self):
-        ended = self.call("/add_two_ints", '{"a":1,"b":2}')
-        self.assertEqual(ended.code, 0, ended.stderr)
-        self.assertIn("sum: 3", ended.stdout)
-
     def test_keeps_large_integers_to_the_last_digit(self):
-        ended = self.call("/add_two_ints", '{"a":9223372036854775807,"b":0}', "--json")
+        ended = self.call("/add_two_ints", '{"a":9223372036854775807,"b":0}')
         self.assertEqual(ended.stdout, ['{"sum":9223372036854775807}'])
 
     def test_needs_no_arguments(self):
-        ended = self.call("/add_two_ints", "--json")
+        ended = self.call("/add_two_ints")
         self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":0}']), ended.stderr)
 
     def test_an_error_of_the_service_is_its_sentence(self):
@@ -103,12 +103,12 @@ class calling_ros(unittest.TestCase):
             self.bridge.respond(sender, message["id"], message["service"], wrong, True)  # once more
 
         self.bridge.on_call_service = misleads
-        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--repeat", "20", "--json")
-        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}'] * 20), ended.stderr)
+        ended = self.call("/add_two_ints", '{"a":1,"b":2}')
+        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}']), ended.stderr)
+        self.repeat(20)
 
     def test_repeats_with_an_id_of_its_own_each_time(self):
-        ended = self.call("/add_two_ints", '{"a":1,"b":2}', "--repeat", "50", "--json")
-        self.assertEqual((ended.code, ended.stdout), (0, ['{"sum":3}'] * 50), ended.stderr)
+        self.repeat(50)
         self.assertEqual(len({asked["id"] for asked in self.calls()}), 50)
 
     def test_fragments_are_not_asked_for(self):
@@ -162,12 +162,13 @@ class hop_profile:
         self.assertEqual([one.offers for one in hop.requests], [[]] * len(hop.requests))
 
     def test_the_paper_s_call(self):
-        ended = self.rowe("call", sum_of["service"], '{"a":38,"b":4}', "--json", "--repeat", "3")
+        ended = self.rowe("call", sum_of["service"], '{"a":38,"b":4}')
         self.assertEqual(ended.code, 0, ended.stderr)
-        self.assertEqual([answer["result"] for answer in parsed(ended.stdout)], [42] * 3)
+        self.assertEqual([answer["result"] for answer in parsed(ended.stdout)], [42])
+        self.assertEqual(self.rowe("call", sum_of["service"], '{"a":38,"b":4}', "--repeat", "20").code, 0)
         asked = parsed(self.hop.heard)
-        self.assertEqual(len({one.pop("message_id") for one in asked}), 3)
-        self.assertEqual(asked, [sum_of] * 3)
+        self.assertEqual(len({one.pop("message_id") for one in asked}), 21)
+        self.assertEqual(asked, [sum_of] * 21)
 
     def test_a_call_that_no_program_answers_is_a_time_out(self):
         ended = self.rowe("call", "no-such-service", "--timeout", "300ms")
@@ -182,7 +183,7 @@ class hop_profile:
             return json.dumps({"in_reply_to": identity, "result": 42})
 
         self.chatty = self.enterContext(hop_server(period=self.period, program=chats))
-        ended = self.rowe("call", sum_of["service"], "--json", hop=self.chatty)
+        ended = self.rowe("call", sum_of["service"], hop=self.chatty)
         self.assertEqual([answer["result"] for answer in parsed(ended.stdout)], [42], ended.stderr)
 
     def test_plain_messages_go_as_they_are(self):
@@ -230,84 +231,6 @@ class calling_later_hop(hop_profile, unittest.TestCase):
 
 
 class calling_hop_of_may_2014(hop_profile, unittest.TestCase):
-    profile, period = "hop_2014", may_2014
-
-
-class hop_guests:
-    """Hop programs of one period as clients of `rowe serve`."""
-
-    @classmethod
-    def setUpClass(cls):
-        if "--profile" not in "\n".join(run("help", "serve").stdout):
-            raise unittest.SkipTest("`rowe help serve` lists no --profile")
-        cls.serving = cls.enterClassContext(hub("--profile", cls.profile))
-
-    def guest(self, serving=None, **how):
-        port = (serving or self.serving).port
-        return self.enterContext(hop_client(port, "/hop/robot", self.period, **how))
-
-    def check(self, hop, identity="m1"):
-        """The hub answers, in one plain text frame and with the id as it came."""
-        hop.send(json.dumps({"service": "no-such-service", "message_id": identity}))
-        answer = json.loads(hop.receive())
-        self.assertEqual((answer["in_reply_to"], answer["error"]["code"]), (identity, "no_service"))
-
-    def test_keys_of_any_length_are_taken(self):
-        for cookie in ("", 7, 1804289383, 10**13, 2**63):
-            self.check(self.guest(cookie=cookie), identity=cookie)
-
-    def test_a_subprotocol_of_the_program_s_own_is_no_obstacle(self):
-        hop = self.guest(protocol="foo")
-        self.assertNotIn("sec-websocket-protocol", hop.fields)
-        self.check(hop)
-
-    def test_silence_is_neither_pinged_nor_cut(self):
-        hop = self.guest()
-        with self.assertRaises(TimeoutError):
-            hop.receive(silence)
-        self.check(hop)
-
-    def test_the_end_comes_without_a_frame(self):
-        with hub("--profile", self.profile) as serving:
-            hop = self.guest(serving)
-            self.check(hop)
-            self.assertEqual(serving.end(signal.SIGTERM), 0)
-            with self.assertRaises(gone):
-                hop.receive()
-
-    def test_the_corrupt_length_of_a_long_message_ends_its_connection_and_no_other(self):
-        stays, leaves = self.guest(), self.guest()
-        leaves.send(json.dumps({"x": "x" * 70000}))
-        with self.assertRaises(gone):
-            leaves.receive()
-        self.check(stays)
-
-    def test_browsers_are_still_understood(self):
-        with peer(self.serving.port) as p:
-            p.send({"op": "call_service", "id": "c1", "service": "/nope"})
-            answer = p.receive()
-            self.assertEqual((answer["id"], answer["result"]), ("c1", False))
-
-    def test_many_at_once(self):
-        def talk():
-            with hop_client(self.serving.port, period=self.period) as hop:
-                for identity in range(50):
-                    self.check(hop, identity)
-
-        in_parallel(*[talk] * 8)
-
-
-class later_hop_calling(hop_guests, unittest.TestCase):
-    profile, period = "hop", later
-
-    def test_who_does_not_mask_is_refused(self):
-        hop = self.guest()
-        hop.stream.send(frame(TEXT, b"{}", mask=False))
-        with self.assertRaises((gone, dropped)):
-            hop.receive()
-
-
-class hop_of_may_2014_calling(hop_guests, unittest.TestCase):
     profile, period = "hop_2014", may_2014
 
 
