@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The handles of C loops: each is its C++ twin on the heap. A view lies in the struct of the C program, the
-// C++ view that owns its slot inside.
+// The handles of C loops: opened, they lie on the heap, as C++ handles in C's structs. A view lies in the
+// struct of the C program, the C++ view that owns its slot inside.
 #include <rowe/loop.h>
 
 #include <memory>
@@ -8,26 +8,13 @@
 #include <type_traits>
 #include <utility>
 
-#include <rowe/lane.hpp>
-#include <rowe/publisher.hpp>
-#include <rowe/subscriber.hpp>
-
 #include "capi/endpoint.hpp"
 #include "capi/error.hpp"
+#include "capi/handles.hpp"
 #include "capi/options.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;
-
-struct rowe_lane {
-  rowe::lane inside;
-};
-struct rowe_publisher {
-  rowe::publisher<rowe::json_text> inside;
-};
-struct rowe_subscriber {
-  rowe::subscriber<rowe::json_text> inside;
-};
 
 namespace {
 
