@@ -9,7 +9,7 @@ import json
 
 from cases import invalid_texts, valid_texts
 
-VALID, INVALID, NOT_UTF8 = "valid", "invalid", "not UTF-8"
+VALID, INVALID, NOT_UTF8, BARE = "valid", "invalid", "not UTF-8", "bare"
 depth_max = 64
 
 valid_numbers = """0 -0 1 -1 9 10 12 123456789 0.0 -0.0 0.1 -0.1 1.0 1.5 -1.5 0.5e1 1e0 1E0 1e1 1E1 1e+1
@@ -131,7 +131,8 @@ def values(outside):
 
 
 def messages(publish):
-    """(verdict, text) of whole texts; `publish` is a valid one. INVALID are all that must be refused."""
+    """(verdict, text) of whole texts; `publish` is a valid one. INVALID are all that must be refused. BARE
+    is JSON without an `op`: a plain message, for nobody here, and no error."""
     text = json.dumps(publish)
     whole = text.encode()
     for end in range(len(whole)):
@@ -148,7 +149,9 @@ def messages(publish):
         yield INVALID, blank.encode()
         yield VALID, blank.encode() + whole
         yield VALID, whole + blank.encode()
-    for other in ("null", "true", "false", "0", "-1.5", '""', '"publish"', "[]", f"[{text}]", "[{}]",
+    for other in ("{}", '{"a":1}', '{"msg":{}}', f'{{"a":{text}}}'):
+        yield BARE, other.encode()
+    for other in ("null", "true", "false", "0", "-1.5", '""', '"publish"', "[]", "[{}]", f"[{text}]",
                   json.dumps(text)):
         yield INVALID, other.encode()
     for indent in (0, 1, "\t"):
@@ -166,7 +169,7 @@ def messages(publish):
             yield INVALID, b"{" + more.encode() + b"," + whole[1:]
     for name in ("op", "topic", "msg"):
         without = {other: value for other, value in publish.items() if other != name}
-        yield INVALID, json.dumps(without).encode()
+        yield BARE if name == "op" else INVALID, json.dumps(without).encode()
         for wrong in (None, True, False, 0, 1.5, [], [1], *([] if name == "msg" else [{}, ""]),
                       *(["x"] if name == "msg" else [])):
             yield INVALID, json.dumps({**without, name: wrong}).encode()
@@ -178,5 +181,5 @@ def messages(publish):
         yield VALID, json.dumps({**publish, "id": id_of}).encode()
     for depth in (depth_max - 2, depth_max - 1):
         verdict = VALID if depth < depth_max - 1 else INVALID
-        yield verdict, whole.replace(b'"msg": {', b'"msg": {"deep": ' + nested(depth, "[",
-        "]").encode() + b", ")
+        deeper = f'"msg": {{"deep": {nested(depth, "[", "]")}, '
+        yield verdict, whole.replace(b'"msg": {', deeper.encode())

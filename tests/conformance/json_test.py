@@ -6,7 +6,7 @@ import unittest
 
 import documents
 import programs
-from documents import INVALID, NOT_UTF8, VALID
+from documents import BARE, INVALID, NOT_UTF8, VALID
 from frames import PING, PONG, TEXT, frame
 
 
@@ -28,6 +28,7 @@ class relay:
         self.subscriber = serving.connect()
         self.subscriber.send(frame(TEXT, b'{"op":"subscribe","topic":"/t"}'))
         self.answers(self.subscriber)
+        self.answers(self.publisher)  # from here on it is spoken to in this dialect
 
     def __enter__(self):
         return self
@@ -69,13 +70,22 @@ class relay:
         test.assertEqual(self.delivered(), body)
 
     def is_refused(self, test, text):
-        """The text is answered with a status, and nothing arrives."""
+        """The text is answered with an error, a status or one of the bare dialect, and nothing arrives."""
         self.publisher.send(frame(TEXT, text))
         said = self.answers(self.publisher)
         test.assertEqual(len(said), 1)
-        status = json.loads(said[0])
-        test.assertEqual((status["op"], status["level"]), ("status", "error"))
-        test.assertTrue(status["msg"])
+        answer = json.loads(said[0])
+        if "error" in answer:
+            test.assertTrue(answer["error"]["code"] and answer["error"]["text"])
+        else:
+            test.assertEqual((answer["op"], answer["level"]), ("status", "error"))
+            test.assertTrue(answer["msg"])
+        self.nothing_arrived(test)
+
+    def is_for_nobody(self, test, text):
+        """The text is accepted without a word, and is no message of the topic."""
+        self.publisher.send(frame(TEXT, text))
+        test.assertEqual(self.answers(self.publisher), [])
         self.nothing_arrived(test)
 
     def is_cut(self, test, text):
@@ -115,13 +125,15 @@ class messages(unittest.TestCase):
     publish = {"op": "publish", "id": "i", "topic": "/t", "msg": {"a": [1, "x", None]}}
 
     def test_each_as_a_whole_text(self):
-        counts = dict.fromkeys((VALID, INVALID), 0)
+        counts = dict.fromkeys((VALID, INVALID, BARE), 0)
         with programs.server("hub") as serving, relay(serving) as through:
             for verdict, text in documents.messages(self.publish):
                 with self.subTest(f"{verdict}: {text[:100]!r} ({len(text)} bytes)"):
                     counts[verdict] += 1
                     if verdict == VALID:
                         through.passes(self, text, dict(meaning(text.decode())[1])["msg"])
+                    elif verdict == BARE:
+                        through.is_for_nobody(self, text)
                     else:
                         through.is_refused(self, text)
         print(f"JSON messages: {counts}", flush=True)
