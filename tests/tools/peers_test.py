@@ -3,15 +3,9 @@
 import unittest
 
 from program import hub
-from websocket import peer
+from websocket import peer, settle
 
 odom = {"topic": "/odom", "type": "nav_msgs/Odometry"}
-
-
-def settle(p):
-    """Returns when the hub has carried out all that `p` asked for so far: it does so in order."""
-    p.send({"op": "no such thing", "id": "settle"})
-    return p.receive_until(lambda m: m["op"] == "status")
 
 
 def seconds_of(message):

@@ -1,15 +1,20 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A WebSocket client on a plain socket that can be as odd as a test wants: RFC 6455 written out, no library,
-and no code in common with what it tests.
+"""WebSocket clients and servers on plain sockets that can be as odd as a test wants: RFC 6455 written out, no
+library, and no code in common with what it tests.
 
     with peer(port) as p:
         p.send({"op": "subscribe", "topic": "/odom"})
         message = p.receive()          # a dict; answers pings on the way
+
+    with listener() as there:          # at there.url
+        with there.accept() as p:      # a peer that is the server's side
+            p.send({"a": 1})
 """
 import base64
 import hashlib
 import json
 import os
+import re
 import socket
 import struct
 import time
@@ -91,6 +96,8 @@ def frame(opcode, payload=b"", fin=True, mask=True, reserved=0, length=None, key
 
 
 class peer:
+    masks = True  # as a client does
+
     def __init__(self, port, host="127.0.0.1", path="/", headers=None):
         key = base64.b64encode(os.urandom(16)).decode()
         fields = {"Host": f"{host}:{port}", "Upgrade": "websocket", "Connection": "Upgrade",
@@ -118,7 +125,7 @@ class peer:
         self.stream.sendall(data)
 
     def send_frame(self, opcode, payload=b"", **how):
-        self.send_raw(frame(opcode, payload, **how))
+        self.send_raw(frame(opcode, payload, **{"mask": self.masks, **how}))
 
     def send_text(self, text, **how):
         self.send_frame(TEXT, text.encode(), **how)
@@ -137,17 +144,22 @@ class peer:
         return data
 
     def receive_frame(self, wait=patience):
-        """(fin, opcode, payload); TimeoutError after `wait` seconds. A server must not mask."""
+        """(fin, opcode, payload); TimeoutError after `wait` seconds. Clients mask, servers must not."""
         end = time.monotonic() + wait
         try:
             first, second = self.exactly(2, end)
             length = second & 0x7F
-            assert second & 0x80 == 0, "the server masked a frame"
+            assert bool(second & 0x80) != self.masks, "the other side masked a frame, or ought to have"
             if length == 126:
                 (length,) = struct.unpack("!H", self.exactly(2, end))
             elif length == 127:
                 (length,) = struct.unpack("!Q", self.exactly(8, end))
-            return bool(first & 0x80), first & 0x0F, self.exactly(length, end)
+            key = b"" if self.masks else self.exactly(4, end)
+            payload = self.exactly(length, end)
+            if key:
+                whole = (key * (length // 4 + 1))[:length]
+                payload = (int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")).to_bytes(length, "big")
+            return bool(first & 0x80), first & 0x0F, payload
         except ConnectionResetError as error:
             raise closed(None, "reset") from error
 
@@ -190,3 +202,49 @@ class peer:
                 self.send_frame(PONG, payload)
             if opcode == CLOSE:
                 return struct.unpack("!H", payload[:2])[0] if len(payload) >= 2 else None
+
+
+def settle(p):
+    """Returns when the hub has carried out all that `p` asked for so far: it does so in order."""
+    p.send({"op": "no such thing", "id": "settle"})
+    return p.receive_until(lambda m: m["op"] == "status")
+
+
+class accepted(peer):
+    """The server's side of a connection, from the handshake on."""
+
+    masks = False
+
+    def __init__(self, stream):
+        self.stream, self.buffer = stream, b""
+        head = b""
+        while not head.endswith(b"\r\n\r\n"):
+            head += self.exactly(1, time.monotonic() + patience)
+        self.path = head.split()[1].decode()
+        (key,) = re.findall(rb"(?i)\r\nsec-websocket-key: *(\S+)", head)
+        accept = base64.b64encode(hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest()).decode()
+        self.send_raw(f"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                      f"Sec-WebSocket-Accept: {accept}\r\n\r\n".encode())
+
+
+class listener:
+    """A port that connections can be accepted on, one after another. `window`: of each one's receive buffer."""
+
+    def __init__(self, window=None):
+        self.socket = socket.socket()
+        if window is not None:
+            self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, window)
+        self.socket.bind(("127.0.0.1", 0))
+        self.socket.listen()
+        self.port = self.socket.getsockname()[1]
+        self.url = f"ws://127.0.0.1:{self.port}/"
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
+
+    def accept(self):
+        self.socket.settimeout(patience)
+        return accepted(self.socket.accept()[0])

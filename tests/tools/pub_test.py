@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe pub`: what it sends, on topics and as plain messages, and how it ends."""
+import json
+import signal
+import subprocess
+import time
+import unittest
+
+from program import hub, program, run
+from websocket import closed, listener, peer, settle
+
+
+def lines_of(*messages):
+    return "".join(json.dumps(one) + "\n" for one in messages).encode()
+
+
+def fed(data, *arguments, **options):
+    """`rowe pub` with `data` on stdin, to its end."""
+    with program("pub", *arguments, stdin=subprocess.PIPE, **options) as pub:
+        pub.process.stdin.write(data)
+        pub.process.stdin.close()
+        pub.code = pub.end()
+        return pub
+
+
+class on_topics(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.serving = cls.enterClassContext(hub())
+
+    def setUp(self):
+        self.there = self.enterContext(peer(self.serving.port))
+        self.there.send({"op": "subscribe", "topic": "/t"})
+        settle(self.there)
+
+    def arrived(self, count):
+        return [self.there.receive()["msg"] for _ in range(count)]
+
+    def check(self, ended, count):
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertEqual(ended.stdout, [])
+        self.assertRegex(ended.stderr[-1], rf"sent {count} messages? in \d+\.\d+ s, not sent 0$")
+
+    def test_publishes_once(self):
+        for once in ((), ("--once",), ("-n", "1")):
+            self.check(run("pub", self.serving.url, "/t", '{"a":1.50}', *once), 1)
+            self.assertIn('"msg":{"a":1.50}', self.there.receive_text())
+
+    def test_publishes_at_a_rate(self):
+        begin = time.monotonic()
+        self.check(run("pub", self.serving.url, "/t", '{"a":1}', "-r", "100Hz", "-n", "20"), 20)
+        self.assertGreaterEqual(time.monotonic() - begin, 0.19)
+        self.assertEqual(self.arrived(20), [{"a": 1}] * 20)
+
+    def test_publishes_until_it_is_told_to_end(self):
+        with program("pub", self.serving.url, "/t", '{"a":1}', "-r", "200") as pub:
+            self.arrived(10)
+            self.assertEqual(pub.end(signal.SIGINT), 0)
+            self.assertRegex(pub.stderr[-1], r"sent \d+ messages in ")
+
+    def test_publishes_the_lines_of_stdin(self):
+        messages = [{"i": i, "text": "ä\n"} for i in range(1000)]
+        self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-r", "5kHz"), 1000)
+        self.assertEqual(self.arrived(1000), messages)
+        self.check(fed(b'\r\n  \n{"a":1}\r\n\n{"a":2}', self.serving.url, "/t", "-"), 2)
+        self.assertEqual(self.arrived(2), [{"a": 1}, {"a": 2}])
+        self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-n", "3"), 3)
+        self.assertEqual(self.arrived(3), messages[:3])
+
+    def test_publishes_each_line_when_it_comes(self):
+        with program("pub", self.serving.url, "/t", "-", stdin=subprocess.PIPE) as pub:
+            for i in range(3):
+                pub.process.stdin.write(lines_of({"i": i}))
+                pub.process.stdin.flush()
+                self.assertEqual(self.arrived(1), [{"i": i}])
+            self.assertEqual(pub.end(signal.SIGINT), 0)
+            pub.process.stdin.close()
+
+    def test_a_line_that_is_no_object_ends_it_and_is_named(self):
+        long = b'{"a":"' + b"x" * 70000 + b'"}'
+        for bad, says in ((b"{", "line 2 of stdin is no JSON object: it ends too early (at byte 1)"),
+                          (b"[]", "line 2 of stdin is no JSON object: it does not begin with { (at byte 0)"),
+                          (long, "line 2 of stdin is longer than 61440 bytes")):
+            ended = fed(lines_of({"a": 1}) + bad + b"\n" + lines_of({"a": 2}), self.serving.url, "/t", "-")
+            self.assertEqual((ended.code, ended.stdout), (1, []))
+            self.assertIn(says, "\n".join(ended.stderr))
+            self.assertRegex(ended.stderr[-1], "sent 1 message in ")
+            self.assertEqual(self.arrived(1), [{"a": 1}])
+        ended = fed(lines_of({"header": 7}), self.serving.url, "/t", "-", "--stamp")
+        self.assertEqual(ended.code, 1)
+        self.assertIn("line 1 of stdin has a `header` that is no object", ended.stderr[0])
+
+    def test_stamps_with_the_time_of_sending(self):
+        before = time.time()
+        self.check(run("pub", self.serving.url, "/t", '{"header":{"seq":7,"stamp":{"secs":0,"nsecs":0}},"a":1}',
+                       "--stamp", "-r", "100", "-n", "3"), 3)
+        messages = self.arrived(3)
+        stamps = [m["header"]["stamp"]["secs"] + m["header"]["stamp"]["nsecs"] * 1e-9 for m in messages]
+        self.assertEqual(stamps, sorted(set(stamps)))
+        self.assertGreaterEqual(stamps[0], before - 1e-3)
+        self.assertEqual([(m["header"]["seq"], m["a"]) for m in messages], [(7, 1)] * 3)
+
+    def test_keeps_the_last_message_for_those_who_come_late(self):
+        with program("pub", self.serving.url, "/kept", '{"a":1}', "--latch", "--type", "x/T") as pub:
+            pub.line("stays for late subscribers")
+            with peer(self.serving.port) as late:
+                late.send({"op": "subscribe", "topic": "/kept", "type": "x/T"})
+                self.assertEqual(late.receive()["msg"], {"a": 1})
+            ended = run("call", self.serving.url, "/rowe/stats")
+            types = {one["topic"]: one["type"] for one in json.loads(ended.stdout[0])["topics"]}
+            self.assertEqual(types["/kept"], "x/T")
+            self.assertEqual(pub.end(signal.SIGINT), 0)
+
+    def test_is_quiet_when_asked_to_be(self):
+        ended = run("pub", self.serving.url, "/t", "{}", "-q")
+        self.assertEqual((ended.code, ended.stderr, ended.stdout), (0, [], []))
+
+    def test_takes_the_url_from_the_environment(self):
+        ended = run("pub", "/t", '{"a":1}', environment={"ROWE_URL": self.serving.url})
+        self.check(ended, 1)
+        self.assertEqual(self.arrived(1), [{"a": 1}])
+
+    def test_reaches_an_echo(self):
+        with program("echo", self.serving.url, "/t", "/u", "--json") as echo:
+            count = 0
+            while len(echo.stdout) < 2:  # until it has subscribed
+                count += 1
+                run("pub", self.serving.url, "/t", f'{{"count":{count}}}')
+                run("pub", self.serving.url, "/u", f'{{"count":{count}}}')
+            self.assertEqual(echo.end(signal.SIGINT), 0)
+            told = [json.loads(line) for line in echo.stdout]
+            self.assertEqual({one["topic"] for one in told}, {"/t", "/u"})
+            numbers = [one["msg"]["count"] for one in told if one["topic"] == "/t"]
+            self.assertEqual(numbers, sorted(set(numbers)))
+
+
+class as_plain_messages(unittest.TestCase):
+    def setUp(self):
+        self.there = self.enterContext(listener())
+
+    def test_sends_what_it_is_given(self):
+        for arguments, count in (((), 1), (("-n", "3"), 3), (("-r", "100", "-n", "3"), 3)):
+            with program("pub", self.there.url, "--bare", '{"a":1.50}', *arguments) as pub:
+                with self.there.accept() as p:
+                    self.assertEqual([p.receive_text() for _ in range(count)], ['{"a":1.50}'] * count)
+                    self.assertEqual(pub.end(), 0)
+                self.assertEqual(pub.stdout, [])
+                self.assertRegex(pub.stderr[-1], rf"sent {count} message.*, not sent 0$")
+
+    def test_sends_the_lines_of_stdin(self):
+        messages = [{"i": i} for i in range(100)]
+        with program("pub", self.there.url, "-", "--bare", stdin=subprocess.PIPE) as pub:
+            with self.there.accept() as p:
+                pub.process.stdin.write(lines_of(*messages))
+                pub.process.stdin.close()
+                self.assertEqual([p.receive() for _ in range(100)], messages)
+                self.assertEqual(pub.end(), 0)
+
+    def test_members_that_rowe_needs_itself_are_refused(self):
+        for member in ("op", "message_id", "in_reply_to"):
+            with program("pub", self.there.url, "--bare", json.dumps({member: "x"})) as pub:
+                with self.there.accept() as p:
+                    self.assertEqual(pub.end(), 2)
+                    with self.assertRaises(closed):
+                        p.receive_text()
+                self.assertIn(member, "\n".join(pub.stderr))
+
+    def test_a_number_that_no_double_can_hold_is_refused(self):
+        with program("pub", self.there.url, "--bare", '{"a":1e999}') as pub, self.there.accept():
+            self.assertEqual(pub.end(), 1)
+            self.assertIn("a number no double can", "\n".join(pub.stderr))
+
+    def test_a_time_to_live_that_passed_is_6(self):
+        with program("pub", self.there.url, "--bare", "{}", "--ttl", "1ns", "-n", "3") as pub:
+            self.assertEqual(pub.end(), 6)
+            self.assertRegex(pub.stderr[-1], "sent 0 messages in .*, not sent 3$")
+
+    def test_a_time_to_live_includes_the_wait_for_somebody(self):
+        ended = run("pub", "127.0.0.1:1", "--bare", "{}", "--ttl", "100ms")
+        self.assertEqual((ended.code, ended.stdout), (6, []))
+        self.assertRegex(ended.stderr[-1], "sent 0 messages in .*, not sent 1$")
+        with program("pub", self.there.url, "--bare", "{}", "--ttl", "50s") as pub, self.there.accept() as p:
+            self.assertEqual(p.receive_text(), "{}")
+            self.assertEqual(pub.end(), 0)
+
+    def test_a_message_that_waits_for_nobody_can_be_interrupted(self):
+        with program("pub", "127.0.0.1:1", "--bare", "{}", "--ttl", "50s") as pub:
+            pub.line("nobody listens at 127.0.0.1:1")
+            self.assertEqual(pub.end(signal.SIGINT), 130)
+
+
+class ending(unittest.TestCase):
+    def test_nobody_there_is_3(self):
+        for arguments in (("/t", "{}"), ("--bare", "{}")):
+            ended = run("pub", "127.0.0.1:1", *arguments, "--timeout", "300ms")
+            self.assertEqual((ended.code, ended.stdout), (3, []))
+            self.assertIn("nobody listens at 127.0.0.1:1", ended.stderr[-1])
+
+    def test_interrupted_before_anything_was_sent_is_130(self):
+        with program("pub", "127.0.0.1:1", "/t", "{}") as pub:
+            pub.line("waiting for ws://127.0.0.1:1")
+            self.assertEqual(pub.end(signal.SIGINT), 130)
+
+    def test_interrupted_before_all_was_sent_is_130(self):
+        with hub() as serving, program("pub", serving.url, "/t", "{}", "-n", "1000", "-r", "1") as pub:
+            serving.line(": connected")
+            self.assertEqual(pub.end(signal.SIGINT), 130)
+
+    def test_a_peer_that_does_not_read_costs_messages_once_their_time_is_over(self):
+        data = lines_of(*[{"i": i, "x": "x" * 50000} for i in range(300)])
+        with listener(window=4096) as there:
+            for arguments in (("/t", "-"), ("--bare", "-")):
+                with program("pub", there.url, *arguments, "--ttl", "20ms", stdin=subprocess.PIPE) as pub:
+                    with there.accept():
+                        pub.process.stdin.write(data)
+                        pub.process.stdin.close()
+                        self.assertEqual(pub.end(), 6, pub.stderr)
+                    self.assertRegex(pub.stderr[-1], r"sent \d+ messages in .*, not sent [1-9]\d*$")
+
+    def test_goes_on_once_the_connection_is_back(self):
+        with listener() as there:
+            with program("pub", there.url, "/t", "-", stdin=subprocess.PIPE) as pub:
+                for i in range(2):
+                    with there.accept() as p:
+                        pub.process.stdin.write(lines_of({"i": i}))
+                        pub.process.stdin.flush()
+                        told = p.receive_until(lambda m: m["op"] == "publish")
+                        self.assertEqual(told["msg"], {"i": i})
+                    pub.line(r"127\.0\.0\.1:\d+: (?!connected)", count=i + 1)
+                pub.process.stdin.close()
+                pub.end()
+
+
+if __name__ == "__main__":
+    unittest.main()
