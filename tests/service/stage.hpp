@@ -161,9 +161,9 @@ class peer {
   explicit peer(theatre& in, rowe::service::side ours = rowe::service::side::server,
                 std::string_view address = "127.0.0.1:50000")
       : net_{in.net}, id_{in.net.open(ours, address)}, masks_{ours == rowe::service::side::server} {
-    assembly_.resize(1 << 20);
+    assembly_.resize(128 * 1024); // more than the core's options on a stage allow, and filled in no time
     parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,
-                  {.message_bytes_max = (1 << 20) - 64, .fragments_max = 1000}, assembly_);
+                  {.message_bytes_max = assembly_.size() - 64, .fragments_max = 1000}, assembly_);
   }
 
   connection_id id() const { return id_; }

@@ -11,21 +11,15 @@
 //
 // The trace of a run is hashed, so that two runs of one seed can be held against each other.
 #pragma once
-#include <deque>
 #include <map>
 #include <memory>
-#include <random>
 #include <string>
 #include <vector>
 
-#include "service/router.hpp"
-#include "service/stage.hpp"
+#include "ground.hpp"
+#include "stream.hpp"
 
 namespace sim {
-
-using namespace std::chrono_literals;
-using rowe::rt::duration;
-using rowe::rt::time_point;
 
 struct habits {
   bool peers_leave = true;
@@ -40,49 +34,12 @@ struct tick {
   std::int64_t source, number, published_ns;
 };
 
-// Cuts the stream that a peer is sent into frames, byte by byte, and keeps when each one's first byte was
-// written.
-struct observer {
-  std::uint64_t seen = 0;
-  std::string header, payload;
-  std::size_t want = 0;
-  std::int64_t begun = 0;
-  std::deque<std::pair<std::int64_t, std::string>> complete;
-
-  void take(std::byte b, time_point now) {
-    if (header.empty()) begun = rowe::rt::nanoseconds_of(now);
-    if (want == 0) {
-      header.push_back(static_cast<char>(b));
-      const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(header[i]); };
-      if (header.size() < 2) return;
-      const unsigned length = byte(1) & 127U;
-      const std::size_t need = length == 126 ? 4 : length == 127 ? 10 : 2;
-      if (header.size() < need) return;
-      want = length;
-      if (length >= 126) {
-        want = 0;
-        for (std::size_t i = 2; i < need; ++i) want = want * 256 + byte(i);
-      }
-      if (want == 0) finish();
-      return;
-    }
-    payload.push_back(static_cast<char>(b));
-    if (payload.size() == want) finish();
-  }
-  void finish() {
-    complete.emplace_back(begun, std::move(payload));
-    header.clear();
-    payload.clear();
-    want = 0;
-  }
-};
-
 struct viewer {
   std::unique_ptr<stage::peer> link;
   std::map<std::int64_t, std::int64_t> newest; // of each source
   std::uint64_t heard = 0;
   std::uint64_t read = 0; // bytes of the stream
-  observer stream;
+  stream written;
 };
 
 } // namespace sim
@@ -93,10 +50,10 @@ inline constexpr auto rowe::schema<sim::tick> =
 
 namespace sim {
 
-class world {
+class world : public ground {
  public:
   world(std::uint64_t seed, const habits& does)
-      : does_{does}, dice_{seed}, on_{options(), rowe::service::side::server, seed} {
+      : ground{seed, options(), rowe::service::side::server}, does_{does} {
     add_source();
   }
 
@@ -135,13 +92,6 @@ class world {
     viewers_.clear();
   }
 
-  std::string broken() const {
-    if (!on_.core.check()) return "the core's structures do not agree";
-    return wrong_;
-  }
-  std::uint64_t trace() const { return trace_; }
-  std::uint64_t steps() const { return steps_; }
-  stage::theatre& theatre() { return on_; }
   std::uint64_t published() const { return published_; }
   std::uint64_t heard() const {
     std::uint64_t sum = 0;
@@ -173,13 +123,6 @@ class world {
     return chosen;
   }
 
-  std::uint64_t below(std::uint64_t bound) { return dice_() % bound; }
-  bool one_in(std::uint64_t n) { return below(n) == 0; }
-  void mix(std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211u + 0x9e3779b97f4a7c15u; }
-  void fail(const std::string& what) {
-    if (wrong_.empty()) wrong_ = what + " (step " + std::to_string(steps_) + ")";
-  }
-
   void open_viewer() {
     viewer fresh;
     fresh.link = std::make_unique<stage::peer>(on_);
@@ -203,12 +146,7 @@ class world {
 
   void change_weather() {
     if (viewers_.empty()) return wait();
-    auto& sky = on_.net.weather_of(viewers_[below(viewers_.size())].link->id());
-    constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
-    constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
-    sky.room_bytes = rooms[below(std::size(rooms))];
-    sky.chunk_bytes_max = chunks[below(std::size(chunks))];
-    sky.arrive_bytes_max = one_in(3) ? below(40) : SIZE_MAX;
+    ground::change_weather(viewers_[below(viewers_.size())].link->id());
   }
 
   void subscribe(viewer& v) {
@@ -283,16 +221,16 @@ class world {
     for (const source& s : all_sources_) exists = exists || (s.id == id && number < s.next);
     for (const source& s : sources_) exists = exists || (s.id == id && number < s.next);
     if (!exists) fail("never published: " + text);
-    const auto begun = begun_at(v, text);
-    if (begun > number_after(text, "\"published_ns\":") + does_.ttl.count())
+    if (const auto begun = begun_at(v, text);
+        begun > number_after(text, "\"published_ns\":") + does_.ttl.count())
       fail("begun after its time: " + text);
   }
 
-  // When the first byte of this message was handed to the network: the peer's stream is searched for it.
-  std::int64_t begun_at(const viewer& v, const std::string& text) {
-    for (const auto& [when, begun] : v.stream.complete) {
-      if (begun == text) return when;
-    }
+  // When the first byte of this message, the next one that the peer hears, was handed to the network.
+  std::int64_t begun_at(viewer& v, const std::string& text) {
+    auto& frames = v.written.complete;
+    while (!frames.empty() && frames.front().payload != text) frames.pop_front();
+    if (!frames.empty()) return rowe::rt::nanoseconds_of(frames.front().begun);
     fail("a message nobody saw written: " + text);
     return 0;
   }
@@ -301,11 +239,7 @@ class world {
   void note_writes() {
     for (viewer& v : viewers_) {
       const auto bytes = on_.net.sent(v.link->id());
-      const std::uint64_t end = v.read + bytes.size(); // of the stream since its beginning
-      for (; v.stream.seen < end; ++v.stream.seen) {
-        v.stream.take(bytes[static_cast<std::size_t>(v.stream.seen - v.read)], on_.now);
-      }
-      while (v.stream.complete.size() > 2000) v.stream.complete.pop_front();
+      v.written.take(bytes.subspan(std::min<std::size_t>(v.written.end() - v.read, bytes.size())), on_.now);
     }
   }
 
@@ -349,23 +283,14 @@ class world {
     }
   }
 
-  void wait() {
-    constexpr duration waits[] = {1us, 50us, 500us, 1ms, 5ms, 20ms};
-    on_.now += waits[below(std::size(waits))];
-    if (does_.peers_leave && one_in(200)) on_.now += 3s;
-  }
+  void wait() { ground::wait(does_.peers_leave); }
 
   habits does_;
-  std::mt19937_64 dice_;
-  stage::theatre on_;
   std::vector<viewer> viewers_;
   std::vector<source> sources_;
   std::vector<source> all_sources_;
   std::int64_t next_source_ = 0;
   std::uint64_t published_ = 0;
-  std::uint64_t steps_ = 0;
-  std::uint64_t trace_ = 14695981039346656037u;
-  std::string wrong_;
 };
 
 } // namespace sim

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every simulated world stands on: one core on a stage, dice from one seed, a network whose weather
+// changes, time that crawls and jumps, the first thing that went wrong, and a hash of all that happened, so
+// that two runs of one seed can be held against each other.
+#pragma once
+#include <cstdint>
+#include <random>
+#include <string>
+
+#include "service/router.hpp"
+#include "service/stage.hpp"
+
+namespace sim {
+
+using namespace std::chrono_literals;
+using rowe::rt::duration;
+using rowe::rt::time_point;
+
+// SplitMix64: as good as a simulation needs, and a seed costs nothing (the state of a Mersenne twister is 312
+// words).
+class dice {
+ public:
+  explicit dice(std::uint64_t seed) : state_{seed * 0x9e3779b97f4a7c15u} {}
+
+  std::uint64_t operator()() {
+    state_ += 0x9e3779b97f4a7c15u;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+  }
+  std::uint64_t below(std::uint64_t bound) { return (*this)() % bound; }
+  bool one_in(std::uint64_t n) { return below(n) == 0; }
+
+ private:
+  std::uint64_t state_;
+};
+
+class ground {
+ public:
+  ground(std::uint64_t seed, const rowe::endpoint_options& options, rowe::service::side ours)
+      : dice_{seed}, on_{options, ours, seed} {}
+
+  std::string broken() const {
+    if (!on_.core.check()) return "the core's structures do not agree";
+    return wrong_;
+  }
+  std::uint64_t trace() const { return trace_; }
+  std::uint64_t steps() const { return steps_; }
+  stage::theatre& theatre() { return on_; }
+
+ protected:
+  std::uint64_t below(std::uint64_t bound) { return dice_.below(bound); }
+  bool one_in(std::uint64_t n) { return dice_.one_in(n); }
+  void mix(std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211u + 0x9e3779b97f4a7c15u; }
+  void fail(const std::string& what) {
+    if (wrong_.empty()) wrong_ = what + " (step " + std::to_string(steps_) + ")";
+  }
+
+  void change_weather(stage::connection_id of) {
+    auto& sky = on_.net.weather_of(of);
+    constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
+    constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
+    sky.room_bytes = rooms[below(std::size(rooms))];
+    sky.chunk_bytes_max = chunks[below(std::size(chunks))];
+    sky.arrive_bytes_max = one_in(3) ? below(40) : SIZE_MAX;
+  }
+
+  void wait(bool jumps) {
+    constexpr duration waits[] = {1us, 50us, 500us, 1ms, 5ms, 20ms};
+    on_.now += waits[below(std::size(waits))];
+    if (jumps && one_in(200)) on_.now += 3s;
+  }
+
+  dice dice_;
+  stage::theatre on_;
+  std::uint64_t steps_ = 0;
+
+ private:
+  std::uint64_t trace_ = 14695981039346656037u;
+  std::string wrong_;
+};
+
+} // namespace sim
