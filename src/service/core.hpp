@@ -246,7 +246,7 @@ class core final : public transport_sink {
   bool has_unsent(std::uint32_t lane) noexcept;
   void note(topic& on, rt::time_point published) noexcept;
   bool wanted_now(const topic& on) noexcept;
-  void deliver_inbox(std::uint32_t lane, std::span<const char> body) noexcept;
+  void deliver_inbox(std::uint32_t lane, std::span<const char> body, detail::peer_ref from = {}) noexcept;
   void update_wanted(std::uint32_t topic) noexcept;
   void announce(connection& c, std::uint32_t lane, bool begins) noexcept;
   void announce_all(connection& c) noexcept;

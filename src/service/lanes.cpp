@@ -250,14 +250,15 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
   on.bytes = asked.msg_raw.size();
   if (on.first_inbox == no_index) return add(counter::no_peer);
   for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox) {
-    deliver_inbox(i, asked.msg_raw);
+    deliver_inbox(i, asked.msg_raw, {c.id.index, c.id.generation});
   }
 }
 
-void core::deliver_inbox(std::uint32_t index, std::span<const char> body) noexcept {
+void core::deliver_inbox(std::uint32_t index, std::span<const char> body, detail::peer_ref from) noexcept {
   const status done = fill_inbox(index,
                                  {.stamped_ns = rt::nanoseconds_of(now_),
-                                  .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl))},
+                                  .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl)),
+                                  .peer = from},
                                  {body.data(), body.size()});
   if (done) return;
   add(done.code() == errc::full      ? counter::inbox_full
