@@ -40,22 +40,22 @@ namespace detail {
 // function: never waits, never allocates, steps in proportion to what is written.
 class message_writer {
  public:
-  ROWE_RT message_writer(char* room, std::size_t used, std::size_t room_bytes) noexcept
+  message_writer(char* room, std::size_t used, std::size_t room_bytes) noexcept
       : room_{room}, used_{used}, room_bytes_{room_bytes} {}
 
-  ROWE_RT void begin(char bracket) noexcept; // '{' or '['
-  ROWE_RT void end(char bracket) noexcept;
-  ROWE_RT void comma() noexcept; // between a value that stands there already and the next
-  ROWE_RT void key(std::string_view name) noexcept;
-  ROWE_RT void string(std::string_view utf8) noexcept;
-  ROWE_RT void number(double x) noexcept;
-  ROWE_RT void number(float x) noexcept;
-  ROWE_RT void number(std::int64_t x) noexcept;
-  ROWE_RT void number(std::uint64_t x) noexcept;
-  ROWE_RT void raw(std::string_view json) noexcept;
+  void begin(char bracket) noexcept; // '{' or '['
+  void end(char bracket) noexcept;
+  void comma() noexcept; // between a value that stands there already and the next
+  void key(std::string_view name) noexcept;
+  void string(std::string_view utf8) noexcept;
+  void number(double x) noexcept;
+  void number(float x) noexcept;
+  void number(std::int64_t x) noexcept;
+  void number(std::uint64_t x) noexcept;
+  void raw(std::string_view json) noexcept;
 
-  ROWE_RT std::size_t used() const noexcept { return used_; }
-  ROWE_RT bool overflowed() const noexcept { return overflowed_; }
+  std::size_t used() const noexcept { return used_; }
+  bool overflowed() const noexcept { return overflowed_; }
 
  private:
   template <class Write>

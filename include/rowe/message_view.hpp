@@ -35,7 +35,8 @@ class message_view {
   }
   // When its last byte was read from the socket.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
-  // From whom: no connection (false) where it came from this process itself.
+  // From whom: no connection (false) where it came from this process itself, or on a topic of a hub, or is a
+  // reply.
   ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
   // Whether it is a call: somebody waits for a reply (rowe::lane::reply).
   ROWE_RT bool wants_reply() const noexcept { return header().what == detail::entry::invocation; }
@@ -46,7 +47,7 @@ class message_view {
   friend class subscriber;
   template <class Q, class A>
   friend class caller;
-  ROWE_RT message_view(detail::lane& on, detail::emptying_end& path, std::uint32_t slot) noexcept
+  message_view(detail::lane& on, detail::emptying_end& path, std::uint32_t slot) noexcept
       : lane_{&on}, path_{&path}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept { return *path_->slots.header(slot_); }
@@ -77,13 +78,13 @@ class value_view {
   }
   // When its last byte was read from the socket, or when it was published in this process.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
-  // From whom: no connection (false) where this process published it.
+  // From whom: no connection (false) where this process published it, or a hub passed it on.
   ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
 
  private:
   template <class U>
   friend class subscriber;
-  ROWE_RT value_view(detail::lane& on, std::uint32_t slot) noexcept : lane_{&on}, slot_{slot} {}
+  value_view(detail::lane& on, std::uint32_t slot) noexcept : lane_{&on}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept { return *lane_->user.in.slots.header(slot_); }
 

@@ -36,7 +36,7 @@ class request : public detail::open_request {
  private:
   template <class, class>
   friend class responder;
-  ROWE_RT request(detail::lane& on, detail::request_slots slots, const decltype(body)& asked) noexcept
+  request(detail::lane& on, detail::request_slots slots, const decltype(body)& asked) noexcept
       : detail::open_request{on, slots, std::is_same_v<Q, json_text>}, body{asked} {}
 };
 

@@ -14,7 +14,7 @@
 namespace rowe {
 
 // Takes the messages of a topic decoded into a struct that has a schema; those that are not what it says are
-// counted as `malformed` and dropped. Move-only; one thread at a time.
+// counted as `undecodable` and dropped. Move-only; one thread at a time.
 template <class T>
 class subscriber {
   static_assert(described<T>, "a subscribed struct needs a schema: see rowe/schema.hpp");

@@ -344,10 +344,8 @@ std::vector<count> endpoint_state::counts() const {
   all.reserve(service::counter_descriptions.size());
   for (std::size_t i = 0; i < service::counter_descriptions.size(); ++i) {
     const auto& what = service::counter_descriptions[i];
-    const auto which = static_cast<counter>(i);
-    std::uint64_t value = service::read_count(*board_, lanes_, which);
-    if (which == counter::inbound_expired) value += door_->expired();
-    all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning, value});
+    all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning,
+                   service::read_count(*board_, lanes_, static_cast<counter>(i))});
   }
   return all;
 }

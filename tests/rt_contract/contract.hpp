@@ -113,6 +113,12 @@ std::span<const exercise> exercises_of_time();
 std::span<const exercise> exercises_of_the_wheel();
 std::span<const exercise> exercises_of_values();
 std::span<const exercise> exercises_of_handles();
+std::span<const exercise> exercises_of_messages();
+std::span<const exercise> exercises_of_lanes();
+std::span<const exercise> exercises_of_callers();
+std::span<const exercise> exercises_of_responders();
+std::span<const exercise> exercises_of_typed_subscribers();
+std::span<const exercise> exercises_of_c();
 std::vector<exercise> all_exercises();
 
 // Runs one in a real-time thread of its own. `seen` is meaningless where `trouble` says what went wrong.

@@ -1,77 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-// Publishers and subscribers, on lanes that are built here as an endpoint builds them, with this thread in
-// the service thread's place: so every state can be brought about at will. service_test.cpp has the real
-// thread.
-#include "contract.hpp"
-
+// Publishers and subscribers of text, and what handles are made of.
 #include <rowe/publisher.hpp>
 #include <rowe/subscriber.hpp>
 
-#include "api/lane_memory.hpp"
-
-struct contract_odometry {
-  double stamp, x, y, heading, speed;
-};
-template <>
-inline constexpr auto rowe::schema<contract_odometry> =
-    rowe::fields<&contract_odometry::stamp, &contract_odometry::x, &contract_odometry::y,
-                 &contract_odometry::heading, &contract_odometry::speed>{};
+#include "lanes.hpp"
 
 namespace rowe::contract {
 namespace {
 
-using namespace std::chrono_literals;
-using detail::audience;
 using detail::lane;
-using odometry = contract_odometry;
-
-constexpr std::uint32_t depth = 64; // of 192 bytes each: three pages
-constexpr std::size_t text_bytes = 100;
-constexpr rt::time_point now{1000s};
-constexpr std::string_view text = R"({"data":"hello"})";
-
-lane& new_lane(real_time& rt, audience heard_by) {
-  auto& made = rt.make<lane>();
-  made.heard_by.store(heard_by,
-                      std::memory_order_release); // release: as the service thread stores it; one thread here
-  made.ttl = 20ms;
-  return made;
-}
 
 lane& publishing_lane(real_time& rt, audience heard_by, rowe::keep kept = rowe::keep::all) {
-  lane& made = new_lane(rt, heard_by);
-  constexpr std::size_t bytes = std::max(sizeof(odometry), text_bytes);
-  detail::build_path(rt.array<std::byte>(detail::path_bytes(kept, depth, bytes)), kept, depth, bytes,
-                     made.publisher, made.service.out);
-  return made;
+  return lane_for(rt,
+                  {.kind = detail::lane_kind::publish_value,
+                   .name = "/odom",
+                   .keep = kept,
+                   .ttl = 20ms,
+                   .out_depth = depth,
+                   .out_bytes = std::max(sizeof(odometry), std::size_t{text_bytes})},
+                  heard_by);
 }
 
 lane& subscribing_lane(real_time& rt, audience heard_by) {
-  lane& made = new_lane(rt, heard_by);
-  detail::build_path(rt.array<std::byte>(detail::path_bytes(rowe::keep::all, depth, text_bytes)),
-                     rowe::keep::all, depth, text_bytes, made.service.in, made.subscriber);
-  return made;
+  return lane_for(
+      rt, detail::subscribe_request<json_text>("/odom", {.depth = depth, .text_bytes_max = text_bytes}),
+      heard_by);
 }
-
-// What the service thread does with what was published: takes it and gives the slots back.
-void serve(lane& on) {
-  if (on.service.out.newest != nullptr) {
-    use(on.service.out.newest->begin_read());
-    return;
-  }
-  on.service.out.out->drain([&](std::uint32_t slot) { on.service.out.home->give(slot); }, depth);
-}
-
-// What the service thread does with a message that arrived.
-void arrive(lane& on) {
-  const auto slot = on.service.in.home->try_take();
-  if (!slot) return;
-  *on.service.in.slots.header(*slot) = {0, 0, text.size()};
-  std::memcpy(on.service.in.slots.value(*slot), text.data(), text.size());
-  use(on.service.in.out->try_push(*slot));
-}
-
-detail::lane_handle handle_of(lane& on) { return {nullptr, on}; }
 
 publisher<odometry>& publisher_on(real_time& rt, lane& on) {
   return rt.make<publisher<odometry>>(handle_of(on));
@@ -114,28 +68,46 @@ void read_from_text_publishers(real_time& rt, Read read) {
 constexpr exercise list[] = {
     {"detail::lane_slots::header", "each in turn",
      [](real_time& rt) {
-       const auto slots = publishing_lane(rt, audience::somebody).publisher.slots;
-       rt.calls([&](std::uint64_t i) { slots.header(static_cast<std::uint32_t>(i % depth))->bytes = i; });
+       const auto slots = publishing_lane(rt, audience::somebody).user.out.slots;
+       rt.calls([&](std::uint64_t i) {
+         slots.header(static_cast<std::uint32_t>(i % depth))->bytes = static_cast<std::uint32_t>(i);
+       });
      }},
     {"detail::lane_slots::value", "each in turn, written to",
      [](real_time& rt) {
-       const auto slots = publishing_lane(rt, audience::somebody).publisher.slots;
+       const auto slots = publishing_lane(rt, audience::somebody).user.out.slots;
        rt.calls([&](std::uint64_t i) { *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1}; });
+     }},
+    {"detail::slots_aside::push", "until all places are taken, and popped",
+     [](real_time& rt) {
+       detail::slots_aside aside{rt.array<std::uint32_t>(depth)};
+       rt.calls([&](std::uint64_t i) {
+         if (aside.count == depth) aside.count = 0;
+         aside.push(static_cast<std::uint32_t>(i));
+       });
+     }},
+    {"detail::slots_aside::pop", "round and round",
+     [](real_time& rt) {
+       detail::slots_aside aside{rt.array<std::uint32_t>(depth)};
+       rt.calls([&](std::uint64_t i) {
+         aside.push(static_cast<std::uint32_t>(i));
+         use(aside.pop());
+       });
      }},
     {"detail::lane_handle::operator bool", "with and without a lane",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::lane_handle>(handle_of(new_lane(rt, audience::nobody)));
+       auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
        auto& empty = rt.make<detail::lane_handle>();
        rt.calls([&](std::uint64_t i) { use(static_cast<bool>(i % 2 == 0 ? handle : empty)); });
      }},
     {"detail::lane_handle::operator->", "with a lane",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::lane_handle>(handle_of(new_lane(rt, audience::nobody)));
+       auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use(handle->ttl); });
      }},
     {"detail::lane_handle::operator*", "with a lane",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::lane_handle>(handle_of(new_lane(rt, audience::nobody)));
+       auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use((*handle).ttl); });
      }},
     {"detail::publish_into", "a lane with room",
@@ -300,6 +272,15 @@ constexpr exercise list[] = {
          arrive(on);
          const auto taken = seen.try_take();
          use(taken->text().front());
+       });
+     }},
+    {"message_view::from", "of each slot in turn",
+     [](real_time& rt) {
+       lane& on = subscribing_lane(rt, audience::somebody);
+       auto& seen = subscriber_on(rt, on);
+       rt.calls([&](std::uint64_t) {
+         arrive(on);
+         use(seen.try_take()->from());
        });
      }},
     {"message_view::arrived", "of each slot in turn",

@@ -9,7 +9,8 @@
 // thread is not told: what it does with a call ends by itself at the call's deadline.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
-// steps bounded by the lane's depths, unless it says otherwise.
+// steps bounded by the lane's depths, unless it says otherwise; what shows that are the exercises of the
+// handles that are made of these (tests/rt_contract).
 #pragma once
 #include <algorithm>
 #include <array>
@@ -34,15 +35,15 @@ inline constexpr std::size_t sentence_bytes_max = 192;
 // poll_period (10 ms at most) and a cycle, unless the service thread is kept from its core.
 inline constexpr duration word_late_max = std::chrono::milliseconds{25};
 
-ROWE_RT inline bool closed(const lane& on) noexcept {
+inline bool closed(const lane& on) noexcept {
   // acquire: pairs with the release in endpoint_state::close(), after which nothing arrives
   return on.heard_by.load(std::memory_order_acquire) == audience::closed;
 }
 
-ROWE_RT constexpr peer_ref ref_of(connection c) noexcept { return {c.index, c.generation}; }
+constexpr peer_ref ref_of(connection c) noexcept { return {c.index, c.generation}; }
 
 // Whether a connection has ended since it was named. No connection never does.
-ROWE_RT inline bool gone(const lane& on, peer_ref whom) noexcept {
+inline bool gone(const lane& on, peer_ref whom) noexcept {
   if (whom.generation == 0) return false;
   if (whom.index >= on.peer_generations.size()) return true; // of another endpoint
   // relaxed: pairs with the stores in board::set_connection(); advice, which the service thread checks again
@@ -50,18 +51,18 @@ ROWE_RT inline bool gone(const lane& on, peer_ref whom) noexcept {
 }
 
 // When a message with this time to live expires: 0 means in the cycle that takes it, negative never.
-ROWE_RT constexpr time_point expiry_after(time_point now, duration ttl) noexcept {
+constexpr time_point expiry_after(time_point now, duration ttl) noexcept {
   return rt::deadline_after(now, ttl);
 }
 
-ROWE_RT inline bool expired_at(const value_header& what, time_point now) noexcept {
+inline bool expired_at(const value_header& what, time_point now) noexcept {
   return what.expires_ns <= rt::nanoseconds_of(now);
 }
 
 // ---- out
 
 // The header of a letter: what goes to `to` and is dropped when it was not written at `expires`.
-ROWE_RT constexpr value_header letter(entry what, peer_ref to, time_point now, time_point expires) noexcept {
+constexpr value_header letter(entry what, peer_ref to, time_point now, time_point expires) noexcept {
   value_header made;
   made.stamped_ns = rt::nanoseconds_of(now);
   made.expires_ns = rt::nanoseconds_of(expires);
@@ -72,8 +73,8 @@ ROWE_RT constexpr value_header letter(entry what, peer_ref to, time_point now, t
 
 // Sends a slot that was taken from `out`'s home. False only when a second thread is in the handle: the ring
 // has places for all slots twice.
-ROWE_RT inline bool post_slot(lane& on, std::uint32_t slot, value_header header, const void* value,
-                              std::size_t bytes) noexcept {
+inline bool post_slot(lane& on, std::uint32_t slot, value_header header, const void* value,
+                      std::size_t bytes) noexcept {
   const filling_end& path = on.user.out;
   header.bytes = static_cast<std::uint32_t>(bytes);
   *path.slots.header(slot) = header;
@@ -83,13 +84,13 @@ ROWE_RT inline bool post_slot(lane& on, std::uint32_t slot, value_header header,
 }
 
 // Whether so much fits into a slot of `out`. Errors: too_big, counted.
-ROWE_RT inline status check_fits(lane& on, std::size_t bytes) noexcept {
+inline status check_fits(lane& on, std::size_t bytes) noexcept {
   const std::size_t bytes_max = on.user.out.slots.bytes_max;
   if (bytes <= bytes_max) return {};
   on.refused_too_big.add();
   return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(bytes_max)};
 }
-ROWE_RT inline status check_fits(lane& on, const body& text) noexcept {
+inline status check_fits(lane& on, const body& text) noexcept {
   if (text.outgrown() == 0) return check_fits(on, text.text().size());
   on.refused_too_big.add();
   const auto limit = static_cast<std::int64_t>(text.outgrown());
@@ -98,8 +99,7 @@ ROWE_RT inline status check_fits(lane& on, const body& text) noexcept {
 
 // Hands `bytes` at `value` to the service thread. Errors: closed, too_big, full, misuse; full and too_big are
 // counted.
-ROWE_RT inline status post(lane& on, const value_header& header, const void* value,
-                           std::size_t bytes) noexcept {
+inline status post(lane& on, const value_header& header, const void* value, std::size_t bytes) noexcept {
   if (closed(on)) return errc::closed;
   if (const status fits = check_fits(on, bytes); !fits) return fits;
   const auto slot = on.user.out.home->try_take();
@@ -111,7 +111,7 @@ ROWE_RT inline status post(lane& on, const value_header& header, const void* val
   return {};
 }
 
-ROWE_RT inline status post(lane& on, const value_header& header, const body& text) noexcept {
+inline status post(lane& on, const value_header& header, const body& text) noexcept {
   if (const status fits = check_fits(on, text); !fits) return fits;
   return post(on, header, text.text().data(), text.text().size());
 }
@@ -119,7 +119,7 @@ ROWE_RT inline status post(lane& on, const value_header& header, const body& tex
 // ---- the lane's own calls
 
 // A place for a call, now open. Errors: too_many_calls.
-ROWE_RT inline result<call_ref> begin_call(lane& on) noexcept {
+inline result<call_ref> begin_call(lane& on) noexcept {
   lane::user_side& mine = on.user;
   if (mine.free_call == mine.calls.size()) {
     return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
@@ -133,31 +133,31 @@ ROWE_RT inline result<call_ref> begin_call(lane& on) noexcept {
   return call_ref{index, place.generation};
 }
 
-ROWE_RT inline void free_place(lane& on, std::uint32_t index) noexcept {
+inline void free_place(lane& on, std::uint32_t index) noexcept {
   on.user.calls[index].next_free = on.user.free_call;
   on.user.free_call = index;
   --on.user.calls_open;
 }
 
 // Takes back a call that never left.
-ROWE_RT inline void withdraw_call(lane& on, call_ref call) noexcept {
+inline void withdraw_call(lane& on, call_ref call) noexcept {
   ++on.user.calls[call.index].generation;
   free_place(on, call.index);
 }
 
-ROWE_RT inline bool open(const lane& on, call_ref call) noexcept {
+inline bool open(const lane& on, call_ref call) noexcept {
   return call.generation % 2 == 1 && call.index < on.user.calls.size() &&
          on.user.calls[call.index].generation == call.generation;
 }
 
 // Nobody wants its end any more. Nothing happens to a call that has ended.
-ROWE_RT inline void give_up(lane& on, call_ref call) noexcept {
+inline void give_up(lane& on, call_ref call) noexcept {
   if (open(on, call)) on.user.calls[call.index].cancelled = true;
 }
 
 // Begins a call, posts `value`, which then names it. Errors: as begin_call() and post().
 template <class... Value>
-ROWE_RT result<call_ref> start_call(lane& on, value_header header, const Value&... value) noexcept {
+result<call_ref> start_call(lane& on, value_header header, const Value&... value) noexcept {
   if (closed(on)) return errc::closed;
   const auto call = begin_call(on);
   if (!call) return call;
@@ -171,38 +171,37 @@ ROWE_RT result<call_ref> start_call(lane& on, value_header header, const Value&.
 
 // Posts a letter, or begins a call with one, unless its addressee is known to be gone. Errors: peer_lost, and
 // those of post() and start_call().
-ROWE_RT inline status post_to(lane& on, connection to, const body& text,
-                              const value_header& header) noexcept {
+inline status post_to(lane& on, connection to, const body& text, const value_header& header) noexcept {
   if (gone(on, ref_of(to))) return closed(on) ? errc::closed : errc::peer_lost;
   return post(on, header, text);
 }
-ROWE_RT inline result<call_ref> start_letter(lane& on, connection to, const body& text,
-                                             const value_header& header) noexcept {
+inline result<call_ref> start_letter(lane& on, connection to, const body& text,
+                                     const value_header& header) noexcept {
   if (gone(on, ref_of(to))) return closed(on) ? errc::closed : errc::peer_lost;
   return start_call(on, header, text);
 }
 
 // A call as its handle's user knows it.
-ROWE_RT inline result<call_id> named(const result<call_ref>& call) noexcept {
+inline result<call_id> named(const result<call_ref>& call) noexcept {
   if (!call) return call.error();
   return call_id{call->index, call->generation};
 }
 
 // The slot of an arrived end goes home, and with it the call's place.
-ROWE_RT inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
+inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
   const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
   on.user.ends.home->give(slot);
   free_place(on, index);
 }
 
-ROWE_RT inline void give_back(lane& on, const emptying_end& path, std::uint32_t slot) noexcept {
+inline void give_back(lane& on, const emptying_end& path, std::uint32_t slot) noexcept {
   if (&path == &on.user.ends) return give_end_back(on, slot);
   path.home->give(slot);
 }
 
 // Makes the call of an end that arrived one that is over. False, and the slot given back, when nobody wants
 // it.
-ROWE_RT inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
+inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
   call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
   ++place.generation;
   if (!place.cancelled) return true;
@@ -211,7 +210,7 @@ ROWE_RT inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
 }
 
 // The next end that arrived and is wanted, those set aside first.
-ROWE_RT inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
+inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
   lane::user_side& mine = on.user;
   while (mine.ends_aside.count != 0) {
     const std::uint32_t slot = mine.ends_aside.pop();
@@ -225,7 +224,7 @@ ROWE_RT inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
 }
 
 // The end of this call, if it has arrived; ends of others are set aside until take_end().
-ROWE_RT inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcept {
+inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcept {
   while (const auto slot = on.user.ends.out->try_pop()) {
     if (on.user.ends.slots.header(*slot)->own == call) {
       (void)accept_end(on, *slot); // the one who waits has not given up
@@ -236,18 +235,17 @@ ROWE_RT inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call)
   return std::nullopt;
 }
 
-ROWE_RT inline call_id id_of_end(const lane& on, std::uint32_t slot) noexcept {
+inline call_id id_of_end(const lane& on, std::uint32_t slot) noexcept {
   const call_ref call = on.user.ends.slots.header(slot)->own;
   return {call.index, call.generation};
 }
 
 // The header of an invocation that is given up after `timeout`.
-ROWE_RT constexpr value_header call_header(time_point now, duration timeout,
-                                           connection to = everyone) noexcept {
+constexpr value_header call_header(time_point now, duration timeout, connection to = everyone) noexcept {
   return letter(entry::invocation, ref_of(to), now, rt::deadline_after(now, timeout));
 }
 
-ROWE_RT inline error error_of(const value_header& end) noexcept {
+inline error error_of(const value_header& end) noexcept {
   return {end.outcome, end.outcome_value, end.outcome_limit};
 }
 
@@ -288,7 +286,7 @@ inline status wait_sent(lane& on, call_ref call) noexcept {
 // ---- in
 
 // The next message or call that has arrived and is not out of date; those that are go home and are counted.
-ROWE_RT inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexcept {
+inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexcept {
   const emptying_end& path = on.user.in;
   for (std::size_t left = path.out->waiting_at_least(); left != 0; --left) {
     const std::uint32_t slot = *path.out->try_pop();
@@ -316,11 +314,11 @@ auto wait_next(const lane_handle& handle, duration patience, TryNext&& try_next)
 // What a call was refused with, kept by the handle that asked.
 class sentence {
  public:
-  ROWE_RT void assign(std::string_view from) noexcept {
+  void assign(std::string_view from) noexcept {
     bytes_ = std::min(from.size(), sentence_bytes_max);
     from.copy(text_.data(), bytes_);
   }
-  ROWE_RT std::string_view view() const noexcept { return {text_.data(), bytes_}; }
+  std::string_view view() const noexcept { return {text_.data(), bytes_}; }
 
  private:
   std::array<char, sentence_bytes_max> text_{};
@@ -328,7 +326,7 @@ class sentence {
 };
 
 // Of an end that failed: its error. Keeps the sentence of a refusal and gives the slot back.
-ROWE_RT inline error fail_with(lane& on, std::uint32_t slot, sentence& refusal) noexcept {
+inline error fail_with(lane& on, std::uint32_t slot, sentence& refusal) noexcept {
   const value_header& end = *on.user.ends.slots.header(slot);
   const error why = error_of(end);
   if (why.code == errc::refused) {

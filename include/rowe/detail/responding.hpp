@@ -50,13 +50,13 @@ class open_request {
 
  protected:
   // Its text's slot goes home with the answer where it `holds_text`, else now.
-  ROWE_RT open_request(lane& on, request_slots slots, bool holds_text) noexcept
+  open_request(lane& on, request_slots slots, bool holds_text) noexcept
       : lane_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
     if (!holds_text) on.user.in.home->give(slots.in);
   }
 
-  ROWE_RT status answer(const lane_handle& by, entry what, const void* value, std::size_t bytes,
-                        time_point now) noexcept {
+  status answer(const lane_handle& by, entry what, const void* value, std::size_t bytes,
+                time_point now) noexcept {
     if (!by || lane_ != &*by) return errc::misuse;
     lane& on = *std::exchange(lane_, nullptr);
     if (holds_text_) on.user.in.home->give(slots_.in);
@@ -69,12 +69,12 @@ class open_request {
     header.call = asked_.call;
     return post_slot(on, slots_.answer, header, value, bytes) ? status{} : status{errc::misuse};
   }
-  ROWE_RT status answer(const lane_handle& by, const body& text, time_point now) noexcept {
+  status answer(const lane_handle& by, const body& text, time_point now) noexcept {
     if (!by || lane_ != &*by) return errc::misuse;
     if (const status fits = check_fits(*lane_, text); !fits) return fits;
     return answer(by, entry::reply, text.text().data(), text.text().size(), now);
   }
-  ROWE_RT status refuse(const lane_handle& by, std::string_view sentence, time_point now) noexcept {
+  status refuse(const lane_handle& by, std::string_view sentence, time_point now) noexcept {
     sentence = sentence.substr(0, sentence_bytes_max);
     return answer(by, entry::refusal, sentence.data(), sentence.size(), now);
   }
@@ -98,7 +98,7 @@ class open_request {
 
 // Reserves a slot for an answer, then takes the next call that has not given up. Errors: full, empty, closed,
 // misuse.
-ROWE_RT inline result<request_slots> next_request(const lane_handle& handle, time_point now) noexcept {
+inline result<request_slots> next_request(const lane_handle& handle, time_point now) noexcept {
   if (!handle) return errc::misuse;
   lane& on = *handle;
   slots_aside& spare = on.user.replies_aside;

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plain messages and calls between endpoints, from ordinary threads: the paper's functions.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "endpoints.hpp"
+
+namespace {
+
+using namespace endpoints;
+using rowe::connection;
+using rowe::endpoint;
+using rowe::errc;
+using rowe::error;
+using rowe::everyone;
+using rowe::message;
+
+constexpr std::string_view sum_of_the_paper = R"({"sum":42})";
+
+// Who answers add-two-numbers.
+auto adding(endpoint& at) {
+  return [&at](const rowe::received& call) {
+    if (call.wants_reply()) (void)at.try_reply(call, message("sum", 42));
+  };
+}
+
+TEST(door, carries_messages_both_ways) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  ASSERT_TRUE(viewer.send(R"({"from":"viewer"})", 1s));
+  const auto heard = robot.receive(patience);
+  ASSERT_TRUE(heard) << heard.error().name();
+  EXPECT_EQ(heard->text(), R"({"from":"viewer"})");
+  EXPECT_FALSE(heard->wants_reply());
+  ASSERT_TRUE(heard->from());
+  // The viewer has spoken bare, so the robot may send to it, alone or as one of all.
+  ASSERT_TRUE(robot.send(R"({"to":"you"})", 1s, heard->from()));
+  ASSERT_TRUE(robot.send(R"({"to":"all"})", 1s));
+  EXPECT_EQ(viewer.receive(patience)->text(), R"({"to":"you"})");
+  EXPECT_EQ(viewer.receive(patience)->text(), R"({"to":"all"})");
+}
+
+TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  const answering_thread at_robot{robot, adding(robot)};
+  const answering_thread at_viewer{viewer, adding(viewer)};
+  ASSERT_TRUE(eventually([&] { // refused until the answering thread has called receive()
+    const auto reply = viewer.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), patience);
+    return reply && says(reply->text(), sum_of_the_paper);
+  }));
+  const auto peers = robot.connections();
+  ASSERT_EQ(peers.size(), 1U);
+  ASSERT_TRUE(eventually([&] {
+    const auto reply = robot.invoke(message("service", "add-two-numbers"), patience, peers[0].id);
+    return reply && says(reply->text(), sum_of_the_paper);
+  }));
+}
+
+TEST(door, shows_who_is_connected) {
+  auto robot = endpoint::listen(0, quick()).value();
+  EXPECT_TRUE(robot.connections().empty());
+  connection first;
+  {
+    const auto viewer = connected(robot);
+    ASSERT_TRUE(robot.wait_peer(patience));
+    const auto peers = robot.connections();
+    ASSERT_EQ(peers.size(), 1U);
+    first = peers[0].id;
+    EXPECT_TRUE(first);
+    EXPECT_TRUE(peers[0].address.starts_with("127.0.0.1:")) << peers[0].address;
+  }
+  ASSERT_TRUE(eventually([&] { return robot.connections().empty(); }));
+  const auto viewer = connected(robot);
+  ASSERT_TRUE(eventually([&] { return robot.connections().size() == 1; }));
+  EXPECT_NE(robot.connections()[0].id, first);
+  EXPECT_EQ(robot.send("{}", 1s, first).code(), errc::peer_lost);
+  EXPECT_EQ(robot.try_send("{}", 1s, first).code(), errc::peer_lost);
+  EXPECT_EQ(robot.invoke("{}", 1s, first).code(), errc::peer_lost);
+}
+
+TEST(door, waits_for_a_peer_as_long_as_the_time_to_live) {
+  auto robot = endpoint::listen(0, quick()).value();
+  EXPECT_EQ(robot.send("{}", 0ns).code(), errc::expired);
+  const auto began = rowe::rt::monotonic_clock::now();
+  EXPECT_EQ(robot.send("{}", 20ms).code(), errc::expired);
+  EXPECT_GE(rowe::rt::monotonic_clock::now() - began, 20ms);
+
+  auto talker = endpoint::connect(url_of(robot), quick()).value();
+  ASSERT_TRUE(talker.send(R"({"early":true})", -1ns)); // before the connection stands
+  EXPECT_EQ(robot.receive(patience)->text(), R"({"early":true})");
+}
+
+TEST(door, says_what_is_no_message) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  EXPECT_EQ(viewer.send("[1]", 1s).code(), errc::not_an_object);
+  EXPECT_EQ(viewer.send("{", 1s).code(), errc::malformed);
+  EXPECT_EQ(viewer.send(R"({"op":"publish"})", 1s).code(), errc::reserved_member);
+  EXPECT_EQ(viewer.invoke("1", 1s).code(), errc::not_an_object);
+  EXPECT_EQ(viewer.invoke("nothing", 1s).code(), errc::malformed);
+  EXPECT_EQ(viewer.invoke(R"({"message_id":1})", 1s).code(), errc::reserved_member);
+  EXPECT_EQ(viewer.invoke(R"({"in_reply_to":1})", 1s).code(), errc::reserved_member);
+  const std::string deep = R"({"a":)" + std::string(100, '[') + std::string(100, ']') + "}";
+  EXPECT_EQ(viewer.send(deep, 1s).code(), errc::too_deep);
+}
+
+TEST(door, says_what_does_not_fit) {
+  auto options = quick();
+  options.limits.door_slots = 2;
+  options.limits.door_slot_bytes = 200;
+  auto robot = endpoint::listen(0, options).value();
+  const std::string text = R"({"a":")" + std::string(200, 'x') + "\"}";
+  EXPECT_EQ(robot.send(text, 1s).error(),
+            (error{errc::too_big, static_cast<std::int64_t>(text.size()), 200}));
+  const rowe::message_of<8> overflowed{"name", "value"};
+  EXPECT_EQ(robot.send(overflowed, 1s).error(), (error{errc::too_big, 9, 8}));
+  EXPECT_EQ(robot.try_send(overflowed, 1s).code(), errc::too_big);
+  EXPECT_EQ(robot.invoke(overflowed, 1s).code(), errc::too_big);
+}
+
+TEST(door, says_full_when_all_its_slots_are_taken) {
+  auto options = quick();
+  options.limits.door_slots = 2;
+  auto robot = endpoint::listen(0, options).value();
+  std::vector<std::thread> waiting;
+  for (int i = 0; i < 2; ++i) {
+    waiting.emplace_back([&] { EXPECT_EQ(robot.invoke(R"({"service":"x"})", -1ns).code(), errc::closed); });
+  }
+  EXPECT_TRUE(eventually([&] { return robot.try_send("{}", 0ns).code() == errc::full; }));
+  (void)robot.close();
+  for (auto& one : waiting) one.join();
+}
+
+TEST(door, refuses_calls_while_nobody_receives_and_says_so) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  const auto refused = viewer.invoke(message("service", "nobody-knows"), patience);
+  EXPECT_TRUE(refused.code() == errc::refused || refused.code() == errc::no_service)
+      << refused.error().name();
+  EXPECT_EQ(robot.invoke(message("service", "nobody-knows"), patience).code(), errc::no_service);
+}
+
+TEST(door, keeps_calls_for_receive_from_the_start_by_option) {
+  auto options = quick();
+  options.answers_any = true;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = connected(robot);
+  std::thread asks{[&] {
+    const auto reply = viewer.invoke(message("service", "anything"), patience);
+    ASSERT_TRUE(reply) << reply.error().name();
+    EXPECT_TRUE(says(reply->text(), R"({"done":true})")) << reply->text();
+  }};
+  const auto call = robot.receive(patience);
+  ASSERT_TRUE(call);
+  EXPECT_TRUE(call->wants_reply());
+  EXPECT_TRUE(call->text().find(R"("anything")") != std::string_view::npos) << call->text();
+  EXPECT_TRUE(robot.reply(*call, message("done", true)));
+  asks.join();
+}
+
+TEST(door, hands_on_the_sentence_of_a_refusal) {
+  auto options = quick();
+  options.answers_any = true;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = connected(robot);
+  const answering_thread refusing{robot,
+                                  [&](const rowe::received& call) { (void)robot.refuse(call, "not today"); }};
+  std::string why;
+  EXPECT_EQ(viewer.invoke(message("service", "x"), patience, everyone, &why).code(), errc::refused);
+  EXPECT_EQ(why, "not today");
+}
+
+TEST(door, times_out_where_no_reply_comes_and_drops_the_late_one) {
+  auto options = quick();
+  options.answers_any = true;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = connected(robot);
+  const auto late = viewer.invoke(message("service", "slow"), 20ms);
+  EXPECT_EQ(late.error().code, errc::timed_out);
+  const auto call = robot.receive(patience);
+  ASSERT_TRUE(call);
+  (void)robot.reply(*call, "{}"); // expired, where the viewer's time-out came along; else dropped there
+  EXPECT_EQ(viewer.receive(20ms).code(), errc::timed_out);
+}
+
+TEST(door, tells_a_lost_peer_from_a_time_out) {
+  auto options = quick();
+  options.answers_any = true;
+  std::optional<endpoint> robot{endpoint::listen(0, options).value()};
+  auto viewer = connected(*robot);
+  std::thread asks{
+      [&] { EXPECT_EQ(viewer.invoke(message("service", "slow"), patience).code(), errc::peer_lost); }};
+  {
+    const auto call = robot->receive(patience);
+    ASSERT_TRUE(call);
+  }
+  robot.reset();
+  asks.join();
+}
+
+TEST(door, does_not_reply_to_what_is_no_call_of_its_own) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  ASSERT_TRUE(viewer.send("{}", 1s));
+  const auto plain = robot.receive(patience);
+  ASSERT_TRUE(plain);
+  EXPECT_EQ(robot.reply(*plain, "{}").code(), errc::misuse);
+  EXPECT_EQ(robot.try_reply(*plain, "{}").code(), errc::misuse);
+  EXPECT_EQ(robot.refuse(*plain, "no").code(), errc::misuse);
+  EXPECT_EQ(viewer.reply(*plain, "{}").code(), errc::misuse);
+}
+
+TEST(door, says_peer_lost_to_replies_whose_asker_is_gone) {
+  auto options = quick();
+  options.answers_any = true;
+  auto robot = endpoint::listen(0, options).value();
+  std::optional<endpoint> viewer{connected(robot)};
+  std::thread asks{[&] { (void)viewer->invoke(message("service", "slow"), patience); }};
+  const auto call = robot.receive(patience);
+  ASSERT_TRUE(call);
+  (void)viewer->close();
+  asks.join();
+  ASSERT_TRUE(eventually([&] { return robot.connections().empty(); }));
+  EXPECT_EQ(robot.reply(*call, "{}").code(), errc::peer_lost);
+  EXPECT_EQ(robot.try_reply(*call, "{}").code(), errc::peer_lost);
+  EXPECT_EQ(robot.refuse(*call, "no").code(), errc::peer_lost);
+}
+
+TEST(door, says_closed_to_everybody_once_it_is) {
+  auto robot = endpoint::listen(0, quick()).value();
+  std::vector<std::thread> waiting;
+  for (int i = 0; i < 3; ++i) {
+    waiting.emplace_back([&] { EXPECT_EQ(robot.receive(-1ns).code(), errc::closed); });
+    waiting.emplace_back([&] { EXPECT_EQ(robot.send("{}", -1ns).code(), errc::closed); });
+  }
+  EXPECT_TRUE(eventually([&] { return count_of(robot, "cycles") > 3; }));
+  (void)robot.close();
+  for (auto& one : waiting) one.join();
+  EXPECT_EQ(robot.send("{}", 1s).code(), errc::closed);
+  EXPECT_EQ(robot.try_send("{}", 1s).code(), errc::closed);
+  EXPECT_EQ(robot.invoke("{}", 1s).code(), errc::closed);
+  EXPECT_EQ(robot.receive(1s).code(), errc::closed);
+  EXPECT_EQ(robot.receive(0ns).code(), errc::closed);
+}
+
+TEST(door, lets_what_was_received_outlive_the_endpoint) {
+  std::optional<rowe::received> kept;
+  {
+    auto robot = endpoint::listen(0, quick()).value();
+    auto viewer = connected(robot);
+    ASSERT_TRUE(viewer.send(R"({"n":1})", 1s));
+    auto heard = robot.receive(patience);
+    ASSERT_TRUE(heard);
+    kept.emplace(std::move(*heard));
+  }
+  EXPECT_EQ(kept->text(), R"({"n":1})");
+}
+
+TEST(door, drops_what_was_not_received_in_time) {
+  auto options = quick();
+  options.inbound_ttl = 1ms;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = connected(robot);
+  ASSERT_TRUE(viewer.send(R"({"n":1})", 1s));
+  ASSERT_TRUE(eventually([&] { return count_of(robot, "messages_in") > 0; }));
+  const auto arrived = rowe::rt::monotonic_clock::now();
+  ASSERT_TRUE(eventually([&] { return rowe::rt::monotonic_clock::now() > arrived + 2ms; }));
+  EXPECT_EQ(robot.receive(0ns).code(), errc::timed_out);
+  EXPECT_TRUE(eventually([&] { return count_of(robot, "inbound_expired") == 1; }));
+}
+
+TEST(door, serves_many_threads_at_once) {
+  auto options = quick();
+  options.answers_any = true;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = connected(robot);
+  const auto echo = [&](const rowe::received& call) {
+    if (!call.wants_reply()) return;
+    const std::string_view text = call.text();
+    const std::size_t at = text.find(R"("n":)");
+    ASSERT_NE(at, std::string_view::npos);
+    (void)robot.try_reply(call, message("n", std::stoi(std::string{text.substr(at + 4)})));
+  };
+  const answering_thread first{robot, echo};
+  const answering_thread second{robot, echo};
+  std::vector<std::thread> asking;
+  std::atomic<int> answered{0};
+  for (int t = 0; t < 4; ++t) {
+    asking.emplace_back([&, t] {
+      for (int i = 0; i < 200; ++i) {
+        const int n = 1000 * t + i;
+        const auto reply = viewer.invoke(message("service", "echo", "n", n), patience);
+        ASSERT_TRUE(reply) << reply.error().name();
+        ASSERT_TRUE(says(reply->text(), message("n", n).text())) << reply->text();
+        ++answered;
+      }
+    });
+  }
+  for (auto& one : asking) one.join();
+  EXPECT_EQ(answered.load(), 800);
+}
+
+} // namespace

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// What tests of whole endpoints share: real sockets on loopback, real service threads.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include <rowe/rowe.hpp>
+
+namespace endpoints {
+
+using namespace std::chrono_literals;
+
+inline constexpr auto patience = 20s; // a watchdog: nothing here takes a thousandth of it
+
+inline std::string url_of(const rowe::endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
+
+inline rowe::endpoint_options quick() {
+  rowe::endpoint_options options;
+  options.retry_min = 10ms;
+  options.retry_max = 50ms;
+  options.limits.lane_bytes = 4 * 1024 * 1024;
+  return options;
+}
+
+inline rowe::endpoint connected(const rowe::endpoint& to, const rowe::endpoint_options& options = quick()) {
+  auto made = rowe::endpoint::connect(url_of(to), options).value();
+  EXPECT_TRUE(made.wait_peer(patience));
+  return made;
+}
+
+inline std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
+  for (const auto& one : of.counts()) {
+    if (one.name == name) return one.value;
+  }
+  ADD_FAILURE() << "no counter " << name;
+  return 0;
+}
+
+// Whether a reply has these members; one that came from a bare peer has in_reply_to behind them.
+inline bool says(std::string_view reply, std::string_view object) {
+  return reply == object || reply.starts_with(std::string{object.substr(0, object.size() - 1)} + ",");
+}
+
+// Whether `ready` comes true before the watchdog barks.
+template <class Ready>
+bool eventually(Ready&& ready) {
+  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  while (!ready()) {
+    if (rowe::rt::monotonic_clock::now() > until) return false;
+    std::this_thread::yield();
+  }
+  return true;
+}
+
+// Answers calls on a thread of its own until destroyed: `answer(received)` for each.
+template <class Answer>
+class answering_thread {
+ public:
+  answering_thread(rowe::endpoint& at, Answer answer)
+      : thread_{[this, &at, answer] {
+          while (!done_.load()) {
+            if (auto call = at.receive(5ms)) answer(*call);
+          }
+        }} {}
+  ~answering_thread() {
+    done_.store(true);
+    thread_.join();
+  }
+
+ private:
+  std::atomic<bool> done_{false};
+  std::thread thread_;
+};
+
+} // namespace endpoints

@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes of whole endpoints: plain messages and calls in the style of a loop.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+
+#include "endpoints.hpp"
+
+namespace {
+
+using namespace endpoints;
+using rowe::endpoint;
+using rowe::errc;
+using rowe::message;
+
+rowe::time_point clock_now() { return rowe::rt::monotonic_clock::now(); }
+
+TEST(lanes, invoke_as_in_the_paper) {
+  auto hop = endpoint::listen(0, quick()).value();
+  auto answers = hop.open_lane().value();
+  auto robot = connected(hop);
+  auto lane = robot.open_lane().value();
+  std::thread provider{[&] {
+    const auto call = answers.receive(patience);
+    ASSERT_TRUE(call) << call.error().name();
+    ASSERT_TRUE(call->wants_reply());
+    EXPECT_TRUE(call->from());
+    EXPECT_TRUE(answers.reply(*call, message("sum", 42), 1s));
+  }};
+  {
+    const auto sum = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), patience);
+    ASSERT_TRUE(sum) << sum.error().name();
+    EXPECT_TRUE(says(sum->text(), R"({"sum":42})")) << sum->text();
+  }
+  provider.join();
+}
+
+TEST(lanes, have_several_calls_in_flight_without_waiting) {
+  auto hop = endpoint::listen(0, quick()).value();
+  auto answers = hop.open_lane().value();
+  auto robot = connected(hop);
+  auto lane = robot.open_lane({.calls = 4}).value();
+  rowe::call_id started[4];
+  for (int i = 0; i < 4; ++i) {
+    const auto begun = lane.start(message("service", "x", "n", i), patience, clock_now());
+    ASSERT_TRUE(begun);
+    started[i] = *begun;
+  }
+  EXPECT_EQ(lane.start("{}", patience, clock_now()).code(), errc::too_many_calls);
+  lane.cancel(started[1]);
+  // Answered backwards, between unrelated messages.
+  std::vector<rowe::message_view> calls;
+  while (calls.size() < 4) {
+    auto call = answers.receive(patience);
+    ASSERT_TRUE(call);
+    calls.push_back(std::move(*call));
+  }
+  for (std::size_t i = 4; i-- > 0;) {
+    ASSERT_TRUE(answers.try_send(message("unrelated", i), 1s, calls[i].from()));
+    const std::string_view text = calls[i].text();
+    ASSERT_TRUE(answers.try_reply(calls[i], message("n", text[text.find(R"("n":)") + 4] - '0'), clock_now()));
+  }
+  for (const int expected : {3, 2, 0}) {
+    std::optional<rowe::result<rowe::call_end>> ended;
+    ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
+    ASSERT_TRUE((*ended)->reply);
+    EXPECT_EQ((*ended)->id, started[expected]);
+    EXPECT_TRUE(says((*ended)->reply->text(), message("n", expected).text()));
+  }
+  EXPECT_EQ(lane.try_finish().code(), errc::empty);
+  for (std::size_t i = 4; i-- > 0;) EXPECT_EQ(lane.receive(patience)->text(), message("unrelated", i).text());
+}
+
+TEST(lanes, send_to_everyone_and_to_one) {
+  auto options = quick();
+  options.bare_unasked = true;
+  auto robot = endpoint::listen(0, options).value();
+  auto lane = robot.open_lane().value();
+  auto first = connected(robot);
+  auto second = connected(robot);
+  ASSERT_TRUE(eventually([&] { return robot.peers() == 2; }));
+  ASSERT_TRUE(lane.send(R"({"to":"all"})", 1s));
+  EXPECT_EQ(first.receive(patience)->text(), R"({"to":"all"})");
+  EXPECT_EQ(second.receive(patience)->text(), R"({"to":"all"})");
+  ASSERT_TRUE(lane.try_send(R"({"to":"one"})", 1s, robot.connections()[0].id));
+  ASSERT_TRUE(lane.try_send(R"({"to":"both"})", 1s));
+  std::size_t alone = 0;
+  for (endpoint* one : {&first, &second}) {
+    auto heard = one->receive(patience);
+    ASSERT_TRUE(heard);
+    if (heard->text() == R"({"to":"one"})") {
+      ++alone;
+      heard = one->receive(patience);
+    }
+    EXPECT_EQ(heard->text(), R"({"to":"both"})");
+  }
+  EXPECT_EQ(alone, 1U);
+}
+
+TEST(lanes, wait_for_a_peer_as_long_as_the_time_to_live) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto lane = robot.open_lane().value();
+  EXPECT_EQ(lane.send("{}", 0ns).code(), errc::expired);
+  EXPECT_EQ(lane.send("{}", 5ms).code(), errc::expired);
+  auto talker = endpoint::connect(url_of(robot), quick()).value();
+  auto said = talker.open_lane().value();
+  EXPECT_TRUE(said.send(R"({"early":true})", -1ns));
+  EXPECT_EQ(lane.receive(patience)->text(), R"({"early":true})");
+}
+
+TEST(lanes, tell_what_is_no_message_to_who_waits) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto viewer = connected(robot);
+  auto lane = viewer.open_lane().value();
+  EXPECT_EQ(lane.send("[1]", 1s).code(), errc::not_an_object);
+  EXPECT_EQ(lane.send("{", 1s).code(), errc::malformed);
+  EXPECT_EQ(lane.send(R"({"in_reply_to":1})", 1s).code(), errc::reserved_member);
+  EXPECT_EQ(lane.invoke("[1]", 1s).code(), errc::not_an_object);
+  EXPECT_EQ(lane.invoke("{", 1s).code(), errc::malformed);
+  EXPECT_EQ(lane.invoke(R"({"op":1})", 1s).code(), errc::reserved_member);
+  ASSERT_TRUE(lane.try_send("{", 1s));
+  EXPECT_TRUE(eventually([&] { return count_of(viewer, "malformed") > 0; }));
+}
+
+TEST(lanes, tell_lost_peers_time_outs_and_missing_services_apart) {
+  std::optional<endpoint> hop{endpoint::listen(0, quick()).value()};
+  auto robot = connected(*hop);
+  auto lane = robot.open_lane().value();
+  const auto nobody = lane.invoke(message("service", "x"), patience);
+  EXPECT_TRUE(nobody.code() == errc::refused || nobody.code() == errc::no_service) << nobody.error().name();
+  auto silent = hop->open_lane().value();
+  EXPECT_EQ(lane.invoke(message("service", "x"), 20ms).code(), errc::timed_out);
+  ASSERT_TRUE(lane.start(message("service", "x"), patience, clock_now()));
+  ASSERT_TRUE(silent.receive(patience));
+  ASSERT_TRUE(silent.receive(patience)); // both calls came
+  hop.reset();
+  std::optional<rowe::result<rowe::call_end>> ended;
+  ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
+  EXPECT_EQ((*ended)->reply.code(), errc::peer_lost);
+}
+
+TEST(lanes, refuse_with_a_sentence) {
+  auto hop = endpoint::listen(0, quick()).value();
+  auto answers = hop.open_lane().value();
+  auto robot = connected(hop);
+  auto lane = robot.open_lane().value();
+  ASSERT_TRUE(lane.start(message("service", "x"), patience, clock_now()));
+  {
+    const auto call = answers.receive(patience);
+    ASSERT_TRUE(call);
+    ASSERT_TRUE(answers.try_refuse(*call, "not today", clock_now()));
+  }
+  std::optional<rowe::result<rowe::call_end>> ended;
+  ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
+  EXPECT_EQ((*ended)->reply.code(), errc::refused);
+  EXPECT_EQ(lane.refusal(), "not today");
+}
+
+TEST(lanes, that_do_not_receive_leave_it_to_others) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto mute = robot.open_lane({.receive = false}).value();
+  auto open = robot.open_lane().value();
+  auto viewer = connected(robot);
+  ASSERT_TRUE(viewer.send(R"({"n":1})", 1s));
+  EXPECT_EQ(open.receive(patience)->text(), R"({"n":1})");
+  EXPECT_EQ(mute.try_receive().code(), errc::empty);
+}
+
+TEST(lanes, say_closed_when_the_endpoint_closes_while_they_wait) {
+  auto robot = endpoint::listen(0, quick()).value();
+  auto receives = robot.open_lane().value();
+  auto sends = robot.open_lane({.receive = false}).value();
+  auto invokes = robot.open_lane({.receive = false}).value();
+  std::thread first{[&] { EXPECT_EQ(receives.receive(-1ns).code(), errc::closed); }};
+  std::thread second{[&] { EXPECT_EQ(sends.send("{}", -1ns).code(), errc::closed); }};
+  EXPECT_TRUE(eventually([&] { return count_of(robot, "cycles") > 3; }));
+  (void)robot.close();
+  first.join();
+  second.join();
+  EXPECT_EQ(invokes.invoke("{}", 1s).code(), errc::closed);
+}
+
+TEST(lanes, are_refused_where_an_option_is_out_of_its_range) {
+  auto robot = endpoint::listen(0, quick()).value();
+  EXPECT_EQ(robot.open_lane({.depth = 0}).error(), (rowe::error{errc::bad_argument, 0, 1}));
+  EXPECT_EQ(robot.open_lane({.inbox_depth = 5000}).error(), (rowe::error{errc::bad_argument, 5000, 4096}));
+  EXPECT_EQ(robot.open_lane({.calls = 0}).code(), errc::bad_argument);
+  EXPECT_EQ(robot.open_lane({.depth = 4096, .text_bytes_max = 4096}).code(), errc::lane_memory);
+  (void)robot.close();
+  EXPECT_EQ(robot.open_lane().code(), errc::closed);
+}
+
+TEST(lanes, reuse_the_memory_of_handles_that_are_gone) {
+  rowe::endpoint_options few;
+  few.limits.lanes_max = 1;
+  few.limits.lane_bytes = 200 * 1024;
+  auto robot = endpoint::listen(0, few).value();
+  for (int i = 0; i < 20; ++i) {
+    auto lane = robot.open_lane({.depth = 8, .inbox_depth = 8, .calls = 8});
+    ASSERT_TRUE(lane) << i << " " << lane.error().name();
+    (void)lane->try_send("{}", 1ms);
+    (void)lane->start("{}", 1s, clock_now());
+  }
+}
+
+} // namespace

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+// Callers, of structs and of texts: calling without waiting.
+#include <rowe/caller.hpp>
+
+#include "lanes.hpp"
+
+namespace rowe::contract {
+namespace {
+
+constexpr auto timeout = 50ms;
+constexpr service_options options{.depth = 16, .text_bytes_max = text_bytes};
+
+using struct_caller = caller<odometry, odometry>;
+using text_caller = caller<json_text, json_text>;
+
+template <class Caller>
+struct calling {
+  detail::lane& on;
+  Caller& calls;
+};
+
+calling<struct_caller> structs_in(real_time& rt) {
+  detail::lane& on = lane_for(rt, detail::client_request<odometry, odometry>("/add", options));
+  return {on, rt.make<struct_caller>(handle_of(on))};
+}
+calling<text_caller> texts_in(real_time& rt) {
+  detail::lane& on = lane_for(rt, detail::client_request<json_text, json_text>("/add", options));
+  return {on, rt.make<text_caller>(handle_of(on))};
+}
+
+auto start(struct_caller& c) { return c.start({1, 2, 3, 4, 5}, timeout, now); }
+auto start(text_caller& c) { return c.start(text, timeout, now); }
+
+template <class Caller>
+void start_each_in_turn(real_time& rt, calling<Caller> with) {
+  rt.calls([&](std::uint64_t i) {
+    use(start(with.calls));
+    if (i % (2 * options.depth) != 0) return;
+    serve(with.on);
+    while (with.calls.try_finish()) {
+    }
+  });
+}
+
+template <class Caller>
+void finish_each(real_time& rt, calling<Caller> with) {
+  rt.calls([&](std::uint64_t i) {
+    if (i % 3 == 0) return use(with.calls.try_finish()); // none has ended
+    use(start(with.calls));
+    serve(with.on, i % 3 == 1 ? status{} : status{errc::refused});
+    use(with.calls.try_finish());
+  });
+}
+
+template <class Caller>
+void closed_and_empty(real_time& rt, calling<Caller> with) {
+  close(with.on);
+  auto& empty = rt.make<Caller>();
+  rt.calls([&](std::uint64_t i) {
+    Caller& one = i % 2 == 0 ? with.calls : empty;
+    use(start(one));
+    use(one.try_finish());
+  });
+}
+
+template <class Caller>
+void cancel_each(real_time& rt, calling<Caller> with) {
+  auto& empty = rt.make<Caller>();
+  rt.calls([&](std::uint64_t i) {
+    if (i % 7 == 0) empty.cancel({0, 1});
+    if (const auto begun = start(with.calls)) with.calls.cancel(*begun);
+    serve(with.on);
+    use(with.calls.try_finish());
+  });
+}
+
+constexpr exercise list[] = {
+    {"caller::start", "with structs, until all calls are in flight",
+     [](real_time& rt) { start_each_in_turn(rt, structs_in(rt)); }},
+    {"caller::start", "with texts, until all calls are in flight",
+     [](real_time& rt) { start_each_in_turn(rt, texts_in(rt)); }},
+    {"caller::start", "with structs, closed and empty",
+     [](real_time& rt) { closed_and_empty(rt, structs_in(rt)); }},
+    {"caller::start", "with texts, closed and empty",
+     [](real_time& rt) { closed_and_empty(rt, texts_in(rt)); }},
+    {"caller::try_finish", "with structs", [](real_time& rt) { finish_each(rt, structs_in(rt)); }},
+    {"caller::try_finish", "with texts", [](real_time& rt) { finish_each(rt, texts_in(rt)); }},
+    {"caller::cancel", "of structs", [](real_time& rt) { cancel_each(rt, structs_in(rt)); }},
+    {"caller::cancel", "of texts", [](real_time& rt) { cancel_each(rt, texts_in(rt)); }},
+    {"caller::refusal", "of structs",
+     [](real_time& rt) {
+       auto& calls = structs_in(rt).calls;
+       rt.calls([&](std::uint64_t) { use(calls.refusal().size()); });
+     }},
+    {"caller::refusal", "of texts",
+     [](real_time& rt) {
+       auto& calls = texts_in(rt).calls;
+       rt.calls([&](std::uint64_t) { use(calls.refusal().size()); });
+     }},
+};
+
+} // namespace
+
+std::span<const exercise> exercises_of_callers() { return list; }
+
+} // namespace rowe::contract

@@ -1,0 +1,270 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes: sending, receiving, calling and replying without waiting.
+#include <rowe/lane.hpp>
+
+#include "lanes.hpp"
+
+namespace rowe::contract {
+namespace {
+
+constexpr auto ttl = 20ms;
+constexpr std::uint32_t calls_max = 16;
+
+// A handle and its lane.
+struct talking {
+  detail::lane& on;
+  rowe::lane& talk;
+};
+
+talking talk_in(real_time& rt) {
+  detail::lane& on = lane_for(
+      rt, detail::talk_request(
+              {.depth = depth, .inbox_depth = depth, .calls = calls_max, .text_bytes_max = text_bytes}));
+  return {on, rt.make<rowe::lane>(handle_of(on))};
+}
+
+rowe::lane& empty_in(real_time& rt) { return rt.make<rowe::lane>(); }
+
+// A call that was received and is held.
+struct held_call {
+  talking with;
+  result<message_view> call;
+};
+held_call call_in(real_time& rt, rt::time_point expires = rt::never, connection by = somebody) {
+  talking with = talk_in(rt);
+  ask(with.on, expires, by);
+  return {with, with.talk.try_receive(now)};
+}
+
+template <class Read>
+void read_from_lanes(real_time& rt, Read read) {
+  auto& talk = talk_in(rt).talk;
+  auto& empty = empty_in(rt);
+  rt.calls([&](std::uint64_t i) { use(read(i % 2 == 0 ? talk : empty)); });
+}
+
+constexpr exercise list[] = {
+    {"lane::try_send", "each slot in turn until full",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&, &on = on, &talk = talk](std::uint64_t i) {
+         use(talk.try_send(text, ttl, now));
+         if (i % 100 == 0) serve(on);
+       });
+     }},
+    {"lane::try_send", "a message that is built for it",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
+         use(talk.try_send(message{"n", i}, ttl, now));
+         serve(on);
+       });
+     }},
+    {"lane::try_send", "texts of every length up to too big",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       const auto many = rt.array<char>(4 * text_bytes);
+       rt.calls([&, &on = on, &talk = talk](std::uint64_t i) {
+         use(talk.try_send(std::string_view{many.data(), i % many.size()}, ttl, now));
+         serve(on);
+       });
+     }},
+    {"lane::try_send", "to a connection, and to one that is gone",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
+         use(talk.try_send(text, ttl, now, i % 2 == 0 ? somebody : somebody_gone));
+         serve(on);
+       });
+     }},
+    {"lane::try_send", "to a closed endpoint, and by an empty handle",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       close(on);
+       auto& empty = empty_in(rt);
+       rt.calls(
+           [&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_send(text, ttl, now)); });
+     }},
+    {"lane::try_send", "reading the time",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
+         use(talk.try_send(text, ttl));
+         serve(on);
+       });
+     },
+     true},
+
+    {"lane::try_receive", "when nothing has arrived",
+     [](real_time& rt) {
+       auto& talk = talk_in(rt).talk;
+       rt.calls([&](std::uint64_t) { use(talk.try_receive(now)); });
+     }},
+    {"lane::try_receive", "when something has",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
+         arrive(on);
+         use(talk.try_receive(now));
+       });
+     }},
+    {"lane::try_receive", "when its inbox is full of what is out of date",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.slow_calls([&on = on, &talk = talk](std::uint64_t) {
+         for (std::uint32_t i = 0; i < depth; ++i) arrive(on, now);
+         use(talk.try_receive(now));
+       });
+     }},
+    {"lane::try_receive", "from a closed endpoint, and by an empty handle",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       close(on);
+       auto& empty = empty_in(rt);
+       rt.calls([&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_receive(now)); });
+     }},
+    {"lane::try_receive", "reading the time",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
+         arrive(on);
+         use(talk.try_receive());
+       });
+     },
+     true},
+
+    {"lane::start", "until all calls are in flight",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
+         use(talk.start(text, ttl, now));
+         if (i % (2 * calls_max) != 0) return;
+         serve(on);
+         while (talk.try_finish()) {
+         }
+       });
+     }},
+    {"lane::start", "to one that is gone, and too big",
+     [](real_time& rt) {
+       auto& talk = talk_in(rt).talk;
+       const auto many = rt.array<char>(4 * text_bytes);
+       rt.calls([&](std::uint64_t i) {
+         i % 2 == 0 ? use(talk.start(text, ttl, now, somebody_gone))
+                    : use(talk.start(std::string_view{many.data(), many.size()}, ttl, now));
+       });
+     }},
+    {"lane::start", "on a closed endpoint, and by an empty handle",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       close(on);
+       auto& empty = empty_in(rt);
+       rt.calls(
+           [&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).start(text, ttl, now)); });
+     }},
+    {"lane::try_finish", "when none has ended",
+     [](real_time& rt) {
+       auto& talk = talk_in(rt).talk;
+       use(talk.start(text, ttl, now));
+       rt.calls([&](std::uint64_t) { use(talk.try_finish()); });
+     }},
+    {"lane::try_finish", "with replies and with errors",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t i) {
+         use(talk.start(text, ttl, now));
+         serve(on, i % 2 == 0 ? status{} : status{errc::refused});
+         use(talk.try_finish());
+       });
+     }},
+    {"lane::try_finish", "when all ends are of calls that were cancelled",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.slow_calls([&on = on, &talk = talk](std::uint64_t) {
+         for (std::uint32_t i = 0; i < calls_max; ++i) talk.cancel(*talk.start(text, ttl, now));
+         serve(on);
+         use(talk.try_finish());
+       });
+     }},
+    {"lane::try_finish", "on a closed endpoint, and by an empty handle",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       close(on);
+       auto& empty = empty_in(rt);
+       rt.calls([&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_finish()); });
+     }},
+    {"lane::cancel", "calls in flight, ended and unheard of, and by an empty handle",
+     [](real_time& rt) {
+       auto& talk = talk_in(rt).talk;
+       auto& empty = empty_in(rt);
+       use(talk.start(text, ttl, now));
+       rt.calls([&](std::uint64_t i) {
+         (i % 5 == 0 ? empty : talk)
+             .cancel({static_cast<std::uint32_t>(i % (2 * calls_max)), static_cast<std::uint32_t>(i % 4)});
+       });
+     }},
+    {"lane::refusal", "with and without a lane",
+     [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.refusal().size(); }); }},
+
+    {"lane::try_reply", "to a call",
+     [](real_time& rt) {
+       auto held = call_in(rt);
+       rt.calls([&](std::uint64_t i) {
+         use(held.with.talk.try_reply(*held.call, text, now));
+         if (i % 100 == 0) serve(held.with.on); // full between
+       });
+     }},
+    {"lane::try_reply", "to who is gone",
+     [](real_time& rt) {
+       auto held = call_in(rt, rt::never, somebody_gone);
+       rt.calls([&](std::uint64_t) { use(held.with.talk.try_reply(*held.call, text, now)); });
+     }},
+    {"lane::try_reply", "to who has given up",
+     [](real_time& rt) {
+       auto held = call_in(rt, now + 1ns);
+       rt.calls([&](std::uint64_t) { use(held.with.talk.try_reply(*held.call, text, now + 1ns)); });
+     }},
+    {"lane::try_refuse", "to a call",
+     [](real_time& rt) {
+       auto held = call_in(rt);
+       rt.calls([&](std::uint64_t) {
+         use(held.with.talk.try_refuse(*held.call, "no", now));
+         serve(held.with.on);
+       });
+     }},
+    {"lane::try_refuse", "by an empty handle",
+     [](real_time& rt) {
+       auto held = call_in(rt);
+       auto& empty = empty_in(rt);
+       rt.calls([&](std::uint64_t) { use(empty.try_refuse(*held.call, "no", now)); });
+     }},
+    {"message_view::wants_reply", "of a call",
+     [](real_time& rt) {
+       auto held = call_in(rt);
+       rt.calls([&](std::uint64_t) { use(held.call->wants_reply()); });
+     }},
+    {"message_view::~message_view", "of a reply, which frees its call's place too",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
+         use(talk.start(text, ttl, now));
+         serve(on);
+         const auto ended = talk.try_finish();
+         use(ended->reply->text().size());
+       });
+     }},
+
+    {"lane::sent", "with and without a lane",
+     [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.sent(); }); }},
+    {"lane::dropped_full", "with and without a lane",
+     [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.dropped_full(); }); }},
+    {"lane::dropped_too_big", "with and without a lane",
+     [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.dropped_too_big(); }); }},
+    {"lane::expired", "with and without a lane",
+     [](real_time& rt) { read_from_lanes(rt, [](auto& l) { return l.expired(); }); }},
+};
+
+} // namespace
+
+std::span<const exercise> exercises_of_lanes() { return list; }
+
+} // namespace rowe::contract

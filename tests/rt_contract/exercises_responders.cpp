@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// Responders, of structs and of texts, and the requests they hand out.
+#include <rowe/responder.hpp>
+
+#include "lanes.hpp"
+
+namespace rowe::contract {
+namespace {
+
+constexpr service_options options{.depth = 16, .text_bytes_max = text_bytes};
+
+using struct_responder = responder<odometry, odometry>;
+using text_responder = responder<json_text, json_text>;
+
+template <class Responder>
+struct answering {
+  detail::lane& on;
+  Responder& answers;
+};
+
+answering<struct_responder> structs_in(real_time& rt) {
+  detail::lane& on = lane_for(rt, detail::serve_request<odometry, odometry>("/add", options));
+  return {on, rt.make<struct_responder>(handle_of(on))};
+}
+answering<text_responder> texts_in(real_time& rt) {
+  detail::lane& on = lane_for(rt, detail::serve_request<json_text, json_text>("/add", options));
+  return {on, rt.make<text_responder>(handle_of(on))};
+}
+
+// Takes a request if there is one, and answers or drops it.
+template <class Responder>
+void next_each(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t i) {
+    if (i % 3 != 0) ask(with.on);
+    auto request = with.answers.try_next(now);
+    if (request && i % 3 == 1) use(with.answers.reply(*request, request->body, now));
+    request = errc::empty; // unanswered, if it was not
+    serve(with.on);
+  });
+}
+
+template <class Responder>
+void next_by_the_clock(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t) {
+    ask(with.on);
+    auto request = with.answers.try_next();
+    use(with.answers.reply(*request, request->body));
+    serve(with.on);
+  });
+}
+
+template <class Responder>
+void next_where_there_is_none(real_time& rt, answering<Responder> with) {
+  close(with.on);
+  auto& empty = rt.make<Responder>();
+  rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? with.answers : empty).try_next(now)); });
+}
+
+// Who asked is there, gone, or has given up; each request is answered twice.
+template <class Responder>
+void reply_each(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t i) {
+    ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
+    auto request = with.answers.try_next(now);
+    use(with.answers.reply(*request, request->body, now + 1ns));
+    use(with.answers.reply(*request, request->body, now + 1ns));
+    serve(with.on);
+  });
+}
+
+template <class Responder>
+void refuse_each(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t) {
+    ask(with.on);
+    auto request = with.answers.try_next(now);
+    use(with.answers.refuse(*request, "no", now));
+    serve(with.on);
+  });
+}
+
+template <class Responder>
+void refuse_by_the_clock(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t) {
+    ask(with.on);
+    auto request = with.answers.try_next(now);
+    use(with.answers.refuse(*request, "no"));
+    serve(with.on);
+  });
+}
+
+template <class Read>
+void read_a_request(real_time& rt, Read read) {
+  auto with = structs_in(rt);
+  ask(with.on);
+  const auto request = with.answers.try_next(now);
+  rt.calls([&](std::uint64_t) { use(read(*request)); });
+}
+
+constexpr exercise list[] = {
+    {"responder::try_next", "of structs", [](real_time& rt) { next_each(rt, structs_in(rt)); }},
+    {"responder::try_next", "of texts", [](real_time& rt) { next_each(rt, texts_in(rt)); }},
+    {"responder::try_next", "of structs, closed and empty",
+     [](real_time& rt) { next_where_there_is_none(rt, structs_in(rt)); }},
+    {"responder::try_next", "of texts, closed and empty",
+     [](real_time& rt) { next_where_there_is_none(rt, texts_in(rt)); }},
+    {"responder::try_next", "of structs, reading the time",
+     [](real_time& rt) { next_by_the_clock(rt, structs_in(rt)); }, true},
+    {"responder::try_next", "of texts, reading the time",
+     [](real_time& rt) { next_by_the_clock(rt, texts_in(rt)); }, true},
+    {"responder::try_next", "when no place for an answer is left",
+     [](real_time& rt) {
+       auto with = structs_in(rt);
+       for (std::uint32_t i = 0; i < 2 * options.depth; ++i) {
+         ask(with.on);
+         auto request = with.answers.try_next(now);
+         use(with.answers.reply(*request, {}, now));
+       }
+       ask(with.on);
+       rt.calls([&](std::uint64_t) { use(with.answers.try_next(now)); });
+     }},
+    {"responder::reply", "with structs", [](real_time& rt) { reply_each(rt, structs_in(rt)); }},
+    {"responder::reply", "with texts", [](real_time& rt) { reply_each(rt, texts_in(rt)); }},
+    {"responder::reply", "with structs, reading the time",
+     [](real_time& rt) { next_by_the_clock(rt, structs_in(rt)); }, true},
+    {"responder::reply", "with texts, reading the time",
+     [](real_time& rt) { next_by_the_clock(rt, texts_in(rt)); }, true},
+    {"responder::refuse", "of structs", [](real_time& rt) { refuse_each(rt, structs_in(rt)); }},
+    {"responder::refuse", "of texts", [](real_time& rt) { refuse_each(rt, texts_in(rt)); }},
+    {"responder::refuse", "of structs, reading the time",
+     [](real_time& rt) { refuse_by_the_clock(rt, structs_in(rt)); }, true},
+    {"responder::refuse", "of texts, reading the time",
+     [](real_time& rt) { refuse_by_the_clock(rt, texts_in(rt)); }, true},
+
+    {"detail::open_request::open_request", "moved from another",
+     [](real_time& rt) {
+       auto with = texts_in(rt);
+       rt.calls([&](std::uint64_t) {
+         ask(with.on);
+         auto request = with.answers.try_next(now);
+         const rowe::request<json_text> moved{std::move(*request)};
+         use(moved);
+         serve(with.on);
+       });
+     }},
+    {"detail::open_request::operator=", "of two",
+     [](real_time& rt) {
+       auto with = structs_in(rt);
+       ask(with.on);
+       auto kept = with.answers.try_next(now);
+       rt.calls([&](std::uint64_t) {
+         serve(with.on);
+         ask(with.on);
+         auto next = with.answers.try_next(now);
+         *kept = std::move(*next);
+       });
+     }},
+    {"detail::open_request::~open_request", "unanswered",
+     [](real_time& rt) {
+       auto with = structs_in(rt);
+       rt.calls([&](std::uint64_t) {
+         ask(with.on);
+         use(with.answers.try_next(now));
+         serve(with.on);
+       });
+     }},
+    {"detail::open_request::from", "of a request",
+     [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r.from(); }); }},
+    {"detail::open_request::arrived", "of a request",
+     [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r.arrived(); }); }},
+    {"detail::open_request::expires", "of a request",
+     [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r.expires(); }); }},
+};
+
+} // namespace
+
+std::span<const exercise> exercises_of_responders() { return list; }
+
+} // namespace rowe::contract

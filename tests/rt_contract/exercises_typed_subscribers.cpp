@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+// Subscribers of structs, and their views.
+#include <rowe/subscriber.hpp>
+
+#include "lanes.hpp"
+
+namespace rowe::contract {
+namespace {
+
+struct subscribing {
+  detail::lane& on;
+  subscriber<odometry>& seen;
+};
+
+subscribing subscriber_in(real_time& rt, keep kept = keep::all) {
+  detail::lane& on =
+      lane_for(rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
+  return {on, rt.make<subscriber<odometry>>(handle_of(on))};
+}
+
+// What the service thread does with a value that arrived.
+void decode(detail::lane& on) {
+  constexpr odometry value{1, 2, 3, 4, 5};
+  const detail::filling_end& path = on.service.in;
+  if (path.newest == nullptr) return fill(path, {}, &value, sizeof value);
+  const std::uint32_t slot = path.newest->begin_write();
+  *path.slots.header(slot) = {};
+  std::memcpy(path.slots.value(slot), &value, sizeof value);
+  path.newest->end_write(slot);
+}
+
+template <class Take>
+void take_each(real_time& rt, keep kept, Take take) {
+  auto with = subscriber_in(rt, kept);
+  rt.calls([&](std::uint64_t i) {
+    if (i % 3 != 0) decode(with.on);
+    use(take(with.seen));
+  });
+}
+
+template <class Take>
+void take_where_there_is_none(real_time& rt, Take take) {
+  auto with = subscriber_in(rt);
+  close(with.on);
+  auto& empty = rt.make<subscriber<odometry>>();
+  rt.calls([&](std::uint64_t i) { use(take(i % 2 == 0 ? with.seen : empty)); });
+}
+
+template <class Read>
+void read_a_view(real_time& rt, Read read) {
+  auto with = subscriber_in(rt);
+  rt.calls([&](std::uint64_t) {
+    decode(with.on);
+    const auto taken = with.seen.try_take();
+    use(read(*taken));
+  });
+}
+
+constexpr exercise list[] = {
+    {"subscriber::try_take", "of structs, every one",
+     [](real_time& rt) { take_each(rt, keep::all, [](auto& s) { return s.try_take(); }); }},
+    {"subscriber::try_take", "of structs, the newest",
+     [](real_time& rt) { take_each(rt, keep::newest, [](auto& s) { return s.try_take(); }); }},
+    {"subscriber::try_take", "of structs, closed and empty",
+     [](real_time& rt) { take_where_there_is_none(rt, [](auto& s) { return s.try_take(); }); }},
+    {"subscriber::latest", "of structs, when its queue is full",
+     [](real_time& rt) {
+       auto with = subscriber_in(rt);
+       rt.slow_calls([&](std::uint64_t) {
+         for (std::uint32_t i = 0; i < depth; ++i) decode(with.on);
+         use(with.seen.latest());
+       });
+     }},
+    {"subscriber::latest", "of structs, the newest",
+     [](real_time& rt) { take_each(rt, keep::newest, [](auto& s) { return s.latest(); }); }},
+    {"subscriber::latest", "of structs, closed and empty",
+     [](real_time& rt) { take_where_there_is_none(rt, [](auto& s) { return s.latest(); }); }},
+
+    {"value_view::value_view", "moved from another",
+     [](real_time& rt) {
+       auto with = subscriber_in(rt);
+       rt.calls([&](std::uint64_t) {
+         decode(with.on);
+         auto taken = with.seen.try_take();
+         const value_view<odometry> moved{std::move(*taken)};
+         use(moved);
+       });
+     }},
+    {"value_view::operator=", "of two",
+     [](real_time& rt) {
+       auto with = subscriber_in(rt);
+       decode(with.on);
+       auto kept = with.seen.try_take();
+       rt.calls([&](std::uint64_t) {
+         decode(with.on);
+         auto next = with.seen.try_take();
+         *kept = std::move(*next);
+       });
+     }},
+    {"value_view::~value_view", "with and without a slot to give back",
+     [](real_time& rt) {
+       auto every = subscriber_in(rt);
+       auto newest = subscriber_in(rt, keep::newest);
+       rt.calls([&](std::uint64_t i) {
+         subscribing& with = i % 2 == 0 ? every : newest;
+         decode(with.on);
+         use(with.seen.try_take());
+       });
+     }},
+    {"value_view::value", "of each slot in turn",
+     [](real_time& rt) { read_a_view(rt, [](const auto& v) { return v.value().x; }); }},
+    {"value_view::arrived", "of each slot in turn",
+     [](real_time& rt) { read_a_view(rt, [](const auto& v) { return v.arrived(); }); }},
+    {"value_view::from", "of each slot in turn",
+     [](real_time& rt) { read_a_view(rt, [](const auto& v) { return v.from(); }); }},
+};
+
+} // namespace
+
+std::span<const exercise> exercises_of_typed_subscribers() { return list; }
+
+} // namespace rowe::contract

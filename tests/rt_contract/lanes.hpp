@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes for exercises of handles, built as an endpoint builds them, with the exercise's own thread in the
+// service thread's place: so every state can be brought about at will. service_test.cpp has the real thread.
+#pragma once
+#include <cstring>
+#include <string_view>
+
+#include <rowe/detail/lane_request.hpp>
+#include <rowe/schema.hpp>
+
+#include "api/lane_memory.hpp"
+#include "contract.hpp"
+
+struct contract_odometry {
+  double stamp, x, y, heading, speed;
+};
+template <>
+inline constexpr auto rowe::schema<contract_odometry> =
+    rowe::fields<&contract_odometry::stamp, &contract_odometry::x, &contract_odometry::y,
+                 &contract_odometry::heading, &contract_odometry::speed>{};
+
+namespace rowe::contract {
+
+using namespace std::chrono_literals;
+using detail::audience;
+using odometry = contract_odometry;
+
+inline constexpr std::uint32_t depth = 64; // of 192 bytes each: three pages
+inline constexpr std::uint32_t text_bytes = 100;
+inline constexpr rt::time_point now{1000s};
+inline constexpr std::string_view text = R"({"data":"hello"})";
+
+// Place 1 of the endpoint's connections is in use, for the fifth time.
+inline constexpr connection somebody{1, 5};
+inline constexpr connection somebody_gone{1, 4};
+
+inline detail::lane& lane_for(real_time& rt, const detail::lane_request& asked,
+                              audience heard_by = audience::somebody) {
+  auto& made = rt.make<detail::lane>();
+  const auto generations = rt.array<rt::std_atomics::variable<std::uint32_t>>(2);
+  generations[1].store(5, std::memory_order_relaxed); // relaxed: one thread here
+  made.memory = rt.array<std::byte>(detail::lane_bytes(asked));
+  detail::build_lane(made, asked, generations);
+  // release: as the service thread stores it; one thread here
+  made.heard_by.store(heard_by, std::memory_order_release);
+  return made;
+}
+
+inline detail::lane_handle handle_of(detail::lane& on) { return {nullptr, on}; }
+
+inline void close(detail::lane& on) {
+  // release: as endpoint_state::close() stores it; one thread here
+  on.heard_by.store(audience::closed, std::memory_order_release);
+}
+
+// What the service thread puts into a path; nothing when no slot is free.
+inline void fill(const detail::filling_end& path, detail::value_header header, const void* value,
+                 std::size_t bytes) {
+  const auto slot = path.home->try_take();
+  if (!slot) return;
+  header.bytes = static_cast<std::uint32_t>(bytes);
+  *path.slots.header(*slot) = header;
+  std::memcpy(path.slots.value(*slot), value, bytes);
+  use(path.out->try_push(*slot));
+}
+
+inline void arrive(detail::lane& on, rt::time_point expires = rt::never) {
+  detail::value_header header;
+  header.expires_ns = rt::nanoseconds_of(expires);
+  header.peer = {somebody.index, somebody.generation};
+  fill(on.service.in, header, text.data(), text.size());
+}
+// A call: of text, or of a struct.
+inline void ask(detail::lane& on, rt::time_point expires = rt::never, connection by = somebody) {
+  static constexpr odometry value{1, 2, 3, 4, 5};
+  detail::value_header header;
+  header.what = detail::entry::invocation;
+  header.expires_ns = rt::nanoseconds_of(expires);
+  header.peer = {by.index, by.generation};
+  header.call = {3, 1};
+  if (on.kind == detail::lane_kind::respond_value) return fill(on.service.in, header, &value, sizeof value);
+  fill(on.service.in, header, text.data(), text.size());
+}
+
+// Takes what the handle sent and gives the slots back; calls end with `outcome`.
+inline void serve(detail::lane& on, const status& outcome = {}) {
+  if (on.service.out.newest != nullptr) return use(on.service.out.newest->begin_read());
+  on.service.out.out->drain(
+      [&](std::uint32_t slot) {
+        detail::value_header header = *on.service.out.slots.header(slot);
+        on.service.out.home->give(slot);
+        if (header.own.generation == 0) return;
+        header.what = detail::entry::end;
+        header.failed = !outcome;
+        header.outcome = outcome.code();
+        if (on.kind == detail::lane_kind::call_value && outcome) {
+          const odometry reply{1, 2, 3, 4, 5};
+          return fill(on.service.ends, header, &reply, sizeof reply);
+        }
+        fill(on.service.ends, header, text.data(), text.size());
+      },
+      2 * std::size_t{depth});
+}
+
+} // namespace rowe::contract
