@@ -210,13 +210,14 @@ def switching(request, *more, **changes):
 
 def in_parallel(jobs, threads, using=contextlib.nullcontext):
     """Calls each of (name, function) with what `using()` gives its thread; fails with all that failed. A
-    thread on which something failed gets a new one."""
+    thread on which something failed gets a new one, unless that was what failed."""
     waiting, failed = queue.SimpleQueue(), []
     for job in jobs:
         waiting.put(job)
 
     def work():
-        while not waiting.empty():
+        name = None
+        while name != "set-up" and not waiting.empty():
             name = "set-up"
             try:
                 with using() as tool, contextlib.suppress(queue.Empty):
