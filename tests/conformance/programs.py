@@ -22,8 +22,20 @@ ECHO = os.environ["ROWE_TRANSPORT_ECHO"]
 patience = 60.0  # seconds a socket or a program may take; far above what anything here does
 GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 
-# Whatever hangs is shown and ended before ctest's own time is over.
-faulthandler.dump_traceback_later(240, exit=True)
+running = set()  # processes that must not outlive this one
+
+
+def give_up():
+    """Whatever hangs is shown and ended before ctest's own time is over."""
+    faulthandler.dump_traceback(all_threads=True)
+    for process in list(running):
+        process.kill()
+    os._exit(1)
+
+
+watchdog = threading.Timer(240, give_up)
+watchdog.daemon = True
+watchdog.start()
 
 
 class program:
@@ -35,6 +47,7 @@ class program:
         environment = {key: value for key, value in os.environ.items() if key != "ROWE_URL"}
         self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, env=environment)
+        running.add(self.process)
         self.output, self.errors = queue.Queue(), []
         self.readers = [threading.Thread(target=self.read_output, daemon=True),
                         threading.Thread(target=self.read_errors, daemon=True)]
@@ -79,6 +92,7 @@ class program:
             code = self.wait()
         finally:
             self.process.kill()
+            running.discard(self.process)
             self.process.stdout.close()
             self.process.stderr.close()
         found = [line for line in self.errors if re.search(r"Sanitizer|runtime error:", line)]
