@@ -17,7 +17,7 @@ waived = (
      "the hub may drop them; who wants an answer waits for it, and an echo sends it first"),
     ("7.1.1", "a client should let the server close TCP first",
      "rowe's client ends its side once its Close frame is out, and then waits for the server's end"),
-    ("7.2.3", "back-off after an abnormal end", "takes minutes by the clock: the simulation has it"),
+    ("7.2.3", "back-off after an abnormal end", "takes long by the clock: the core's tests have it, with a clock of their own"),
     ("8.1", "failing at the first wrong byte",
      "the RFC demands an end, not when; the parser's tests have it"),
     ("4.1, RFC 9112 2.2", "empty lines before a request, and a request for an absolute URI",
