@@ -150,8 +150,8 @@ class by_invocation {
 template <class Service>
 class asker {
  public:
-  asker(Service service, endpoint& via, rt::duration timeout)
-      : service_{std::move(service)}, waits_{via}, timeout_{timeout} {}
+  asker(Service service, remote& hub, rt::duration timeout)
+      : service_{std::move(service)}, waits_{hub}, timeout_{timeout} {}
 
   outcome ask() {
     const auto begin = rt::monotonic_clock::now();
@@ -163,7 +163,7 @@ class asker {
 
  private:
   Service service_;
-  breaker waits_;
+  watcher waits_;
   rt::duration timeout_;
 };
 
@@ -247,10 +247,10 @@ exit_code ask_all(asker<Service>& asking, remote& hub, rt::duration connect_time
   for (std::int64_t left = std::max<std::int64_t>(o.repeat, 1); left > 0 && !ended; --left) {
     if (interrupt::seen()) break;
     const outcome end = asking.ask();
-    if (end.failure == errc::closed && interrupt::seen()) break;
+    if (end.failure && interrupt::seen()) break; // given up
     hub.report();
     all.count(end);
-    if (o.repeat == 0 && !print(end, o, to)) break;
+    if (o.repeat == 0 && !print(end, o, to)) break; // nobody reads any more
     if (!end.failure) continue;
     if (end.text != said) to.error("service ", printable(o.service), ": ", end.text);
     said = end.text;
@@ -273,7 +273,7 @@ exit_code ask_from(endpoint hub, const std::string& url, const call_options& o, 
   const rt::duration connect_time = std::max(timeout, connect_time_min);
   remote connection{hub, url, to};
   if (const auto end = connection.wait(connect_time)) return *end;
-  asker<Service> asking{std::move(*service), hub, timeout};
+  asker<Service> asking{std::move(*service), connection, timeout};
   return ask_all(asking, connection, connect_time, o, to);
 }
 

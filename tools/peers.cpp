@@ -120,7 +120,7 @@ exit_code ask(endpoint hub, const std::string& url, const peers_options& o, cons
   remote connection{hub, url, to};
   if (const auto end = connection.wait(timeout)) return *end;
 
-  breaker waits{hub};
+  watcher waits{connection};
   const auto answer = waits.during([&] { return stats->call("{}", timeout); });
   if (answer) {
     (void)emit(o.json ? on_one_line(answer->text()) : page_of(answer->text())); // unread is fine

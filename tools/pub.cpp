@@ -123,7 +123,7 @@ class on_topic {
     if (!topic) return topic.error();
     return on_topic{std::move(*topic)};
   }
-  status send(std::string_view json, breaker&) noexcept { return to_.publish(json); }
+  status send(std::string_view json, watcher&) noexcept { return to_.publish(json); }
 
  private:
   explicit on_topic(publisher<json_text> to) noexcept : to_{std::move(to)} {}
@@ -140,7 +140,7 @@ class as_letters {
     if (!opened) return opened.error();
     return as_letters{std::move(*opened), o.ttl.value_or(rt::for_ever)};
   }
-  status send(std::string_view json, breaker& wait) {
+  status send(std::string_view json, watcher& wait) {
     return wait.during([&] { return to_.send(json, ttl_); });
   }
 
@@ -154,8 +154,8 @@ class as_letters {
 template <class Target>
 class sender {
  public:
-  sender(Target target, endpoint& via, remote& hub, const pub_options& chosen, const console& to)
-      : target_{std::move(target)}, waits_{via}, hub_{hub}, chosen_{chosen}, to_{to} {}
+  sender(Target target, remote& hub, const pub_options& chosen, const console& to)
+      : target_{std::move(target)}, hub_{hub}, waits_{hub}, chosen_{chosen}, to_{to} {}
 
   // Sends all there is. Nothing: to its end.
   std::optional<exit_code> run() {
@@ -231,8 +231,8 @@ class sender {
   }
 
   Target target_;
-  breaker waits_;
   remote& hub_;
+  watcher waits_;
   const pub_options& chosen_;
   const console& to_;
   line_reader lines_{text_bytes_max};
@@ -263,7 +263,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   if (!(o.bare && o.ttl)) {
     if (const auto end = connection.wait(o.timeout)) return *end;
   }
-  sender<Target> sending{std::move(*target), hub, connection, o, to};
+  sender<Target> sending{std::move(*target), connection, o, to};
   const auto begin = rt::monotonic_clock::now();
   const auto end = sending.run();
   if (o.latch && !end && !interrupt::seen()) {

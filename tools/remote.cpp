@@ -88,12 +88,16 @@ void remote::report() {
   }
 }
 
-breaker::~breaker() {
+void remote::close() {
+  (void)via_.close(); // with nothing to drain there is nothing to report
+}
+
+watcher::~watcher() {
   set(phase::over);
   thread_.join();
 }
 
-void breaker::set(phase now) {
+void watcher::set(phase now) {
   {
     const std::lock_guard guard{mutex_};
     phase_ = now;
@@ -102,16 +106,17 @@ void breaker::set(phase now) {
 }
 
 // Signals wake nobody here, so it looks every slice while somebody waits.
-void breaker::watch() {
+void watcher::watch() {
   std::unique_lock guard{mutex_};
   bool closed = false;
   while (phase_ != phase::over) {
     if (phase_ == phase::idle || closed) {
       changed_.wait(guard);
     } else if (interrupt::seen()) {
-      (void)via_.close(); // with nothing to drain there is nothing to report
+      hub_.close();
       closed = true;
     } else {
+      hub_.report();
       changed_.wait_for(guard, interrupt::slice);
     }
   }

@@ -47,6 +47,9 @@ class remote {
   // Prints what has happened since the last call. The same failure again and again is printed once.
   void report();
 
+  // Ends it at once.
+  void close();
+
   const std::string& url() const noexcept { return url_; }
 
  private:
@@ -56,16 +59,18 @@ class remote {
   std::string failure_; // of the newest attempt to connect; empty once connected
 };
 
-// Lets Ctrl-C end a wait inside a handle: a thread of its own then closes the endpoint, and the handle says
-// errc::closed. What drains is lost, so only for what is waited for one by one.
-class breaker {
+// Watches over waits inside handles, from a thread of its own: prints what happens meanwhile, and closes the
+// endpoint once a signal comes, so that the handle says errc::closed. Nothing is drained then, so this is for
+// what is waited for one by one.
+class watcher {
  public:
-  explicit breaker(endpoint& via) : via_{via}, thread_{[this] { watch(); }} {}
-  breaker(const breaker&) = delete;
-  breaker& operator=(const breaker&) = delete;
-  ~breaker();
+  explicit watcher(remote& hub) : hub_{hub}, thread_{[this] { watch(); }} {}
+  watcher(const watcher&) = delete;
+  watcher& operator=(const watcher&) = delete;
+  ~watcher();
 
-  // Returns what wait() does. Only in there the endpoint is closed.
+  // Returns what wait() does. The endpoint and the remote are used by the thread while it does, and not
+  // otherwise.
   template <class Wait>
   auto during(Wait&& wait) {
     set(phase::waiting);
@@ -79,8 +84,8 @@ class breaker {
   void set(phase now);
   void watch();
 
-  endpoint& via_;
-  std::mutex mutex_; // guards phase_, and keeps during() from returning while the endpoint is being closed
+  remote& hub_;
+  std::mutex mutex_; // guards phase_, and keeps during() from returning while the thread is at work
   std::condition_variable changed_;
   phase phase_ = phase::idle;
   std::thread thread_; // last: it begins when all the rest is there

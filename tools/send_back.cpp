@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "send_back.hpp"
 
+#include <cstdint>
 #include <string>
 
 #include "interrupt.hpp"
@@ -9,6 +10,9 @@
 namespace rowe::tools {
 namespace {
 
+// Messages that may come at once before the first was sent back; more are dropped and counted. Each takes as
+// much as the largest may, both ways: 60 MiB in all.
+constexpr std::uint32_t burst = 512;
 constexpr rt::duration room_period = std::chrono::microseconds{200}; // nothing tells of room
 
 // Queues one answer, however long there is no room: the order is kept, and who sends too fast has to wait.
@@ -39,7 +43,7 @@ bool report_events(endpoint& through, const console& to) {
 
 endpoint_options echoing_options() {
   endpoint_options options;
-  options.limits.door_slots = 64;
+  options.limits.door_slots = burst;
   options.limits.door_slot_bytes = options.limits.message_bytes_max;
   options.answers_any = true;
   options.page = false;
