@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Plain messages: `rowe echo --bare`, and the programs that send back what they receive."""
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import unittest
+
+from program import ROWE, program, run
+from websocket import CLOSE, closed, listener, peer
+
+
+def beside(name):
+    """The program that was built beside the one under test."""
+    return (os.path.join(os.path.dirname(ROWE), name),)
+
+
+class echoing(unittest.TestCase):
+    def setUp(self):
+        self.there = self.enterContext(listener())
+
+    def test_prints_plain_messages(self):
+        for how, lines in ((("--json",), ['{"a":1.50}', '{"b":[1,2]}']), ((), ["a: 1.50", "---", "b: [1, 2]", "---"]),
+                           (("--csv", "--field", "a", "-n", "1"), ["a", "1.50"])):
+            count = ("-n", "2") if "-n" not in how else ()
+            with program("echo", self.there.url, "--bare", *how, *count) as echo, self.there.accept() as p:
+                p.send_text('{"a":1.50}')
+                p.send_text('{"b":[1,2]}')
+                self.assertEqual((echo.end(), echo.stdout, echo.stderr), (0, lines, []), how)
+
+    def test_prints_calls_and_refuses_them(self):
+        with program("echo", self.there.url, "--bare", "--json", "--once") as echo, self.there.accept() as p:
+            p.send({"service": "x", "message_id": "m7"})
+            answer = p.receive()
+            self.assertEqual(answer["in_reply_to"], "m7")
+            self.assertIn("only listens", answer["error"]["text"])
+            self.assertEqual(echo.end(), 0)
+            self.assertEqual(json.loads(echo.stdout[0])["service"], "x")
+
+    def test_asks_for_nothing(self):
+        with program("echo", self.there.url, "--bare", "--timeout", "300ms") as echo, self.there.accept() as p:
+            self.assertEqual((echo.end(), echo.stdout), (4, []))
+            self.assertIn("no plain message within 0.300 s", echo.stderr[-1])
+            with self.assertRaises(closed):
+                p.receive()
+
+    def test_takes_no_topics_and_no_contradictions(self):
+        for words, says in ((("/t", "--bare"), "one argument too many: '/t'"), (("--csv", "--json", "/t"), "exclude"),
+                            (("/t", "/u", "--csv"), "a table of one topic, not of 2"),
+                            ([f"/{i}" for i in range(17)], "17 topics are too many: at most 16")):
+            ended = run("echo", self.there.url, *words)
+            self.assertEqual((ended.code, ended.stdout), (2, []))
+            self.assertIn(says, ended.stderr[0])
+
+    def test_a_field_that_is_missing_is_named(self):
+        with program("echo", self.there.url, "--bare", "--field", "pose.y") as echo, self.there.accept() as p:
+            p.send_text('{"pose":{"x":1}}')
+            self.assertEqual((echo.end(), echo.stdout), (1, []))
+            self.assertIn("""there is no 'pose.y' in {"pose":{"x":1}}""", echo.stderr[-1])
+
+
+class sending_back(unittest.TestCase):
+    """Both programs have to behave alike; `client` is the other side of one connection."""
+
+    def check(self, client):
+        for text in ('{"a":1.50}', '{"text":"ä\\n"}', '{"x":"' + "x" * 50000 + '"}', "{}"):
+            client.send_text(text)
+            self.assertEqual(client.receive_text(), text)
+        for i in range(100):
+            client.send({"i": i})
+        self.assertEqual([client.receive()["i"] for _ in range(100)], list(range(100)))
+        client.send({"service": "x", "a": {"b": 1}, "message_id": 7})
+        self.assertEqual(client.receive(), {"service": "x", "a": {"b": 1}, "in_reply_to": 7})
+        client.send_text("no JSON")
+        if client.masks:  # servers complain, clients do not
+            self.assertIn("error", client.receive())
+        client.send_text('{"still":"there"}')
+        self.assertEqual(client.receive_text(), '{"still":"there"}')
+
+    @contextlib.contextmanager
+    def server(self, *arguments):
+        with program("--port", "0", *arguments, command=beside("rowe_echo")) as echo:
+            port = int(echo.line(r"^rowe_echo listens on ws://127\.0\.0\.1:(\d+)/$", "stdout")[1])
+            yield echo, port
+            self.assertEqual(echo.end(signal.SIGINT), 0)
+            self.assertEqual(len(echo.stdout), 1)
+
+    def test_as_a_server(self):
+        with self.server() as (echo, port):
+            with peer(port) as one, peer(port) as other:
+                self.check(one)
+                self.check(other)
+            echo.line("connected", count=2)
+
+    def test_as_a_server_answers_the_program_s_own_calls(self):
+        with self.server("--quiet") as (echo, port):
+            ended = run("call", f"127.0.0.1:{port}", "/x", '{"a":1}', "--bare")
+            self.assertEqual((ended.code, ended.stdout), (0, ['{"service":"/x","a":1}']), ended.stderr)
+            self.assertEqual(run("call", f"127.0.0.1:{port}", "/x", "--repeat", "100").code, 0)
+            with program("pub", f"127.0.0.1:{port}", "--bare", "-", stdin=subprocess.PIPE) as pub:
+                pub.process.stdin.write(b'{"a":1}\n' * 1000)
+                pub.process.stdin.close()
+                self.assertEqual(pub.end(), 0, pub.stderr)
+            self.assertEqual(echo.stderr, [])
+
+    def test_as_a_client(self):
+        with listener() as there:
+            with program(there.url, command=beside("rowe_echo_client")) as echo:
+                for _ in range(2):  # it comes back
+                    with there.accept() as p:
+                        self.check(p)
+                self.assertEqual(echo.end(signal.SIGINT), 0)
+            with program(there.url + "case?n=1", "--once", command=beside("rowe_echo_client")) as echo:
+                with there.accept() as p:
+                    self.assertEqual(p.path, "/case?n=1")
+                    self.check(p)
+                    p.send_frame(CLOSE, b"\x03\xe8")
+                    self.assertEqual(p.wait_for_close(), 1000)
+                    self.assertEqual(echo.end(), 0)
+
+    def test_says_how_it_is_used(self):
+        for name in ("rowe_echo", "rowe_echo_client"):
+            helped = run("--help", command=beside(name))
+            self.assertEqual((helped.code, helped.stderr), (0, []))
+            self.assertIn(f"usage: {name} [options]", "\n".join(helped.stdout))
+            ended = run("--prot", "1", command=beside(name))
+            self.assertEqual(ended.code, 2)
+            self.assertIn(f"{name}: unknown option '--prot'", ended.stderr[0])
+        ended = run("--listen", "0.0.0.0", command=beside("rowe_echo"))
+        self.assertEqual(ended.code, 2, ended.stderr)
+        ended = run("127.0.0.1:1", "--timeout", "200ms", command=beside("rowe_echo_client"))
+        self.assertEqual(ended.code, 3, ended.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

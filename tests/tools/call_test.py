@@ -1,0 +1,301 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe call` and `rowe peers`: services of the hub, of its peers and of the demo robot, over rosbridge and
+bare; and every way a call can fail."""
+import contextlib
+import json
+import re
+import signal
+import threading
+import unittest
+
+from program import hub, program, run
+from websocket import CLOSE, closed, listener, peer, settle
+
+
+class provider:
+    """A rosbridge client that provides services, each a function from a call's arguments to its answer: the
+    members beside op, service and id, or nothing for none."""
+
+    def __init__(self, port, **services):
+        self.peer = peer(port)
+        self.services = {f"/{name}": answer for name, answer in services.items()}
+        for name in self.services:
+            self.peer.send({"op": "advertise_service", "service": name, "type": "x/X"})
+        settle(self.peer)
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+        self.thread.start()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        with contextlib.suppress(OSError):
+            self.peer.send_frame(CLOSE)
+        self.thread.join()
+        self.peer.stream.close()
+
+    def serve(self):
+        with contextlib.suppress(closed, OSError):
+            while True:
+                call = self.peer.receive_until(lambda m: m["op"] == "call_service")
+                answer = self.services[call["service"]](call.get("args", {}))
+                if answer is not None:
+                    self.peer.send({"op": "service_response", "service": call["service"], "id": call["id"],
+                                    "result": True, **answer})
+
+
+def add(asked):
+    return {"values": {"sum": asked["a"] + asked["b"]}}
+
+
+def refuse(_):
+    return {"values": "not today", "result": False}
+
+
+def silent(_):
+    return None
+
+
+class calling(unittest.TestCase):
+    def fails(self, code, *arguments, says, **options):
+        ended = run("call", *arguments, **options)
+        self.assertEqual(ended.code, code, (arguments, ended.stderr))
+        self.assertEqual(ended.stdout, [], arguments)
+        for text in says:
+            self.assertIn(text, "\n".join(ended.stderr), arguments)
+
+
+class services_of_peers(calling):
+    def setUp(self):
+        self.serving = self.enterContext(hub())
+        self.there = self.enterContext(
+            provider(self.serving.port, add=add, refuse=refuse, silent=silent,
+                     long=lambda asked: {"values": {"text": "x" * asked["length"]}}))
+
+    def test_are_reached_through_the_hub_in_either_dialect(self):
+        for name in ("/add", "add"):
+            for how in ((), ("--bare",)):
+                ended = run("call", self.serving.url, name, '{"a":38,"b":4}', *how)
+                self.assertEqual((ended.code, ended.stderr, len(ended.stdout)), (0, [], 1), (name, how))
+                self.assertEqual(json.loads(ended.stdout[0]), {"sum": 42}, (name, how))
+
+    def test_may_say_no(self):
+        for how in ((), ("--bare",)):
+            self.fails(1, self.serving.url, "/refuse", *how, says=["service /refuse: not today"])
+
+    def test_that_nobody_provides_are_named(self):
+        for how in ((), ("--bare",)):
+            self.fails(1, self.serving.url, "/nope", *how, says=["service /nope: nobody provides it"])
+
+    def test_that_do_not_answer_are_a_time_out(self):
+        for how in ((), ("--bare",)):
+            self.fails(4, self.serving.url, "/silent", "--timeout", "200ms", *how,
+                       says=["service /silent: no answer within 0.200 s"])
+
+    def test_whose_provider_goes_away_are_no_time_out(self):
+        for how in ((), ("--bare",)):
+            with provider(self.serving.port, leaving=lambda _: leaves.peer.stream.shutdown(2)) as leaves:
+                ended = run("call", self.serving.url, "/leaving", "--timeout", "50s", *how)
+                self.assertEqual((ended.code, ended.stdout), (1, []), ended.stderr)
+                self.assertIn("service /leaving: ", ended.stderr[-1])
+                self.assertNotIn("no answer within", ended.stderr[-1])
+            self.fails(1, self.serving.url, "/leaving", *how, says=["nobody provides it"])
+
+    def test_whose_hub_goes_away_are_no_time_out_either(self):
+        for how in ((), ("--bare",)):
+            with hub() as serving:
+                asked = threading.Event()
+                with provider(serving.port, silent=lambda _: asked.set()):
+                    with program("call", serving.url, "/silent", "--timeout", "50s", *how) as calling_it:
+                        self.assertTrue(asked.wait(60))
+                        serving.process.kill()
+                        self.assertEqual(calling_it.end(), 1, calling_it.stderr)
+                        self.assertIn("service /silent: who was to answer went away", calling_it.stderr[-1])
+                serving.process.wait()
+
+    def test_can_be_given_up(self):
+        for how in ((), ("--bare",)):
+            asked = threading.Event()
+            with provider(self.serving.port, slow=lambda _: asked.set()):
+                with program("call", self.serving.url, "/slow", "--timeout", "50s", *how) as calling_it:
+                    self.assertTrue(asked.wait(60))
+                    self.assertEqual(calling_it.end(signal.SIGINT), 130)
+                    self.assertEqual(calling_it.stdout, [])
+
+    def test_may_answer_at_length(self):
+        for how in ((), ("--bare",)):
+            ended = run("call", self.serving.url, "/long", '{"length":50000}', *how)
+            self.assertEqual(ended.code, 0, ended.stderr)
+            self.assertEqual(json.loads(ended.stdout[0]), {"text": "x" * 50000})
+
+    def test_answer_with_a_time_where_json_is_asked_for(self):
+        members = ["service", "answer", "error", "text", "round_trip_ns"]
+        for name, code, answer, error in (("/add", 0, {"sum": 3}, None), ("/refuse", 1, None, "refused"),
+                                          ("/silent", 4, None, "timed_out")):
+            ended = run("call", self.serving.url, name, '{"a":1,"b":2}', "--json", "--timeout", "300ms")
+            self.assertEqual(ended.code, code, ended.stderr)
+            (line,) = ended.stdout
+            told = json.loads(line)
+            self.assertEqual(list(told), members)
+            self.assertEqual((told["service"], told["answer"], told["error"]), (name, answer, error))
+            self.assertEqual(told["text"] is None, error is None)
+            self.assertGreater(told["round_trip_ns"], 0)
+
+    def test_are_timed_over_many_calls(self):
+        members = ["service", "calls", "answered", "failed", "timed_out", "min_ns", "p50_ns", "p99_ns", "max_ns"]
+        for how in ((), ("--bare",)):
+            ended = run("call", self.serving.url, "/add", '{"a":1,"b":2}', "--repeat", "100", "--json", *how)
+            self.assertEqual((ended.code, ended.stderr), (0, []))
+            (line,) = ended.stdout
+            told = json.loads(line)
+            self.assertEqual(list(told), members)
+            self.assertEqual(list(told.values())[1:5], [100, 100, 0, 0])
+            times = list(told.values())[5:]
+            self.assertEqual(times, sorted(times))
+            self.assertGreater(times[0], 0)
+        ended = run("call", self.serving.url, "/add", '{"a":1,"b":2}', "--repeat", "10")
+        self.assertRegex("\n".join(ended.stdout),
+                         r"^/add: 10 calls, 10 answered, 0 failed, 0 timed out; min \d+\.\d us, p50 .*, max ")
+
+    def test_that_fail_again_and_again_are_reported_once(self):
+        ended = run("call", self.serving.url, "/refuse", "--repeat", "20", "--json")
+        self.assertEqual((ended.code, len(ended.stderr)), (1, 1), ended.stderr)
+        told = json.loads(ended.stdout[0])
+        self.assertEqual((told["calls"], told["failed"], told["max_ns"]), (20, 20, 0))
+        ended = run("call", self.serving.url, "/silent", "--repeat", "6", "--timeout", "20ms", "--json")
+        self.assertEqual(ended.code, 4, ended.stderr)
+        self.assertEqual(json.loads(ended.stdout[0])["timed_out"], 6)
+
+    def test_are_called_until_it_is_told_to_end(self):
+        enough = threading.Event()
+        calls = []
+
+        def counting(_):
+            calls.append(1)
+            if len(calls) == 10:
+                enough.set()
+            return {"values": {}}
+
+        with provider(self.serving.port, counting=counting):
+            with program("call", self.serving.url, "/counting", "--repeat", "1000000000", "--json") as calling_it:
+                self.assertTrue(enough.wait(60))
+                self.assertEqual(calling_it.end(signal.SIGINT), 0, calling_it.stderr)
+                self.assertGreaterEqual(json.loads(calling_it.stdout[0])["answered"], 9)
+
+
+class the_robot(calling):
+    def test_drives_at_the_speed_that_is_set(self):
+        with hub("--demo") as robot:
+            for how in ((), ("--bare",)):
+                ended = run("call", robot.url, "/robot/set_speed", '{"speed":0.5}', *how)
+                self.assertEqual((ended.code, ended.stdout), (0, ['{"speed":0.5}']), ended.stderr)
+                self.fails(1, robot.url, "/robot/set_speed", '{"speed":1.5}', *how,
+                           says=["service /robot/set_speed: the speed is out of range: 0 to 1 m/s"])
+                self.fails(1, robot.url, "/robot/set_speed", '{"speed":"fast"}', *how, says=["/robot/set_speed: "])
+                self.fails(1, robot.url, "/robot/set_speed", *how, says=["/robot/set_speed: "])
+            self.assertEqual(run("call", robot.url, "/robot/set_speed", '{"speed":0}').code, 0)
+            with program("echo", robot.url, "/odom", "--json", "--field", "twist.twist.linear.x") as echo:
+                count = 1
+                while abs(float(echo.lines(count)[count - 1])) > 1e-3:
+                    count += 100  # some of the thousand a second
+                self.assertEqual(echo.end(signal.SIGINT), 0)
+
+
+class arguments(calling):
+    def test_that_make_no_sense_are_named(self):
+        for words, says in (((), "the argument URL is missing"),
+                            (("ws://127.0.0.1:1",), "the argument SERVICE is missing"),
+                            (("ws://127.0.0.1:1", "/x", "{", "more"), "one argument too many: 'more'"),
+                            (("ws://127.0.0.1:1", "/x", "{"), "'{' is no JSON object: it ends too early (at byte 1)"),
+                            (("ws://127.0.0.1:1", "/x", "7"), "it does not begin with {"),
+                            (("ws://127.0.0.1:1", "/x", "--repeat", "0"), "--repeat 0 is out of range: 1 to "),
+                            (("ws://127.0.0.1:1", "/x", "--timeout", "0"), "a time above 0"),
+                            (("ws://127.0.0.1:1", "/x", "--profile", "hip"), "standard or hop or hop_2014"),
+                            (("ws://127.0.0.1:1", "/x", '{"service":"y"}', "--bare"), "`service`"),
+                            (("ws://127.0.0.1:1", "x" * 200), "cannot call 'xxx"),
+                            (("127.0.0.1", "/x"), "ws://HOST[:PORT][/PATH]")):
+            self.fails(2, *words, says=[says])
+
+    def test_members_that_rowe_needs_itself_are_refused(self):
+        with hub() as serving:
+            for member in ("op", "message_id", "in_reply_to"):
+                self.fails(2, serving.url, "/x", json.dumps({member: "y"}), "--bare", says=[member])
+
+    def test_the_url_may_come_from_the_environment(self):
+        with hub() as serving, provider(serving.port, add=add):
+            for words in (("/add", '{"a":1,"b":2}'), (serving.url, "/add", '{"a":1,"b":2}')):
+                ended = run("call", *words, environment={"ROWE_URL": serving.url})
+                self.assertEqual((ended.code, ended.stdout), (0, ['{"sum": 3}']), ended.stderr)
+            self.fails(1, "nope", environment={"ROWE_URL": serving.url}, says=["service nope: "])
+
+    def test_nobody_there_is_3(self):
+        for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):
+            ended = run(*verb, "--timeout", "300ms")
+            self.assertEqual((ended.code, ended.stdout), (3, []))
+            self.assertIn("nobody listens at 127.0.0.1:1", ended.stderr[-1])
+
+    def test_interrupted_while_connecting_is_130(self):
+        for verb in (("call", "127.0.0.1:1", "/x"), ("peers", "127.0.0.1:1")):
+            with program(*verb, "--timeout", "50s") as waiting:
+                waiting.line("waiting for ws://127.0.0.1:1")
+                self.assertEqual(waiting.end(signal.SIGINT), 130)
+
+
+class peers(unittest.TestCase):
+    def test_are_listed_for_people(self):
+        with hub("--name", "ang-01") as serving, peer(serving.port) as one:
+            one.send({"op": "subscribe", "topic": "/t"})
+            settle(one)
+            ended = run("peers", serving.url)
+            self.assertEqual((ended.code, ended.stderr), (0, []))
+            self.assertRegex(ended.stdout[0], r"^ang-01, up for \d+\.\d+ s, peers 2$")
+            self.assertEqual(ended.stdout[1].split(), ["ADDRESS", "DIALECT", "SINCE_S", "SILENT_S", "QUEUED", "IN",
+                                                       "OUT"])
+            rows = [line.split() for line in ended.stdout[2:4]]
+            self.assertEqual([len(row) for row in rows], [7, 7])
+            local = f"127.0.0.1:{one.stream.getsockname()[1]}"
+            (row,) = [row for row in rows if row[0] == local]
+            self.assertEqual((row[1], row[5], row[6]), ("rosbridge", "2", "1"))
+            self.assertRegex(ended.stdout[4], r"^losses: full \d+, ")
+            self.assertEqual(len(ended.stdout), 5)
+
+    def test_are_listed_for_programs(self):
+        with hub() as serving, peer(serving.port), peer(serving.port):
+            ended = run("peers", serving.url, "--json")
+            self.assertEqual((ended.code, ended.stderr, len(ended.stdout)), (0, [], 1))
+            told = json.loads(ended.stdout[0])
+            self.assertLessEqual({"name", "uptime_s", "peers", "topics", "losses", "connections", "counters", "limits"},
+                                 set(told))
+            self.assertEqual((told["peers"], len(told["connections"])), (3, 3))
+            for one in told["connections"]:
+                self.assertLessEqual({"address", "dialect", "since_s", "silent_s", "queued", "messages_in",
+                                      "messages_out"}, set(one))
+                self.assertRegex(one["address"], r"^127\.0\.0\.1:\d+$")
+            self.assertEqual(told["limits"]["connections_max"], 64)
+
+    def test_of_who_is_no_rowe_endpoint_cannot_be_had(self):
+        for values, result in (("Service /rowe/stats does not exist", False), ("no", False)):
+            with listener() as there, program("peers", there.url) as asking, there.accept() as p:
+                call = p.receive_until(lambda m: m.get("op") == "call_service")
+                self.assertEqual(call["service"], "/rowe/stats")
+                p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"], "values": values,
+                        "result": result})
+                self.assertEqual((asking.end(), asking.stdout), (1, []))
+                self.assertIn("does not provide /rowe/stats", asking.stderr[-1])
+
+    def test_of_who_does_not_answer_are_a_time_out(self):
+        with listener() as there, program("peers", there.url, "--timeout", "300ms") as asking, there.accept():
+            self.assertEqual((asking.end(), asking.stdout), (4, []))
+            self.assertIn("does not answer within 0.300 s", asking.stderr[-1])
+
+    def test_of_a_stranger_do_not_reach_the_terminal_as_control_characters(self):
+        with listener() as there, program("peers", there.url) as asking, there.accept() as p:
+            call = p.receive_until(lambda m: m.get("op") == "call_service")
+            p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"], "result": True,
+                    "values": {"name": "\x1b[2J", "connections": [{"address": "\x9b"}, 7], "losses": {"\x1b": 1}}})
+            self.assertEqual(asking.end(), 0, asking.stderr)
+            self.assertIsNone(re.search("[\x1b\x9b]", "\n".join(asking.stdout)))
+
+
+if __name__ == "__main__":
+    unittest.main()
