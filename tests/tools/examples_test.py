@@ -65,6 +65,36 @@ class listen(unittest.TestCase):
             self.assertEqual(listening.stderr, ["usage: listen URL TOPIC"])
 
 
+class answer(unittest.TestCase):
+    setUp = control_loop.setUp
+
+    def test_answers_in_either_dialect_and_refuses_with_its_sentence(self):
+        url = f"ws://127.0.0.1:{port}"
+        with example("answer") as robot:
+            for dialect in ([], ["--bare"]):
+                asked = run("call", url, "/set_speed", '{"speed":0.5}', "--timeout", "10s", *dialect)
+                self.assertEqual((asked.code, json.loads(asked.stdout[0])["speed"]), (0, 0.5), asked.stderr)
+            refused = run("call", url, "/set_speed", '{"speed":5}', "--timeout", "10s")
+            self.assertEqual((refused.code, refused.stdout), (1, []))
+            self.assertIn("at most 1 m/s", refused.stderr[-1])
+            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+
+
+class add_two_numbers(unittest.TestCase):
+    def test_is_answered_by_the_robot_in_c(self):
+        with example("robot", "0") as server:
+            url = "ws://127.0.0.1:" + server.line(r"listening on port (\d+)", "stdout")[1]
+            with example("add_two_numbers", url, "38", "4") as asking:
+                self.assertEqual(asking.end(), 0)
+                self.assertEqual(json.loads(asking.stdout[0])["result"], 42)
+            self.assertEqual(server.end(signal.SIGTERM), -signal.SIGTERM)
+
+    def test_says_why_it_has_no_answer(self):
+        with hub() as nobody, example("add_two_numbers", nobody.url, "38", "4") as asking:
+            self.assertEqual(asking.end(), 1)
+            self.assertEqual(asking.stderr, ["nobody provides the service"])
+
+
 class robot(unittest.TestCase):
     def test_two_of_them_talk_and_add(self):
         with example("robot", "0") as server:

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The invocation of the paper, from the other side, with no schema: add_two_numbers URL A B
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+
+#include <rowe/rowe.hpp>
+
+using namespace std::chrono_literals;
+
+int main(int count, char** arguments) {
+  if (count != 4) return std::fputs("usage: add_two_numbers URL A B\n", stderr), 2;
+  auto hop = rowe::endpoint::connect(arguments[1]).value();
+  auto lane = hop.open_lane().value();
+  const rowe::message question{"service", "add-two-numbers", "a", std::atoi(arguments[2]), "b",
+                               std::atoi(arguments[3])};
+  const auto sum = lane.invoke(question, 2s);                       // waits, at most so long
+  if (!sum) {
+    std::array<char, 128> room;
+    const auto reason = sum.error().text(room);
+    return std::fprintf(stderr, "%.*s\n", static_cast<int>(reason.size()), reason.data()), 1;
+  }
+  const auto text = sum->text();                                    // {"result":42,"in_reply_to":"..."}
+  std::printf("%.*s\n", static_cast<int>(text.size()), text.data());
+}
