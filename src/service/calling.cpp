@@ -496,8 +496,8 @@ void core::end_calls_of(connection& c) noexcept {
     if (one.asked_by.is(c.id)) {
       close_call(i);
     } else if (one.provider.is(c.id)) {
-      add(counter::calls_lost);
-      finish_badly(i, {errc::peer_lost});
+      if (!closing_) add(counter::calls_lost);
+      finish_badly(i, {closing_ ? errc::closed : errc::peer_lost});
     }
   }
 }

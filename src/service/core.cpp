@@ -198,6 +198,10 @@ void core::close_all(rt::time_point now) noexcept {
   now_ = now;
   closing_ = true;
   disarm(timer::reconnect, 0);
+  while (letters_.waiting() != 0) {
+    add(counter::lost_at_close);
+    end_letter(letters_.first_waiting(), errc::closed);
+  }
   for (connection& c : connections_) {
     if (c.open()) close(c, wire::close_code::going_away, "the endpoint is closing");
   }

@@ -222,7 +222,8 @@ void core::settle_letter(std::uint32_t slot) noexcept {
   if (l.now == letter::state::waiting) return; // it has none yet
   if (l.sent) return end_letter(slot, {});
   const rt::time_point expires = slots_.expires(slot);
-  if (!l.everyone || closing_) return end_letter(slot, errc::peer_lost);
+  if (closing_) return end_letter(slot, errc::closed);
+  if (!l.everyone) return end_letter(slot, errc::peer_lost);
   if (expires <= now_) {
     add(counter::expired);
     return end_letter(slot, errc::expired);

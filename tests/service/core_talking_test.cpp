@@ -161,6 +161,14 @@ TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
   EXPECT_EQ(outcome(late), "peer_lost");
 }
 
+TEST_F(talking, tells_whoever_waits_that_the_endpoint_is_closing) {
+  const auto waiting = send(R"({"a":1})", 5s);
+  on.cycle();
+  on.core.close_all(on.now);
+  EXPECT_EQ(outcome(waiting), "closed");
+  EXPECT_EQ(on.count(counter::lost_at_close), 1U);
+}
+
 TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
   peer slow{on};
   slow.say("{}");
