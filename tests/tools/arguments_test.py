@@ -34,6 +34,22 @@ class arguments(unittest.TestCase):
         self.refused("echo", "ws://127.0.0.1:1", "/t", "-n", "0", says=["-n 0", "out of range: 1 to "])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--timeout", "5", says=["'5'", "50ms"])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--once", "-n", "2", says=["exclude"])
+        self.refused("pub", "ws://127.0.0.1:1", says=["TOPIC is missing"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", says=["JSON|- is missing"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":01}', says=["'{\"a\":01}'", "at byte 6"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", '{"a":"' + "x" * 62000 + '"}',
+                     says=["62008 bytes, at most 61440"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "-r", "1MHz", says=["'1MHz'"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--once", "-n", "2", says=["exclude"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--once", "-r", "2", says=["exclude"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", '{"header":1}', "--stamp", says=["`header`"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--ttl", "1us", says=["/t", "out of range"])
+        self.refused("pub", "ws://127.0.0.1:1", "/t", "{}", "--bare", says=["'{}'"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--latch", says=["--latch"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--type", "x/T", says=["--type"])
+        self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--ttl", "1s", "--timeout", "1s",
+                     says=["exclude"])
+        self.refused("peers", "ws://127.0.0.1:1", "more", says=["'more'"])
 
     def test_urls_that_are_none_say_what_one_looks_like(self):
         for url in ("127.0.0.1", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):
@@ -51,6 +67,8 @@ class arguments(unittest.TestCase):
     def test_an_unknown_verb_or_option_suggests_the_nearest(self):
         self.refused("srve", says=["'srve'", "did you mean serve?"])
         self.refused("hlep", says=["did you mean help?"])
+        self.refused("publish", says=["'publish'"])
+        self.refused("cal", says=["did you mean call?"])
         self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
         self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])
         self.refused(says=["a verb is missing"])
@@ -63,7 +81,7 @@ class arguments(unittest.TestCase):
 
     def test_help_begins_with_two_examples(self):
         for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"],
-                      ["version", "--help"]):
+                      ["version", "--help"], ["help", "pub"], ["call", "--help"], ["peers", "-h"]):
             ended = run(*words)
             self.assertEqual(ended.code, 0, words)
             self.assertEqual(ended.stderr, [])
@@ -74,7 +92,8 @@ class arguments(unittest.TestCase):
 
     def test_help_lists_every_verb_and_every_exit_code(self):
         text = "\n".join(run("help").stdout)
-        for word in ("serve", "replay", "echo", "version", "0", "1", "2", "3", "4", "6", "130"):
+        verbs = ("serve", "pub", "echo", "call", "peers", "replay", "version")
+        for word in (*verbs, "0", "1", "2", "3", "4", "6", "130"):
             self.assertRegex(text, rf"(?m)^ +{word} ")
 
     def test_version_is_one_line_and_one_json_object(self):

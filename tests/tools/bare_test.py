@@ -21,7 +21,8 @@ class echoing(unittest.TestCase):
         self.there = self.enterContext(listener())
 
     def test_prints_plain_messages(self):
-        for how, lines in ((("--json",), ['{"a":1.50}', '{"b":[1,2]}']), ((), ["a: 1.50", "---", "b: [1, 2]", "---"]),
+        for how, lines in ((("--json",), ['{"a":1.50}', '{"b":[1,2]}']),
+                           ((), ["a: 1.50", "---", "b: [1, 2]", "---"]),
                            (("--csv", "--field", "a", "-n", "1"), ["a", "1.50"])):
             count = ("-n", "2") if "-n" not in how else ()
             with program("echo", self.there.url, "--bare", *how, *count) as echo, self.there.accept() as p:
@@ -39,14 +40,16 @@ class echoing(unittest.TestCase):
             self.assertEqual(json.loads(echo.stdout[0])["service"], "x")
 
     def test_asks_for_nothing(self):
-        with program("echo", self.there.url, "--bare", "--timeout", "300ms") as echo, self.there.accept() as p:
-            self.assertEqual((echo.end(), echo.stdout), (4, []))
-            self.assertIn("no plain message within 0.300 s", echo.stderr[-1])
-            with self.assertRaises(closed):
-                p.receive()
+        with program("echo", self.there.url, "--bare", "--timeout", "300ms") as echo:
+            with self.there.accept() as p:
+                self.assertEqual((echo.end(), echo.stdout), (4, []))
+                self.assertIn("no plain message within 0.300 s", echo.stderr[-1])
+                with self.assertRaises(closed):
+                    p.receive()
 
     def test_takes_no_topics_and_no_contradictions(self):
-        for words, says in ((("/t", "--bare"), "one argument too many: '/t'"), (("--csv", "--json", "/t"), "exclude"),
+        for words, says in ((("/t", "--bare"), "one argument too many: '/t'"),
+                            (("--csv", "--json", "/t"), "exclude"),
                             (("/t", "/u", "--csv"), "a table of one topic, not of 2"),
                             ([f"/{i}" for i in range(17)], "17 topics are too many: at most 16")):
             ended = run("echo", self.there.url, *words)

@@ -142,7 +142,8 @@ class services_of_peers(calling):
             self.assertGreater(told["round_trip_ns"], 0)
 
     def test_are_timed_over_many_calls(self):
-        members = ["service", "calls", "answered", "failed", "timed_out", "min_ns", "p50_ns", "p99_ns", "max_ns"]
+        members = ["service", "calls", "answered", "failed", "timed_out",
+                   "min_ns", "p50_ns", "p99_ns", "max_ns"]
         for how in ((), ("--bare",)):
             ended = run("call", self.serving.url, "/add", '{"a":1,"b":2}', "--repeat", "100", "--json", *how)
             self.assertEqual((ended.code, ended.stderr), (0, []))
@@ -177,7 +178,8 @@ class services_of_peers(calling):
             return {"values": {}}
 
         with provider(self.serving.port, counting=counting):
-            with program("call", self.serving.url, "/counting", "--repeat", "1000000000", "--json") as calling_it:
+            with program("call", self.serving.url, "/counting", "--repeat", "1000000000",
+                         "--json") as calling_it:
                 self.assertTrue(enough.wait(60))
                 self.assertEqual(calling_it.end(signal.SIGINT), 0, calling_it.stderr)
                 self.assertGreaterEqual(json.loads(calling_it.stdout[0])["answered"], 9)
@@ -191,7 +193,8 @@ class the_robot(calling):
                 self.assertEqual((ended.code, ended.stdout), (0, ['{"speed":0.5}']), ended.stderr)
                 self.fails(1, robot.url, "/robot/set_speed", '{"speed":1.5}', *how,
                            says=["service /robot/set_speed: the speed is out of range: 0 to 1 m/s"])
-                self.fails(1, robot.url, "/robot/set_speed", '{"speed":"fast"}', *how, says=["/robot/set_speed: "])
+                self.fails(1, robot.url, "/robot/set_speed", '{"speed":"fast"}', *how,
+                           says=["/robot/set_speed: "])
                 self.fails(1, robot.url, "/robot/set_speed", *how, says=["/robot/set_speed: "])
             self.assertEqual(run("call", robot.url, "/robot/set_speed", '{"speed":0}').code, 0)
             with program("echo", robot.url, "/odom", "--json", "--field", "twist.twist.linear.x") as echo:
@@ -206,9 +209,11 @@ class arguments(calling):
         for words, says in (((), "the argument URL is missing"),
                             (("ws://127.0.0.1:1",), "the argument SERVICE is missing"),
                             (("ws://127.0.0.1:1", "/x", "{", "more"), "one argument too many: 'more'"),
-                            (("ws://127.0.0.1:1", "/x", "{"), "'{' is no JSON object: it ends too early (at byte 1)"),
+                            (("ws://127.0.0.1:1", "/x", "{"),
+                             "'{' is no JSON object: it ends too early (at byte 1)"),
                             (("ws://127.0.0.1:1", "/x", "7"), "it does not begin with {"),
-                            (("ws://127.0.0.1:1", "/x", "--repeat", "0"), "--repeat 0 is out of range: 1 to "),
+                            (("ws://127.0.0.1:1", "/x", "--repeat", "0"),
+                             "--repeat 0 is out of range: 1 to "),
                             (("ws://127.0.0.1:1", "/x", "--timeout", "0"), "a time above 0"),
                             (("ws://127.0.0.1:1", "/x", "--profile", "hip"), "standard or hop or hop_2014"),
                             (("ws://127.0.0.1:1", "/x", '{"service":"y"}', "--bare"), "`service`"),
@@ -249,8 +254,8 @@ class peers(unittest.TestCase):
             ended = run("peers", serving.url)
             self.assertEqual((ended.code, ended.stderr), (0, []))
             self.assertRegex(ended.stdout[0], r"^ang-01, up for \d+\.\d+ s, peers 2$")
-            self.assertEqual(ended.stdout[1].split(), ["ADDRESS", "DIALECT", "SINCE_S", "SILENT_S", "QUEUED", "IN",
-                                                       "OUT"])
+            self.assertEqual(ended.stdout[1].split(),
+                             ["ADDRESS", "DIALECT", "SINCE_S", "SILENT_S", "QUEUED", "IN", "OUT"])
             rows = [line.split() for line in ended.stdout[2:4]]
             self.assertEqual([len(row) for row in rows], [7, 7])
             local = f"127.0.0.1:{one.stream.getsockname()[1]}"
@@ -264,8 +269,8 @@ class peers(unittest.TestCase):
             ended = run("peers", serving.url, "--json")
             self.assertEqual((ended.code, ended.stderr, len(ended.stdout)), (0, [], 1))
             told = json.loads(ended.stdout[0])
-            self.assertLessEqual({"name", "uptime_s", "peers", "topics", "losses", "connections", "counters", "limits"},
-                                 set(told))
+            self.assertLessEqual({"name", "uptime_s", "peers", "topics", "losses", "connections", "counters",
+                                  "limits"}, set(told))
             self.assertEqual((told["peers"], len(told["connections"])), (3, 3))
             for one in told["connections"]:
                 self.assertLessEqual({"address", "dialect", "since_s", "silent_s", "queued", "messages_in",
@@ -278,8 +283,8 @@ class peers(unittest.TestCase):
             with listener() as there, program("peers", there.url) as asking, there.accept() as p:
                 call = p.receive_until(lambda m: m.get("op") == "call_service")
                 self.assertEqual(call["service"], "/rowe/stats")
-                p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"], "values": values,
-                        "result": result})
+                p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"],
+                        "values": values, "result": result})
                 self.assertEqual((asking.end(), asking.stdout), (1, []))
                 self.assertIn("does not provide /rowe/stats", asking.stderr[-1])
 
@@ -292,7 +297,8 @@ class peers(unittest.TestCase):
         with listener() as there, program("peers", there.url) as asking, there.accept() as p:
             call = p.receive_until(lambda m: m.get("op") == "call_service")
             p.send({"op": "service_response", "service": "/rowe/stats", "id": call["id"], "result": True,
-                    "values": {"name": "\x1b[2J", "connections": [{"address": "\x9b"}, 7], "losses": {"\x1b": 1}}})
+                    "values": {"name": "\x1b[2J", "connections": [{"address": "\x9b"}, 7],
+                               "losses": {"\x1b": 1}}})
             self.assertEqual(asking.end(), 0, asking.stderr)
             self.assertIsNone(re.search("[\x1b\x9b]", "\n".join(asking.stdout)))
 

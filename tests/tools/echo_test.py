@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe echo`: what it prints and how it ends."""
+import csv
 import json
 import signal
 import subprocess
@@ -28,6 +29,40 @@ class echoing(unittest.TestCase):
         self.assertRegex(ended.stdout[1], r"^  seq: \d+$")
         self.assertIn('  frame_id: "odom"', ended.stdout)
         self.assertEqual(ended.stdout[-1], "---")
+
+    def test_prints_a_table(self):
+        ended = run("echo", self.demo.url, "/odom", "--csv", "-n", "3")
+        self.assertEqual((ended.code, ended.stderr), (0, []))
+        header, *rows = csv.reader(ended.stdout)
+        self.assertEqual(header[:4], [f"header.{name}" for name in ("seq", "stamp.secs", "stamp.nsecs",
+                                                                     "frame_id")])
+        self.assertEqual([len(row) for row in rows], [len(header)] * 3)
+        self.assertEqual([row[3] for row in rows], ["odom"] * 3)
+        ended = run("echo", self.demo.url, "/odom", "--csv", "--field", "pose.pose.position", "--once")
+        self.assertEqual(ended.stdout[0], ",".join(f"pose.pose.position.{axis}" for axis in "xyz"))
+
+    def test_prints_one_field(self):
+        ended = run("echo", self.demo.url, "/odom", "--field", "pose.covariance[0]", "-n", "2")
+        self.assertEqual((ended.code, ended.stdout), (0, ["0.0001", "---"] * 2))
+        ended = run("echo", self.demo.url, "/odom", "--field", "header.frame_id", "--json", "--once")
+        self.assertEqual((ended.code, ended.stdout), (0, ['"odom"']))
+        ended = run("echo", self.demo.url, "/odom", "--field", "pose.x")
+        self.assertEqual((ended.code, ended.stdout), (1, []))
+        self.assertIn("there is no 'pose.x' in {", ended.stderr[0])
+
+    def test_prints_several_topics_by_name(self):
+        with program("echo", self.demo.url, "/odom", "/rowe/stats", "--json") as echo:
+            echo.line(r'^\{"topic":"/odom","msg":\{', "stdout", count=100)
+            echo.line(r'^\{"topic":"/rowe/stats","msg":\{', "stdout", count=2)
+            self.assertEqual(echo.end(signal.SIGINT), 0)
+            told = [json.loads(line) for line in echo.stdout]
+            numbers = [one["msg"]["header"]["seq"] for one in told if one["topic"] == "/odom"]
+            self.assertEqual(numbers, sorted(set(numbers)))
+        ended = run("echo", self.demo.url, "/odom", "/nothing", "--once")
+        self.assertEqual(ended.stdout[:2], ["/odom:", "  header:"])
+        ended = run("echo", self.demo.url, "/nothing", "/naught", "--timeout", "200ms")
+        self.assertEqual(ended.code, 4)
+        self.assertIn("no message on /nothing or /naught within 0.200 s", ended.stderr[-1])
 
     def test_takes_the_url_as_a_browser_shows_it_or_from_the_environment(self):
         for arguments, environment in (((f"http://127.0.0.1:{self.demo.port}/", "/odom"), {}),

@@ -92,8 +92,8 @@ class on_topics(unittest.TestCase):
 
     def test_stamps_with_the_time_of_sending(self):
         before = time.time()
-        self.check(run("pub", self.serving.url, "/t", '{"header":{"seq":7,"stamp":{"secs":0,"nsecs":0}},"a":1}',
-                       "--stamp", "-r", "100", "-n", "3"), 3)
+        old = '{"header":{"seq":7,"stamp":{"secs":0,"nsecs":0}},"a":1}'
+        self.check(run("pub", self.serving.url, "/t", old, "--stamp", "-r", "100", "-n", "3"), 3)
         messages = self.arrived(3)
         stamps = [m["header"]["stamp"]["secs"] + m["header"]["stamp"]["nsecs"] * 1e-9 for m in messages]
         self.assertEqual(stamps, sorted(set(stamps)))
@@ -209,7 +209,7 @@ class ending(unittest.TestCase):
     def test_a_peer_that_does_not_read_costs_messages_once_their_time_is_over(self):
         data = lines_of(*[{"i": i, "x": "x" * 50000} for i in range(300)])
         with listener(window=4096) as there:
-            for arguments in (("/t", "-"), ("--bare", "-")):
+            for arguments in (("/t", "-", "--timeout", "1s"), ("--bare", "-")):
                 with program("pub", there.url, *arguments, "--ttl", "20ms", stdin=subprocess.PIPE) as pub:
                     with there.accept():
                         pub.process.stdin.write(data)

@@ -158,7 +158,8 @@ class peer:
             payload = self.exactly(length, end)
             if key:
                 whole = (key * (length // 4 + 1))[:length]
-                payload = (int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")).to_bytes(length, "big")
+                clear = int.from_bytes(payload, "big") ^ int.from_bytes(whole, "big")
+                payload = clear.to_bytes(length, "big")
             return bool(first & 0x80), first & 0x0F, payload
         except ConnectionResetError as error:
             raise closed(None, "reset") from error
@@ -222,13 +223,14 @@ class accepted(peer):
             head += self.exactly(1, time.monotonic() + patience)
         self.path = head.split()[1].decode()
         (key,) = re.findall(rb"(?i)\r\nsec-websocket-key: *(\S+)", head)
-        accept = base64.b64encode(hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest()).decode()
+        digest = hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest()
+        accept = base64.b64encode(digest).decode()
         self.send_raw(f"HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
                       f"Sec-WebSocket-Accept: {accept}\r\n\r\n".encode())
 
 
 class listener:
-    """A port that connections can be accepted on, one after another. `window`: of each one's receive buffer."""
+    """A port that connections are accepted on, one after another. `window`: their receive buffers' bytes."""
 
     def __init__(self, window=None):
         self.socket = socket.socket()
