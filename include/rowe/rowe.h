@@ -141,9 +141,8 @@ unsigned rowe_peers(const struct rowe_endpoint* endpoint);
 int rowe_wait_peer(const struct rowe_endpoint* endpoint, long timeout_ms);
 
 // Waits until everything that was sent so far is written, at most `drain_ms`; says goodbye to the peers and
-// stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, or
-// rowe_error_peer_lost where it waits for a peer; every later call is told rowe_error_closed. Errors:
-// timed_out (something was not written in time; it is closed all the same).
+// stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, as is
+// every later call. Errors: timed_out (something was not written in time; it is closed all the same).
 int rowe_close(const struct rowe_endpoint* endpoint, long drain_ms);
 
 // Closes without waiting, if that was not done, and frees. No other call on this endpoint may be under way or

@@ -194,6 +194,20 @@ static void everything_says_closed_after_closing(void) {
   close_pair(p);
 }
 
+static void* wait_for_a_peer(void* of) {
+  CHECK_CODE(rowe_wait_peer(of, -1), rowe_error_closed);
+  return NULL;
+}
+
+static void who_waits_for_a_peer_hears_of_closing(void) {
+  struct rowe_endpoint* const alone = rowe_open_local_endpoint(0);
+  pthread_t waiting;
+  CHECK(pthread_create(&waiting, NULL, wait_for_a_peer, alone) == 0);
+  CHECK_EQUAL(rowe_close(alone, 0), rowe_ok);
+  CHECK(pthread_join(waiting, NULL) == 0);
+  rowe_endpoint_free(alone);
+}
+
 static void what_was_sent_is_written_before_closing(void) {
   const struct pair p = open_pair();
   struct rowe_object* const last = rowe_message("last", rowe_type_boolean, true, NULL);
@@ -248,6 +262,7 @@ int main(void) {
   what_a_remote_endpoint_sends_waits_for_the_connection();
   each_message_of_many_threads_arrives_once();
   everything_says_closed_after_closing();
+  who_waits_for_a_peer_hears_of_closing();
   what_was_sent_is_written_before_closing();
   events_and_counters_tell_what_happened();
   a_message_out_of_date_is_not_received();
