@@ -113,7 +113,8 @@ class endpoint {
 
   // ---- peers and what happens
 
-  // Waits until at least one peer is connected, at most `patience` (negative: for ever). Errors: timed_out.
+  // Waits until at least one peer is connected, at most `patience` (negative: for ever). Errors: timed_out,
+  // closed.
   status wait_peer(duration patience);
   std::uint32_t peers() const noexcept;
   // The established connections at the moment, with the peers' addresses.

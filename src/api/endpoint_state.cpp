@@ -302,6 +302,7 @@ status endpoint_state::close(duration drain) noexcept {
   closed_ = true;
   if (!thread_.joinable()) return {};
   door_->close();
+  board_->peers_changed.notify(); // wait_peer() looks whether the door is closed
   loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
   thread_.join();
   door_->finish();
@@ -329,7 +330,10 @@ void endpoint_state::count_left(const lane& in) noexcept {
 status endpoint_state::wait_peer(duration patience) noexcept {
   const std::lock_guard one_waiter{peer_waiter_};
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), patience);
-  if (board_->peers_changed.wait_until(deadline, [&] { return board_->peers() > 0; })) return {};
+  const auto over = [&] { return door_->is_closed() || board_->peers() > 0; };
+  if (board_->peers_changed.wait_until(deadline, over)) {
+    return door_->is_closed() ? status{errc::closed} : status{};
+  }
   return error{errc::timed_out, 0, patience.count()};
 }
 
