@@ -94,7 +94,7 @@ void core::take_from_door() noexcept {
 }
 
 bool core::take_door_slot(std::uint32_t slot) noexcept {
-  const door_header& asked = door_.request(slot);
+  const door_header asked = door_.request(slot); // a copy: once settled, the slot is somebody else's
   const std::string_view text = door_.request_text(slot);
   const party us = party_of_door(slot);
   switch (asked.what) {
