@@ -27,7 +27,7 @@ std::string text(const rt::tripwire::report& report) {
 }
 
 void expect_all_to_keep_the_contract(circumstance under) {
-  const tests::watchdog guard{"the real-time contract", std::chrono::seconds{110}};
+  const tests::watchdog guard{"the real-time contract", std::chrono::seconds{580}};
   for (const exercise& one : all_exercises()) {
     SCOPED_TRACE(testing::Message() << one.function << ", " << one.state);
     const outcome result = perform(one, under);
