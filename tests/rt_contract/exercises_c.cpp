@@ -24,20 +24,20 @@ in_c<rowe_lane> talk_in(real_time& rt) {
   detail::lane& on = lane_for(
       rt,
       detail::talk_request({.depth = depth, .inbox_depth = depth, .calls = 8, .text_bytes_max = text_bytes}));
-  return {on, &rt.make<rowe_lane>(rowe::lane{handle_of(on)})};
+  return {on, &rt.make<rowe_lane>(rowe_lane{rowe::lane{handle_of(on)}})};
 }
 
 in_c<rowe_publisher> publisher_in(real_time& rt) {
   detail::lane& on = lane_for(
       rt,
       {.kind = detail::lane_kind::publish_text, .name = "/x", .out_depth = depth, .out_bytes = text_bytes});
-  return {on, &rt.make<rowe_publisher>(publisher<json_text>{handle_of(on)})};
+  return {on, &rt.make<rowe_publisher>(rowe_publisher{publisher<json_text>{handle_of(on)}})};
 }
 
 in_c<rowe_subscriber> subscriber_in(real_time& rt) {
   detail::lane& on = lane_for(
       rt, detail::subscribe_request<json_text>("/x", {.depth = depth, .text_bytes_max = text_bytes}));
-  return {on, &rt.make<rowe_subscriber>(subscriber<json_text>{handle_of(on)})};
+  return {on, &rt.make<rowe_subscriber>(rowe_subscriber{subscriber<json_text>{handle_of(on)}})};
 }
 
 // `take(handle, view)` when something is there, nothing is, and with NULLs.
