@@ -143,6 +143,7 @@ void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node
 rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
   carrier_.poll(now, *this);
+  place_waiting();
   take_from_lanes();
   take_from_door();
   expire();

@@ -118,6 +118,8 @@ class core final : public transport_sink {
   // something that a peer waits for, or something that must not be left lying when its time is over.
   rt::duration patience(rt::duration poll_period) const noexcept {
     if (wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0)) return poll_period;
+    // Something waits for room at a peer.
+    if (peers_ != 0 && (letters_.waiting() != 0 || door_held_ != no_index)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
   std::uint32_t peers() const noexcept { return peers_; }
@@ -267,6 +269,7 @@ class core final : public transport_sink {
   bool take_door_slot(std::uint32_t slot) noexcept;
   bool post(const message& m) noexcept;
   status check_text(std::string_view text) noexcept;
+  bool has_room(connection& c, priority at) noexcept;
   bool has_room_for(const message& m) noexcept;
   void begin_letter(std::uint32_t slot, const letter& as) noexcept;
   void send_letter(std::uint32_t slot) noexcept;
@@ -276,6 +279,7 @@ class core final : public transport_sink {
   void cancel_letter(slot_ref which) noexcept;
   void end_letter(std::uint32_t slot, const status& outcome) noexcept;
   void welcome(connection& c) noexcept;
+  void place_waiting() noexcept;
   void tell(const party& whom, detail::call_ref own, const status& outcome,
             std::string_view text = {}) noexcept;
   void end_at_lane(const party& whom, detail::call_ref own, status outcome, std::string_view text) noexcept;

@@ -136,18 +136,24 @@ status core::check_text(std::string_view text) noexcept {
   return {};
 }
 
-// Where a message has one peer to go to, it waits for room in that peer's queue, so that its sender finds the
-// lane full instead of losing something. Among several, one that does not read must not stop the others.
+bool core::has_room(connection& c, priority at) noexcept {
+  queue& to = c.letters[static_cast<std::size_t>(at)];
+  while (drop_dead_front(to)) continue;
+  return to.count < bounds_.queue_depth_max && entries_.in_use() < bounds_.queued_max;
+}
+
+// A message waits where it is while no peer that it may go to has room, so that its sender finds the lane
+// full instead of losing something; and behind those that wait for room already. Among several peers one that
+// does not read must not stop the others.
 bool core::has_room_for(const message& m) noexcept {
-  const connection* only = nullptr;
-  for (const connection& c : connections_) {
-    if (!c.open() || (m.to.generation != 0 ? c.id != connection_id{m.to.index, m.to.generation} : !c.bare))
-      continue;
-    if (only != nullptr) return true;
-    only = &c;
+  if (m.to.generation != 0) return has_room(connections_[m.to.index], m.priority);
+  bool any = false;
+  for (connection& c : connections_) {
+    if (!c.open() || !c.bare) continue;
+    if (letters_.waiting() == 0 && has_room(c, m.priority)) return true;
+    any = true;
   }
-  return only == nullptr || m.only_now ||
-         only->letters[static_cast<std::size_t>(m.priority)].count < bounds_.queue_depth_max;
+  return !any;
 }
 
 // False when it must wait for room. Else its sender is told what comes of it, at once or later.
@@ -167,7 +173,7 @@ bool core::post(const message& m) noexcept {
     const connection* const to = find({m.to.index, m.to.generation});
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
-  if (!has_room_for(m)) return false;
+  if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   if (m.text.size() > slots_.large_bytes()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
                        static_cast<std::int64_t>(slots_.large_bytes())},
@@ -205,9 +211,8 @@ void core::send_letter(std::uint32_t slot) noexcept {
 
 // False, counted, when the peer's queue is full.
 bool core::queue_letter(connection& c, std::uint32_t slot) noexcept {
-  queue& to = c.letters[static_cast<std::size_t>(letters_.at(slot).priority)];
-  while (drop_dead_front(to)) continue;
-  if (to.count >= bounds_.queue_depth_max || !entries_.push(to, slots_.ref(slot))) {
+  const priority at = letters_.at(slot).priority;
+  if (!has_room(c, at) || !entries_.push(c.letters[static_cast<std::size_t>(at)], slots_.ref(slot))) {
     add(counter::outbox_full);
     return false;
   }
@@ -255,26 +260,30 @@ void core::cancel_letter(slot_ref which) noexcept {
   letters_.forget(which.index);
 }
 
-// Somebody has come to whom waiting letters may be sent.
+// Gives waiting letters to a peer, in their order, as far as it has room: it has come, or another one left
+// before it was given them. The rest goes on waiting. A request goes to the first who has room.
 void core::welcome(connection& c) noexcept {
-  for (std::uint32_t slot = letters_.first_waiting(); slot != no_index;) {
-    const std::uint32_t next = letters_.next_waiting(slot);
+  for (std::uint32_t slot = letters_.first_waiting(); slot != no_index; slot = letters_.first_waiting()) {
     if (slots_.expires(slot) < now_) {
       expire_slot(slot);
-    } else if (call* const asked = calls_.find(letters_.at(slot).request_of)) {
-      // A request goes to the first who comes.
-      letters_.stop_waiting(slot);
-      if (queue_letter(c, slot)) {
-        asked->provider = party::of(c.id, asked->provider.speaks);
-        letters_.at(slot).everyone = false;
-      } else {
-        letters_.wait(slot);
-      }
-    } else {
-      letters_.stop_waiting(slot);
-      if (!queue_letter(c, slot)) letters_.wait(slot);
+      continue;
     }
-    slot = next;
+    letter& l = letters_.at(slot);
+    if (!has_room(c, l.priority)) return;
+    letters_.stop_waiting(slot);
+    if (call* const asked = calls_.find(l.request_of)) {
+      asked->provider = party::of(c.id, asked->provider.speaks);
+      l.everyone = false;
+    }
+    (void)queue_letter(c, slot); // there is room
+  }
+}
+
+// Letters wait although there are peers where those had no room, or another one left with them.
+void core::place_waiting() noexcept {
+  for (connection& c : connections_) {
+    if (letters_.waiting() == 0) return;
+    if (c.open() && c.bare) welcome(c);
   }
 }
 

@@ -145,6 +145,62 @@ TEST_F(talking, sends_to_the_next_peer_what_the_last_one_was_not_given) {
   EXPECT_EQ(second.hear(), texts{R"({"a":1})"});
 }
 
+TEST_F(talking, gives_more_waiting_messages_than_a_queue_holds_in_their_order) {
+  constexpr int count = 40; // the queue of a peer holds 16
+  texts all;
+  for (int i = 0; i < count; ++i) {
+    all.push_back(R"({"a":)" + std::to_string(i) + "}");
+    send(all.back(), -1ns, false);
+    on.cycle();
+  }
+  peer late{on};
+  late.say("{}");
+  texts heard;
+  for (int i = 0; i < 6; ++i) {
+    if (i == 1) send(all.emplace_back(R"({"a":"last"})"), -1ns, false);
+    on.cycle();
+    for (auto& text : late.hear()) heard.push_back(std::move(text));
+  }
+  EXPECT_EQ(heard, all);
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+TEST_F(talking, gives_what_one_peer_left_without_to_another_that_is_there) {
+  peer first{on};
+  first.say("{}");
+  on.cycle();
+  on.net.weather_of(first.id()).room_bytes = 0;
+  const auto slot = send(R"({"a":1})");
+  on.cycle();
+  peer second{on};
+  second.say("{}");
+  on.cycle();
+  first.leave();
+  on.cycles(2);
+  EXPECT_EQ(outcome(slot), "sent");
+  EXPECT_EQ(second.hear(), texts{R"({"a":1})"});
+}
+
+TEST_F(talking, keeps_a_message_where_it_is_while_no_peer_has_room) {
+  peer one{on}, other{on};
+  for (auto* p : {&one, &other}) {
+    p->say("{}");
+    on.cycle();
+    on.net.weather_of(p->id()).room_bytes = 0;
+  }
+  texts all;
+  for (int i = 0; i < 18; ++i) {
+    all.push_back(R"({"a":)" + std::to_string(i) + "}");
+    send(all.back(), -1ns, false);
+    on.cycle();
+  }
+  for (auto* p : {&one, &other}) on.net.weather_of(p->id()).room_bytes = 4096;
+  on.cycles(3);
+  EXPECT_EQ(one.hear(), all);
+  EXPECT_EQ(other.hear(), all);
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
 TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
   peer one{on};
   one.say("{}");
