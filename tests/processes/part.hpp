@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+// The part that the other side plays, whether it is a thread of the test or a process of its own. Through the
+// public interface alone, in the loop that every robot has, it
+//
+//   answers /actor/add ({"a","b"} gives {"sum"}), and never answers /actor/mute;
+//   publishes {"process","n"} on /actor/beat, and takes what is published on /orders;
+//   answers all other calls with {"process"};
+//   calls /base/add when a plain message has the member "ask", and sends others with "echo" back;
+//
+// and tells of each thing that comes to it in a line: "order TEXT", "letter TEXT", "call TEXT", "mute TEXT",
+// "sum NUMBER", "failed ERROR".
+#pragma once
+#include <unistd.h>
+
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/rowe.hpp>
+
+namespace part {
+
+struct numbers {
+  double a, b;
+};
+struct total {
+  double sum;
+};
+struct beat {
+  std::int64_t process, n;
+};
+
+using teller = std::function<void(std::string_view what, std::string_view text)>;
+
+} // namespace part
+
+template <>
+inline constexpr auto rowe::schema<part::numbers> = rowe::fields<&part::numbers::a, &part::numbers::b>{};
+template <>
+inline constexpr auto rowe::schema<part::total> = rowe::fields<&part::total::sum>{};
+template <>
+inline constexpr auto rowe::schema<part::beat> = rowe::fields<&part::beat::process, &part::beat::n>{};
+
+namespace part {
+
+class actor {
+ public:
+  actor(rowe::endpoint& as, teller tell)
+      : as_{as},
+        adds_{as.serve<numbers, total>("/actor/add").value()},
+        mutes_{as.serve<rowe::json_text, rowe::json_text>("/actor/mute").value()},
+        beats_{as.advertise<beat>("/actor/beat", {.keep = rowe::keep::newest}).value()},
+        orders_{as.subscribe<rowe::json_text>("/orders").value()},
+        mail_{as.open_lane().value()},
+        asks_{as.client<numbers, total>("/base/add").value()},
+        tell_{std::move(tell)} {}
+
+  // One cycle. What cannot be sent is for the test to miss.
+  void step(rowe::time_point now) {
+    while (auto asked = adds_.try_next(now)) {
+      (void)adds_.reply(*asked, {asked->body.a + asked->body.b}, now);
+    }
+    while (auto asked = mutes_.try_next(now)) {
+      tell_("mute", asked->body);
+      held_.push_back(std::move(*asked)); // one that is destroyed is refused
+    }
+    while (auto taken = orders_.try_take()) tell_("order", taken->text());
+    // At the front door lies what came before there was a lane.
+    while (auto came = as_.receive(rowe::duration::zero())) take(as_, *came, now);
+    while (auto came = mail_.try_receive(now)) take(mail_, *came, now);
+    while (auto ended = asks_.try_finish()) {
+      if (ended->value) {
+        tell_("sum", std::to_string(static_cast<long>(ended->value->sum)));
+      } else {
+        tell_("failed", ended->value.error().name());
+      }
+    }
+    (void)beats_.publish({::getpid(), ++beat_}, now);
+  }
+
+ private:
+  static bool has(std::string_view text, std::string_view member) {
+    return text.find(member) != std::string_view::npos;
+  }
+
+  static rowe::status answer(rowe::lane& by, const rowe::message_view& call, rowe::time_point now) {
+    return by.try_reply(call, rowe::message("process", ::getpid()), now);
+  }
+  static rowe::status answer(rowe::endpoint& by, const rowe::received& call, rowe::time_point) {
+    return by.try_reply(call, rowe::message("process", ::getpid()));
+  }
+  static rowe::status echo(rowe::lane& by, const rowe::message_view& letter, rowe::time_point now) {
+    return by.try_send(letter.text(), rowe::rt::for_ever, now, letter.from());
+  }
+  static rowe::status echo(rowe::endpoint& by, const rowe::received& letter, rowe::time_point) {
+    return by.try_send(letter.text(), rowe::rt::for_ever, letter.from());
+  }
+
+  template <class Handle, class Came>
+  void take(Handle& by, const Came& came, rowe::time_point now) {
+    tell_(came.wants_reply() ? "call" : "letter", came.text());
+    if (came.wants_reply()) {
+      (void)answer(by, came, now);
+    } else if (has(came.text(), R"("ask")")) {
+      (void)asks_.start({38, 4}, rowe::rt::for_ever, now);
+    } else if (has(came.text(), R"("echo")")) {
+      (void)echo(by, came, now);
+    }
+  }
+
+  rowe::endpoint& as_;
+  rowe::responder<numbers, total> adds_;
+  rowe::responder<rowe::json_text, rowe::json_text> mutes_;
+  std::vector<rowe::request<rowe::json_text>> held_;
+  rowe::publisher<beat> beats_;
+  rowe::subscriber<rowe::json_text> orders_;
+  rowe::lane mail_;
+  rowe::caller<numbers, total> asks_;
+  teller tell_;
+  std::int64_t beat_ = 0;
+};
+
+inline rowe::endpoint_options quick_options() {
+  rowe::endpoint_options options;
+  options.retry_min = std::chrono::milliseconds{10};
+  options.retry_max = std::chrono::milliseconds{50};
+  options.limits.lane_bytes = 4 * 1024 * 1024;
+  options.answers_any = true; // what comes before its handle is opened waits
+  return options;
+}
+
+} // namespace part

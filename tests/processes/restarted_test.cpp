@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// A process that is killed and started again: the one that stayed finds it by itself, and everything between
+// the two is as it was, but for what was under way.
+#include "sides.hpp"
+
+namespace {
+
+using namespace sides;
+using rowe::endpoint;
+using rowe::errc;
+using rowe::json_text;
+using rowe::message;
+
+rowe::time_point clock_now() { return rowe::rt::monotonic_clock::now(); }
+
+// A server that can be away.
+class restarted_server : public testing::Test {
+ protected:
+  void SetUp() override {
+    there_.emplace("listen", "0");
+    port_ = there_->port();
+    here_.emplace(endpoint::connect(url_of(port_), part::quick_options()).value());
+    ASSERT_TRUE(here_->wait_peer(patience));
+  }
+  endpoint& here() { return *here_; }
+  process_side& there() { return *there_; }
+  void kill() {
+    there_->kill();
+    ASSERT_TRUE(eventually([&] { return here_->peers() == 0; }));
+  }
+  void start() { there_.emplace("listen", std::to_string(port_)); }
+
+ private:
+  std::optional<process_side> there_;
+  std::optional<endpoint> here_;
+  std::uint16_t port_ = 0;
+};
+
+TEST_F(restarted_server, is_subscribed_to_and_told_of_our_services_again) {
+  auto beats = here().subscribe<part::beat>("/actor/beat", {.keep = rowe::keep::newest}).value();
+  auto orders = here().advertise<json_text>("/orders").value();
+  auto ours = here().serve<part::numbers, part::total>("/base/add").value();
+  auto add = here().client<part::numbers, part::total>("/actor/add").value();
+  auto mail = here().open_lane().value();
+  for (int round = 0; round < 3; ++round) {
+    if (round > 0) {
+      kill();
+      start();
+    }
+    ASSERT_TRUE(eventually([&] {
+      const auto beat = beats.take(patience);
+      return beat && beat->value().process == there().process();
+    }));
+    ASSERT_TRUE(eventually([&] {
+      (void)orders.publish(message("round", round).text());
+      return !there().told("order ").empty();
+    }));
+    EXPECT_EQ(there().line("order "), "order " + std::string{message("round", round).text()});
+    const auto answer = add.call({38, 4}, patience);
+    ASSERT_TRUE(answer) << answer.error().name();
+    EXPECT_EQ(answer->sum, 42);
+    ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
+    auto asked = ours.next(patience);
+    ASSERT_TRUE(asked) << asked.error().name();
+    ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
+    EXPECT_EQ(there().line("sum "), "sum 42");
+  }
+  EXPECT_EQ(count_of(here(), "peers_joined"), 3U);
+}
+
+TEST_F(restarted_server, gets_the_messages_that_waited_but_for_those_that_are_out_of_date) {
+  auto mail = here().open_lane().value();
+  kill();
+  ASSERT_TRUE(mail.try_send(R"({"n":1})", rowe::rt::for_ever, clock_now()));
+  ASSERT_TRUE(mail.try_send(R"({"stale":1})", 20ms, clock_now()));
+  ASSERT_TRUE(mail.try_send(R"({"stale":2})", 0ns, clock_now()));
+  ASSERT_TRUE(mail.try_send(R"({"n":2})", patience, clock_now()));
+  EXPECT_EQ(mail.send(R"({"stale":3})", 20ms).code(), errc::expired);
+  ASSERT_TRUE(eventually([&] { return count_of(here(), "expired") == 3; }));
+  start();
+  ASSERT_TRUE(mail.send(R"({"n":3})", rowe::rt::for_ever));
+  for (int i = 1; i <= 3; ++i) {
+    EXPECT_EQ(there().line("letter ", static_cast<std::size_t>(i)),
+              "letter " + std::string{message("n", i).text()});
+  }
+  EXPECT_EQ(there().told("letter ").size(), 3U);
+}
+
+TEST_F(restarted_server, gets_the_calls_that_wait_for_it_and_none_that_gave_up) {
+  auto mute = here().client<json_text, json_text>("/actor/mute").value();
+  auto lane = here().open_lane({.receive = false}).value();
+  kill();
+  EXPECT_EQ(mute.call(R"({"stale":1})", 20ms).code(), errc::timed_out);
+  EXPECT_EQ(lane.invoke(message("service", "/something", "stale", 2), 20ms).code(), errc::timed_out);
+  ASSERT_TRUE(lane.start(message("service", "/something", "fresh", 3), patience, clock_now()));
+  start();
+  const auto ended = next_end(lane);
+  ASSERT_TRUE(ended);
+  EXPECT_TRUE(ended->reply) << ended->reply.error().name();
+  ASSERT_TRUE(mute.start(R"({"fresh":4})", patience, clock_now())); // behind all the others
+  EXPECT_EQ(there().line("mute "), R"(mute {"fresh":4})");
+  EXPECT_EQ(there().told("mute ").size(), 1U);
+  EXPECT_EQ(there().told("call ").size(), 1U);
+}
+
+TEST_F(restarted_server, is_another_connection) {
+  auto mail = here().open_lane().value();
+  ASSERT_EQ(here().connections().size(), 1U);
+  const rowe::connection before = here().connections()[0].id;
+  ASSERT_TRUE(mail.send(R"({"to":"the first"})", rowe::rt::for_ever, before));
+  kill();
+  EXPECT_EQ(mail.send(R"({"to":"the dead"})", rowe::rt::for_ever, before).code(), errc::peer_lost);
+  start();
+  ASSERT_TRUE(here().wait_peer(patience));
+  EXPECT_EQ(mail.send(R"({"to":"the dead"})", rowe::rt::for_ever, before).code(), errc::peer_lost);
+  EXPECT_EQ(mail.invoke(message("service", "/something"), patience, before).code(), errc::peer_lost);
+  ASSERT_TRUE(mail.send(R"({"to":"the second"})", rowe::rt::for_ever));
+  EXPECT_EQ(there().line("letter "), R"(letter {"to":"the second"})");
+}
+
+TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
+  auto here = endpoint::listen(0, part::quick_options()).value();
+  auto add = here.client<part::numbers, part::total>("/actor/add").value();
+  auto beats = here.subscribe<part::beat>("/actor/beat", {.keep = rowe::keep::newest}).value();
+  auto ours = here.serve<part::numbers, part::total>("/base/add").value();
+  auto mail = here.open_lane().value();
+  for (int round = 0; round < 3; ++round) {
+    ASSERT_TRUE(mail.try_send(R"({"stale":true})", 0ns, clock_now()));
+    ASSERT_TRUE(mail.try_send(message("echo", round), rowe::rt::for_ever, clock_now())); // nobody is there
+    process_side there{"connect", url_of(here.port())};
+    EXPECT_EQ(there.line("letter "), "letter " + std::string{message("echo", round).text()});
+    const auto back = mail.receive(patience);
+    ASSERT_TRUE(back) << back.error().name();
+    EXPECT_EQ(back->text(), message("echo", round).text());
+    const auto answer = call_when_there(add, {38, 4});
+    ASSERT_TRUE(answer) << answer.error().name();
+    EXPECT_EQ(answer->sum, 42);
+    ASSERT_TRUE(eventually([&] {
+      const auto beat = beats.take(patience);
+      return beat && beat->value().process == there.process();
+    }));
+    ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
+    auto asked = ours.next(patience);
+    ASSERT_TRUE(asked) << asked.error().name();
+    ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
+    EXPECT_EQ(there.line("sum "), "sum 42");
+    there.kill();
+    ASSERT_TRUE(eventually([&] { return here.peers() == 0; }));
+  }
+}
+
+} // namespace

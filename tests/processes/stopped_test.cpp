@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// A process that stands still, as under a debugger or on a machine whose kernel hangs: its sockets stay, and
+// the kernel goes on acknowledging. What waits for it times out; what comes late is dropped; and what was
+// meant for it never reaches the process that takes its place.
+#include "sides.hpp"
+
+namespace {
+
+using namespace sides;
+using rowe::endpoint;
+using rowe::errc;
+using rowe::json_text;
+using rowe::message;
+
+endpoint connected(side& there, const rowe::endpoint_options& options = part::quick_options()) {
+  auto here = endpoint::connect(url_of(there.port()), options).value();
+  EXPECT_TRUE(here.wait_peer(patience));
+  return here;
+}
+
+TEST(stopped_server, makes_calls_time_out_and_its_late_answers_are_dropped) {
+  process_side there{"listen", "0"};
+  auto here = connected(there);
+  auto add = here.client<part::numbers, part::total>("/actor/add").value();
+  ASSERT_TRUE(add.call({1, 2}, patience));
+  there.stop();
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(add.call({1.0 * i, 100}, 30ms).code(), errc::timed_out);
+  EXPECT_EQ(count_of(here, "calls_lost"), 0U);
+  there.go_on();
+  ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 3; }));
+  EXPECT_EQ(add.try_finish().code(), errc::empty);
+  const auto answer = add.call({38, 4}, patience);
+  ASSERT_TRUE(answer) << answer.error().name();
+  EXPECT_EQ(answer->sum, 42);
+}
+
+TEST(stopped_server, is_cut_when_it_is_silent_too_long_and_met_again) {
+  process_side there{"listen", "0"};
+  auto options = part::quick_options();
+  options.ping_period = 200ms;
+  options.silence_max = 600ms;
+  auto here = connected(there, options);
+  auto add = here.client<part::numbers, part::total>("/actor/add").value();
+  auto mute = here.client<json_text, json_text>("/actor/mute").value();
+  ASSERT_TRUE(add.call({1, 2}, patience));
+  there.stop();
+  EXPECT_EQ(mute.call(R"({"n":1})", patience).code(), errc::peer_lost);
+  EXPECT_GE(count_of(here, "silent_peers"), 1U);
+  there.go_on();
+  rowe::result<part::total> answer{errc::peer_lost}; // again, should a slow machine cut it once more
+  ASSERT_TRUE(eventually([&] {
+    return (answer = add.call({38, 4}, patience)).code() != errc::peer_lost || answer;
+  }));
+  ASSERT_TRUE(answer) << answer.error().name();
+  EXPECT_EQ(answer->sum, 42);
+  EXPECT_EQ(count_of(here, "replies_foreign"), 0U); // the old connection took its answers along
+}
+
+TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
+  std::optional<process_side> there{std::in_place, "listen", "0"};
+  const std::uint16_t port = there->port();
+  auto here = connected(*there);
+  auto mute = here.client<json_text, json_text>("/actor/mute").value();
+  auto lane = here.open_lane({.calls = 16, .receive = false}).value();
+  ASSERT_EQ(mute.call(R"({"before":0})", 20ms).code(), errc::timed_out);
+  there->stop();
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_EQ(mute.call(R"({"stale":1})", 20ms).code(), errc::timed_out);
+    ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), patience,
+                           rowe::rt::monotonic_clock::now()));
+  }
+  there->kill();
+  for (int i = 0; i < 5; ++i) {
+    const auto ended = next_end(lane);
+    ASSERT_TRUE(ended);
+    EXPECT_EQ(ended->reply.code(), errc::peer_lost);
+  }
+  there.emplace("listen", std::to_string(port));
+  ASSERT_TRUE(mute.start(R"({"fresh":1})", patience, rowe::rt::monotonic_clock::now()));
+  EXPECT_EQ(there->line("mute "), R"(mute {"fresh":1})");
+  ASSERT_TRUE(
+      lane.start(message("service", "/actor/mute", "fresh", 2), patience, rowe::rt::monotonic_clock::now()));
+  EXPECT_EQ(there->line("mute ", 2), R"(mute {"fresh":2})");
+  EXPECT_EQ(there->told("mute ").size(), 2U);
+  EXPECT_EQ(lane.try_finish().code(), errc::empty);
+}
+
+TEST(stopped_client, makes_calls_of_its_services_time_out) {
+  auto here = endpoint::listen(0, part::quick_options()).value();
+  process_side there{"connect", url_of(here.port())};
+  auto add = here.client<part::numbers, part::total>("/actor/add").value();
+  ASSERT_TRUE(call_when_there(add, {1, 2}));
+  there.stop();
+  EXPECT_EQ(add.call({1, 2}, 30ms).code(), errc::timed_out);
+  there.go_on();
+  ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 1; }));
+  const auto answer = add.call({38, 4}, patience);
+  ASSERT_TRUE(answer) << answer.error().name();
+  EXPECT_EQ(answer->sum, 42);
+}
+
+} // namespace
