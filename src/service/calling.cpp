@@ -409,6 +409,10 @@ std::uint32_t core::finish(std::uint32_t index, WriteBody&& write_body) noexcept
   } else {
     slot = answer(*c, [&](json::writer& into) { bare::write_reply(into, id_raw, write_body); });
   }
+  if (slot == no_index && c != nullptr && c->open()) {
+    finish_badly(index, {errc::refused}, "the reply finds no room: it is too large, or too many wait");
+    return no_index;
+  }
   close_call(index);
   return slot;
 }

@@ -2,9 +2,11 @@
 // What the core knows of one peer: the parser of its frames, what waits to be written to it, and when it was
 // last heard. Service thread only.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string_view>
 
@@ -18,14 +20,35 @@
 
 namespace rowe::service {
 
-// Bytes that are frames already: pongs, pings and the close frame, written before any message.
+// Bytes that are frames already: pongs, pings and the close frame, written before any message. The room of
+// one frame is the close frame's alone.
 struct control_frames {
-  // A pong, a ping and a close frame of full size each.
-  std::array<std::byte, 3 * (wire::frame_header_bytes_max + wire::control_bytes_max)> bytes;
+  static constexpr std::size_t frame_bytes_max = wire::frame_header_bytes_max + wire::control_bytes_max;
+
+  std::array<std::byte, 4 * frame_bytes_max> bytes;
   std::size_t written = 0;
   std::size_t size = 0;
+  std::size_t last_at = 0; // where the last frame begins
 
   std::span<const std::byte> rest() const noexcept { return {bytes.data() + written, size - written}; }
+
+  // Where a frame of so many bytes goes; null when it is not to be sent. RFC 6455 5.5.3 asks for a pong to
+  // the latest ping only: where there is no room for one more, it takes the place of the last one. A ping of
+  // ours is not worth sending behind pongs that were not read.
+  std::byte* place(wire::opcode what, std::size_t frame_bytes) noexcept {
+    if (written != 0) {
+      std::memmove(bytes.data(), bytes.data() + written, size - written);
+      size -= written;
+      last_at -= std::min(last_at, written); // of a frame that is begun only the rest is here, and much room
+      written = 0;
+    }
+    if (what == wire::opcode::ping && size != 0) return nullptr;
+    const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
+    if (room - size < frame_bytes) size = last_at;
+    last_at = size;
+    size += frame_bytes;
+    return bytes.data() + last_at;
+  }
 };
 
 // The message whose first bytes a socket has already: it goes on before anything else.

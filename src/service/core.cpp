@@ -243,7 +243,8 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   ++epoch_;
   shown_.set_connection(id.index, id.generation, c.peer());
   if (c.ours == side::client && !closing_) announce_all(c);
-  c.bare = c.ours == side::client || options_.bare_unasked || peer.subprotocol == "rowe.v1";
+  c.bare = c.ours == side::client || options_.bare_unasked || options_.profile != peer_profile::standard ||
+           peer.subprotocol == "rowe.v1";
   if (c.bare && !closing_) welcome(c);
   shown_.set_peers(++peers_); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");

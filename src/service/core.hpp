@@ -13,6 +13,7 @@
 // written to them, lanes.cpp what this process publishes and takes, talking.cpp plain messages, calling.cpp
 // services and calls.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -205,6 +206,7 @@ class core final : public transport_sink {
   bool drop_dead_front(queue& from) noexcept;
   void drop_front(queue& from) noexcept; // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
+  bool reclaim(std::size_t bytes) noexcept;
   void release(std::uint32_t slot) noexcept;
   void expire_slot(std::uint32_t slot) noexcept;
   void list(connection& c) noexcept;
@@ -218,6 +220,12 @@ class core final : public transport_sink {
   void settle(connection& c, batch& sent, std::size_t taken) noexcept;
   void note_sent(connection& c, std::uint32_t slot) noexcept;
   bool masks(const connection& c) const noexcept;
+  // Of one message. Hop writes nine length bytes beyond 65 535, and reads none.
+  std::size_t text_bytes_max() const noexcept {
+    constexpr std::size_t hop_bytes_max = 65535;
+    return options_.profile == peer_profile::standard ? slots_.large_bytes()
+                                                      : std::min(slots_.large_bytes(), hop_bytes_max);
+  }
   void settle_sent(subscription& of) noexcept;
   void settle_ready(connection& c) noexcept;
   wire::mask_key next_mask() noexcept;

@@ -110,14 +110,10 @@ void core::send_direct(connection& c, std::string_view text) noexcept {
 
 void core::send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept {
   if (options_.profile != peer_profile::standard) return; // Hop's programs know text frames only
-  control_frames& out = c.control;
-  if (out.written == out.size) out.written = out.size = 0;
-  const wire::role ours = c.ours == side::client ? wire::role::client : wire::role::server;
+  const wire::role ours = masks(c) ? wire::role::client : wire::role::server;
   const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
-  // A pong that finds no room was preceded by others the peer has not read; one for the latest ping is all
-  // that RFC 6455 5.5.3 asks for, and a peer that pings without reading gets none.
-  if (out.bytes.size() - out.size < bytes) return;
-  std::byte* const at = out.bytes.data() + out.size;
+  std::byte* const at = c.control.place(what, bytes);
+  if (at == nullptr) return;
   if (ours == wire::role::client) {
     const wire::mask_key key = next_mask();
     const std::size_t header = wire::write_frame_header(at, what, payload.size(), key);
@@ -126,7 +122,6 @@ void core::send_control(connection& c, wire::opcode what, std::span<const std::b
     const std::size_t header = wire::write_frame_header(at, what, payload.size());
     if (!payload.empty()) std::memcpy(at + header, payload.data(), payload.size());
   }
-  out.size += bytes;
   list(c);
 }
 
@@ -196,6 +191,35 @@ void core::drop_all(queue& from, counter as) noexcept {
     add(as);
     drop_front(from);
   }
+}
+
+// Frees a slot for so many bytes at the cost of peers that do not read: a message that is the oldest in the
+// queue of one of them is dropped there and wherever else it is the oldest. So a few that do not read cannot
+// take all slots away from those that do. Looks at each subscription once at most.
+bool core::reclaim(std::size_t bytes) noexcept {
+  for (connection& c : connections_) {
+    if (!c.open() || !c.blocked) continue;
+    for (std::uint32_t i = c.first_subscription; i != no_index;
+         i = router_.subscription_at(i).next_on_connection) {
+      queue& waiting = router_.subscription_at(i).waiting;
+      while (drop_dead_front(waiting)) continue;
+      if (waiting.empty() || slots_.room(entries_.front(waiting).index).size() < bytes) continue;
+      const slot_ref oldest = entries_.front(waiting);
+      const std::uint32_t topic = router_.subscription_at(i).topic;
+      for (std::uint32_t k = router_.at(topic).first_subscription; k != no_index;
+           k = router_.subscription_at(k).next_on_topic) {
+        subscription& same = router_.subscription_at(k);
+        if (!connections_[same.connection].blocked || same.waiting.empty() ||
+            entries_.front(same.waiting).index != oldest.index || !slots_.alive(oldest)) {
+          continue;
+        }
+        add(counter::outbox_full);
+        drop_front(same.waiting);
+      }
+      if (slots_.has_free(bytes)) return true;
+    }
+  }
+  return false;
 }
 
 void core::remove_subscription(connection& c, std::uint32_t index) noexcept {

@@ -10,16 +10,18 @@ namespace rowe::service {
 inline constexpr std::uint32_t direct_depth = 64; // answers to one peer that it has not read yet
 
 // The whole text of one message, which `write_text(json::writer&)` writes, in a slot with one reference;
-// no_index, counted, when there is no slot or none is large enough. Tried in a small slot first.
+// no_index, counted, when there is no slot or none is large enough. Tried in a small slot first; what peers
+// hold that do not read makes room.
 template <class WriteText>
 std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noexcept {
   counter why = counter::no_slot;
   for (const std::size_t size : {slots_.small_bytes(), slots_.large_bytes()}) {
+    if (!slots_.has_free(size)) (void)reclaim(size); // whether it did is seen by what can be taken
     const auto slot = slots_.take(size);
     if (!slot) continue;
     json::writer text{slots_.room(*slot)};
     write_text(text);
-    if (!text.overflowed()) {
+    if (!text.overflowed() && text.bytes() <= text_bytes_max()) {
       if (text.nonfinite() != 0) add(counter::nonfinite, text.nonfinite());
       seal(*slot, text.bytes(), expires);
       return *slot;

@@ -18,9 +18,6 @@ using detail::entry;
 
 constexpr std::size_t entries_budget = 64; // taken from one lane, or from the front door, in one cycle
 
-// Hop writes nine length bytes beyond this, and reads none.
-constexpr std::size_t hop_bytes_max = 65535;
-
 rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
 
 party party_of_door(std::uint32_t slot) noexcept { return {.who = party::kind::door, .index = slot}; }
@@ -94,7 +91,7 @@ void core::take_from_door() noexcept {
 }
 
 bool core::take_door_slot(std::uint32_t slot) noexcept {
-  const door_header asked = door_.request(slot); // a copy: once settled, the slot is somebody else's
+  const door_header asked = door_.request(slot); // a copy: once it is settled the slot may be another's
   const std::string_view text = door_.request_text(slot);
   const party us = party_of_door(slot);
   switch (asked.what) {
@@ -131,8 +128,6 @@ status core::check_text(std::string_view text) noexcept {
   if (json::root(text).type != json::kind::object) return errc::not_an_object;
   if (const auto at = wire::bare::find_reserved(text))
     return error{errc::reserved_member, static_cast<std::int64_t>(*at)};
-  if (options_.profile != peer_profile::standard && text.size() > hop_bytes_max)
-    return error{errc::too_big, static_cast<std::int64_t>(text.size()), hop_bytes_max};
   return {};
 }
 
@@ -174,9 +169,9 @@ bool core::post(const message& m) noexcept {
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
-  if (m.text.size() > slots_.large_bytes()) {
+  if (m.text.size() > text_bytes_max()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
-                       static_cast<std::int64_t>(slots_.large_bytes())},
+                       static_cast<std::int64_t>(text_bytes_max())},
                  counter::too_big);
   }
   if (!slots_.has_free(m.text.size())) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
@@ -322,7 +317,7 @@ void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
   }
   if (bytes == 0) {
     bytes = std::min(text.size(), path.slots.bytes_max); // a sentence may be cut
-    std::memcpy(value, text.data(), bytes);
+    if (bytes != 0) std::memcpy(value, text.data(), bytes);
   }
   *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(now_),
                                .expires_ns = rt::nanoseconds_of(rt::never),

@@ -18,6 +18,36 @@ TEST_F(core_test, answers_a_ping_and_a_close) {
   EXPECT_TRUE(p.cut());
 }
 
+TEST_F(core_test, answers_the_latest_ping_however_many_came_before) {
+  peer p{on};
+  for (int i = 0; i < 10; ++i) p.send(rowe::wire::opcode::ping, std::string(125, static_cast<char>('a' + i)));
+  on.cycle();
+  const auto sent = on.net.sent(p.id());
+  const std::string bytes{reinterpret_cast<const char*>(sent.data()), sent.size()};
+  EXPECT_TRUE(bytes.ends_with(std::string(125, 'j'))) << "the pong to the latest";
+  p.hear();
+  EXPECT_EQ(p.pongs, 3);
+}
+
+TEST_F(core_test, has_room_for_its_close_frame_behind_pongs) {
+  peer p{on};
+  for (int i = 0; i < 10; ++i) p.send(rowe::wire::opcode::ping, std::string(125, 'x'));
+  const std::byte reserved[] = {std::byte{0xf1}, std::byte{0x80}, {}, {}, {}, {}};
+  p.send_raw(reserved);
+  on.cycle();
+  p.hear();
+  EXPECT_EQ(p.close_code, 1002);
+}
+
+TEST_F(core_test, writes_what_it_has_answered_before_it_answers_a_close) {
+  peer p{on};
+  p.say(R"({"op":"call_service","id":"1","service":"/rosapi/services"})");
+  p.send(rowe::wire::opcode::close, std::string("\x03\xe8", 2));
+  on.cycle();
+  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(p.close_code, 1000);
+}
+
 TEST_F(core_test, writes_nothing_after_its_close_frame) {
   auto& lane = advertise_pose(on);
   peer p{on};

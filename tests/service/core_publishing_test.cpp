@@ -311,4 +311,26 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
 }
 
 } // namespace
+TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_them) {
+  for (const std::size_t bytes : {std::size_t{10}, std::size_t{3000}}) { // of small slots, and of large ones
+    theatre busy;
+    auto& lane = busy.offer(rowe::detail::lane_kind::publish_text, "/pose", 4000);
+    peer deaf{busy}, deaf_too{busy}, hears{busy};
+    for (peer* p : {&deaf, &deaf_too, &hears}) p->say(R"({"op":"subscribe","topic":"/pose"})");
+    busy.cycle();
+    busy.net.weather_of(deaf.id()).room_bytes = 0;
+    busy.net.weather_of(deaf_too.id()).room_bytes = 0;
+    std::size_t heard = 0;
+    for (int i = 0; i < 100; ++i) {
+      EXPECT_TRUE(publish_text(busy, lane, R"({"x":")" + std::string(bytes, 'x') + R"("})"));
+      busy.cycle();
+      heard += hears.hear().size();
+    }
+    EXPECT_EQ(heard, 100U);
+    EXPECT_EQ(busy.count(counter::no_slot), 0U);
+    EXPECT_GT(busy.count(counter::outbox_full), 0U);
+    EXPECT_TRUE(busy.core.check());
+  }
+}
+
 } // namespace stage
