@@ -13,8 +13,6 @@ waived = (
     ("4.2.2", "401 and redirects by the server", "rowe has no accounts and nothing to redirect to"),
     ("5.8, 9", "extensions that are negotiated", "rowe offers and accepts none; that it does so is tested"),
     ("6.1", "outgoing fragments", "rowe sends whole messages only; each frame it sends is held to section 5"),
-    ("7.1.1", "answers that are due when a Close frame comes",
-     "the hub may drop them; who wants an answer waits for it, and an echo sends it first"),
     ("7.1.1", "a client should let the server close TCP first",
      "rowe's client ends its side once its Close frame is out, and then waits for the server's end"),
     ("7.2.3", "back-off after an abnormal end",
@@ -23,8 +21,6 @@ waived = (
      "the RFC demands an end, not when; the parser's tests have it"),
     ("4.1, RFC 9112 2.2", "empty lines before a request, and a request for an absolute URI",
      "refused with 400: only proxies' clients write them, and what has one meaning is safer"),
-    ("limits", "messages of more than 2 KiB reach everybody while a reader that does not read is not cut yet",
-     "16 slots are all there is for them, and its queue may hold them for its second of grace"),
     ("RFC 9112 2.2", "lines that end in a bare line feed",
      "refused in both roles: a recipient may take them, and two that do it differently can be played off"),
 )
