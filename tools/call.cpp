@@ -72,6 +72,9 @@ command table_of(call_options& o) {
 // What is wrong with the arguments together; empty when nothing is.
 std::string contradiction(const call_options& o) {
   if (const auto fault = object_fault(o.request)) return joined(quoted(o.request), " ", sentence_of(*fault));
+  if (o.request.size() > text_bytes_max) {
+    return joined("the request has ", o.request.size(), " bytes, at most ", text_bytes_max, " can be sent");
+  }
   if (o.bare && value_at(o.request, "service")) {
     return "with --bare, `service` is the member that names the service; the arguments have one as well";
   }
@@ -85,22 +88,28 @@ struct outcome {
   rt::duration took{};
 };
 
-// rosbridge has no code for a service that is not there, but always the same sentence.
-bool says_unknown(std::string_view refusal) noexcept {
-  return refusal.starts_with("Service ") && refusal.ends_with(" does not exist");
-}
-
 std::string reason_of(const error& why, std::string_view refusal, rt::duration timeout) {
   switch (why.code) {
-  case errc::refused:
-    return says_unknown(refusal) ? joined("nobody provides it (", printable(refusal), ")")
-                                 : printable(refusal);
+  case errc::refused: return printable(refusal);
   case errc::no_service: return "nobody provides it";
   case errc::no_peer: return "there is nobody to ask";
   case errc::timed_out: return joined("no answer within ", seconds_text(timeout));
   case errc::peer_lost: return "who was to answer went away before it did";
   default: return sentence_of(why);
   }
+}
+
+// rosbridge has no code for a service that is not there, but always the same sentence.
+bool says_unknown(std::string_view refusal) noexcept {
+  return refusal.starts_with("Service ") && refusal.ends_with(" does not exist");
+}
+
+// Why there is no answer; `why` is rowe's word for it, `refusal` the provider's.
+outcome failed(const error& why, std::string_view refusal, rt::duration timeout, rt::duration took) {
+  if (why.code == errc::refused && says_unknown(refusal)) {
+    return {errc::no_service, joined("nobody provides it (", printable(refusal), ")"), took};
+  }
+  return {why.code, reason_of(why, refusal, timeout), took};
 }
 
 // A service, asked over rosbridge.
@@ -154,11 +163,15 @@ class asker {
       : service_{std::move(service)}, waits_{hub}, timeout_{timeout} {}
 
   outcome ask() {
-    const auto begin = rt::monotonic_clock::now();
-    const auto answer = waits_.during([&] { return service_.ask(timeout_); });
-    const rt::duration took = rt::monotonic_clock::now() - begin;
+    rt::duration took{};
+    const auto answer = waits_.during([&] {
+      const auto begin = rt::monotonic_clock::now();
+      auto reply = service_.ask(timeout_);
+      took = rt::monotonic_clock::now() - begin;
+      return reply;
+    });
     if (answer) return {{}, Service::answer_of(answer->text()), took};
-    return {answer.code(), reason_of(answer.error(), service_.refusal(), timeout_), took};
+    return failed(answer.error(), service_.refusal(), timeout_, took);
   }
 
  private:
@@ -171,7 +184,6 @@ exit_code exit_code_of(errc failure) noexcept {
   switch (failure) {
   case errc::timed_out: return exit_code::timed_out;
   case errc::no_peer: return exit_code::no_connection;
-  case errc::too_big:
   case errc::malformed:
   case errc::not_an_object:
   case errc::reserved_member: return exit_code::usage;

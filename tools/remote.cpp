@@ -97,28 +97,19 @@ watcher::~watcher() {
   thread_.join();
 }
 
+// Wakes the thread at the end only: a wait may be one whose time is measured.
 void watcher::set(phase now) {
-  {
-    const std::lock_guard guard{mutex_};
-    phase_ = now;
-  }
-  if (now != phase::idle) changed_.notify_one();
+  const std::lock_guard guard{mutex_};
+  phase_ = now;
+  if (now == phase::over) over_.notify_one();
 }
 
-// Signals wake nobody here, so it looks every slice while somebody waits.
 void watcher::watch() {
   std::unique_lock guard{mutex_};
-  bool closed = false;
-  while (phase_ != phase::over) {
-    if (phase_ == phase::idle || closed) {
-      changed_.wait(guard);
-    } else if (interrupt::seen()) {
-      hub_.close();
-      closed = true;
-    } else {
-      hub_.report();
-      changed_.wait_for(guard, interrupt::slice);
-    }
+  while (!over_.wait_for(guard, interrupt::slice, [this] { return phase_ == phase::over; })) {
+    if (phase_ != phase::waiting) continue;
+    if (interrupt::seen()) return hub_.close();
+    hub_.report();
   }
 }
 

@@ -86,7 +86,7 @@ class watcher {
 
   remote& hub_;
   std::mutex mutex_; // guards phase_, and keeps during() from returning while the thread is at work
-  std::condition_variable changed_;
+  std::condition_variable over_;
   phase phase_ = phase::idle;
   std::thread thread_; // last: it begins when all the rest is there
 };

@@ -131,6 +131,7 @@ class services_of_peers(calling):
     def test_answer_with_a_time_where_json_is_asked_for(self):
         members = ["service", "answer", "error", "text", "round_trip_ns"]
         for name, code, answer, error in (("/add", 0, {"sum": 3}, None), ("/refuse", 1, None, "refused"),
+                                          ("/nope", 1, None, "no_service"),
                                           ("/silent", 4, None, "timed_out")):
             ended = run("call", self.serving.url, name, '{"a":1,"b":2}', "--json", "--timeout", "300ms")
             self.assertEqual(ended.code, code, ended.stderr)
@@ -218,6 +219,8 @@ class arguments(calling):
                             (("ws://127.0.0.1:1", "/x", "--profile", "hip"), "standard or hop or hop_2014"),
                             (("ws://127.0.0.1:1", "/x", '{"service":"y"}', "--bare"), "`service`"),
                             (("ws://127.0.0.1:1", "x" * 200), "cannot call 'xxx"),
+                            (("ws://127.0.0.1:1", "/x", '{"a":"' + "x" * 62000 + '"}'),
+                             "62008 bytes, at most 61440"),
                             (("127.0.0.1", "/x"), "ws://HOST[:PORT][/PATH]")):
             self.fails(2, *words, says=[says])
 
