@@ -322,6 +322,23 @@ TEST(endpoint_errors, name_every_limit_that_is_out_of_its_range) {
   EXPECT_TRUE(refused(&rowe::limits::lane_bytes, SIZE_MAX - 4096));
   EXPECT_TRUE(refused(&rowe::limits::handshakes_max, 0U));
   EXPECT_TRUE(refused(&rowe::limits::depth_max, 5000U));
+  EXPECT_TRUE(refused(&rowe::limits::services_max, 0U));
+  EXPECT_TRUE(refused(&rowe::limits::calls_max, 0U));
+  EXPECT_TRUE(refused(&rowe::limits::calls_max, 65537U));
+  EXPECT_TRUE(refused(&rowe::limits::calls_per_connection_max, 0U));
+  EXPECT_TRUE(refused(&rowe::limits::door_slots, 0U));
+  EXPECT_TRUE(refused(&rowe::limits::door_slots, 4097U));
+  EXPECT_TRUE(refused(&rowe::limits::door_slot_bytes, 127U));
+}
+
+TEST(endpoint_errors, name_the_options_of_messages_that_are_out_of_their_range) {
+  rowe::endpoint_options options;
+  options.inbound_ttl = 0ns;
+  const auto ttl = endpoint::listen(0, options);
+  EXPECT_EQ(ttl.error(), (rowe::error{errc::bad_argument, 0, 1'000'000}));
+  options = {};
+  options.profile = static_cast<rowe::peer_profile>(3);
+  EXPECT_EQ(endpoint::listen(0, options).error(), (rowe::error{errc::bad_argument, 3, 2}));
 }
 
 TEST(endpoint_errors, name_what_is_wrong_with_a_url) {

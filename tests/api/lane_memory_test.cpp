@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <cstring>
+#include <memory>
 #include <new>
 #include <optional>
+
+#include <rowe/rt/slab.hpp>
 
 namespace rowe::detail {
 namespace {
@@ -65,6 +69,65 @@ TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_
       EXPECT_EQ(sent_again, depth);
     }
   }
+}
+
+// A lane in memory of exactly the size that is planned for it, which a sanitizer watches.
+class built_lane {
+ public:
+  explicit built_lane(const lane_request& asked) : bytes_{lane_bytes(asked)} {
+    lane_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
+    build_lane(*lane_, asked, {});
+  }
+  built_lane(const built_lane&) = delete;
+  built_lane& operator=(const built_lane&) = delete;
+  ~built_lane() { ::operator delete(lane_->memory.data(), alignment); }
+  lane* operator->() { return lane_.get(); }
+
+ private:
+  static constexpr std::align_val_t alignment{rt::line_bytes};
+  std::size_t bytes_;
+  std::unique_ptr<lane> lane_ = std::make_unique<lane>();
+};
+
+std::uint32_t slots_of(const filling_end& path) {
+  std::uint32_t count = 0;
+  while (path.home != nullptr && path.home->try_take()) ++count;
+  return count;
+}
+
+TEST(lane_memory, has_the_paths_that_each_kind_of_handle_needs) {
+  for (const std::uint32_t depth : {1U, 3U, 64U}) {
+    built_lane said{advertise_request<json_text>("/a", {.depth = depth})};
+    EXPECT_EQ(slots_of(said->user.out), depth);
+    EXPECT_EQ(said->user.in.out, nullptr);
+    built_lane heard{subscribe_request<json_text>("/a", {.keep = keep::newest, .depth = depth})};
+    EXPECT_EQ(slots_of(heard->service.in), depth); // texts are kept all
+    EXPECT_EQ(heard->user.out.out, nullptr);
+    built_lane serves{serve_request<json_text, json_text>("/a", {.depth = depth})};
+    EXPECT_EQ(slots_of(serves->user.out), 2 * depth);
+    EXPECT_EQ(slots_of(serves->service.in), depth);
+    EXPECT_EQ(serves->user.replies_aside.places.size(), 2 * depth);
+    built_lane calls{client_request<json_text, json_text>("/a", {.depth = depth})};
+    EXPECT_EQ(slots_of(calls->user.out), depth);
+    EXPECT_EQ(slots_of(calls->service.ends), depth);
+    EXPECT_EQ(calls->user.calls.size(), depth);
+    built_lane talks{talk_request({.depth = depth, .inbox_depth = 2 * depth, .calls = 5})};
+    EXPECT_EQ(slots_of(talks->user.out), depth);
+    EXPECT_EQ(slots_of(talks->service.in), 2 * depth);
+    EXPECT_EQ(slots_of(talks->service.ends), 5U);
+    EXPECT_EQ(talks->user.ends_aside.places.size(), 5U);
+  }
+}
+
+TEST(lane_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
+  built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
+  for (const filling_end* path : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
+    for (std::uint32_t slot = 0; slot < path->count; ++slot) {
+      *path->slots.header(slot) = {};
+      std::memset(path->slots.value(slot), 0xff, 1000 + rt::tailroom_bytes);
+    }
+  }
+  EXPECT_EQ(talks->user.ends.slots.header(2)->bytes, 0U); // nobody wrote over it
 }
 
 } // namespace
