@@ -614,7 +614,29 @@ void core::attach_talker(std::uint32_t index) noexcept {
   lane.heard_by.store(detail::audience::somebody,
                       std::memory_order_relaxed); // relaxed: `active` publishes it
   if (connection* const c = server_connection()) announce_service(*c, index, true);
+  if (receiver() == index && !door_.manned()) take_over_inbox(index);
   answer_with(detail::lane_state::active);
+}
+
+// What came before anybody received is for the first who does.
+void core::take_over_inbox(std::uint32_t index) noexcept {
+  const party us{.who = party::kind::lane, .index = index, .generation = views_[index].generation};
+  while (const auto slot = door_.take_back(now_)) {
+    const door_header& came = door_.inbound_header(*slot);
+    call* const asked = calls_.find(came.call);
+    const bool is_call = came.what == door_request::invocation;
+    if (asked != nullptr) asked->provider = us;
+    if (!is_call || asked != nullptr) {
+      const status done = deliver_message({.stamped_ns = rt::nanoseconds_of(came.stamped),
+                                           .expires_ns = rt::nanoseconds_of(came.expires),
+                                           .what = is_call ? entry::invocation : entry::message,
+                                           .peer = came.peer,
+                                           .call = came.call},
+                                          door_.inbound_text(*slot));
+      if (!done && is_call) finish_badly(came.call.index, {errc::refused}, "the inbox is full");
+    }
+    door_.give_back_inbound(*slot);
+  }
 }
 
 void core::detach_talker(std::uint32_t index) noexcept {

@@ -341,6 +341,7 @@ class core final : public transport_sink {
   void unadvertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
   void attach_talker(std::uint32_t lane) noexcept;
   void detach_talker(std::uint32_t lane) noexcept;
+  void take_over_inbox(std::uint32_t lane) noexcept;
   void announce_service(connection& c, std::uint32_t lane, bool begins) noexcept;
   connection* server_connection() noexcept;
   void limit_call(std::uint32_t call, rt::time_point until) noexcept;

@@ -230,6 +230,12 @@ void front_door::drop(std::uint32_t slot) noexcept {
   expired_.fetch_add(1, std::memory_order_relaxed);
 }
 
+std::optional<std::uint32_t> front_door::take_back(rt::time_point now) noexcept {
+  std::uint32_t slot = 0;
+  if (!pop_unexpired(slot, now)) return std::nullopt;
+  return slot;
+}
+
 void front_door::man() noexcept {
   // relaxed, both: advice; pairs with manned()
   if (!manned_.load(std::memory_order_relaxed)) manned_.store(true, std::memory_order_relaxed);

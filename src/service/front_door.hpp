@@ -23,6 +23,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -140,6 +141,10 @@ class front_door {
   // header.stamped (when it is at the front), or in the hands of a receiver; too_big: the text exceeds
   // slot_bytes(); closed.
   status deliver(const door_header& header, std::string_view text) noexcept;
+
+  // The oldest message that nobody received, as receive() would give it; nothing when there is none. For a
+  // lane that begins to receive where nobody has: give_back_inbound() follows.
+  std::optional<std::uint32_t> take_back(rt::time_point now) noexcept;
 
   // How many requests were taken and not settled.
   std::uint32_t unsettled() const noexcept { return unsettled_count_; }

@@ -263,6 +263,17 @@ TEST_F(calling, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) 
   EXPECT_EQ(program.hear(), texts{R"({"result":7,"in_reply_to":"p"})"});
 }
 
+TEST_F(calling, gives_a_lane_what_came_before_anybody_received) {
+  peer program{on};
+  program.say(R"({"early":1})");
+  on.cycle();
+  auto lane = open_lane(on);
+  const auto early = lane.try_receive(on.now);
+  ASSERT_TRUE(early);
+  EXPECT_EQ(early->text(), R"({"early":1})");
+  EXPECT_EQ(lane.try_receive(on.now).code(), errc::empty);
+}
+
 TEST_F(calling, takes_only_one_answer_to_a_call) {
   auto lane = open_lane(on);
   peer program{on};
