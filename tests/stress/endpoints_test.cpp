@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: Apache-2.0
+// Two endpoints in full use: at each of them a loop with a publisher, a responder, a caller and a lane, which
+// never waits; threads at the front door, which send, receive, invoke and reply and run out of time; one that
+// opens and closes handles with calls in flight; and a third endpoint that comes, talks, and goes. Each call
+// has a number that its reply must carry, and an account (traffic.hpp) that it must leave once.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <deque>
+#include <thread>
+#include <vector>
+
+#include "rt/seed.hpp"
+#include "rt/watchdog.hpp"
+#include "stress/factor.hpp"
+#include "stress/traffic.hpp"
+
+namespace {
+
+using namespace traffic;
+using rowe::errc;
+using rowe::message;
+using rowe::tests::stressed;
+using rowe::tests::watchdog;
+
+// What a call may end with while peers and providers come and go: anything but `closed`.
+void expect_call_error(complaints& to, const char* where, errc code) {
+  to.expect(
+      where, code,
+      {errc::timed_out, errc::refused, errc::peer_lost, errc::no_service, errc::full, errc::too_many_calls});
+}
+
+// A loop: every call of it is one that never waits.
+class loop {
+ public:
+  loop(rowe::endpoint& at, std::string_view provides, std::string_view calls, bool receives,
+       std::uint64_t seed, complaints& to)
+      : readings_{at.advertise<reading>("/readings").value()},
+        seen_{at.subscribe<reading>("/readings", {.depth = 8}).value()},
+        provides_{at.serve<addends, total>(provides, small_service).value()},
+        calls_{at.client<addends, total>(calls, small_service).value()},
+        talk_{at.open_lane(small_lane(receives)).value()},
+        sums_{to},
+        echoes_{to},
+        dice_{seed},
+        to_{to} {}
+
+  void turn(bool asks) {
+    const auto now = rowe::rt::monotonic_clock::now();
+    ++turns_;
+    publish(now);
+    provide(now);
+    receive(now);
+    if (asks) ask(now);
+    finish();
+  }
+  bool settled() const { return sums_.settled() && echoes_.settled(); }
+  // Of its calls.
+  std::uint64_t answered() const { return sums_.answered() + echoes_.answered(); }
+
+ private:
+  void publish(rowe::time_point now) {
+    const auto published = readings_.publish({turns_, 2 * turns_}, now);
+    if (!published) to_.expect("publish", published.code(), {errc::full, errc::no_peer});
+    while (const auto taken = seen_.try_take()) {
+      if (taken->value().twice != 2 * taken->value().n) to_.add("a value is torn");
+    }
+  }
+  // Answers at once, later, with a refusal or not at all.
+  void provide(rowe::time_point now) {
+    if (auto asked = provides_.try_next(now)) {
+      switch (dice_.below(8)) {
+      case 0: (void)provides_.refuse(*asked, "not today", now); break; // whoever asked may be gone
+      case 1: break;
+      case 2:
+      case 3: held_.push_back(std::move(*asked)); break;
+      default: answer(*asked, now);
+      }
+    } else {
+      to_.expect("try_next", asked.code(), {errc::empty, errc::full});
+    }
+    if (held_.size() > 2 || (!held_.empty() && dice_.below(16) == 0)) {
+      answer(held_.front(), now);
+      held_.erase(held_.begin());
+    }
+  }
+  void answer(rowe::request<addends>& to, rowe::time_point now) {
+    const auto said = provides_.reply(to, {to.body.a + to.body.b}, now);
+    if (!said) to_.expect("reply", said.code(), {errc::peer_lost, errc::expired});
+  }
+  void receive(rowe::time_point now) {
+    while (const auto came = talk_.try_receive(now)) {
+      if (!came->wants_reply() || dice_.below(8) == 0) continue;
+      const auto said = dice_.below(8) == 0
+                            ? talk_.try_refuse(*came, "no", now)
+                            : talk_.try_reply(*came, message{"n", number_in(came->text(), "n")}, now);
+      if (!said) to_.expect("try_reply", said.code(), {errc::peer_lost, errc::expired, errc::full});
+    }
+  }
+  void ask(rowe::time_point now) {
+    const std::int64_t number = ++asked_;
+    if (const auto begun = calls_.start({number, number}, dice_.time(), now)) {
+      sums_.begin(*begun, 2 * number);
+      if (dice_.below(8) == 0) {
+        calls_.cancel(*begun);
+        sums_.cancel(*begun);
+      }
+    } else {
+      to_.expect("start", begun.code(), {errc::full, errc::too_many_calls});
+    }
+    if (const auto begun = talk_.start(message{"service", "echo", "n", number}, dice_.time(), now)) {
+      echoes_.begin(*begun, number);
+    } else {
+      to_.expect("start", begun.code(), {errc::full, errc::too_many_calls});
+    }
+    if (dice_.below(4) != 0) return;
+    const auto sent = talk_.try_send(message{"n", number}, dice_.time(), now);
+    if (!sent) to_.expect("try_send", sent.code(), {errc::full});
+  }
+  void finish() {
+    for (;;) {
+      const auto ended = calls_.try_finish();
+      if (!ended) break;
+      if (!ended->value) expect_call_error(to_, "caller", ended->value.code());
+      sums_.end(ended->id, ended->value ? std::optional{ended->value->sum} : std::nullopt);
+    }
+    for (;;) {
+      const auto ended = talk_.try_finish();
+      if (!ended) break;
+      if (!ended->reply) expect_call_error(to_, "lane", ended->reply.code());
+      echoes_.end(ended->id,
+                  ended->reply ? std::optional{number_in(ended->reply->text(), "n")} : std::nullopt);
+    }
+  }
+
+  rowe::publisher<reading> readings_;
+  rowe::subscriber<reading> seen_;
+  rowe::responder<addends, total> provides_;
+  rowe::caller<addends, total> calls_;
+  rowe::lane talk_;
+  std::vector<rowe::request<addends>> held_;
+  account sums_;
+  account echoes_;
+  dice dice_;
+  complaints& to_;
+  std::int64_t turns_ = 0;
+  std::int64_t asked_ = 0;
+};
+
+// A thread at the front door.
+class visitor {
+ public:
+  visitor(rowe::endpoint& at, std::string_view asks_for, std::uint64_t seed, complaints& to)
+      : at_{at}, sums_{asks_for}, dice_{seed}, to_{to}, number_{static_cast<std::int64_t>(seed << 20)} {}
+
+  void turn() {
+    ++number_;
+    switch (dice_.below(8)) {
+    case 0: return expect_sent(at_.send(message{"n", number_}, dice_.time()));
+    case 1: return expect_sent(at_.try_send(message{"n", number_}, dice_.time()));
+    case 2:
+    case 3:
+      return check("a sum", at_.invoke(message{"service", sums_, "a", number_, "b", number_}, dice_.time()),
+                   "sum", 2 * number_);
+    case 4: return check("an echo", at_.invoke(echo("echo"), dice_.time()), "n", number_);
+    case 5: return check("a passing echo", at_.invoke(echo("passing"), dice_.time()), "n", number_);
+    default: return receive();
+    }
+  }
+
+ private:
+  message echo(std::string_view service) const { return message{"service", service, "n", number_}; }
+  void expect_sent(const rowe::status& sent) {
+    if (!sent) to_.expect("send", sent.code(), {errc::expired, errc::full, errc::peer_lost});
+  }
+  void check(const char* what, const rowe::result<rowe::received>& reply, std::string_view member,
+             std::int64_t number) {
+    if (!reply) return expect_call_error(to_, what, reply.code());
+    if (number_in(reply->text(), member) != number) to_.add("a call got the reply of another one", what);
+  }
+  // Answers, says no, or leaves it.
+  void receive() {
+    const auto came = at_.receive(dice_.time());
+    if (!came) return to_.expect("receive", came.code(), {errc::timed_out});
+    if (!came->wants_reply()) return;
+    const message reply{"n", number_in(came->text(), "n")};
+    rowe::status said;
+    switch (dice_.below(8)) {
+    case 0: return;
+    case 1: said = at_.refuse(*came, "no"); break;
+    case 2: said = at_.try_reply(*came, reply); break;
+    default: said = at_.reply(*came, reply, dice_.time());
+    }
+    if (!said) to_.expect("reply", said.code(), {errc::peer_lost, errc::expired, errc::full});
+  }
+
+  rowe::endpoint& at_;
+  std::string_view sums_;
+  dice dice_;
+  complaints& to_;
+  std::int64_t number_;
+};
+
+// Opens handles, uses them a little and gives them up, with calls in flight and requests unanswered.
+void open_and_close(rowe::endpoint& at, dice& random, complaints& to) {
+  const auto now = rowe::rt::monotonic_clock::now();
+  auto talk = at.open_lane(small_lane(false));
+  auto passing = at.serve<rowe::json_text, rowe::json_text>("passing", small_service);
+  auto readings = at.advertise<reading>("/readings", {.keep = rowe::keep::newest});
+  auto seen = at.subscribe<rowe::json_text>("/readings", {.depth = 2, .text_bytes_max = 256});
+  if (!talk || !readings || !seen) return to.add("a handle cannot be opened");
+  if (!passing) to.expect("serve", passing.code(), {errc::service_taken}); // the other end was first
+  account calls{to};
+  for (std::int64_t n = 0; n != 6; ++n) {
+    (void)readings->publish({n, 2 * n}, now); // what becomes of it is another test's
+    if (const auto begun = talk->start(message{"service", "echo", "n", n}, random.time(), now))
+      calls.begin(*begun, n);
+  }
+  if (random.below(2) == 0) {
+    const auto sent = talk->send(message{"n", 0}, random.time());
+    if (!sent) to.expect("lane::send", sent.code(), {errc::expired, errc::full, errc::too_many_calls});
+  }
+  if (random.below(2) == 0) {
+    const auto echoed = talk->invoke(message{"service", "echo", "n", 7}, random.time());
+    if (!echoed)
+      expect_call_error(to, "lane::invoke", echoed.code());
+    else if (number_in(echoed->text(), "n") != 7)
+      to.add("a call got the reply of another one");
+  }
+  if (passing) {
+    auto asked = passing->next(random.time());
+    if (asked && random.below(2) == 0) (void)passing->reply(*asked, asked->body); // who asked may be gone
+  }
+  (void)seen->take(random.time()); // likewise
+  for (;;) {
+    const auto ended = talk->try_finish();
+    if (!ended) break;
+    calls.end(ended->id, ended->reply ? std::optional{number_in(ended->reply->text(), "n")} : std::nullopt);
+  }
+}
+
+// A peer that comes, calls and is called, and goes in the middle of it.
+void visit(const rowe::endpoint& host, dice& random, complaints& to) {
+  auto guest = rowe::endpoint::connect(url_of(host), options()).value();
+  if (!guest.wait_peer(20s)) return to.add("a guest is not let in");
+  auto talk = guest.open_lane(small_lane(random.below(2) == 0)).value();
+  auto adds = guest.client<addends, total>("add", small_service).value();
+  account calls{to};
+  for (std::int64_t n = 0; n != 3; ++n) {
+    const auto begun = adds.start({n, 1}, 1s, rowe::rt::monotonic_clock::now());
+    if (begun) calls.begin(*begun, n + 1);
+    (void)talk.try_send(message{"n", n}, 1s); // it may go before it is written
+  }
+  const auto echoed = talk.invoke(message{"service", "echo", "n", 9}, random.time());
+  if (echoed && number_in(echoed->text(), "n") != 9) to.add("a guest got the reply of another call");
+  for (;;) {
+    const auto ended = adds.try_finish();
+    if (!ended) break;
+    calls.end(ended->id, ended->value ? std::optional{ended->value->sum} : std::nullopt);
+  }
+  if (random.below(2) == 0) (void)guest.close(random.time()); // else by its destructor
+}
+
+std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
+  for (const auto& one : of.counts()) {
+    if (one.name == name) return one.value;
+  }
+  ADD_FAILURE() << "no counter " << name;
+  return 0;
+}
+
+TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
+  const watchdog dog{"two endpoints in full use", 100s};
+  const std::uint64_t seed = rowe::tests::seed();
+  ROWE_TRACE_SEED(seed);
+  complaints wrong;
+  auto robot = rowe::endpoint::listen(0, options()).value();
+  auto desk = rowe::endpoint::connect(url_of(robot), options()).value();
+  ASSERT_TRUE(desk.wait_peer(20s));
+  std::atomic<int> busy{1}; // this thread, until all have begun
+  std::atomic<int> looping{0};
+  std::atomic<std::uint64_t> answered{0};
+  std::deque<std::thread> threads;
+
+  // Loops go on until all others are done and their own calls have ended.
+  const auto run_loop = [&](rowe::endpoint& at, const char* provides, const char* asks, bool receives) {
+    threads.emplace_back([&, provides, asks, receives, own = seed + threads.size()] {
+      loop one{at, provides, asks, receives, own, wrong};
+      ++looping;
+      for (; busy != 0; std::this_thread::yield()) one.turn(true);
+      for (; !one.settled(); std::this_thread::yield()) one.turn(false);
+      answered += one.answered();
+    });
+  };
+  const auto run = [&](std::uint64_t turns, auto turn) {
+    ++busy;
+    threads.emplace_back([&busy, turns, turn]() mutable {
+      for (std::uint64_t i = 0; i != turns; ++i) turn();
+      --busy;
+    });
+  };
+  run_loop(robot, "add", "mul", true);
+  run_loop(desk, "mul", "add", false);
+  while (looping != 2) std::this_thread::yield();
+  for (std::uint64_t i = 0; i != 2; ++i) {
+    run(stressed(300), [one = visitor{robot, "mul", seed + 10 + i, wrong}]() mutable { one.turn(); });
+    run(stressed(300), [one = visitor{desk, "add", seed + 20 + i, wrong}]() mutable { one.turn(); });
+  }
+  run(stressed(30), [&, random = dice{seed + 30}]() mutable { open_and_close(robot, random, wrong); });
+  run(stressed(30), [&, random = dice{seed + 31}]() mutable { open_and_close(desk, random, wrong); });
+  run(stressed(15), [&, random = dice{seed + 32}]() mutable { visit(robot, random, wrong); });
+  --busy;
+  for (std::thread& thread : threads) thread.join();
+
+  EXPECT_EQ(wrong.text(), "");
+  EXPECT_GT(answered, 0U);
+  for (const rowe::endpoint* one : {&robot, &desk}) {
+    EXPECT_EQ(count_of(*one, "replies_foreign"), 0U);
+    EXPECT_EQ(count_of(*one, "violations"), 0U);
+  }
+}
+
+} // namespace
