@@ -60,14 +60,17 @@ class board {
   }
   // Who is at a place: nobody, generation 0, before somebody else. An address is cut at 63 bytes.
   void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer) noexcept {
-    // release, all: pair with the acquires in read_connection(); a word of the address is seen by nobody who
-    // still sees the generation of before
+    // release: pairs with the acquires of the words in read_connection(): whoever sees a new word does not
+    // see the generation of before any more
     generations_[index].store(0, std::memory_order_release);
     if (generation == 0) return;
     std::array<std::uint64_t, address_words_count> words{};
     std::memcpy(words.data(), peer.data(), std::min(peer.size(), address_bytes_max));
-    for (std::size_t i = 0; i < address_words_count; ++i)
+    for (std::size_t i = 0; i < address_words_count; ++i) {
+      // release: pairs with the acquire of the word in read_connection()
       addresses_[index].words[i].store(words[i], std::memory_order_release);
+    }
+    // release: pairs with the first acquire in read_connection()
     generations_[index].store(generation, std::memory_order_release);
   }
 
@@ -100,11 +103,12 @@ class board {
   };
 
   std::optional<peer> read_connection(std::uint32_t index) const {
-    // acquire, but for the last: pair with the releases in set_connection()
+    // acquire: pairs with the last release in set_connection()
     const std::uint32_t before = generations_[index].load(std::memory_order_acquire);
     if (before == 0) return std::nullopt;
     std::array<char, address_bytes_max + 1> text;
     for (std::size_t i = 0; i < address_words_count; ++i) {
+      // acquire: pairs with the release of the word in set_connection()
       const std::uint64_t word = addresses_[index].words[i].load(std::memory_order_acquire);
       std::memcpy(text.data() + i * sizeof word, &word, sizeof word);
     }
