@@ -144,6 +144,7 @@ status endpoint_state::start(service::side ours) {
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
   lanes_ = memory_.carve<lane>(options_.limits.lanes_max);
+  lane_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
   codecs_.resize(lanes_.size());
   board_ = memory_.make<service::board>(memory_, options_.limits);
   door_ = memory_.make<service::front_door>(memory_, options_.limits);
@@ -232,29 +233,42 @@ void endpoint_state::settle_lanes() noexcept {
   }
 }
 
-// A free lane with `bytes` of memory: one that has enough from an earlier use, else one that is given some.
-result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
-  lane* fits = nullptr;
-  lane* fresh = nullptr;
-  for (lane& one : lanes_) {
-    if (one.state.load(std::memory_order_acquire) != lane_state::free) continue; // acquire: with detach()
-    if (one.memory.empty()) {
-      if (fresh == nullptr) fresh = &one;
-    } else if (one.memory.size() >= bytes && (fits == nullptr || one.memory.size() < fits->memory.size())) {
-      fits = &one;
+// The first gap of so many bytes between the lanes that are in use; empty when there is none.
+std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const noexcept {
+  std::byte* at = lane_memory_.data();
+  for (;;) {
+    const lane* next = nullptr; // the lane in use that comes next in memory
+    for (const lane& one : lanes_) {
+      // acquire: pairs with the release in detach(), after which nobody touches the lane's memory
+      if (one.state.load(std::memory_order_acquire) == lane_state::free || one.memory.data() < at) continue;
+      if (next == nullptr || one.memory.data() < next->memory.data()) next = &one;
     }
+    std::byte* const end = next != nullptr ? next->memory.data() : lane_memory_.data() + lane_memory_.size();
+    if (static_cast<std::size_t>(end - at) >= bytes) return {at, bytes};
+    if (next == nullptr) return {};
+    at = end + next->memory.size();
   }
-  if (fits != nullptr) return fits;
-  if (fresh == nullptr) {
+}
+
+// A free lane with `bytes` of memory.
+result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
+  const auto free = std::find_if(lanes_.begin(), lanes_.end(), [](const lane& one) {
+    return one.state.load(std::memory_order_acquire) == lane_state::free; // acquire: pairs with detach()
+  });
+  if (free == lanes_.end()) {
     return error{errc::too_many_lanes, static_cast<std::int64_t>(lanes_.size()), options_.limits.lanes_max};
   }
-  const std::size_t left = options_.limits.lane_bytes - lane_bytes_used_;
-  if (bytes > left) {
+  const auto memory = find_lane_memory(bytes);
+  if (memory.empty()) {
+    std::size_t left = lane_memory_.size();
+    for (const lane& one : lanes_) {
+      // acquire: as above
+      if (one.state.load(std::memory_order_acquire) != lane_state::free) left -= one.memory.size();
+    }
     return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left)};
   }
-  fresh->memory = memory_.carve_bytes(bytes);
-  lane_bytes_used_ += bytes;
-  return fresh;
+  free->memory = memory;
+  return &*free;
 }
 
 result<lane*> endpoint_state::open_lane(const lane_request& asked) {

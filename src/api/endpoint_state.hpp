@@ -71,6 +71,7 @@ class endpoint_state {
   void settle_lanes() noexcept;
   void count_left(const lane& in) noexcept;
   result<lane*> find_lane(std::size_t bytes) noexcept;
+  std::span<std::byte> find_lane_memory(std::size_t bytes) const noexcept;
 
   const endpoint_options options_;
   const std::uint16_t port_;
@@ -81,7 +82,7 @@ class endpoint_state {
   std::optional<json::reader> validator_;
   service::board* board_ = nullptr;
   std::span<lane> lanes_;
-  std::size_t lane_bytes_used_ = 0;
+  std::span<std::byte> lane_memory_;
   std::vector<lane_codecs> codecs_; // of the lane with the same index
   service::front_door* door_ = nullptr;
   service::core* core_ = nullptr;

@@ -394,6 +394,21 @@ TEST(endpoint_errors, tell_when_lanes_topics_or_their_memory_run_out) {
   EXPECT_EQ(robot.advertise<pose>("/a", {.depth = 4}).code(), errc::too_many_lanes);
 }
 
+TEST(endpoint_handles, leave_their_memory_whole_behind_them) {
+  rowe::endpoint_options few;
+  few.limits.lanes_max = 8;
+  few.limits.lane_bytes = 64 * 1024;
+  auto robot = endpoint::listen(0, few).value();
+  for (int round = 0; round < 3; ++round) {
+    {
+      std::vector<rowe::publisher<pose>> small;
+      for (int i = 0; i < 8; ++i) small.push_back(robot.advertise<pose>("/a", {.depth = 4}).value());
+    }
+    const auto large = robot.subscribe<json_text>("/a", {.depth = 8, .text_bytes_max = 6 * 1024});
+    EXPECT_TRUE(large) << large.error().name();
+  }
+}
+
 TEST(endpoint_errors, tell_a_text_that_is_too_long) {
   auto robot = endpoint::listen(0).value();
   auto said = robot.advertise<json_text>("/a", {.text_bytes_max = 10}).value();
