@@ -129,9 +129,16 @@ TEST(door, says_full_when_all_its_slots_are_taken) {
   auto robot = endpoint::listen(0, options).value();
   std::vector<std::thread> waiting;
   for (int i = 0; i < 2; ++i) {
-    waiting.emplace_back([&] { EXPECT_EQ(robot.invoke(R"({"service":"x"})", -1ns).code(), errc::closed); });
+    waiting.emplace_back([&] { // for a peer, which never comes
+      rowe::status sent;
+      do sent = robot.send("{}", -1ns);
+      while (sent.code() == errc::full); // the slots are also those of try_send() below
+      EXPECT_EQ(sent.code(), errc::closed);
+    });
   }
-  EXPECT_TRUE(eventually([&] { return robot.try_send("{}", 0ns).code() == errc::full; }));
+  rowe::status refused;
+  EXPECT_TRUE(eventually([&] { return (refused = robot.try_send("{}", 0ns)).code() == errc::full; }));
+  EXPECT_EQ(refused.error().limit, 2);
   (void)robot.close();
   for (auto& one : waiting) one.join();
 }
