@@ -25,6 +25,7 @@ using namespace std::chrono_literals;
 // largest size that a peer may send are 30 MiB; several topics share them.
 constexpr std::uint32_t queue_depth = 512;
 constexpr std::size_t topics_max = 16;
+constexpr rt::duration goodbye_time = 250ms;
 constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
 
 struct echo_options {
@@ -278,6 +279,7 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
   if (const auto end = connection.wait(o.timeout)) return *end;
   printer<Source> printing{std::move(*source), connection, o, to};
   const exit_code end = printing.run();
+  (void)hub.close(goodbye_time); // what a refused call is told; who does not read in that time goes without
   if (printing.unread()) return exit_code::done;
   const std::uint64_t lost = lost_here(hub);
   if (printing.odd_rows() > 0) to.note(printing.odd_rows(), " messages had other members than the table");
