@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+// Threads at the front door of a simulated world: they submit and wait, or leave before the outcome is there,
+// receive, reply, and forget to.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "handles.hpp"
+
+namespace sim {
+
+class door_threads {
+ public:
+  explicit door_threads(scene& in) : in_{in}, number_{in.book.new_actor()} {}
+
+  void act(const std::vector<std::unique_ptr<talking_peer>>& peers) {
+    const talking_peer* const to =
+        !peers.empty() && in_.roll.one_in(4) ? peers[in_.roll.below(peers.size())].get() : nullptr;
+    switch (in_.roll.below(8)) {
+    case 0:
+    case 1: return send(to);
+    case 2: return invoke(to);
+    case 3: return receive();
+    case 4:
+    case 5: return answer();
+    default: return leave();
+    }
+  }
+
+  // Everything that was submitted has its outcome by now.
+  void finish_up() {
+    receive_all();
+    while (!held_.empty()) answer();
+  }
+  // Whoever waits still.
+  void collect() {
+    for (const waiting& one : waiting_) {
+      if (!outcome_is_there(one)) in_.book.fail("a thread waits in vain at the front door");
+    }
+    waiting_.clear();
+  }
+  std::size_t waiting_threads() const { return waiting_.size(); }
+
+ private:
+  using door_request = rowe::service::door_request;
+  struct waiting {
+    std::uint32_t slot = 0;
+    door_request what = door_request::message;
+    std::uint32_t number = 0; // in the ledger
+  };
+
+  static rowe::detail::peer_ref ref(const talking_peer* of) {
+    return of != nullptr ? rowe::detail::ref_of(of->named()) : rowe::detail::peer_ref{};
+  }
+
+  void send(const talking_peer* to) {
+    const duration ttl = some_time(in_.roll);
+    const bool good = !in_.roll.one_in(16);
+    const bool waits = in_.roll.one_in(2);
+    const time_point expires = rowe::detail::expiry_after(in_.on.now, ttl);
+    const std::uint32_t n = in_.book.new_message({.sender = number_,
+                                                  .to = to != nullptr ? to->number() : 0,
+                                                  .accepted = in_.on.now,
+                                                  .expires = ttl == 0ns ? rowe::rt::never : expires,
+                                                  .only_now = ttl == 0ns,
+                                                  .good = good,
+                                                  .waits = waits});
+    const auto slot = in_.on.door.submit({.what = door_request::message,
+                                          .wants_outcome = waits,
+                                          .peer = ref(to),
+                                          .stamped = in_.on.now,
+                                          .expires = expires},
+                                         message_text(in_.roll, n, good));
+    if (!slot) return in_.book.take_back_message();
+    if (waits) waiting_.push_back({*slot, door_request::message, n});
+  }
+
+  void invoke(const talking_peer* to) {
+    const duration timeout = some_time(in_.roll);
+    const time_point deadline = rowe::rt::deadline_after(in_.on.now, timeout);
+    const std::uint32_t k = in_.book.new_call(deadline);
+    constexpr const char* services[] = {"/add", "/echo", "/peer0", "/peer1", "nobody's"};
+    const std::string text = R"({"service":")" + std::string{services[in_.roll.below(std::size(services))]} +
+                             R"(","a":)" + std::to_string(k) + R"(,"b":0})";
+    const auto slot = in_.on.door.submit({.what = door_request::invocation,
+                                          .wants_outcome = true,
+                                          .peer = ref(to),
+                                          .stamped = in_.on.now,
+                                          .expires = deadline},
+                                         text);
+    if (!slot) return in_.book.take_back_call();
+    waiting_.push_back({*slot, door_request::invocation, k});
+  }
+
+  // Takes what became of one request, or leaves before it is known.
+  void leave() {
+    if (waiting_.empty()) return;
+    const auto which = waiting_.begin() + static_cast<std::ptrdiff_t>(in_.roll.below(waiting_.size()));
+    if (!outcome_is_there(*which)) {
+      if (which->what == door_request::message) in_.book.message(which->number).waits = false;
+      if (which->what == door_request::invocation) in_.book.call(which->number).wanted = false;
+    }
+    waiting_.erase(which);
+  }
+
+  bool outcome_is_there(const waiting& one) {
+    auto& door = in_.on.door;
+    if (!door.wait(one.slot, time_point{1ns})) return false; // long past, so it does not sleep
+    const rowe::status done = door.outcome(one.slot);
+    if (one.what == door_request::message) {
+      in_.book.told_of_message(one.number, done, in_.on.now);
+    } else if (one.what == door_request::invocation) {
+      const std::uint32_t sum = number_after(door.reply_text(one.slot), R"("sum":)");
+      if (done && sum == 0) in_.book.fail("a reply without what it must hold");
+      in_.book.ended(one.number, done ? sum : 0, done ? errc::misuse : done.code(), in_.on.now);
+    }
+    door.give_back(one.slot);
+    return true;
+  }
+
+  void receive() {
+    auto& door = in_.on.door;
+    const auto slot = door.try_receive(in_.on.now);
+    if (!slot) return;
+    if (door.inbound_header(*slot).what == door_request::invocation) {
+      held_.push_back({door.inbound_header(*slot).call, number_after(door.inbound_text(*slot), R"("a":)")});
+    }
+    door.give_back_inbound(*slot);
+  }
+  void receive_all() {
+    for (std::uint32_t left = in_.on.door.slots(); left > 0; --left) receive();
+  }
+
+  void answer() {
+    if (held_.empty()) return;
+    const auto which = held_.begin() + static_cast<std::ptrdiff_t>(in_.roll.below(held_.size()));
+    const auto [call, k] = *which;
+    held_.erase(which);
+    if (in_.roll.one_in(8)) return; // forgotten
+    const bool refuses = in_.roll.one_in(8);
+    const bool waits = in_.roll.one_in(2);
+    const std::uint32_t r = refuses ? 0 : in_.book.new_answer(k);
+    const auto slot = in_.on.door.submit({.what = refuses ? door_request::refusal : door_request::reply,
+                                          .wants_outcome = waits,
+                                          .call = call,
+                                          .stamped = in_.on.now},
+                                         refuses ? "no" : reply_text(r));
+    if (!slot) return refuses ? void() : in_.book.take_back_answer(k);
+    if (refuses) in_.book.refuse(k);
+    if (waits) waiting_.push_back({*slot, refuses ? door_request::refusal : door_request::reply, k});
+  }
+
+  scene& in_;
+  std::uint32_t number_;
+  std::vector<waiting> waiting_;
+  std::vector<std::pair<rowe::detail::call_ref, std::uint32_t>> held_;
+};
+
+} // namespace sim

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "talking_world.hpp"
+
+namespace {
+
+using sim::talking_world;
+
+std::uint64_t seeds() {
+  const char* const asked = std::getenv("ROWE_SIM_SEEDS");
+  return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 200;
+}
+
+constexpr int steps = 2000;
+
+TEST(talking_sim, tells_everyone_the_truth_once_whatever_happens) {
+  std::uint64_t sent = 0;
+  std::uint64_t answered = 0;
+  for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
+    talking_world w{seed};
+    for (int i = 0; i < steps; ++i) {
+      w.step();
+      ASSERT_EQ(w.broken(), "") << "seed " << seed;
+    }
+    w.finish();
+    ASSERT_EQ(w.broken(), "") << "seed " << seed;
+    sent += w.book().messages_sent();
+    answered += w.book().calls_answered();
+  }
+  EXPECT_GT(sent, 10 * seeds()); // else the world is too quiet to show anything
+  EXPECT_GT(answered, 2 * seeds());
+}
+
+TEST(talking_sim, does_the_same_twice_from_one_seed) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    talking_world first{seed};
+    talking_world second{seed};
+    for (int i = 0; i < steps; ++i) {
+      first.step();
+      second.step();
+    }
+    EXPECT_EQ(first.trace(), second.trace()) << "seed " << seed;
+  }
+}
+
+} // namespace

@@ -1,0 +1,289 @@
+// SPDX-License-Identifier: Apache-2.0
+// A world in which everybody talks and calls: lanes, responders, callers and threads at the front door on one
+// side, peers of both dialects on the other, a network between them that stalls, cuts and breaks. As a
+// server, with or without relaying, or as a client whose server goes away and comes back. What is checked
+// after every step, besides the core's own structures:
+//
+//   - a message is begun within its time and given to a peer once, in its sender's order; whoever waits for
+//     what becomes of it is told the truth, once
+//   - a call is asked of one peer, once; its asker is told its end once: the first answer that was given to
+//     it under its id by the one who was asked, and nobody else's; never a time-out before its time
+//   - a peer is never answered what it did not ask, nor twice
+//
+// and at the end of a run, when everyone has had time: everyone was told, the counters explain what was lost,
+// and every slot is home.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doors.hpp"
+#include "ground.hpp"
+#include "handles.hpp"
+#include "ledger.hpp"
+#include "talking_peer.hpp"
+
+namespace sim {
+
+using rowe::service::side;
+
+class talking_world : public ground {
+ public:
+  explicit talking_world(std::uint64_t seed)
+      : ground{seed, options(seed), role(seed)},
+        scene_{on_, dice_, book_},
+        role_{role(seed)},
+        threads_{scene_} {
+    opens_all_ = one_in(2);
+  }
+
+  void step() {
+    ++steps_;
+    switch (below(20)) {
+    case 0: meet(); break;
+    case 1: part(); break;
+    case 2:
+      if (!peers_.empty() && one_in(2)) ground::change_weather(some_peer().link().id());
+      break;
+    case 3:
+    case 4:
+    case 5:
+    case 6: talk(); break;
+    case 7:
+    case 8:
+    case 9: read(); break;
+    case 10: open_or_close(); break;
+    case 11:
+    case 12: threads_.act(peers_); break;
+    case 13:
+    case 14:
+    case 15:
+    case 16:
+    case 17:
+    case 18:
+      if (!actors_.empty()) actors_[below(actors_.size())]->act(peers_);
+      break;
+    default: wait(true); break;
+    }
+    cycle();
+  }
+
+  // Good weather; everyone reads, takes what has come and answers. Then the peers that have not answered
+  // leave, one stays to whom every message may be sent, and the handles close.
+  void finish() {
+    for (int i = 0; i < 30; ++i) calm(20ms);
+    using rowe::service::counter;
+    const std::uint64_t answers_lost =
+        on_.count(counter::no_slot) + on_.count(counter::outbox_full) + on_.count(counter::too_big);
+    for (const auto& one : peers_) {
+      if (one->well_behaved && !one->link().cut() && one->overdue() > answers_lost)
+        fail("a peer was not answered");
+    }
+    for (int round = 0; round < 2; ++round) { // what a peer does not answer ends with it
+      while (!peers_.empty()) leave(0);
+      open_peer();
+      peers_.back()->link().say("{}");
+      for (int i = 0; i < 10; ++i) calm(20ms);
+    }
+    while (!peers_.empty()) leave(0);
+    for (int i = 0; i < 5; ++i) calm(20ms);
+    for (const auto& one : actors_) {
+      if (one->open_calls() != 0) fail("a handle was not told what became of something");
+      if (!one->all_home()) fail("a handle has not all its slots back");
+      one->close();
+    }
+    actors_.clear();
+    threads_.collect();
+    while (!peers_.empty()) leave(0);
+    for (int i = 0; i < 5; ++i) calm(20ms);
+    if (on_.core.slots_in_use() != 0) fail("a slot is lost");
+    if (!on_.core.drained()) fail("something waits for nobody");
+    if (!on_.door.all_home()) fail("a slot of the front door is lost");
+    std::uint64_t explained = 0;
+    for (const counter c : {counter::expired, counter::outbox_full, counter::no_slot, counter::lost_with_peer,
+                            counter::malformed, counter::too_big})
+      explained += on_.count(c);
+    if (book_.messages_lost() > explained) fail("a message is lost and not counted");
+    note_book();
+  }
+
+  const ledger& book() const { return book_; }
+
+ private:
+  static side role(std::uint64_t seed) { return seed % 3 == 0 ? side::client : side::server; }
+  static rowe::endpoint_options options(std::uint64_t seed) {
+    auto chosen = stage::small_options();
+    dice roll{seed + 77};
+    chosen.relay = roll.one_in(2);
+    chosen.answers_any = roll.one_in(2);
+    chosen.bare_unasked = roll.one_in(4);
+    if (roll.one_in(3)) chosen.inbound_ttl = 200ms;
+    auto& bounds = chosen.limits;
+    if (roll.one_in(3)) bounds.small_slots = 8;
+    if (roll.one_in(3)) bounds.large_slots = 1;
+    if (roll.one_in(3)) bounds.queue_depth_max = 4;
+    if (roll.one_in(4)) bounds.queued_max = 12;
+    if (roll.one_in(3)) bounds.calls_max = 6;
+    if (roll.one_in(4)) bounds.door_slots = 2;
+    return chosen;
+  }
+
+  talking_peer& some_peer() { return *peers_[below(peers_.size())]; }
+
+  void cycle() {
+    on_.core.cycle(on_.now);
+    const std::uint64_t gone = on_.count(rowe::service::counter::peers_joined) - on_.board.peers();
+    if (std::exchange(gone_, gone) != gone) book_.last_departure = on_.now;
+    for (const auto& one : peers_) one->note_writes();
+    note_book();
+    mix(on_.core.slots_in_use());
+  }
+  void note_book() {
+    if (!book_.wrong.empty()) fail(book_.wrong);
+  }
+
+  // ---- peers
+
+  void open_peer() { peers_.push_back(std::make_unique<talking_peer>(scene_, role_)); }
+
+  void meet() {
+    if (peers_.size() >= (role_ == side::client ? 1 : 5)) return wait(true);
+    open_peer();
+  }
+  void leave(std::size_t which) {
+    talking_peer& gone = *peers_[which];
+    on_.net.weather_of(gone.link().id()) = {}; // else its last bytes might never arrive
+    gone.link().leave(one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+    leaving_.push_back(std::move(peers_[which]));
+    peers_.erase(peers_.begin() + static_cast<std::ptrdiff_t>(which));
+    cycle();
+    for (const auto& one : leaving_) one->note_writes(); // up to the end
+    leaving_.clear();
+  }
+  void part() {
+    if (peers_.empty() || !one_in(3)) return wait(true);
+    leave(below(peers_.size()));
+  }
+
+  void read() {
+    if (peers_.empty()) return wait(true);
+    some_peer().read(one_in(2) ? SIZE_MAX : below(500));
+  }
+
+  void talk() {
+    if (peers_.empty()) return wait(true);
+    talking_peer& p = some_peer();
+    constexpr const char* services[] = {"/add",   "/echo",       "add",     "/peer0",
+                                        "/peer1", "/rowe/stats", "nobody's"};
+    const std::string provided = "/peer" + std::to_string(below(3));
+    switch (below(14)) {
+    case 0:
+    case 1: return p.link().say(R"({"u":)" + std::to_string(below(100)) + R"(,"ttl_ms":50})");
+    case 2:
+    case 3:
+    case 4:
+      return p.ask(services[below(std::size(services))], one_in(2),
+                   one_in(2) ? duration{-1ms} : below(100) * 1ms);
+    case 5: return p.link().say(R"({"op":"advertise_service","service":")" + provided + "\"}");
+    case 6:
+      if (!one_in(4)) return;
+      return p.link().say(R"({"op":"unadvertise_service","service":")" + provided + "\"}");
+    case 7:
+    case 8:
+    case 9:
+    case 10: return answer(p);
+    case 11: return p.link().send(rowe::wire::opcode::ping, "are you there");
+    case 12: return p.link().say(one_in(2) ? R"({"in_reply_to":"1"})" : R"({"op":"nothing"})");
+    default: return misbehave(p);
+    }
+  }
+  void answer(talking_peer& p) {
+    if (p.asked().empty()) return p.read(SIZE_MAX);
+    const std::size_t which = below(p.asked().size());
+    using manner = talking_peer::manner;
+    switch (below(10)) {
+    case 0: return p.answer(which, manner::refusing);
+    case 1: return p.answer(which, manner::twice);
+    case 2: return p.answer(which, manner::under_another_id);
+    case 3: { // somebody else answers for it
+      talking_peer& other = some_peer();
+      if (&other != &p) other.answer_for(p.asked()[which]);
+      return;
+    }
+    case 4: p.asked().erase(p.asked().begin() + static_cast<std::ptrdiff_t>(which)); return; // never
+    default: return p.answer(which, manner::well);
+    }
+  }
+  void misbehave(talking_peer& p) {
+    if (!one_in(4)) return p.link().say("{\"op\":");
+    p.well_behaved = false;
+    switch (below(3)) {
+    case 0: return p.link().send(rowe::wire::opcode::binary, "?");
+    case 1: return p.link().send(rowe::wire::opcode::close, "");
+    default: p.answers_pings = false; return;
+    }
+  }
+
+  // ---- handles
+
+  void open_or_close() {
+    if (!actors_.empty() && one_in(4)) {
+      const std::size_t which = below(actors_.size());
+      actors_[which]->close();
+      actors_.erase(actors_.begin() + static_cast<std::ptrdiff_t>(which));
+      return;
+    }
+    if (actors_.size() >= 4 || !a_lane_is_free()) return wait(true);
+    using rowe::json_text;
+    std::unique_ptr<actor> made;
+    switch (below(6)) {
+    case 0:
+    case 1:
+      made = std::make_unique<talker>(scene_, opens_all_ || one_in(2), static_cast<rowe::priority>(below(3)));
+      break;
+    case 2: made = std::make_unique<server<addends, sum>>(scene_, "/add"); break;
+    case 3: made = std::make_unique<server<json_text, json_text>>(scene_, "/echo"); break;
+    case 4: made = std::make_unique<client<addends, sum>>(scene_, one_in(2) ? "/add" : "/peer0"); break;
+    default:
+      made = std::make_unique<client<json_text, json_text>>(scene_, one_in(2) ? "/echo" : "/peer1");
+      break;
+    }
+    cycle();
+    if (made->active()) {
+      actors_.push_back(std::move(made));
+    } else {
+      made->close(); // the service is provided already
+    }
+  }
+  bool a_lane_is_free() {
+    for (const auto& one : on_.lanes) {
+      if (one.state.load(std::memory_order_acquire) == lane_state::free) return true;
+    }
+    return false;
+  }
+
+  // ---- the end
+
+  void calm(duration later) {
+    for (const auto& one : peers_) {
+      on_.net.weather_of(one->link().id()) = {};
+      one->read(SIZE_MAX);
+    }
+    for (const auto& one : actors_) one->finish_up();
+    threads_.finish_up();
+    on_.now += later;
+    cycle();
+  }
+
+  ledger book_;
+  scene scene_;
+  side role_;
+  bool opens_all_ = false;
+  std::vector<std::unique_ptr<talking_peer>> peers_;
+  std::vector<std::unique_ptr<talking_peer>> leaving_;
+  std::vector<std::unique_ptr<actor>> actors_;
+  door_threads threads_;
+  std::uint64_t gone_ = 0; // peers that were there
+};
+
+} // namespace sim
