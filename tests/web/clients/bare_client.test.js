@@ -104,7 +104,8 @@ test("compression is not chosen, the subprotocol is", limit, async () => {
 });
 
 test("a goodbye is returned with its code", limit, async () => {
-  for (const [given, returned] of [[1000, 1000], [1001, 1001], [3000, 3000], [4999, 4999], [undefined, 1000]]) {
+  const codes = [[1000, 1000], [1001, 1001], [3000, 3000], [4999, 4999], [undefined, 1000]];
+  for (const [given, returned] of codes) {
     await with_peer(async (peer) => {
       peer.send({ last: 1 });
       peer.socket.close(given, given && "so long");
