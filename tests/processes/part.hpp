@@ -47,8 +47,7 @@ namespace part {
 class actor {
  public:
   actor(rowe::endpoint& as, teller tell)
-      : as_{as},
-        adds_{as.serve<numbers, total>("/actor/add").value()},
+      : adds_{as.serve<numbers, total>("/actor/add").value()},
         mutes_{as.serve<rowe::json_text, rowe::json_text>("/actor/mute").value()},
         beats_{as.advertise<beat>("/actor/beat", {.keep = rowe::keep::newest}).value()},
         orders_{as.subscribe<rowe::json_text>("/orders").value()},
@@ -66,9 +65,7 @@ class actor {
       held_.push_back(std::move(*asked)); // one that is destroyed is refused
     }
     while (auto taken = orders_.try_take()) tell_("order", taken->text());
-    // At the front door lies what came before there was a lane.
-    while (auto came = as_.receive(rowe::duration::zero())) take(as_, *came, now);
-    while (auto came = mail_.try_receive(now)) take(mail_, *came, now);
+    while (auto came = mail_.try_receive(now)) take(*came, now);
     while (auto ended = asks_.try_finish()) {
       if (ended->value) {
         tell_("sum", std::to_string(static_cast<long>(ended->value->sum)));
@@ -84,32 +81,17 @@ class actor {
     return text.find(member) != std::string_view::npos;
   }
 
-  static rowe::status answer(rowe::lane& by, const rowe::message_view& call, rowe::time_point now) {
-    return by.try_reply(call, rowe::message("process", ::getpid()), now);
-  }
-  static rowe::status answer(rowe::endpoint& by, const rowe::received& call, rowe::time_point) {
-    return by.try_reply(call, rowe::message("process", ::getpid()));
-  }
-  static rowe::status echo(rowe::lane& by, const rowe::message_view& letter, rowe::time_point now) {
-    return by.try_send(letter.text(), rowe::rt::for_ever, now, letter.from());
-  }
-  static rowe::status echo(rowe::endpoint& by, const rowe::received& letter, rowe::time_point) {
-    return by.try_send(letter.text(), rowe::rt::for_ever, letter.from());
-  }
-
-  template <class Handle, class Came>
-  void take(Handle& by, const Came& came, rowe::time_point now) {
+  void take(const rowe::message_view& came, rowe::time_point now) {
     tell_(came.wants_reply() ? "call" : "letter", came.text());
     if (came.wants_reply()) {
-      (void)answer(by, came, now);
+      (void)mail_.try_reply(came, rowe::message("process", ::getpid()), now);
     } else if (has(came.text(), R"("ask")")) {
       (void)asks_.start({38, 4}, rowe::rt::for_ever, now);
     } else if (has(came.text(), R"("echo")")) {
-      (void)echo(by, came, now);
+      (void)mail_.try_send(came.text(), rowe::rt::for_ever, now, came.from());
     }
   }
 
-  rowe::endpoint& as_;
   rowe::responder<numbers, total> adds_;
   rowe::responder<rowe::json_text, rowe::json_text> mutes_;
   std::vector<rowe::request<rowe::json_text>> held_;
@@ -126,7 +108,7 @@ inline rowe::endpoint_options quick_options() {
   options.retry_min = std::chrono::milliseconds{10};
   options.retry_max = std::chrono::milliseconds{50};
   options.limits.lane_bytes = 4 * 1024 * 1024;
-  options.answers_any = true; // what comes before its handle is opened waits
+  options.answers_any = true; // calls that come before the lane is opened wait for it
   return options;
 }
 
