@@ -74,6 +74,23 @@ void cancel_each(real_time& rt, calling<Caller> with) {
   });
 }
 
+// The ends of all but the last were set aside by one who waited for that.
+template <class Caller>
+void finish_what_was_set_aside(real_time& rt, calling<Caller> with) {
+  rt.slow_calls([&](std::uint64_t) {
+    call_id last;
+    for (std::uint32_t i = 0; i < options.depth; ++i) {
+      last = *start(with.calls);
+      if (i % 2 == 0) with.calls.cancel(last);
+    }
+    serve(with.on);
+    if (const auto end = detail::take_end_of(with.on, {last.index, last.generation}))
+      detail::give_end_back(with.on, *end);
+    while (with.calls.try_finish()) {
+    }
+  });
+}
+
 constexpr exercise list[] = {
     {"caller::start", "with structs, until all calls are in flight",
      [](real_time& rt) { start_each_in_turn(rt, structs_in(rt)); }},
@@ -85,6 +102,18 @@ constexpr exercise list[] = {
      [](real_time& rt) { closed_and_empty(rt, texts_in(rt)); }},
     {"caller::try_finish", "with structs", [](real_time& rt) { finish_each(rt, structs_in(rt)); }},
     {"caller::try_finish", "with texts", [](real_time& rt) { finish_each(rt, texts_in(rt)); }},
+    {"caller::start", "with texts that are too big",
+     [](real_time& rt) {
+       auto& calls = texts_in(rt).calls;
+       const auto many = rt.array<char>(4 * text_bytes);
+       rt.calls([&](std::uint64_t) {
+         use(calls.start(std::string_view{many.data(), many.size()}, timeout, now));
+       });
+     }},
+    {"caller::try_finish", "with structs, when ends were set aside",
+     [](real_time& rt) { finish_what_was_set_aside(rt, structs_in(rt)); }},
+    {"caller::try_finish", "with texts, when ends were set aside",
+     [](real_time& rt) { finish_what_was_set_aside(rt, texts_in(rt)); }},
     {"caller::cancel", "of structs", [](real_time& rt) { cancel_each(rt, structs_in(rt)); }},
     {"caller::cancel", "of texts", [](real_time& rt) { cancel_each(rt, texts_in(rt)); }},
     {"caller::refusal", "of structs",

@@ -161,6 +161,12 @@ constexpr exercise list[] = {
        rt.calls(
            [&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).start(text, ttl, now)); });
      }},
+    {"lane::start", "when its queue is full of messages",
+     [](real_time& rt) {
+       auto& talk = talk_in(rt).talk;
+       while (talk.try_send(text, ttl, now)) continue;
+       rt.calls([&](std::uint64_t) { use(talk.start(text, ttl, now)); });
+     }},
     {"lane::try_finish", "when none has ended",
      [](real_time& rt) {
        auto& talk = talk_in(rt).talk;
@@ -183,6 +189,23 @@ constexpr exercise list[] = {
          for (std::uint32_t i = 0; i < calls_max; ++i) talk.cancel(*talk.start(text, ttl, now));
          serve(on);
          use(talk.try_finish());
+       });
+     }},
+    {"lane::try_finish", "when ends were set aside, cancelled ones among them",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       rt.slow_calls([&on = on, &talk = talk](std::uint64_t) {
+         call_id last;
+         for (std::uint32_t i = 0; i < calls_max; ++i) {
+           last = *talk.start(text, ttl, now);
+           if (i % 2 == 0) talk.cancel(last);
+         }
+         serve(on);
+         // As a call that waits for the last one would.
+         if (const auto end = detail::take_end_of(on, {last.index, last.generation}))
+           detail::give_end_back(on, *end);
+         while (talk.try_finish()) {
+         }
        });
      }},
     {"lane::try_finish", "on a closed endpoint, and by an empty handle",
@@ -222,6 +245,35 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        auto held = call_in(rt, now + 1ns);
        rt.calls([&](std::uint64_t) { use(held.with.talk.try_reply(*held.call, text, now + 1ns)); });
+     }},
+    {"lane::try_reply", "too big, to what is no call, by an empty handle, and on a closed endpoint",
+     [](real_time& rt) {
+       auto held = call_in(rt);
+       arrive(held.with.on);
+       const auto no_call = held.with.talk.try_receive(now);
+       auto& empty = empty_in(rt);
+       const auto many = rt.array<char>(4 * text_bytes);
+       rt.calls([&](std::uint64_t i) {
+         use(held.with.talk.try_reply(*held.call, std::string_view{many.data(), many.size()}, now));
+         use(held.with.talk.try_reply(*no_call, text, now));
+         use(empty.try_reply(*held.call, text, now));
+         if (i == 50) close(held.with.on);
+       });
+     }},
+    {"lane::try_refuse", "to who is gone",
+     [](real_time& rt) {
+       auto held = call_in(rt, rt::never, somebody_gone);
+       rt.calls([&](std::uint64_t) { use(held.with.talk.try_refuse(*held.call, "no", now)); });
+     }},
+    {"lane::try_refuse", "to who has given up, and on a closed endpoint",
+     [](real_time& rt) {
+       auto late = call_in(rt, now + 1ns);
+       auto held = call_in(rt);
+       close(held.with.on);
+       rt.calls([&](std::uint64_t) {
+         use(late.with.talk.try_refuse(*late.call, "no", now + 1ns));
+         use(held.with.talk.try_refuse(*held.call, "no", now));
+       });
      }},
     {"lane::try_refuse", "to a call",
      [](real_time& rt) {

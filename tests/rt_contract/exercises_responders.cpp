@@ -32,9 +32,10 @@ template <class Responder>
 void next_each(real_time& rt, answering<Responder> with) {
   rt.calls([&](std::uint64_t i) {
     if (i % 3 != 0) ask(with.on);
-    auto request = with.answers.try_next(now);
-    if (request && i % 3 == 1) use(with.answers.reply(*request, request->body, now));
-    request = errc::empty; // unanswered, if it was not
+    {
+      auto request = with.answers.try_next(now);
+      if (request && i % 3 == 1) use(with.answers.reply(*request, request->body, now));
+    } // dropped unanswered, if it was not
     serve(with.on);
   });
 }
@@ -43,7 +44,16 @@ template <class Responder>
 void next_by_the_clock(real_time& rt, answering<Responder> with) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
-    auto request = with.answers.try_next();
+    use(with.answers.try_next());
+    serve(with.on);
+  });
+}
+
+template <class Responder>
+void reply_by_the_clock(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t) {
+    ask(with.on);
+    auto request = with.answers.try_next(now);
     use(with.answers.reply(*request, request->body));
     serve(with.on);
   });
@@ -68,13 +78,40 @@ void reply_each(real_time& rt, answering<Responder> with) {
   });
 }
 
+// Likewise.
 template <class Responder>
 void refuse_each(real_time& rt, answering<Responder> with) {
+  rt.calls([&](std::uint64_t i) {
+    ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
+    auto request = with.answers.try_next(now);
+    use(with.answers.refuse(*request, "no", now + 1ns));
+    use(with.answers.refuse(*request, "no", now + 1ns));
+    serve(with.on);
+  });
+}
+
+// The endpoint closes while a request is held.
+template <class Responder, class Answer>
+void answer_when_closed(real_time& rt, answering<Responder> with, Answer answer) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
-    auto request = with.answers.try_next(now);
-    use(with.answers.refuse(*request, "no", now));
+    {
+      auto request = with.answers.try_next(now);
+      close(with.on);
+      answer(with.answers, *request);
+    }
+    // relaxed: one thread here
+    with.on.heard_by.store(audience::somebody, std::memory_order_relaxed);
     serve(with.on);
+  });
+}
+
+// Those who asked have all given up.
+template <class Responder>
+void next_of_what_is_too_late(real_time& rt, answering<Responder> with) {
+  rt.slow_calls([&](std::uint64_t) {
+    for (std::uint32_t i = 0; i < options.depth; ++i) ask(with.on, now);
+    use(with.answers.try_next(now));
   });
 }
 
@@ -118,12 +155,40 @@ constexpr exercise list[] = {
        ask(with.on);
        rt.calls([&](std::uint64_t) { use(with.answers.try_next(now)); });
      }},
+    {"responder::try_next", "of structs, when all have given up",
+     [](real_time& rt) { next_of_what_is_too_late(rt, structs_in(rt)); }},
+    {"responder::try_next", "of texts, when all have given up",
+     [](real_time& rt) { next_of_what_is_too_late(rt, texts_in(rt)); }},
+    {"responder::reply", "with structs, when it closed",
+     [](real_time& rt) {
+       answer_when_closed(rt, structs_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.body, now)); });
+     }},
+    {"responder::reply", "with texts, when it closed",
+     [](real_time& rt) {
+       answer_when_closed(rt, texts_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.body, now)); });
+     }},
+    {"responder::reply", "with texts that are too big",
+     [](real_time& rt) {
+       auto with = texts_in(rt);
+       const auto many = rt.array<char>(4 * text_bytes);
+       ask(with.on);
+       auto request = with.answers.try_next(now);
+       rt.calls([&](std::uint64_t) {
+         use(with.answers.reply(*request, std::string_view{many.data(), many.size()}, now));
+       });
+     }},
+    {"responder::refuse", "of structs, when it closed",
+     [](real_time& rt) {
+       answer_when_closed(rt, structs_in(rt), [](auto& by, auto& to) { use(by.refuse(to, "no", now)); });
+     }},
+    {"detail::open_request::~open_request", "unanswered, when it closed",
+     [](real_time& rt) { answer_when_closed(rt, texts_in(rt), [](auto&, auto&) {}); }},
     {"responder::reply", "with structs", [](real_time& rt) { reply_each(rt, structs_in(rt)); }},
     {"responder::reply", "with texts", [](real_time& rt) { reply_each(rt, texts_in(rt)); }},
     {"responder::reply", "with structs, reading the time",
-     [](real_time& rt) { next_by_the_clock(rt, structs_in(rt)); }, true},
+     [](real_time& rt) { reply_by_the_clock(rt, structs_in(rt)); }, true},
     {"responder::reply", "with texts, reading the time",
-     [](real_time& rt) { next_by_the_clock(rt, texts_in(rt)); }, true},
+     [](real_time& rt) { reply_by_the_clock(rt, texts_in(rt)); }, true},
     {"responder::refuse", "of structs", [](real_time& rt) { refuse_each(rt, structs_in(rt)); }},
     {"responder::refuse", "of texts", [](real_time& rt) { refuse_each(rt, texts_in(rt)); }},
     {"responder::refuse", "of structs, reading the time",
