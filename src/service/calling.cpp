@@ -315,31 +315,36 @@ result<std::uint32_t> core::find_answered(const party& provider, detail::call_re
   return errc::peer_lost;
 }
 
-// With `waits`, that is told once the answer is written. An error where there is nobody to answer, or where
-// it is no JSON.
-status core::answer_call(const party& provider, detail::call_ref which, std::string_view text,
-                         const detail::lane* encodes, const std::byte* value, const party& waits,
-                         detail::call_ref own) noexcept {
+// With `waits`, that is told once the answer is written. An error where there is nobody to answer, where it
+// is no JSON, where its time is over already, or where it finds no room; then nobody is told.
+status core::answer_call(const party& provider, detail::call_ref which, const reply& with) noexcept {
   const auto index = find_answered(provider, which);
   if (!index) return index.error();
-  std::uint32_t slot = no_index;
-  if (encodes != nullptr) {
-    slot = finish(*index, [&](json::writer& into) { encodes->encoder->encode(value, into); });
+  if (with.expires < now_) {
+    add(counter::expired);
+    finish_badly(*index, {errc::refused}, "the reply was not sent within its time to live");
+    return errc::expired;
+  }
+  result<std::uint32_t> slot = no_index;
+  if (with.encoder != nullptr) {
+    slot = finish(
+        *index, [&](json::writer& into) { with.encoder->encode(with.value, into); }, with.expires);
   } else {
-    if (const status fine = check_text(text); !fine) {
+    if (const status fine = check_text(with.text); !fine) {
       add(counter::malformed);
       finish_badly(*index, {errc::refused}, "the provider's reply was no proper JSON object");
       return fine;
     }
-    slot = finish_with(*index, text);
+    slot = finish_with(*index, with.text, with.expires);
   }
-  if (waits.who == party::kind::nobody) return {};
-  if (slot == no_index) {
-    tell(waits, own, {}); // to one of this process: it has it
+  if (!slot) return slot.error();
+  if (with.waits.who == party::kind::nobody) return {};
+  if (*slot == no_index) {
+    tell(with.waits, with.own, {}); // to one of this process: it has it
     return {};
   }
-  letters_.at(slot) = {.now = letter::state::queued, .sender = waits, .own = own};
-  slots_.keep(slot);
+  letters_.at(*slot) = {.now = letter::state::queued, .sender = with.waits, .own = with.own};
+  slots_.keep(*slot);
   return {};
 }
 
@@ -380,47 +385,52 @@ void core::take_service_response(connection& c, const rosbridge::request& said) 
 
 // ---- ends
 
-// The call is answered with the value that `write_body(json::writer&)` writes. Returns the slot of an answer
-// on its way to a peer, else no_index.
+// The call is answered with the value that `write_body(json::writer&)` writes; towards a peer the answer may
+// have a time of its own. Returns the slot of an answer on its way to a peer, or no_index where one of this
+// process has it. Errors: peer_lost, full: the call has ended without it.
 template <class WriteBody>
-std::uint32_t core::finish(std::uint32_t index, WriteBody&& write_body) noexcept {
+result<std::uint32_t> core::finish(std::uint32_t index, WriteBody&& write_body,
+                                   rt::time_point expires) noexcept {
   const call ended = calls_.at(index);
   if (ended.asked_by.who != party::kind::peer) {
     const std::uint32_t slot = compose(rt::never, write_body);
     if (slot == no_index) {
       finish_badly(index, {errc::full});
-      return no_index;
+      return errc::full;
     }
-    (void)finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()}); // nothing goes to a peer
+    const auto given = finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()});
     release(slot);
-    return no_index;
+    return given;
   }
   connection* const c = find(ended.asked_by.connection());
-  std::uint32_t slot = no_index;
   const std::string_view id_raw = calls_.id_raw(index);
   if (c == nullptr || !c->open()) {
     add(counter::replies_unsent);
-  } else if (ended.asked_by.speaks == dialect::rosbridge) {
-    slot = answer(*c, [&](json::writer& into) {
-      rosbridge::write_service_response_head(into, calls_.service(index), id_raw, true);
-      write_body(into);
-      rosbridge::write_service_response_tail(into);
-    });
-  } else {
-    slot = answer(*c, [&](json::writer& into) { bare::write_reply(into, id_raw, write_body); });
+    close_call(index);
+    return errc::peer_lost;
   }
-  if (slot == no_index && c != nullptr && c->open()) {
+  const auto write = [&](json::writer& into) {
+    if (ended.asked_by.speaks == dialect::bare) return bare::write_reply(into, id_raw, write_body);
+    rosbridge::write_service_response_head(into, calls_.service(index), id_raw, true);
+    write_body(into);
+    rosbridge::write_service_response_tail(into);
+  };
+  const std::uint32_t slot = answer(*c, write, expires);
+  if (slot == no_index) {
     finish_badly(index, {errc::refused}, "the reply finds no room: it is too large, or too many wait");
-    return no_index;
+    return errc::full;
   }
   close_call(index);
   return slot;
 }
 
-std::uint32_t core::finish_with(std::uint32_t index, std::string_view text) noexcept {
+result<std::uint32_t> core::finish_with(std::uint32_t index, std::string_view text,
+                                        rt::time_point expires) noexcept {
   const call ended = calls_.at(index);
-  if (ended.asked_by.who == party::kind::peer)
-    return finish(index, [&](json::writer& into) { into.raw(text); });
+  if (ended.asked_by.who == party::kind::peer) {
+    return finish(
+        index, [&](json::writer& into) { into.raw(text); }, expires);
+  }
   // Whoever asked in bare JSON gets an object.
   const bool reads_objects =
       ended.asked_by.who == party::kind::door || lanes_[ended.asked_by.index].kind == detail::lane_kind::talk;
@@ -433,7 +443,7 @@ std::uint32_t core::finish_with(std::uint32_t index, std::string_view text) noex
     });
     if (slot == no_index) {
       finish_badly(index, {errc::full});
-      return no_index;
+      return errc::full;
     }
     close_call(index);
     tell(ended.asked_by, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});

@@ -156,6 +156,10 @@ class core final : public transport_sink {
   void arm(timer what, std::uint32_t index, rt::time_point when) noexcept;
   void disarm(timer what, std::uint32_t index) noexcept;
 
+  // check.cpp
+  bool check_calls() const noexcept;
+  bool check_deliveries() const noexcept;
+
   // core.cpp
   connection* find(connection_id id) noexcept;
   void expire() noexcept;
@@ -190,7 +194,7 @@ class core final : public transport_sink {
   template <class WriteText> // publishing.hpp has these four
   std::uint32_t compose(rt::time_point expires, WriteText&& write_text) noexcept;
   template <class WriteText>
-  std::uint32_t answer(connection& c, WriteText&& write_text) noexcept;
+  std::uint32_t answer(connection& c, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
   template <class WriteBody>
   std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
   template <class WriteBody>
@@ -296,6 +300,11 @@ class core final : public transport_sink {
   status deliver_message(const detail::value_header& header, std::string_view text) noexcept;
   status fill_inbox(std::uint32_t lane, const detail::value_header& header, std::string_view body) noexcept;
   rt::time_point inbound_expiry(std::int64_t ttl_ns) const noexcept;
+  // When something of this process ends that was stamped so: at its own time means in the cycle that takes
+  // it, however long it has lain in its lane.
+  rt::time_point expiry_of(rt::time_point stamped, rt::time_point expires) const noexcept {
+    return expires == stamped ? now_ : expires;
+  }
 
   // calling.cpp
   struct asking {
@@ -317,9 +326,15 @@ class core final : public transport_sink {
   std::uint32_t find_asked(connection& c, std::string_view id_raw) noexcept;
   void start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
                   rt::time_point deadline) noexcept;
-  status answer_call(const party& provider, detail::call_ref which, std::string_view text,
-                     const detail::lane* encodes, const std::byte* value, const party& waits,
-                     detail::call_ref own) noexcept;
+  struct reply {
+    std::string_view text{};                // JSON; where no value is given
+    const json::encoder* encoder = nullptr; // of the value
+    const std::byte* value = nullptr;
+    rt::time_point expires = rt::never;
+    party waits{}; // who is told once it is written; nobody
+    detail::call_ref own{};
+  };
+  status answer_call(const party& provider, detail::call_ref which, const reply& with) noexcept;
   status refuse_call(const party& provider, detail::call_ref which, std::string_view why) noexcept;
   result<std::uint32_t> find_answered(const party& provider, detail::call_ref which) noexcept;
   void route(std::uint32_t call, std::string_view service, const asking& what) noexcept;
@@ -331,8 +346,10 @@ class core final : public transport_sink {
   void answer_own(std::uint32_t call, std::string_view service, const asking& what) noexcept;
   void write_args(json::writer& into, const asking& what) const noexcept;
   template <class WriteBody>
-  std::uint32_t finish(std::uint32_t call, WriteBody&& write_body) noexcept;
-  std::uint32_t finish_with(std::uint32_t call, std::string_view text) noexcept;
+  result<std::uint32_t> finish(std::uint32_t call, WriteBody&& write_body,
+                               rt::time_point expires = rt::never) noexcept;
+  result<std::uint32_t> finish_with(std::uint32_t call, std::string_view text,
+                                    rt::time_point expires = rt::never) noexcept;
   void finish_badly(std::uint32_t call, const error& why, std::string_view sentence = {}) noexcept;
   void close_call(std::uint32_t call) noexcept;
   void end_calls_of(connection& c) noexcept;

@@ -33,12 +33,13 @@ std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noex
   return no_index;
 }
 
-// An answer to one peer: never thinned out, never late. Returns its slot; no_index when it is lost, counted.
+// An answer to one peer: never thinned out, and dropped as late only where it has a time of its own. Returns
+// its slot; no_index when it is lost, counted.
 template <class WriteText>
-std::uint32_t core::answer(connection& c, WriteText&& write_text) noexcept {
+std::uint32_t core::answer(connection& c, WriteText&& write_text, rt::time_point expires) noexcept {
   if (!c.open()) return no_index;
   while (drop_dead_front(c.direct)) continue;
-  const std::uint32_t slot = c.direct.count < direct_depth ? compose(rt::never, write_text) : no_index;
+  const std::uint32_t slot = c.direct.count < direct_depth ? compose(expires, write_text) : no_index;
   if (c.direct.count >= direct_depth) add(counter::outbox_full);
   if (slot == no_index) return no_index;
   if (entries_.push(c.direct, slots_.ref(slot))) {

@@ -64,10 +64,16 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
   }
   case entry::reply:
   case entry::refusal: {
-    const status done = header.what == entry::refusal ? refuse_call(us, header.call, text)
-                        : lane.encoder != nullptr
-                            ? answer_call(us, header.call, {}, &lane, value, waits, header.own)
-                            : answer_call(us, header.call, text, nullptr, nullptr, waits, header.own);
+    const status done =
+        header.what == entry::refusal
+            ? refuse_call(us, header.call, text)
+            : answer_call(us, header.call,
+                          {.text = text,
+                           .encoder = lane.encoder,
+                           .value = value,
+                           .expires = expiry_of(time_of(header.stamped_ns), time_of(header.expires_ns)),
+                           .waits = waits,
+                           .own = header.own});
     if (!done) tell(waits, header.own, done);
     return true;
   }
@@ -110,9 +116,11 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
   case door_request::reply:
   case door_request::refusal: {
     const party waits = asked.wants_outcome ? us : party{};
-    const status done = asked.what == door_request::refusal
-                            ? refuse_call(us, asked.call, text)
-                            : answer_call(us, asked.call, text, nullptr, nullptr, waits, {});
+    const status done =
+        asked.what == door_request::refusal
+            ? refuse_call(us, asked.call, text)
+            : answer_call(us, asked.call,
+                          {.text = text, .expires = expiry_of(asked.stamped, asked.expires), .waits = waits});
     if (!done || !asked.wants_outcome || asked.what == door_request::refusal) door_.settle(slot, done);
     return true;
   }

@@ -286,6 +286,99 @@ TEST_F(calling, takes_only_one_answer_to_a_call) {
   EXPECT_EQ(program.hear().size(), 1U);
 }
 
+// ---- what a thread that waits learns of its reply
+
+struct replying : core_test {
+  replying() { (void)on.door.try_receive(on.now); } // from now on the front door takes calls
+  rowe::detail::call_ref next_call() {
+    const auto slot = on.door.try_receive(on.now);
+    if (!slot) return {};
+    const rowe::detail::call_ref asked = on.door.inbound_header(*slot).call;
+    on.door.give_back_inbound(*slot);
+    return asked;
+  }
+  std::uint32_t reply(rowe::detail::call_ref to, std::string_view text, rowe::duration ttl = -1ns) {
+    const auto slot = on.door.submit({.what = rowe::service::door_request::reply,
+                                      .wants_outcome = true,
+                                      .call = to,
+                                      .stamped = on.now,
+                                      .expires = rowe::rt::deadline_after(on.now, ttl)},
+                                     text);
+    EXPECT_TRUE(slot);
+    return *slot;
+  }
+  std::string outcome(std::uint32_t slot) {
+    if (!on.door.drained()) return "waits";
+    EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
+    const auto done = on.door.outcome(slot);
+    on.door.give_back(slot);
+    return done ? "sent" : std::string{done.error().name()};
+  }
+};
+
+TEST_F(replying, hears_that_it_was_sent) {
+  peer program{on};
+  program.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  const auto slot = reply(next_call(), R"({"done":true})");
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "sent");
+  EXPECT_EQ(program.hear(), texts{R"({"done":true,"in_reply_to":1})"});
+}
+
+TEST_F(replying, hears_that_the_one_who_asked_is_saying_goodbye) {
+  peer program{on};
+  program.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  on.net.weather_of(program.id()).room_bytes = 0; // so the goodbye takes its time
+  program.send(rowe::wire::opcode::binary, "?");
+  const auto slot = reply(next_call(), R"({"done":true})");
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "peer_lost");
+}
+
+TEST_F(replying, hears_that_its_time_to_live_is_over) {
+  peer program{on};
+  for (const rowe::duration ttl : {50ms, 0ms}) {
+    program.say(R"({"service":"x","message_id":1})");
+    on.cycle();
+    on.net.weather_of(program.id()).room_bytes = 0;
+    const auto slot = reply(next_call(), R"({"done":true})", ttl);
+    on.cycles(ttl == 0ms ? 2 : 60);
+    EXPECT_EQ(outcome(slot), "expired");
+    on.net.weather_of(program.id()).room_bytes = 4096;
+    program.hear();
+    on.cycles(3);
+    EXPECT_EQ(program.hear(), texts{});
+  }
+  EXPECT_EQ(on.count(counter::expired), 2U);
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
+TEST_F(replying, hears_that_its_time_to_live_was_over_before_it_was_looked_at) {
+  peer program{on};
+  program.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  const auto slot = reply(next_call(), R"({"done":true})", 5ms);
+  on.cycle(10ms);
+  EXPECT_EQ(outcome(slot), "expired");
+  const auto heard = program.hear();
+  ASSERT_EQ(heard.size(), 1U) << "the one who asked is told that there will be no reply";
+  EXPECT_NE(heard[0].find(R"("code":"refused")"), std::string::npos) << heard[0];
+}
+
+TEST_F(replying, hears_that_there_was_no_room) {
+  peer program{on};
+  program.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  on.net.weather_of(program.id()).room_bytes = 0;
+  for (int i = 0; i < 70; ++i) program.say(R"({"op":"nonsense"})"); // each is answered, and 64 answers wait
+  on.cycle();
+  const auto slot = reply(next_call(), R"({"done":true})");
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "full");
+}
+
 // ---- this process asks, peers answer
 
 TEST_F(calling, asks_the_peer_that_advertised_a_service) {
