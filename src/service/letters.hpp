@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Messages that are not of a topic: to one connection or to everyone who speaks the bare dialect, and the
 // requests of calls. A letter lies in a wire slot like everything that is written. While it is under way it
-// keeps that slot, so that its sender can be told what became of it: `sent` when at least one peer was
-// given all of it, else why not. One that finds no peer, or loses all it had before they were given it, waits
+// keeps that slot, so that its sender can be told what became of it: `sent` as soon as one peer was given all
+// of it, else why not. One that finds no peer, or loses all it had before they were given it, waits
 // in the waiting room until one comes or its time is over: a list through the letters themselves, so that
 // taking one out of the middle costs as little as out of a short one. Service thread only.
 #pragma once

@@ -400,7 +400,10 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
 void core::note_sent(connection& c, std::uint32_t slot) noexcept {
   add(counter::messages_out);
   ++c.messages_out;
-  if (letters_.under_way(slot)) letters_.at(slot).sent = true;
+  if (!letters_.under_way(slot)) return;
+  letter& l = letters_.at(slot);
+  l.sent = true;
+  tell(std::exchange(l.sender, {}), l.own, {}); // one peer is enough: the others may not read for long
 }
 
 // A throttled subscription's next message is due a period after this one was, or after now if that is long

@@ -55,6 +55,20 @@ TEST_F(talking, gives_a_message_to_every_peer_that_has_spoken_bare) {
   EXPECT_EQ(silent.hear(), texts{}) << "it has not spoken bare, so it is not sent bare unasked";
 }
 
+TEST_F(talking, says_that_a_message_is_sent_when_one_peer_has_it) {
+  peer reads{on}, stalled{on};
+  reads.say("{}");
+  stalled.say("{}");
+  on.cycle();
+  on.net.weather_of(stalled.id()).room_bytes = 0;
+  const auto slot = send(R"({"a":1})");
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "sent");
+  stalled.leave();
+  on.cycle();
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
 TEST_F(talking, lets_a_message_wait_for_a_peer) {
   const auto slot = send(R"({"a":1})", 5s);
   on.cycles(1000, 1ms);
