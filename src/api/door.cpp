@@ -108,6 +108,7 @@ result<received> endpoint::invoke(body object, duration timeout, connection to, 
                            object);
   if (!slot) return slot.error();
   if (!door.wait(*slot, rt::deadline_after(deadline, detail::word_late_max))) {
+    if (door.is_closed()) return errc::closed;
     return error{errc::timed_out, 0, timeout.count()};
   }
   const status outcome = door.outcome(*slot);
