@@ -77,6 +77,7 @@ class call_table {
   void close(std::uint32_t index) noexcept;
 
   call& at(std::uint32_t index) noexcept { return calls_[index]; }
+  const call& at(std::uint32_t index) const noexcept { return calls_[index]; }
   detail::call_ref ref(std::uint32_t index) const noexcept { return {index, calls_[index].generation}; }
   // Null when that call has ended.
   call* find(detail::call_ref ref) noexcept;

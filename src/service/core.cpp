@@ -363,11 +363,4 @@ void core::report(event::kind kind, std::string_view peer, std::string_view what
   shown_.post(happened);
 }
 
-bool core::check() const noexcept {
-  std::uint32_t open = 0;
-  for (const connection& c : connections_) open += c.state != connection::phase::free;
-  return open == peers_ && slots_.check() && router_.check() && letters_.check() && calls_.check() &&
-         wheel_.check() == nullptr;
-}
-
 } // namespace rowe::service

@@ -96,6 +96,7 @@ class router {
 
   // Subscriptions: on a topic's list and on a connection's, whose head the caller keeps.
   subscription& subscription_at(std::uint32_t index) noexcept { return subscriptions_[index]; }
+  const subscription& subscription_at(std::uint32_t index) const noexcept { return subscriptions_[index]; }
   std::uint32_t find_subscription(std::uint32_t topic, std::uint32_t first_on_connection) const noexcept;
   std::uint32_t add_subscription(std::uint32_t topic, std::uint32_t connection,
                                  std::uint32_t& first_on_connection) noexcept;

@@ -24,6 +24,7 @@ inline constexpr std::uint32_t no_index = UINT32_MAX;
 struct slot_ref {
   std::uint32_t index = no_index;
   std::uint32_t generation = 0;
+  friend bool operator==(const slot_ref&, const slot_ref&) = default;
 };
 
 class wire_slots {
@@ -80,6 +81,8 @@ class wire_slots {
   std::optional<std::uint32_t> expire(std::uint32_t index) noexcept;
 
   std::uint32_t in_use() const noexcept { return in_use_; }
+  // All references but the kept ones. Looks at every slot: for tests.
+  std::uint64_t deliveries() const noexcept;
   // True when the free lists and the counts agree. For tests and assertions.
   bool check() const noexcept;
 

@@ -56,10 +56,11 @@ struct call_record {
   time_point deadline = rowe::rt::never;
   std::uint32_t asked_on = 0; // the peer that was sent its request
   std::uint32_t answer = 0;   // the first proper one that was given
-  bool ended = false;         // the one who asked was told
-  bool wanted = true;         // and wants to be
-  bool by_peer = false;       // so its time begins when it arrives
-  bool own_service = false;   // of the endpoint itself, whose answers have no number
+  time_point ended_at = rowe::rt::never;
+  bool ended = false;       // the one who asked was told
+  bool wanted = true;       // and wants to be
+  bool by_peer = false;     // so its time begins when it arrives
+  bool own_service = false; // of the endpoint itself, whose answers have no number
 };
 
 class ledger {
@@ -126,6 +127,7 @@ class ledger {
     if (k == 0) return;
     if (c.asked_on != 0) fail("was asked twice: " + name);
     c.asked_on = peer;
+    if (begun > c.ended_at) fail("asked after its end: " + name);
     // A call ends by the wheel, so up to a tick late.
     if (!c.by_peer && c.deadline != rowe::rt::never && begun > c.deadline + rowe::rt::timer_wheel::tick)
       fail("asked after its time: " + name);
@@ -159,6 +161,7 @@ class ledger {
     const std::string name = "call " + std::to_string(k);
     if (k == 0) return fail("the end of no call");
     if (std::exchange(c.ended, true)) fail("ended twice: " + name);
+    c.ended_at = now;
     if (!c.wanted) fail("told the end of a call that was cancelled: " + name);
     if (answer == no_answer) {
       if (!c.own_service) fail("answered without what was said: " + name);
