@@ -210,7 +210,7 @@ bool core::reclaim(std::size_t bytes) noexcept {
            k = router_.subscription_at(k).next_on_topic) {
         subscription& same = router_.subscription_at(k);
         if (!connections_[same.connection].blocked || same.waiting.empty() ||
-            entries_.front(same.waiting).index != oldest.index || !slots_.alive(oldest)) {
+            entries_.front(same.waiting) != oldest || !slots_.alive(oldest)) {
           continue;
         }
         add(counter::outbox_full);

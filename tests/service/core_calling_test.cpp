@@ -330,8 +330,7 @@ TEST_F(replying, hears_that_the_one_who_asked_is_saying_goodbye) {
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
   on.cycle();
-  on.net.weather_of(program.id()).room_bytes = 0; // so the goodbye takes its time
-  program.send(rowe::wire::opcode::binary, "?");
+  program.send(rowe::wire::opcode::close, "");
   const auto slot = reply(next_call(), R"({"done":true})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "peer_lost");

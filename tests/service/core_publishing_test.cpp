@@ -311,6 +311,42 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
 }
 
 } // namespace
+// A queue may begin with what expired long ago, in a slot that another message of the topic has now.
+TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold) {
+  auto options = small_options();
+  options.limits.small_slots = 2;
+  options.limits.large_slots = 1;
+  theatre on{options};
+  auto& lasting = on.offer(rowe::detail::lane_kind::publish_text, "/t", 64);
+  auto& brief = on.offer(rowe::detail::lane_kind::publish_text, "/t", 64, {.ttl = 5ms});
+  peer stalled{on}, changed{on}, slow{on}, other{on}, asks{on};
+  stalled.say(R"({"op":"subscribe","topic":"/t"})");
+  changed.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":9})");
+  slow.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":9})");
+  on.cycle();
+  ASSERT_TRUE(publish_text(on, lasting, R"({"n":0})")); // throttled from here on
+  on.cycle();
+  on.net.weather_of(changed.id()).room_bytes = 0;
+  changed.say(R"({"op":"nonsense"})"); // its answer takes a slot, and cannot go
+  on.cycle();
+  ASSERT_TRUE(publish_text(on, brief, R"({"n":1})"));
+  on.cycles(20);
+  changed.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000})"); // without a queue
+  on.net.weather_of(stalled.id()).room_bytes = 0;
+  on.cycle();
+  ASSERT_TRUE(publish_text(on, lasting, R"({"n":2})")); // in the slot that the last one had
+  on.cycle();
+  on.net.weather_of(other.id()).room_bytes = 0;
+  other.say(R"({"op":"nonsense"})"); // the last slot
+  on.cycle();
+  asks.say(R"({"op":"nonsense"})");
+  on.cycles(1100);
+  const auto heard = slow.hear();
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_NE(heard[1].find(R"({"n":2})"), std::string::npos) << heard[1];
+  EXPECT_TRUE(on.core.check());
+}
+
 TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_them) {
   for (const std::size_t bytes : {std::size_t{10}, std::size_t{3000}}) { // of small slots, and of large ones
     theatre busy;
