@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core under arbitrary scripts: connections that open and break, raw bytes and texts made of the input's
+// bytes, handles that are opened, used and closed, threads at the front door, time. Input: one byte of set-up
+// (bit 0 the role, bit 1 relaying, bits 2 and 3 the profile), then commands of one byte each with their
+// arguments. What is required: the core's structures agree after every cycle, peers are sent nothing but
+// WebSocket frames, and when everyone has left every slot is home.
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/caller.hpp>
+#include <rowe/lane.hpp>
+#include <rowe/responder.hpp>
+
+#include "fuzz/require.hpp"
+#include "service/stage.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::fuzz::require;
+using rowe::service::side;
+
+struct pair {
+  std::int64_t a, b;
+};
+
+} // namespace
+
+template <>
+inline constexpr auto rowe::schema<pair> = rowe::fields<&pair::a, &pair::b>{};
+
+namespace {
+
+// What is left of the input.
+class script {
+ public:
+  script(const std::uint8_t* data, std::size_t size) : data_{data}, size_{size} {}
+  bool over() const { return size_ == 0; }
+  std::uint8_t byte() {
+    if (size_ == 0) return 0;
+    --size_;
+    return *data_++;
+  }
+  // A length byte and so many bytes.
+  std::string text() {
+    const std::size_t bytes = std::min<std::size_t>(byte(), size_);
+    std::string made(reinterpret_cast<const char*>(data_), bytes);
+    data_ += bytes;
+    size_ -= bytes;
+    return made;
+  }
+
+ private:
+  const std::uint8_t* data_;
+  std::size_t size_;
+};
+
+rowe::endpoint_options options_of(std::uint8_t setup) {
+  auto options = stage::small_options();
+  options.relay = (setup & 2) != 0;
+  constexpr rowe::peer_profile profiles[] = {rowe::peer_profile::standard, rowe::peer_profile::standard,
+                                             rowe::peer_profile::hop, rowe::peer_profile::hop_2014};
+  options.profile = profiles[setup >> 2 & 3];
+  options.limits.small_slots = 12;
+  options.limits.calls_max = 6;
+  options.limits.queued_max = 40;
+  options.limits.queue_depth_max = 8;
+  return options;
+}
+
+// Lives for one input.
+class play {
+ public:
+  explicit play(std::uint8_t setup)
+      : ours_{(setup & 1) != 0 ? side::client : side::server},
+        on_{options_of(setup), ours_},
+        lanes_{offer_lanes((setup & 16) != 0)} {
+    cycle(1us);
+  }
+
+  void act(script& s) {
+    const std::uint8_t what = s.byte();
+    switch (what % 16) {
+    case 0: open(); break;
+    case 1: break_off(s.byte()); break;
+    case 2:
+    case 3:
+    case 4:
+      if (stage::peer* const p = one(what >> 4)) p->say(s.text());
+      break;
+    case 5:
+      if (stage::peer* const p = one(what >> 4)) {
+        std::string bytes = s.text();
+        p->send_raw(std::as_bytes(std::span{bytes}));
+      }
+      break;
+    case 6: reply(what >> 4); break;
+    case 7:
+      if (stage::peer* const p = one(what >> 4)) on_.net.weather_of(p->id()).room_bytes = s.byte() * 8U;
+      break;
+    case 8: talk(s); break;
+    case 9: respond(what >> 4); break;
+    case 10: call(what >> 4); break;
+    case 11: publish(); break;
+    case 12: door(s); break;
+    case 13: close_lane(what >> 4); break;
+    case 14:
+      if (stage::peer* const p = one(what >> 4)) hear(*p);
+      break;
+    default: cycle(s.byte() * 1ms); return;
+    }
+    cycle(10us);
+  }
+
+  void end() {
+    held_.clear();
+    asked_.clear();
+    for (std::size_t i = 0; i < lanes_.size(); ++i) close_lane(i);
+    for (auto& p : peers_) p->leave(rowe::service::close_cause::reset);
+    for (int i = 0; i < 4; ++i) cycle(1ms);
+    // What was to wait for ever for a peer finds one.
+    open();
+    for (int i = 0; i < 30; ++i) {
+      peers_.back()->say("{}");
+      cycle(1ms);
+      hear(*peers_.back());
+    }
+    peers_.back()->leave();
+    for (int i = 0; i < 4; ++i) cycle(1ms);
+    for (const std::uint32_t slot : waiting_) {
+      require(on_.door.wait(slot, rowe::time_point{1ns}), "whoever waits is told");
+      on_.door.give_back(slot);
+    }
+    while (const auto slot = on_.door.try_receive(on_.now)) on_.door.give_back_inbound(*slot);
+    require(on_.core.slots_in_use() == 0, "every slot is home");
+    require(on_.door.all_home(), "every slot of the front door is home");
+    require(on_.board.peers() == 0, "nobody is there any more");
+  }
+
+ private:
+  std::vector<rowe::detail::lane*> offer_lanes(bool receives) {
+    const rowe::service_options small{.depth = 2, .text_bytes_max = 200};
+    return {&on_.offer({.kind = rowe::detail::lane_kind::talk,
+                        .receives = receives,
+                        .out_depth = 4,
+                        .in_depth = 2,
+                        .ends_depth = 3,
+                        .out_bytes = 300,
+                        .in_bytes = 300,
+                        .ends_bytes = 300}),
+            &on_.offer(rowe::detail::serve_request<pair, pair>("/pair", small)),
+            &on_.offer(rowe::detail::client_request<pair, pair>("/pair", small)),
+            &on_.offer(rowe::detail::advertise_request<pair>("/topic", {.ttl = 5ms, .depth = 4})),
+            &on_.offer(rowe::detail::subscribe_request<rowe::json_text>("/topic", {.depth = 2}))};
+  }
+
+  void cycle(rowe::duration later) {
+    on_.cycle(later);
+    require(on_.core.check(), "the core's structures agree");
+  }
+
+  stage::peer* one(std::size_t which) {
+    return peers_.empty() ? nullptr : peers_[which % peers_.size()].get();
+  }
+  void open() {
+    if (peers_.size() < (ours_ == side::client ? 1U : 4U))
+      peers_.push_back(std::make_unique<stage::peer>(on_, ours_));
+  }
+  void break_off(std::uint8_t which) {
+    if (peers_.empty()) return;
+    const auto gone = peers_.begin() + which % static_cast<std::ptrdiff_t>(peers_.size());
+    (*gone)->leave(which > 127 ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+    on_.net.weather_of((*gone)->id()) = {};
+    peers_.erase(gone);
+  }
+  void hear(stage::peer& p) {
+    for (auto& text : p.hear()) heard_.push_back(std::move(text));
+    if (heard_.size() > 8) heard_.erase(heard_.begin(), heard_.end() - 8);
+    const bool unmasked = ours_ == side::client && on_.options.profile == rowe::peer_profile::hop_2014;
+    require(unmasked || p.violated.empty(), "a peer is sent WebSocket frames");
+  }
+  // Answers something that was heard, whoever heard it.
+  void reply(std::size_t which) {
+    stage::peer* const p = one(which);
+    if (p == nullptr || heard_.empty()) return;
+    const std::string asked = heard_[which % heard_.size()];
+    for (const char* key : {"\"id\":\"", "\"message_id\":\""}) {
+      const auto at = asked.find(key);
+      if (at == std::string::npos) continue;
+      const auto from = at + std::string_view{key}.size() - 1;
+      const std::string id = asked.substr(from, asked.find('"', from + 1) + 1 - from);
+      if (key[1] == 'i')
+        p->say(R"({"op":"service_response","service":"x","result":true,"values":{"a":1,"b":2},"id":)" + id +
+               "}");
+      if (key[1] == 'm') p->say(R"({"a":1,"b":2,"in_reply_to":)" + id + "}");
+    }
+  }
+
+  static rowe::duration time_of(std::uint8_t choice) {
+    constexpr rowe::duration times[] = {0ns, 3ms, 40ms, -1ns};
+    return times[choice % 4];
+  }
+  void talk(script& s) {
+    if (lanes_[0] == nullptr) return;
+    const std::uint8_t how = s.byte();
+    stage::peer* const p = (how & 8) != 0 ? one(how >> 4) : nullptr;
+    const auto to = p != nullptr ? rowe::connection{p->id().index, p->id().generation} : rowe::everyone;
+    switch (how % 8) {
+    case 0: (void)talker_.try_send(s.text(), time_of(how >> 4), on_.now, to); break;
+    case 1: (void)talker_.start(s.text(), time_of(how >> 4), on_.now, to); break;
+    case 2: (void)talker_.start(R"({"service":"/pair","a":1,"b":2})", time_of(how >> 4), on_.now, to); break;
+    case 3: {
+      const std::string text = s.text();
+      (void)rowe::detail::start_letter(
+          *lanes_[0], to, text,
+          rowe::detail::letter(rowe::detail::entry::message, rowe::detail::ref_of(to), on_.now,
+                               rowe::detail::expiry_after(on_.now, time_of(how >> 4))));
+      break;
+    }
+    case 4: (void)talker_.try_finish(); break;
+    case 5:
+      if (auto got = talker_.try_receive(on_.now)) held_.push_back(std::move(*got));
+      break;
+    case 6:
+      if (!held_.empty()) (void)talker_.try_reply(held_.back(), s.text(), on_.now);
+      break;
+    default:
+      if (!held_.empty()) held_.pop_back();
+      break;
+    }
+  }
+  void respond(std::size_t how) {
+    if (lanes_[1] == nullptr) return;
+    if (auto asked = responder_.try_next(on_.now); asked && how % 4 != 0) asked_.push_back(std::move(*asked));
+    if (asked_.empty() || how % 4 == 1) return;
+    if (how % 4 == 2) (void)responder_.reply(asked_.back(), {1, 2}, on_.now);
+    asked_.pop_back();
+  }
+  void call(std::size_t how) {
+    if (lanes_[2] == nullptr) return;
+    (void)caller_.try_finish();
+    (void)caller_.start({1, 2}, time_of(static_cast<std::uint8_t>(how)), on_.now);
+  }
+  void publish() {
+    if (lanes_[3] == nullptr) return;
+    const pair value{1, 2};
+    (void)rowe::detail::publish_into(*lanes_[3], sizeof value, on_.now,
+                                     [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
+  }
+  void door(script& s) {
+    const std::uint8_t how = s.byte();
+    using rowe::service::door_request;
+    if (how % 4 == 3) {
+      const auto slot = on_.door.try_receive(on_.now);
+      if (!slot) return;
+      const auto call = on_.door.inbound_header(*slot).call;
+      on_.door.give_back_inbound(*slot);
+      (void)on_.door.submit(
+          {.what = how > 127 ? door_request::reply : door_request::refusal, .call = call, .stamped = on_.now},
+          s.text());
+      return;
+    }
+    const bool invokes = how % 4 == 2;
+    const bool waits = invokes || how % 4 == 1;
+    const auto slot = on_.door.submit({.what = invokes ? door_request::invocation : door_request::message,
+                                       .wants_outcome = waits,
+                                       .stamped = on_.now,
+                                       .expires = rowe::rt::deadline_after(on_.now, time_of(how >> 4))},
+                                      s.text());
+    if (slot && waits) waiting_.push_back(*slot);
+  }
+  void close_lane(std::size_t which) {
+    which %= lanes_.size();
+    if (lanes_[which] == nullptr) return;
+    if (which == 0) held_.clear();
+    if (which == 1) asked_.clear();
+    lanes_[which]->state.store(rowe::detail::lane_state::closing,
+                               std::memory_order_release); // as close_lane()
+    lanes_[which] = nullptr;
+  }
+
+  side ours_;
+  stage::theatre on_;
+  std::vector<rowe::detail::lane*> lanes_; // null once closed
+  rowe::lane talker_{stage::theatre::handle_of(*lanes_[0])};
+  rowe::responder<pair, pair> responder_{stage::theatre::handle_of(*lanes_[1])};
+  rowe::caller<pair, pair> caller_{stage::theatre::handle_of(*lanes_[2])};
+  std::vector<std::unique_ptr<stage::peer>> peers_;
+  std::vector<std::string> heard_;
+  std::vector<rowe::message_view> held_;
+  std::vector<rowe::request<pair>> asked_;
+  std::vector<std::uint32_t> waiting_;
+};
+
+} // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0 || size > 4096) return 0;
+  script s{data + 1, size - 1};
+  play on{data[0]};
+  while (!s.over()) on.act(s);
+  on.end();
+  return 0;
+}
