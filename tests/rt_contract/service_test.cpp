@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract with the real service thread at the other end of the lanes: it takes what is published and
-// brings it to a subscriber, on memory of the endpoint, while the loop's calls are watched.
+// The contract with the real service thread at the other end of the lanes: it takes what is published, asked
+// and answered and brings it to the handles it is for, on memory of the endpoint, while the loop's calls are
+// watched.
 #include "contract.hpp"
 
 #include <rowe/rowe.hpp>
@@ -11,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <string>
 #include <thread>
 
@@ -24,6 +26,7 @@ inline constexpr auto rowe::schema<service_contract_pose> =
 namespace rowe::contract {
 namespace {
 
+using namespace std::chrono_literals;
 using pose = service_contract_pose;
 
 struct endpoint_with_a_listener {
@@ -31,20 +34,15 @@ struct endpoint_with_a_listener {
   subscriber<json_text> seen = robot.subscribe<json_text>("/pose", {.depth = 64}).value();
 };
 
-// Publishes from a watched real-time thread, taking what comes back; the number of messages taken is added to
-// `taken`.
-rt::tripwire::report publish_and_take(publisher<pose>& odom, subscriber<json_text>& seen,
-                                      std::uint64_t cycles, std::uint64_t& taken) {
+// Calls cycle(i) from a watched real-time thread.
+template <class Cycle>
+rt::tripwire::report watch_a_loop(std::uint64_t cycles, Cycle cycle) {
   rt::tripwire::report report;
   std::string trouble;
   {
     const rt::thread loop{{.name = "loop"}, [&] {
                             if (!rt::tripwire::watch_system_calls())
                               trouble = "system calls cannot be watched";
-                            const auto cycle = [&](std::uint64_t i) {
-                              use(odom.publish({static_cast<double>(i), 1, 2}, rt::monotonic_clock::now()));
-                              if (const auto message = seen.try_take()) taken += message->text().size() != 0;
-                            };
                             for (std::uint64_t i = 0; i < 1000; ++i) cycle(i);
                             (void)rt::tripwire::arm().disarm();
                             auto wire = rt::tripwire::arm();
@@ -55,6 +53,15 @@ rt::tripwire::report publish_and_take(publisher<pose>& odom, subscriber<json_tex
   }
   EXPECT_EQ(trouble, "");
   return report;
+}
+
+// Publishes and takes what comes back; the number of messages taken is added to `taken`.
+rt::tripwire::report publish_and_take(publisher<pose>& odom, subscriber<json_text>& seen,
+                                      std::uint64_t cycles, std::uint64_t& taken) {
+  return watch_a_loop(cycles, [&](std::uint64_t i) {
+    use(odom.publish({static_cast<double>(i), 1, 2}, rt::monotonic_clock::now()));
+    if (const auto message = seen.try_take()) taken += message->text().size() != 0;
+  });
 }
 
 std::string text(const rt::tripwire::report& report) {
@@ -80,6 +87,42 @@ TEST(rt_contract, is_kept_by_a_loop_beside_a_working_service_thread) {
       if (e.seen.try_take()) ++taken;
       std::this_thread::yield();
     }
+  }
+}
+
+// One loop that asks itself, with structs and with text, and answers, refuses, drops and cancels.
+struct loop_that_calls {
+  endpoint robot = endpoint::listen(0, {.limits = {.lane_bytes = 2 * 1024 * 1024}}).value();
+  responder<pose, pose> answers = robot.serve<pose, pose>("/same").value();
+  caller<pose, pose> asks = robot.client<pose, pose>("/same").value();
+  rowe::lane talk = robot.open_lane().value();
+  std::uint64_t replies = 0;
+
+  void cycle(std::uint64_t i) {
+    const auto now = rt::monotonic_clock::now();
+    if (auto asked = answers.try_next(now)) {
+      if (i % 8 == 0) use(answers.refuse(*asked, "not now", now));
+      if (i % 8 != 1) use(answers.reply(*asked, asked->body, now)); // else it is dropped, or answered twice
+    }
+    if (const auto begun = asks.start({static_cast<double>(i), 1, 2}, 1ms, now); begun && i % 16 == 0)
+      asks.cancel(*begun);
+    use(talk.start(message{"service", "same", "stamp", i, "x", 1, "y", 2}, 1ms, now));
+    use(talk.start(message{"service", "echo", "n", i}, 1ms, now)); // for a peer, and there is none
+    use(talk.try_send(message{"n", i}, 100us, now));               // likewise
+    if (const auto came = talk.try_receive(now)) use(came->text().size());
+    while (const auto ended = asks.try_finish()) replies += ended->value.has_value();
+    while (const auto ended = talk.try_finish()) replies += ended->reply.has_value();
+  }
+};
+
+TEST(rt_contract, is_kept_by_a_loop_that_calls_and_answers_beside_a_working_service_thread) {
+  const tests::watchdog guard{"a loop that calls beside the service thread"};
+  loop_that_calls loop;
+  const auto report = watch_a_loop(slow_calls_made, [&](std::uint64_t i) { loop.cycle(i); });
+  EXPECT_TRUE(report.clean()) << text(report);
+  while (loop.replies == 0) { // the last ones may still be on their way
+    loop.cycle(2);
+    std::this_thread::yield();
   }
 }
 
