@@ -142,7 +142,7 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
   const bool from_here = asker.who != party::kind::peer;
   if (what.to.generation != 0) {
     connection* const to = find({what.to.index, what.to.generation});
-    if (to == nullptr || !to->open()) return finish_badly(index, {errc::peer_lost});
+    if (to == nullptr || !to->open()) return finish_badly(index, {gone_as()});
     return ask_peer(index, to, dialect::bare, service, what);
   }
   if (!service.empty()) {
@@ -312,7 +312,7 @@ result<std::uint32_t> core::find_answered(const party& provider, detail::call_re
                                                           found->provider.generation == provider.generation));
   if (own) return which.index;
   add(counter::replies_unsent);
-  return errc::peer_lost;
+  return gone_as();
 }
 
 // With `waits`, that is told once the answer is written. An error where there is nobody to answer, where it
@@ -407,7 +407,7 @@ result<std::uint32_t> core::finish(std::uint32_t index, WriteBody&& write_body,
   if (c == nullptr || !c->open()) {
     add(counter::replies_unsent);
     close_call(index);
-    return errc::peer_lost;
+    return gone_as();
   }
   const auto write = [&](json::writer& into) {
     if (ended.asked_by.speaks == dialect::bare) return bare::write_reply(into, id_raw, write_body);
@@ -511,7 +511,7 @@ void core::end_calls_of(connection& c) noexcept {
       close_call(i);
     } else if (one.provider.is(c.id)) {
       if (!closing_) add(counter::calls_lost);
-      finish_badly(i, {closing_ ? errc::closed : errc::peer_lost});
+      finish_badly(i, {gone_as()});
     }
   }
 }

@@ -57,7 +57,8 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) + //
          arena::bytes_for(scratch_bytes(bounds)) +                               //
          letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
-         call_table::footprint_bytes(bounds);
+         call_table::footprint_bytes(bounds) + //
+         arena::bytes_for<std::uint32_t>(bounds.door_slots);
 }
 
 core::core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown,
@@ -82,6 +83,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       letters_{memory, bounds_},
       services_{memory, bounds_},
       calls_{memory, bounds_},
+      door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
       nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
       wheel_{nodes_, start},
       masked_{memory.carve_bytes(masked_bytes(bounds_))},

@@ -120,7 +120,7 @@ class core final : public transport_sink {
   rt::duration patience(rt::duration poll_period) const noexcept {
     if (wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0)) return poll_period;
     // Something waits for room at a peer.
-    if (peers_ != 0 && (letters_.waiting() != 0 || door_held_ != no_index)) return talking_rest;
+    if (peers_ != 0 && (letters_.waiting() != 0 || door_held_count_ != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
   std::uint32_t peers() const noexcept { return peers_; }
@@ -278,9 +278,13 @@ class core final : public transport_sink {
   void take_entries(std::uint32_t lane) noexcept;
   bool take_entry(std::uint32_t lane, std::uint32_t slot) noexcept;
   void take_from_door() noexcept;
+  void retry_door() noexcept;
   bool take_door_slot(std::uint32_t slot) noexcept;
+  bool take_door_message(std::uint32_t slot) noexcept;
   bool post(const message& m) noexcept;
   status check_text(std::string_view text) noexcept;
+  // What those are told who wanted a peer that is there no more.
+  errc gone_as() const noexcept { return closing_ ? errc::closed : errc::peer_lost; }
   bool has_room(connection& c, priority at) noexcept;
   bool has_room_for(const message& m) noexcept;
   void begin_letter(std::uint32_t slot, const letter& as) noexcept;
@@ -398,6 +402,7 @@ class core final : public transport_sink {
   letters letters_;
   services services_;
   call_table calls_;
+  std::span<std::uint32_t> door_held_; // slots taken there that wait for room further on, in their order
   std::span<rt::timer_node> nodes_;
   rt::timer_wheel wheel_;
   std::span<std::byte> masked_; // client side: a batch of masked frames
@@ -413,10 +418,11 @@ class core final : public transport_sink {
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
   std::uint64_t lanes_attached_ = 0;
-  std::uint64_t door_expired_ = 0;     // there, and counted
-  std::uint32_t door_held_ = no_index; // a slot that was taken there and waits for room further on
-  std::uint32_t peer_calls_ = 0;       // in flight, asked by peers
-  std::uint32_t epoch_ = 0;            // connections so far
+  std::uint64_t door_expired_ = 0; // there, and counted
+  std::uint32_t door_held_count_ = 0;
+  bool door_holds_for_all_ = false; // one of those is for everyone
+  std::uint32_t peer_calls_ = 0;    // in flight, asked by peers
+  std::uint32_t epoch_ = 0;         // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool closing_ = false;

@@ -84,16 +84,49 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
 
 // ---- out of the front door
 
+// What has no room further on is put aside, so that one peer that does not read keeps no thread from others.
 void core::take_from_door() noexcept {
   const std::uint64_t expired = door_.expired();
   add(counter::inbound_expired, expired - std::exchange(door_expired_, expired));
-  for (std::size_t left = entries_budget; left > 0; --left) {
-    if (door_held_ == no_index)
-      (void)door_.take([&](std::uint32_t slot) { door_held_ = slot; }, 1); // how many is seen by what is held
-    if (door_held_ == no_index || !take_door_slot(door_held_)) return;
-    door_held_ = no_index;
+  retry_door();
+  const std::size_t taken = door_.take(
+      [&](std::uint32_t slot) {
+        if (!take_door_slot(slot)) door_held_[door_held_count_++] = slot; // there is a place for each
+      },
+      entries_budget);
+  lanes_left_ = lanes_left_ || taken == entries_budget;
+}
+
+// Those put aside, in their order, as if they came now. Of several with one address only the first is tried.
+void core::retry_door() noexcept {
+  if (door_held_count_ == 0) return;
+  door_holds_for_all_ = false;
+  for (connection& c : connections_) c.door_holds = false;
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < door_held_count_; ++i) {
+    const std::uint32_t slot = door_held_[i];
+    if (!take_door_slot(slot)) door_held_[kept++] = slot;
   }
-  lanes_left_ = true;
+  door_held_count_ = kept;
+  if (kept == 0) door_holds_for_all_ = false;
+}
+
+// False when it must wait for room further on, or behind one that does and has the same address.
+bool core::take_door_message(std::uint32_t slot) noexcept {
+  const door_header asked = door_.request(slot); // a copy: once it is settled the slot may be another's
+  connection* const to = find({asked.peer.index, asked.peer.generation}); // null: everyone, or gone
+  const bool only_now = asked.expires == asked.stamped;
+  bool& holds = to != nullptr ? to->door_holds : door_holds_for_all_;
+  const bool gone = to == nullptr && asked.peer.generation != 0;
+  if (holds && !gone && !only_now && asked.expires >= now_) return false;
+  const bool taken = post({.text = door_.request_text(slot),
+                           .sender = asked.wants_outcome ? party_of_door(slot) : party{},
+                           .to = asked.peer,
+                           .only_now = only_now,
+                           .expires = asked.expires});
+  if (!taken) holds = true;
+  if (taken && !asked.wants_outcome) door_.settle(slot, {});
+  return taken;
 }
 
 bool core::take_door_slot(std::uint32_t slot) noexcept {
@@ -101,15 +134,7 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
   const std::string_view text = door_.request_text(slot);
   const party us = party_of_door(slot);
   switch (asked.what) {
-  case door_request::message: {
-    const bool taken = post({.text = text,
-                             .sender = asked.wants_outcome ? us : party{},
-                             .to = asked.peer,
-                             .only_now = asked.expires == asked.stamped,
-                             .expires = asked.expires});
-    if (taken && !asked.wants_outcome) door_.settle(slot, {});
-    return taken;
-  }
+  case door_request::message: return take_door_message(slot);
   case door_request::invocation:
     start_call(us, {}, {}, {.is = asking::form::object, .text = text, .to = asked.peer}, asked.expires);
     return true;
@@ -169,20 +194,22 @@ bool core::post(const message& m) noexcept {
   // Only now: in the cycle that takes it, however long it has lain in its lane.
   const rt::time_point expires = m.only_now ? now_ : m.expires;
   if (expires < now_) return fails(errc::expired, counter::expired);
-  if (const status fine = check_text(m.text); !fine) {
-    return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
-  }
   if (m.to.generation != 0) {
     const connection* const to = find({m.to.index, m.to.generation});
-    if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
+    if (to == nullptr || !to->open())
+      return fails(gone_as(), closing_ ? counter::lost_at_close : counter::lost_with_peer);
   }
-  if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   if (m.text.size() > text_bytes_max()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
                        static_cast<std::int64_t>(text_bytes_max())},
                  counter::too_big);
   }
+  if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   if (!slots_.has_free(m.text.size())) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
+  // Last, since what waits for room comes by here in every cycle.
+  if (const status fine = check_text(m.text); !fine) {
+    return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
+  }
   const std::uint32_t slot = compose(expires, [&](json::writer& into) { into.append(m.text); });
   assert(slot != no_index);
   begin_letter(slot,

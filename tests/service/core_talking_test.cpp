@@ -254,6 +254,65 @@ TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
+// Fills the queue towards a peer that does not read, and leaves one more at the front door.
+struct held_up : talking {
+  held_up() {
+    slow.say("{}");
+    fine.say("{}");
+    on.cycle();
+    on.net.weather_of(slow.id()).room_bytes = 0;
+    for (std::uint32_t i = 0; i <= on.options.limits.queue_depth_max; ++i) {
+      send(R"({"to":"slow"})", -1ns, false, to_slow);
+      on.cycle();
+    }
+    EXPECT_EQ(on.door.unsettled(), 1U);
+  }
+  peer slow{on}, fine{on};
+  rowe::detail::peer_ref to_slow{slow.id().index, slow.id().generation};
+  rowe::detail::peer_ref to_fine{fine.id().index, fine.id().generation};
+};
+
+TEST_F(held_up, does_not_keep_other_threads_from_other_peers) {
+  send(R"({"to":"fine"})", -1ns, false, to_fine);
+  send(R"({"to":"all"})", -1ns, false);
+  on.cycle();
+  EXPECT_EQ(fine.hear(), (texts{R"({"to":"fine"})", R"({"to":"all"})"}));
+  EXPECT_EQ(on.door.unsettled(), 1U);
+}
+
+TEST_F(held_up, does_not_keep_calls_and_replies_from_their_way) {
+  while (received() != "empty") continue; // and from now on the front door takes calls
+  fine.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  const auto asked = on.door.try_receive(on.now);
+  ASSERT_TRUE(asked);
+  ASSERT_TRUE(on.door.submit(
+      {.what = door_request::reply, .call = on.door.inbound_header(*asked).call, .stamped = on.now},
+      R"({"done":true})"));
+  on.door.give_back_inbound(*asked);
+  on.cycle();
+  EXPECT_EQ(fine.hear(), texts{R"({"done":true,"in_reply_to":1})"});
+}
+
+TEST_F(held_up, tells_who_waits_behind_it_that_the_time_is_over) {
+  const auto slot = send(R"({"to":"slow"})", 20ms, true, to_slow);
+  on.cycles(30);
+  ASSERT_EQ(on.door.unsettled(), 1U) << "the second is over, the first goes on waiting";
+  EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
+  EXPECT_EQ(on.door.outcome(slot).code(), errc::expired);
+  on.door.give_back(slot);
+}
+
+TEST_F(held_up, keeps_the_order_towards_it) {
+  send(R"({"to":"slow","last":true})", -1ns, false, to_slow);
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 4096;
+  on.cycles(3);
+  const auto heard = slow.hear();
+  ASSERT_EQ(heard.size(), on.options.limits.queue_depth_max + 2);
+  EXPECT_EQ(heard.back(), R"({"to":"slow","last":true})");
+}
+
 TEST_F(talking, refuses_texts_that_are_no_message) {
   for (const auto& [text, why] :
        {std::pair{"{", "malformed"}, std::pair{"[1]", "not_an_object"}, std::pair{"7", "not_an_object"},
