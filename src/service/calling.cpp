@@ -316,7 +316,8 @@ result<std::uint32_t> core::find_answered(const party& provider, detail::call_re
 }
 
 // With `waits`, that is told once the answer is written. An error where there is nobody to answer, where it
-// is no JSON, where its time is over already, or where it finds no room; then nobody is told.
+// is no JSON, where its time is over already, or where it finds no room; then it is not told by this, and
+// when there was no room it may try again.
 status core::answer_call(const party& provider, detail::call_ref which, const reply& with) noexcept {
   const auto index = find_answered(provider, which);
   if (!index) return index.error();
@@ -337,8 +338,10 @@ status core::answer_call(const party& provider, detail::call_ref which, const re
     }
     slot = finish_with(*index, with.text, with.expires);
   }
+  const bool waits = with.waits.who != party::kind::nobody;
+  if (!waits) end_without_room(*index, slot);
   if (!slot) return slot.error();
-  if (with.waits.who == party::kind::nobody) return {};
+  if (!waits) return {};
   if (*slot == no_index) {
     tell(with.waits, with.own, {}); // to one of this process: it has it
     return {};
@@ -363,7 +366,7 @@ void core::take_reply(connection& c, const bare::envelope& said, std::string_vie
   call* const found = calls_.find(*meant);
   if (found == nullptr) return add(counter::replies_late);
   if (!found->provider.is(c.id)) return add(counter::replies_foreign);
-  if (!said.failed) return (void)finish_with(meant->index, text); // answers a peer, which is no letter
+  if (!said.failed) return end_without_room(meant->index, finish_with(meant->index, text));
   std::array<char, sentence_bytes_max> room;
   const errc code = said.error_code == "no_service" ? errc::no_service : errc::refused;
   finish_badly(meant->index, {code}, sentence_of(said.error_text_raw, room));
@@ -376,8 +379,8 @@ void core::take_service_response(connection& c, const rosbridge::request& said) 
   if (found == nullptr) return add(counter::replies_late);
   if (!found->provider.is(c.id)) return add(counter::replies_foreign);
   if (said.result) {
-    (void)finish_with(meant->index, said.values_raw.empty() ? std::string_view{"{}"} : said.values_raw);
-    return;
+    const std::string_view values = said.values_raw.empty() ? std::string_view{"{}"} : said.values_raw;
+    return end_without_room(meant->index, finish_with(meant->index, values));
   }
   std::array<char, sentence_bytes_max> room;
   finish_badly(meant->index, {errc::refused}, sentence_of(said.values_raw, room));
@@ -387,17 +390,14 @@ void core::take_service_response(connection& c, const rosbridge::request& said) 
 
 // The call is answered with the value that `write_body(json::writer&)` writes; towards a peer the answer may
 // have a time of its own. Returns the slot of an answer on its way to a peer, or no_index where one of this
-// process has it. Errors: peer_lost, full: the call has ended without it.
+// process has it. Errors: peer_lost, closed; full: it found no room, and the call has not ended.
 template <class WriteBody>
 result<std::uint32_t> core::finish(std::uint32_t index, WriteBody&& write_body,
                                    rt::time_point expires) noexcept {
   const call ended = calls_.at(index);
   if (ended.asked_by.who != party::kind::peer) {
     const std::uint32_t slot = compose(rt::never, write_body);
-    if (slot == no_index) {
-      finish_badly(index, {errc::full});
-      return errc::full;
-    }
+    if (slot == no_index) return errc::full;
     const auto given = finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()});
     release(slot);
     return given;
@@ -416,10 +416,7 @@ result<std::uint32_t> core::finish(std::uint32_t index, WriteBody&& write_body,
     rosbridge::write_service_response_tail(into);
   };
   const std::uint32_t slot = answer(*c, write, expires);
-  if (slot == no_index) {
-    finish_badly(index, {errc::refused}, "the reply finds no room: it is too large, or too many wait");
-    return errc::full;
-  }
+  if (slot == no_index) return errc::full;
   close_call(index);
   return slot;
 }
@@ -441,10 +438,7 @@ result<std::uint32_t> core::finish_with(std::uint32_t index, std::string_view te
       into.raw(text);
       into.end_object();
     });
-    if (slot == no_index) {
-      finish_badly(index, {errc::full});
-      return errc::full;
-    }
+    if (slot == no_index) return errc::full;
     close_call(index);
     tell(ended.asked_by, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});
     release(slot);
@@ -453,6 +447,12 @@ result<std::uint32_t> core::finish_with(std::uint32_t index, std::string_view te
   close_call(index);
   tell(ended.asked_by, ended.own, {}, text);
   return no_index;
+}
+
+// A call whose reply found no room ends without it, where nobody is to try again.
+void core::end_without_room(std::uint32_t index, const result<std::uint32_t>& finished) noexcept {
+  if (finished || finished.code() != errc::full) return;
+  finish_badly(index, {errc::full}, "the reply finds no room: it is too large, or too many wait");
 }
 
 // The call ends without a reply. The one who asked is told why: code and sentence.
@@ -579,7 +579,7 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
     }
     into.end_array();
   };
-  (void)finish(index, [&](json::writer& into) { // a slot on its way needs no more care
+  const auto finished = finish(index, [&](json::writer& into) {
     if (service == stats_service) return write_report(into);
     into.begin_object();
     if (service == "/rosapi/topics") {
@@ -598,6 +598,7 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
     }
     into.end_object();
   });
+  end_without_room(index, finished);
 }
 
 // ---- handles that talk, respond and call

@@ -354,6 +354,7 @@ class core final : public transport_sink {
                                rt::time_point expires = rt::never) noexcept;
   result<std::uint32_t> finish_with(std::uint32_t call, std::string_view text,
                                     rt::time_point expires = rt::never) noexcept;
+  void end_without_room(std::uint32_t call, const result<std::uint32_t>& finished) noexcept;
   void finish_badly(std::uint32_t call, const error& why, std::string_view sentence = {}) noexcept;
   void close_call(std::uint32_t call) noexcept;
   void end_calls_of(connection& c) noexcept;

@@ -366,16 +366,24 @@ TEST_F(replying, hears_that_its_time_to_live_was_over_before_it_was_looked_at) {
   EXPECT_NE(heard[0].find(R"("code":"refused")"), std::string::npos) << heard[0];
 }
 
-TEST_F(replying, hears_that_there_was_no_room) {
+TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
   on.cycle();
   on.net.weather_of(program.id()).room_bytes = 0;
   for (int i = 0; i < 70; ++i) program.say(R"({"op":"nonsense"})"); // each is answered, and 64 answers wait
   on.cycle();
-  const auto slot = reply(next_call(), R"({"done":true})");
+  const auto call = next_call();
+  auto slot = reply(call, R"({"done":true})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "full");
+  on.net.weather_of(program.id()).room_bytes = 64 * 1024;
+  on.cycles(3);
+  program.hear();
+  slot = reply(call, R"({"done":true})");
+  on.cycle();
+  EXPECT_EQ(outcome(slot), "sent");
+  EXPECT_EQ(program.hear(), texts{R"({"done":true,"in_reply_to":1})"});
 }
 
 // ---- this process asks, peers answer
