@@ -146,6 +146,7 @@ status endpoint_state::start(service::side ours) {
   lanes_ = memory_.carve<lane>(options_.limits.lanes_max);
   lane_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
   codecs_.resize(lanes_.size());
+  given_up_.resize(lanes_.size());
   board_ = memory_.make<service::board>(memory_, options_.limits);
   door_ = memory_.make<service::front_door>(memory_, options_.limits);
   core_ = memory_.make<service::core>(
@@ -221,13 +222,14 @@ status endpoint_state::check_service(const lane_request& asked) const noexcept {
 
 // Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces
 // handles finds the memory it had. A lane whose last values a peer does not take is not waited for longer
-// than peers are.
+// than peers are, and only once: it may wait for a peer that never comes.
 void endpoint_state::settle_lanes() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
-  for (lane& one : lanes_) {
+  for (std::size_t i = 0; i < lanes_.size(); ++i) {
+    lane& one = lanes_[i];
     // acquire, both: pair with the releases of close_lane() and detach()
-    if (one.state.load(std::memory_order_acquire) != lane_state::closing) continue;
-    one.news.wait_until(deadline, [&] {
+    if (one.state.load(std::memory_order_acquire) != lane_state::closing || given_up_[i]) continue;
+    given_up_[i] = !one.news.wait_until(deadline, [&] {
       return one.state.load(std::memory_order_acquire) == lane_state::free; // pairs with detach()
     });
   }
@@ -284,8 +286,10 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   const auto found = find_lane(lane_bytes(cut));
   if (!found) return found.error();
   lane& built = **found;
+  const auto index = static_cast<std::size_t>(&built - lanes_.data());
+  given_up_[index] = false;
   build_lane(built, cut, board_->generations());
-  lane_codecs& kept = codecs_[static_cast<std::size_t>(&built - lanes_.data())];
+  lane_codecs& kept = codecs_[index];
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;

@@ -84,6 +84,7 @@ class endpoint_state {
   std::span<lane> lanes_;
   std::span<std::byte> lane_memory_;
   std::vector<lane_codecs> codecs_; // of the lane with the same index
+  std::vector<bool> given_up_;      // likewise: settle_lanes() has waited for it in vain
   service::front_door* door_ = nullptr;
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "endpoints.hpp"
+#include "rt/watchdog.hpp"
 
 namespace {
 
@@ -189,6 +190,23 @@ TEST(lanes, are_refused_where_an_option_is_out_of_its_range) {
   EXPECT_EQ(robot.open_lane({.depth = 4096, .text_bytes_max = 4096}).code(), errc::lane_memory);
   (void)robot.close();
   EXPECT_EQ(robot.open_lane().code(), errc::closed);
+}
+
+// What a handle that is gone has sent is in the endpoint's slots and in its lane, and waits for ever.
+TEST(lanes, are_opened_while_others_wait_for_a_peer_that_never_comes) {
+  const rowe::tests::watchdog dog{"opening lanes"};
+  auto options = quick();
+  options.limits.small_slots = 4;
+  options.limits.large_slots = 1;
+  auto robot = endpoint::listen(0, options).value();
+  {
+    auto gone = robot.open_lane({.depth = 16, .calls = 1}).value();
+    for (int sent = 0; sent < 16;) sent += gone.try_send("{}", rowe::rt::for_ever).has_value();
+  }
+  for (int i = 0; i < 100; ++i) {
+    const auto lane = robot.open_lane();
+    ASSERT_TRUE(lane) << i << " " << lane.error().name();
+  }
 }
 
 TEST(lanes, reuse_the_memory_of_handles_that_are_gone) {
