@@ -199,7 +199,8 @@ struct rowe_object* rowe_invoke(const struct rowe_endpoint* endpoint, struct row
 int rowe_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                const struct rowe_object* object, long ttl_ms);
 
-// The same without waiting.
+// The same without waiting. An object that is none, or has a reserved member, is found out later: it is
+// counted, and whoever asked is refused.
 int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                      const struct rowe_object* object);
 

@@ -13,6 +13,7 @@
 #include "capi/error.hpp"
 #include "capi/object.hpp"
 #include "capi/options.hpp"
+#include "wire/bare.hpp"
 
 namespace rowe::capi {
 
@@ -84,11 +85,22 @@ rowe_object* object_of(received&& arrived) {
 
 connection connection_of(rowe_peer peer) noexcept { return {peer.index, peer.generation}; }
 
+// What the service thread would refuse as well, but could tell only those who wait.
+status check_message(const rowe_object& object, std::string_view text) noexcept {
+  if (object.type != json::kind::object) return errc::not_an_object;
+  const auto at = wire::bare::find_reserved(text);
+  return at ? status{error{errc::reserved_member, static_cast<std::int64_t>(*at)}} : status{};
+}
+
 // Hands the object's text to `send(endpoint&, text)`.
 template <class Send>
 int send_text(const rowe_endpoint* endpoint, const rowe_object* object, Send&& send) noexcept {
   if (endpoint == nullptr || object == nullptr) return fail(errc::misuse);
-  return code_with_memory([&] { return done(send(*endpoint->inside, std::string_view{text_of(*object)})); });
+  return code_with_memory([&] {
+    const std::string text = text_of(*object);
+    if (const status fine = check_message(*object, text); !fine) return done(fine);
+    return done(send(*endpoint->inside, std::string_view{text}));
+  });
 }
 
 // Ends an invocation by `answer(endpoint&, received&)`. One that has its answer, or can have none any more,

@@ -118,6 +118,12 @@ static void errors_of_messages_and_calls(void) {
   rowe_object_free(long_one);
   MEET(send_text(p.client, "[]", 0), rowe_error_not_an_object);
   MEET(send_text(p.client, "{\"op\":1}", 0), rowe_error_reserved_member);
+  struct rowe_object* const reserved = rowe_message("op", rowe_type_int, 1, NULL);
+  struct rowe_object* const none = rowe_array();
+  CHECK_CODE(rowe_async_send(p.client, reserved, -1), rowe_error_reserved_member);
+  CHECK_CODE(rowe_async_send(p.client, none, -1), rowe_error_not_an_object);
+  rowe_object_free(reserved);
+  rowe_object_free(none);
 
   pthread_t refusing;
   CHECK(pthread_create(&refusing, NULL, refuse_one, p.server) == 0);
