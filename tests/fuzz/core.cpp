@@ -121,6 +121,7 @@ class play {
     asked_.clear();
     for (std::size_t i = 0; i < lanes_.size(); ++i) close_lane(i);
     for (auto& p : peers_) p->leave(rowe::service::close_cause::reset);
+    peers_.clear();
     for (int i = 0; i < 4; ++i) cycle(1ms);
     // What was to wait for ever for a peer finds one.
     open();
