@@ -64,11 +64,14 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
   auto lane = here.open_lane({.calls = 16, .receive = false}).value();
   ASSERT_EQ(mute.call(R"({"before":0})", 20ms).code(), errc::timed_out);
   there->stop();
+  const std::uint64_t before = count_of(here, "calls_out");
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(mute.call(R"({"stale":1})", 20ms).code(), errc::timed_out);
     ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), patience,
                            rowe::rt::monotonic_clock::now()));
   }
+  // All of them are on their way: one that is taken up later would wait for the next server.
+  ASSERT_TRUE(eventually([&] { return count_of(here, "calls_out") == before + 10; }));
   there->kill();
   for (int i = 0; i < 5; ++i) {
     const auto ended = next_end(lane);
