@@ -40,9 +40,16 @@ class open_request {
     return *this;
   }
   // Unanswered: refused with a sentence that says so.
+#if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees lane_ read in an empty std::optional
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
+#endif
   ROWE_RT ~open_request() {
     if (lane_ != nullptr) drop();
   }
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
   ROWE_RT connection from() const noexcept { return {asked_.peer.index, asked_.peer.generation}; }
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{asked_.stamped_ns}}; }
