@@ -149,6 +149,7 @@ class talking_world : public ground {
   void meet() {
     if (peers_.size() >= (role_ == side::client ? 1 : 5)) return wait(true);
     open_peer();
+    if (one_in(3)) ground::change_weather(peers_.back()->link().id());
   }
   void leave(std::size_t which) {
     talking_peer& gone = *peers_[which];
