@@ -106,6 +106,7 @@ std::uint32_t core::find_asked(connection& c, std::string_view id_raw) noexcept 
 void core::start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
                       rt::time_point deadline) noexcept {
   const auto fails = [&](const error& why) { tell(asker, own, why); };
+  if (closing_) return fails({errc::closed});
   if (deadline < now_) {
     add(counter::calls_timed_out);
     return fails({errc::timed_out});
@@ -142,7 +143,7 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
   const bool from_here = asker.who != party::kind::peer;
   if (what.to.generation != 0) {
     connection* const to = find({what.to.index, what.to.generation});
-    if (to == nullptr || !to->open()) return finish_badly(index, {gone_as()});
+    if (to == nullptr || !to->open()) return finish_badly(index, {errc::peer_lost});
     return ask_peer(index, to, dialect::bare, service, what);
   }
   if (!service.empty()) {

@@ -88,9 +88,9 @@ struct connection {
   std::uint32_t advertisements = 0;
 
   bool bare = false;                  // plain messages may be sent to it
-  bool door_holds = false;            // one of the front door's to it waits for room
   dialect spoke_last = dialect::bare; // what a text that is no JSON is answered in
   std::uint32_t calls_asked = 0;      // by it, and not answered yet
+  std::uint64_t held_in = 0;          // the sender's turn in which a message to it found no room
   std::uint64_t messages_in = 0;
   std::uint64_t messages_out = 0;
 

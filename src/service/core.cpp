@@ -191,7 +191,7 @@ bool core::drained() const noexcept {
     if (!views_[i].attached) continue;
     const detail::lane& lane = lanes_[i];
     if (detail::subscribes(lane.kind)) continue;
-    if (views_[i].held != no_index) return false;
+    if (views_[i].held_first != no_index) return false;
     if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
   }
   return true;
@@ -205,6 +205,8 @@ void core::close_all(rt::time_point now) noexcept {
     add(counter::lost_at_close);
     end_letter(letters_.first_waiting(), errc::closed);
   }
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) retry_entries(i); // what was put aside ends as well
+  retry_door();
   for (connection& c : connections_) {
     if (c.open()) close(c, wire::close_code::going_away, "the endpoint is closing");
   }

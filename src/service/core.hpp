@@ -245,10 +245,11 @@ class core final : public transport_sink {
     std::uint64_t sequence = 0;    // of the newest value taken from a window
     std::uint64_t last_queued = 0; // closing: when the queue to the server has popped so many, all is written
     std::uint32_t generation = 0;  // of the lane: raised when it is attached
-    std::uint32_t service = no_index; // responders: in the directory
-    std::uint32_t spare = no_index;   // a slot of its inbox that was taken and not used
-    std::uint32_t held = no_index;    // a slot that was taken and waits for room further on
-    std::uint64_t order = 0;          // the generic receiver is the one that was attached first
+    std::uint32_t service = no_index;    // responders: in the directory
+    std::uint32_t spare = no_index;      // a slot of its inbox that was taken and not used
+    std::uint32_t held_first = no_index; // slots that were taken and wait for room further on, in their
+    std::uint32_t held_last = no_index;  // order, each naming the next
+    std::uint64_t order = 0;             // the generic receiver is the one that was attached first
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
@@ -276,11 +277,12 @@ class core final : public transport_sink {
     rowe::priority priority = rowe::priority::normal;
   };
   void take_entries(std::uint32_t lane) noexcept;
+  void retry_entries(std::uint32_t lane) noexcept;
   bool take_entry(std::uint32_t lane, std::uint32_t slot) noexcept;
   void take_from_door() noexcept;
   void retry_door() noexcept;
   bool take_door_slot(std::uint32_t slot) noexcept;
-  bool take_door_message(std::uint32_t slot) noexcept;
+  bool post_in_turn(const message& m) noexcept;
   bool post(const message& m) noexcept;
   status check_text(std::string_view text) noexcept;
   // What those are told who wanted a peer that is there no more.
@@ -421,9 +423,10 @@ class core final : public transport_sink {
   std::uint64_t lanes_attached_ = 0;
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
-  bool door_holds_for_all_ = false; // one of those is for everyone
-  std::uint32_t peer_calls_ = 0;    // in flight, asked by peers
-  std::uint32_t epoch_ = 0;         // connections so far
+  std::uint64_t turn_ = 0;        // of senders: raised for each lane, and for the front door
+  std::uint64_t all_held_in_ = 0; // the turn in which a message to everyone found no room
+  std::uint32_t peer_calls_ = 0;  // in flight, asked by peers
+  std::uint32_t epoch_ = 0;       // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool closing_ = false;

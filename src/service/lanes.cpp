@@ -101,7 +101,7 @@ bool core::has_unsent(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   const detail::lane& lane = lanes_[index];
   if (!view.attached || detail::subscribes(lane.kind)) return false;
-  if (view.held != no_index) return true;
+  if (view.held_first != no_index) return true;
   if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
   const queue* const towards = detail::publishes(lane.kind) ? queue_to_server(index) : nullptr;
   if (towards == nullptr) return false;

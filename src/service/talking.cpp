@@ -26,15 +26,52 @@ party party_of_door(std::uint32_t slot) noexcept { return {.who = party::kind::d
 
 // ---- out of the lanes
 
+// What has no room further on is put aside: a list through the slots' headers, which are ours until the slots
+// go home. So one peer that does not read keeps nothing from the others, and nothing from being told that its
+// time is over.
 void core::take_entries(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   const detail::emptying_end& path = lanes_[index].service.out;
+  ++turn_;
+  retry_entries(index);
   for (std::size_t left = entries_budget; left > 0; --left) {
-    if (view.held == no_index) view.held = path.out->try_pop().value_or(no_index);
-    if (view.held == no_index || !take_entry(index, view.held)) return;
-    path.home->give(std::exchange(view.held, no_index));
+    const auto slot = path.out->try_pop();
+    if (!slot) return;
+    if (take_entry(index, *slot)) {
+      path.home->give(*slot);
+      continue;
+    }
+    path.slots.header(*slot)->outcome_value = no_index;
+    if (view.held_first == no_index) {
+      view.held_first = *slot;
+    } else {
+      path.slots.header(view.held_last)->outcome_value = *slot;
+    }
+    view.held_last = *slot;
   }
   lanes_left_ = true;
+}
+
+// Those put aside, in their order, as if they came now.
+void core::retry_entries(std::uint32_t index) noexcept {
+  lane_view& view = views_[index];
+  const detail::emptying_end& path = lanes_[index].service.out;
+  std::uint32_t before = no_index;
+  for (std::uint32_t slot = view.held_first; slot != no_index;) {
+    const std::int64_t next = path.slots.header(slot)->outcome_value;
+    if (take_entry(index, slot)) {
+      path.home->give(slot);
+      if (before == no_index) {
+        view.held_first = static_cast<std::uint32_t>(next);
+      } else {
+        path.slots.header(before)->outcome_value = next;
+      }
+    } else {
+      before = slot;
+    }
+    slot = static_cast<std::uint32_t>(next);
+  }
+  view.held_last = before;
 }
 
 // False when it must wait for room further on.
@@ -47,13 +84,13 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
   const party waits = header.own.generation != 0 ? us : party{};
   switch (header.what) {
   case entry::message:
-    return post({.text = text,
-                 .sender = waits,
-                 .own = header.own,
-                 .to = header.peer,
-                 .only_now = header.expires_ns == header.stamped_ns,
-                 .expires = time_of(header.expires_ns),
-                 .priority = lane.priority});
+    return post_in_turn({.text = text,
+                         .sender = waits,
+                         .own = header.own,
+                         .to = header.peer,
+                         .only_now = header.expires_ns == header.stamped_ns,
+                         .expires = time_of(header.expires_ns),
+                         .priority = lane.priority});
   case entry::invocation: {
     asking what{.is = asking::form::object, .text = text, .to = header.peer};
     if (lane.kind == detail::lane_kind::call_text) what.is = asking::form::args;
@@ -84,10 +121,11 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
 
 // ---- out of the front door
 
-// What has no room further on is put aside, so that one peer that does not read keeps no thread from others.
+// What has no room further on is put aside, as in a lane; here it would stand in other threads' way, too.
 void core::take_from_door() noexcept {
   const std::uint64_t expired = door_.expired();
   add(counter::inbound_expired, expired - std::exchange(door_expired_, expired));
+  ++turn_;
   retry_door();
   const std::size_t taken = door_.take(
       [&](std::uint32_t slot) {
@@ -97,36 +135,13 @@ void core::take_from_door() noexcept {
   lanes_left_ = lanes_left_ || taken == entries_budget;
 }
 
-// Those put aside, in their order, as if they came now. Of several with one address only the first is tried.
 void core::retry_door() noexcept {
-  if (door_held_count_ == 0) return;
-  door_holds_for_all_ = false;
-  for (connection& c : connections_) c.door_holds = false;
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < door_held_count_; ++i) {
     const std::uint32_t slot = door_held_[i];
     if (!take_door_slot(slot)) door_held_[kept++] = slot;
   }
   door_held_count_ = kept;
-  if (kept == 0) door_holds_for_all_ = false;
-}
-
-// False when it must wait for room further on, or behind one that does and has the same address.
-bool core::take_door_message(std::uint32_t slot) noexcept {
-  const door_header asked = door_.request(slot); // a copy: once it is settled the slot may be another's
-  connection* const to = find({asked.peer.index, asked.peer.generation}); // null: everyone, or gone
-  const bool only_now = asked.expires == asked.stamped;
-  bool& holds = to != nullptr ? to->door_holds : door_holds_for_all_;
-  const bool gone = to == nullptr && asked.peer.generation != 0;
-  if (holds && !gone && !only_now && asked.expires >= now_) return false;
-  const bool taken = post({.text = door_.request_text(slot),
-                           .sender = asked.wants_outcome ? party_of_door(slot) : party{},
-                           .to = asked.peer,
-                           .only_now = only_now,
-                           .expires = asked.expires});
-  if (!taken) holds = true;
-  if (taken && !asked.wants_outcome) door_.settle(slot, {});
-  return taken;
 }
 
 bool core::take_door_slot(std::uint32_t slot) noexcept {
@@ -134,7 +149,15 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
   const std::string_view text = door_.request_text(slot);
   const party us = party_of_door(slot);
   switch (asked.what) {
-  case door_request::message: return take_door_message(slot);
+  case door_request::message: {
+    const bool taken = post_in_turn({.text = text,
+                                     .sender = asked.wants_outcome ? us : party{},
+                                     .to = asked.peer,
+                                     .only_now = asked.expires == asked.stamped,
+                                     .expires = asked.expires});
+    if (taken && !asked.wants_outcome) door_.settle(slot, {});
+    return taken;
+  }
   case door_request::invocation:
     start_call(us, {}, {}, {.is = asking::form::object, .text = text, .to = asked.peer}, asked.expires);
     return true;
@@ -184,6 +207,18 @@ bool core::has_room_for(const message& m) noexcept {
   return !any;
 }
 
+// post(), in the turn of one lane or of the front door: false also when one that came before and has the same
+// address waits already.
+bool core::post_in_turn(const message& m) noexcept {
+  connection* const to = find({m.to.index, m.to.generation}); // null: everyone, or gone
+  std::uint64_t& held_in = to != nullptr ? to->held_in : all_held_in_;
+  const bool gone = to == nullptr && m.to.generation != 0;
+  if (held_in == turn_ && !gone && !m.only_now && !closing_ && m.expires >= now_) return false;
+  const bool taken = post(m);
+  if (!taken) held_in = turn_;
+  return taken;
+}
+
 // False when it must wait for room. Else its sender is told what comes of it, at once or later.
 bool core::post(const message& m) noexcept {
   const auto fails = [&](const status& why, counter as) {
@@ -191,13 +226,13 @@ bool core::post(const message& m) noexcept {
     tell(m.sender, m.own, why);
     return true;
   };
+  if (closing_) return fails(errc::closed, counter::lost_at_close);
   // Only now: in the cycle that takes it, however long it has lain in its lane.
   const rt::time_point expires = m.only_now ? now_ : m.expires;
   if (expires < now_) return fails(errc::expired, counter::expired);
   if (m.to.generation != 0) {
     const connection* const to = find({m.to.index, m.to.generation});
-    if (to == nullptr || !to->open())
-      return fails(gone_as(), closing_ ? counter::lost_at_close : counter::lost_with_peer);
+    if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
   if (m.text.size() > text_bytes_max()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plain messages of the bare dialect through the core: how they find their peers, what their senders learn,
 // and who in this process receives.
+#include <rowe/lane.hpp>
+
 #include "core_stage.hpp"
 
 namespace {
@@ -372,6 +374,67 @@ TEST_F(talking, refuses_bare_texts_that_are_no_objects) {
   ASSERT_EQ(heard.size(), 2U);
   EXPECT_TRUE(heard[0].find(R"("code":"not_an_object")") != std::string::npos) << heard[0];
   EXPECT_TRUE(heard[1].find(R"("code":"bad_request")") != std::string::npos) << heard[1];
+}
+
+// The same in a lane, behind a message for the peer that does not read.
+struct held_up_lane : held_up {
+  held_up_lane() {
+    auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
+                           .receives = true,
+                           .out_depth = 4,
+                           .in_depth = 4,
+                           .ends_depth = 4,
+                           .out_bytes = 192,
+                           .in_bytes = 192,
+                           .ends_bytes = 192});
+    on.cycle();
+    talk = rowe::lane{theatre::handle_of(lane)};
+    while (talk.try_receive(on.now)) continue;
+    EXPECT_TRUE(talk.try_send(R"({"to":"slow"})", -1ns, on.now, {to_slow.index, to_slow.generation}));
+    on.cycle();
+  }
+  rowe::lane talk;
+};
+
+TEST_F(held_up_lane, goes_on_with_other_peers_calls_and_replies) {
+  fine.say(R"({"service":"x","message_id":1})");
+  on.cycle();
+  const auto asked = talk.try_receive(on.now);
+  ASSERT_TRUE(asked);
+  EXPECT_TRUE(talk.try_send(R"({"to":"fine"})", -1ns, on.now, {to_fine.index, to_fine.generation}));
+  EXPECT_TRUE(talk.try_reply(*asked, R"({"done":true})", on.now));
+  on.cycle();
+  EXPECT_EQ(fine.hear(), (texts{R"({"done":true,"in_reply_to":1})", R"({"to":"fine"})"}));
+}
+
+TEST_F(held_up_lane, counts_what_waits_when_the_endpoint_closes) {
+  EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
+  on.core.close_all(on.now);
+  EXPECT_EQ(on.door.unsettled(), 0U);
+  EXPECT_EQ(on.count(counter::lost_at_close), 2U) << "one in the lane, and one at the front door";
+  const auto late = send(R"({"to":"all"})");
+  on.cycle();
+  EXPECT_EQ(outcome(late), "closed");
+  EXPECT_EQ(on.count(counter::lost_at_close), 4U) << "nothing goes out any more";
+}
+
+TEST_F(held_up_lane, is_full_when_all_its_slots_wait_and_sends_them_in_their_order) {
+  const rowe::connection to{to_slow.index, to_slow.generation};
+  for (int i = 1; i < 4; ++i) {
+    EXPECT_TRUE(talk.try_send(R"({"n":)" + std::to_string(i) + "}", i == 2 ? 5ms : -1ns, on.now, to));
+    on.cycle();
+  }
+  EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full);
+  on.cycles(10);
+  EXPECT_EQ(on.count(counter::expired), 1U);
+  EXPECT_TRUE(talk.try_send(R"({"n":4})", -1ns, on.now, to)) << "what expired has given its slot back";
+  on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
+  on.cycles(4);
+  auto heard = slow.hear();
+  std::erase_if(heard, [](const std::string& text) { return !text.starts_with(R"({"n")"); });
+  EXPECT_EQ(heard, (texts{R"({"n":1})", R"({"n":3})", R"({"n":4})"}));
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+  EXPECT_TRUE(talk.try_send("{}", -1ns, on.now, to));
 }
 
 struct talking_client : testing::Test {

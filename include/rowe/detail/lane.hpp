@@ -100,7 +100,7 @@ struct value_header {
   peer_ref peer{}; // out: to whom; in: from whom
   call_ref call{};
   call_ref own{};
-  std::int64_t outcome_value = 0; // end: the error's
+  std::int64_t outcome_value = 0; // end: the error's; out: the service thread's own while it has the slot
   std::int64_t outcome_limit = 0;
 };
 inline constexpr std::size_t value_alignment = 64;
