@@ -91,7 +91,8 @@ class caller {
   detail::sentence refusal_;
 };
 
-// Calls a service with text that is JSON: a request is one object, and so is a reply.
+// Calls a service with text that is JSON: a request is one object, and so is a reply, unless its provider is
+// a rosbridge peer that answers with another value.
 template <>
 class caller<json_text, json_text> {
  public:

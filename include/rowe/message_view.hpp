@@ -28,8 +28,8 @@ class message_view {
     if (lane_ != nullptr) detail::give_back(*lane_, *path_, slot_);
   }
 
-  // The text: one JSON value; an object where it is a message, a call or a reply. 64 bytes behind it may be
-  // read.
+  // The text: one JSON value; an object where it is a message, a call, or a reply to a lane. 64 bytes behind
+  // it may be read.
   ROWE_RT std::string_view text() const noexcept {
     return {reinterpret_cast<const char*>(path_->slots.value(slot_)), header().bytes};
   }
