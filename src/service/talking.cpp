@@ -201,22 +201,28 @@ bool core::has_room_for(const message& m) noexcept {
   bool any = false;
   for (connection& c : connections_) {
     if (!c.open() || !c.bare) continue;
-    if (letters_.waiting() == 0 && has_room(c, m.priority)) return true;
+    if (letters_.waiting() == 0 && c.held_in != turn_ && has_room(c, m.priority)) return true;
     any = true;
   }
   return !any;
 }
 
-// post(), in the turn of one lane or of the front door: false also when one that came before and has the same
-// address waits already.
+// post(), in the turn of one lane or of the front door: false also behind one that waits already and was for
+// the same peer, or for everyone. So each peer gets what one sender has for it in its order.
 bool core::post_in_turn(const message& m) noexcept {
   connection* const to = find({m.to.index, m.to.generation}); // null: everyone, or gone
-  std::uint64_t& held_in = to != nullptr ? to->held_in : all_held_in_;
   const bool gone = to == nullptr && m.to.generation != 0;
-  if (held_in == turn_ && !gone && !m.only_now && !closing_ && m.expires >= now_) return false;
-  const bool taken = post(m);
-  if (!taken) held_in = turn_;
-  return taken;
+  const bool behind = all_held_in_ == turn_ || (to != nullptr && to->held_in == turn_);
+  if (behind && !gone && !closing_ && (m.only_now || m.expires >= now_)) {
+    if (!m.only_now) return false;
+    add(counter::outbox_full);
+    tell(m.sender, m.own, errc::expired);
+    return true;
+  }
+  if (post(m)) return true;
+  // A peer has no room; or nobody has, or there is no slot, and then no later one may pass.
+  (to != nullptr && slots_.has_free(m.text.size()) ? to->held_in : all_held_in_) = turn_;
+  return false;
 }
 
 // False when it must wait for room. Else its sender is told what comes of it, at once or later.
@@ -253,7 +259,12 @@ bool core::post(const message& m) noexcept {
     (void)queue_letter(connections_[m.to.index], slot); // has_room_for() said so
   } else {
     for (connection& c : connections_) {
-      if (c.open() && c.bare) (void)queue_letter(c, slot); // what finds no room is counted
+      if (!c.open() || !c.bare) continue;
+      if (c.held_in == turn_) {
+        add(counter::outbox_full); // it comes behind what waits for room there
+      } else {
+        (void)queue_letter(c, slot); // what finds no room is counted
+      }
     }
   }
   send_letter(slot);

@@ -437,6 +437,36 @@ TEST_F(held_up_lane, is_full_when_all_its_slots_wait_and_sends_them_in_their_ord
   EXPECT_TRUE(talk.try_send("{}", -1ns, on.now, to));
 }
 
+TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {
+  peer slow{on}, fine{on};
+  slow.say("{}");
+  fine.say("{}");
+  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                               .out_depth = 8,
+                                               .in_depth = 1,
+                                               .ends_depth = 1,
+                                               .out_bytes = 2048,
+                                               .in_bytes = 192,
+                                               .ends_bytes = 192}))};
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  const auto send_to = [&](const peer& to, const std::string& text) {
+    EXPECT_TRUE(talk.try_send(text, -1ns, on.now, {to.id().index, to.id().generation}));
+  };
+  const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
+  for (std::uint32_t i = 0; i < on.options.limits.large_slots; ++i) send_to(slow, large);
+  on.cycle();
+  EXPECT_TRUE(talk.try_send(large, -1ns, on.now)); // to everyone; there is no slot for it
+  send_to(fine, R"({"a":1})");
+  EXPECT_TRUE(talk.try_send(R"({"a":2})", 0ns, on.now)); // now or never, and not before the others
+  on.cycles(3);
+  EXPECT_EQ(fine.hear(), texts{});
+  slow.leave();
+  on.cycles(3);
+  EXPECT_EQ(fine.hear(), (texts{large, R"({"a":1})"}));
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+}
+
 struct talking_client : testing::Test {
   ~talking_client() override { EXPECT_TRUE(on.core.check()); }
   theatre on{small_options(), rowe::service::side::client};
