@@ -110,7 +110,7 @@ struct rowe_options {
   bool pin_service;           // pin the service thread to the core `service_cpu`
   int service_cpu;            // read only with `pin_service`, since 0 is a core, too
   int service_priority;       // its SCHED_FIFO priority; 0: an ordinary thread
-  long inbound_ttl_ms;        // what arrived and was not received in this time is dropped; 0: never
+  long inbound_ttl_ms;        // what arrived and was not received or answered in this time ends; 0: never
   uint32_t connections_max;   // peers at a time; 0: 64
   uint32_t message_bytes_max; // the longest message a peer may send; 0: 60 KiB
   uint32_t door_slots;        // messages under way each way; 0: 32
