@@ -119,8 +119,8 @@ class core final : public transport_sink {
   // something that a peer waits for, or something that must not be left lying when its time is over.
   rt::duration patience(rt::duration poll_period) const noexcept {
     if (wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0)) return poll_period;
-    // Something waits for room at a peer.
-    if (peers_ != 0 && (letters_.waiting() != 0 || door_held_count_ != 0)) return talking_rest;
+    // Something waits for room at a peer, or for a slot.
+    if (door_held_count_ != 0 || (peers_ != 0 && letters_.waiting() != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
   std::uint32_t peers() const noexcept { return peers_; }
