@@ -26,12 +26,14 @@ std::uint64_t messages_wanted() {
   return asked != nullptr ? std::strtoull(asked, nullptr, 10) : 1'000'000;
 }
 
-// Kilobytes that belong to this process alone, as the kernel counts pages.
+// Kilobytes that this process has written to and shares with nobody, as the kernel counts pages. Clean ones
+// are left out: a library's page becomes private when another program that maps it ends.
 std::uint64_t private_kilobytes() {
   std::ifstream file{"/proc/self/smaps_rollup"};
   std::uint64_t sum = 0;
   for (std::string line; std::getline(file, line);) {
-    if (line.starts_with("Private_")) sum += std::strtoull(line.c_str() + line.find(':') + 1, nullptr, 10);
+    if (line.starts_with("Private_Dirty:"))
+      sum += std::strtoull(line.c_str() + line.find(':') + 1, nullptr, 10);
   }
   return sum;
 }
