@@ -426,8 +426,16 @@ result<std::uint32_t> core::finish_with(std::uint32_t index, std::string_view te
                                         rt::time_point expires) noexcept {
   const call ended = calls_.at(index);
   if (ended.asked_by.who == party::kind::peer) {
-    return finish(
-        index, [&](json::writer& into) { into.raw(text); }, expires);
+    // In rosbridge's values these are members like others; in a bare reply they would stand beside ours.
+    const bool wraps = ended.asked_by.speaks == dialect::bare && bare::find_reserved(text);
+    const auto write = [&](json::writer& into) {
+      if (!wraps) return into.raw(text);
+      into.begin_object();
+      into.key("result");
+      into.raw(text);
+      into.end_object();
+    };
+    return finish(index, write, expires);
   }
   // Whoever asked in bare JSON gets an object.
   const bool reads_objects =

@@ -615,6 +615,19 @@ TEST_F(calling_hub, passes_calls_between_its_peers_in_either_dialect) {
   EXPECT_EQ(program.hear(), texts{R"({"sum":7,"in_reply_to":9})"});
 }
 
+TEST_F(calling_hub, gives_no_reply_two_ids) {
+  peer provider{on}, program{on};
+  provider.say(R"({"op":"advertise_service","service":"/odd"})");
+  on.cycle();
+  program.say(R"({"service":"/odd","message_id":9})");
+  on.cycle();
+  provider.say(
+      R"({"op":"service_response","service":"/odd","values":{"in_reply_to":8},"result":true,"id":")" +
+      member(provider.hear().at(0), "id") + R"("})");
+  on.cycle();
+  EXPECT_EQ(program.hear(), texts{R"({"result":{"in_reply_to":8},"in_reply_to":9})"});
+}
+
 TEST_F(calling_hub, tells_the_asker_that_the_provider_is_gone) {
   peer provider{on}, page{on};
   provider.say(R"({"op":"advertise_service","service":"/add"})");
