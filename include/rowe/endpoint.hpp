@@ -104,7 +104,8 @@ class endpoint {
 
   // Answers a call that receive() returned, and waits until the reply was handed to the kernel, at most `ttl`
   // (negative: for ever). Errors: misuse (no call of this endpoint), peer_lost (who asked is gone), expired
-  // (it does not wait any more), malformed, not_an_object, reserved_member.
+  // (it does not wait any more, or `ttl` is over), malformed, not_an_object, reserved_member. After full
+  // (also where too many answers wait for who asked) and too_big it can be answered again.
   status reply(const received& call, body object, duration ttl = rt::for_ever);
   // Queues the reply and returns at once. Errors: misuse, peer_lost, expired.
   status try_reply(const received& call, body object);

@@ -124,8 +124,9 @@ class lane {
     return detail::post(*lane_, answer_to(call, detail::entry::reply, now, rt::never), object);
   }
   // Answers it and waits until the reply was handed to the kernel, at most `ttl` (negative: for ever).
-  // Errors: as try_reply(); too_many_calls (the option `calls`), malformed, not_an_object, reserved_member.
-  // Not for real-time loops.
+  // Errors: as try_reply(), but full also where too many answers wait for who asked, and expired also when
+  // `ttl` is over; too_many_calls (the option `calls`), malformed, not_an_object, reserved_member. After
+  // full, too_big and too_many_calls it can be answered again. Not for real-time loops.
   status reply(const message_view& call, body object, duration ttl) noexcept;
 
   // Says no, with a sentence (cut at 192 bytes). Errors: as try_reply(). Never waits, never allocates.
