@@ -204,7 +204,8 @@ bool core::has_room_for(const message& m) noexcept {
     if (letters_.waiting() == 0 && c.held_in != turn_ && has_room(c, m.priority)) return true;
     any = true;
   }
-  return !any;
+  // A quarter of the slots is never taken by what waits for a peer to come.
+  return !any && letters_.waiting() < slots_.count() - slots_.count() / 4;
 }
 
 // post(), in the turn of one lane or of the front door: false also behind one that waits already and was for

@@ -233,6 +233,20 @@ TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
   EXPECT_EQ(outcome(late), "peer_lost");
 }
 
+TEST_F(talking, leaves_slots_to_topics_however_many_messages_wait_for_a_peer) {
+  for (int i = 0; i < 200; ++i) {
+    // What finds the front door full is told so.
+    (void)on.door.submit({.what = door_request::message, .stamped = on.now}, R"({"a":1})");
+    on.cycle();
+  }
+  const std::uint32_t slots = on.options.limits.small_slots + on.options.limits.large_slots;
+  EXPECT_EQ(on.core.slots_in_use(), slots - slots / 4);
+  peer late{on};
+  late.say("{}");
+  on.cycles(40);
+  EXPECT_EQ(late.hear().size(), slots - slots / 4 + on.options.limits.door_slots);
+}
+
 TEST_F(talking, tells_whoever_waits_that_the_endpoint_is_closing) {
   const auto waiting = send(R"({"a":1})", 5s);
   on.cycle();
