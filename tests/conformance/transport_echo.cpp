@@ -214,13 +214,22 @@ void on_signal(int) {
   signalled->wake(); // a write to a descriptor: a handler may
 }
 
+// Signals end what runs while it runs, and nothing behind it.
+struct signals_heard {
+  explicit signals_heard(service::transport& woken) {
+    signalled = &woken;
+    for (const int one : {SIGTERM, SIGINT}) std::signal(one, on_signal);
+  }
+  ~signals_heard() {
+    for (const int one : {SIGTERM, SIGINT}) std::signal(one, SIG_IGN); // the program ends by itself
+  }
+};
+
 // Runs until a signal, or for a client until its one connection is over.
 int run(net::socket_transport& carrier, const arguments& given) {
   net::socket_limits limits;
   echo echoes{carrier, limits.connections_max};
-  signalled = &carrier;
-  std::signal(SIGTERM, on_signal);
-  std::signal(SIGINT, on_signal);
+  const signals_heard heard{carrier};
   if (given.connect) {
     carrier.connect();
   } else {
