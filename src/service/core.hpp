@@ -11,7 +11,7 @@
 //
 // core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is
 // written to them, lanes.cpp what this process publishes and takes, talking.cpp plain messages, calling.cpp
-// services and calls.
+// who is asked, answering.cpp how calls end, providing.cpp services.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -312,7 +312,7 @@ class core final : public transport_sink {
     return expires == stamped ? now_ : expires;
   }
 
-  // calling.cpp
+  // calling.cpp, answering.cpp, providing.cpp
   struct asking {
     enum class form : std::uint8_t {
       args,   // JSON; empty: none
@@ -349,6 +349,7 @@ class core final : public transport_sink {
   void hand_to_receiver(std::uint32_t call, std::string_view service, const asking& what) noexcept;
   void ask_peer(std::uint32_t call, connection* c, dialect in, std::string_view service,
                 const asking& what) noexcept;
+  static std::string_view own_service(std::string_view asked) noexcept; // its whole name; empty: none of ours
   void answer_own(std::uint32_t call, std::string_view service, const asking& what) noexcept;
   void write_args(json::writer& into, const asking& what) const noexcept;
   template <class WriteBody>

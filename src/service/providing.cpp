@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who provides what: the services that peers advertise, those of this process's handles, and those that the
+// endpoint answers itself.
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "service/core.hpp"
+#include "service/publishing.hpp"
+
+namespace rowe::service {
+namespace {
+
+using detail::entry;
+namespace rosbridge = wire::rosbridge;
+
+constexpr std::string_view stats_service = "/rowe/stats";
+constexpr std::array own_services{
+    stats_service, std::string_view{"/rosapi/topics"}, std::string_view{"/rosapi/services"},
+    std::string_view{"/rosapi/topic_type"}, std::string_view{"/rosapi/service_type"}};
+
+} // namespace
+
+// ---- the directory
+
+void core::advertise_service(connection& c, const rosbridge::request& asked) noexcept {
+  if (asked.service.starts_with("/rowe/") || asked.service.starts_with("rowe/"))
+    return refuse(c, asked.id_raw, "advertise_service: services below /rowe/ are the endpoint's own");
+  std::uint32_t mine = 0;
+  for (std::uint32_t i = 0; i < services_.places(); ++i)
+    mine += services_.in_use(i) && services_.at(i).lane == no_index && services_.at(i).peer == c.id;
+  if (mine >= bounds_.advertisements_per_connection_max) {
+    return refuse_limit(c, asked.id_raw, "services of one peer", bounds_.advertisements_per_connection_max,
+                        "advertisements_per_connection_max");
+  }
+  const auto [index, why] = services_.add(asked.service, asked.type, no_index, c.id);
+  if (why == services::refusal::no_room)
+    return refuse_limit(c, asked.id_raw, "services", bounds_.services_max, "services_max");
+  if (why == services::refusal::taken) {
+    const service_entry& there = services_.at(services_.find(asked.service));
+    // Clients that reconnect say it again.
+    if (there.lane == no_index && there.peer == c.id) return;
+    std::array<char, 192> text;
+    const int bytes = std::snprintf(text.data(), text.size(), "advertise_service: %.*s is provided already",
+                                    static_cast<int>(std::min<std::size_t>(asked.service.size(), 128)),
+                                    asked.service.data());
+    refuse(c, asked.id_raw, {text.data(), static_cast<std::size_t>(bytes)});
+  }
+}
+
+void core::unadvertise_service(connection& c, const rosbridge::request& asked) noexcept {
+  const std::uint32_t index = services_.find(asked.service);
+  if (index == no_index || services_.at(index).lane != no_index || services_.at(index).peer != c.id)
+    return refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
+  services_.remove(index);
+}
+
+// ---- what the endpoint itself answers
+
+std::string_view core::own_service(std::string_view asked) noexcept {
+  for (const std::string_view own : own_services) {
+    if (asked == own || asked == own.substr(1)) return own;
+  }
+  return {};
+}
+
+void core::answer_own(std::uint32_t index, std::string_view service, const asking& what) noexcept {
+  calls_.at(index).provider = {.who = party::kind::core};
+  const auto named = [&](std::string_view member) -> std::string_view {
+    const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
+    const auto text = found ? json::to_string(*found, scratch_) : std::nullopt;
+    return text.value_or(std::string_view{});
+  };
+  const auto list = [&](json::writer& into, std::string_view key, bool topics, bool types) {
+    into.key(key);
+    into.begin_array();
+    const std::uint32_t places = topics ? router_.topic_places() : services_.places();
+    for (std::uint32_t i = 0; i < places; ++i) {
+      if (topics ? router_.at(i).holders == 0 : !services_.in_use(i)) continue;
+      into.string(topics ? (types ? router_.type(i) : router_.name(i))
+                         : (types ? services_.type(i) : services_.name(i)));
+    }
+    into.end_array();
+  };
+  const std::uint32_t slot = compose(rt::never, [&](json::writer& into) {
+    if (service == stats_service) return write_report(into);
+    into.begin_object();
+    if (service == "/rosapi/topics") {
+      list(into, "topics", true, false);
+      list(into, "types", true, true);
+    } else if (service == "/rosapi/services") {
+      list(into, "services", false, false);
+    } else if (service == "/rosapi/topic_type") {
+      const std::uint32_t topic = router_.find(named("topic"));
+      into.key("type");
+      into.string(topic == no_index ? std::string_view{} : router_.type(topic));
+    } else {
+      const std::uint32_t found = services_.find(named("service"));
+      into.key("type");
+      into.string(found == no_index ? std::string_view{} : services_.type(found));
+    }
+    into.end_object();
+  });
+  if (slot == no_index) return end_without_room(index, errc::full);
+  end_without_room(index, finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()}));
+  release(slot);
+}
+
+// ---- handles that talk, respond and call
+
+void core::attach_talker(std::uint32_t index) noexcept {
+  detail::lane& lane = lanes_[index];
+  lane_view& view = views_[index];
+  const auto answer_with = [&](detail::lane_state state) {
+    lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
+    lane.news.notify();
+  };
+  if (detail::responds(lane.kind)) {
+    const auto [at, why] = services_.add(lane.name(), lane.type(), index, {});
+    if (why != services::refusal::none) {
+      lane.answer = why == services::refusal::taken
+                        ? error{errc::service_taken}
+                        : error{errc::too_many_services, services_.count(), bounds_.services_max};
+      return answer_with(detail::lane_state::refused);
+    }
+    view.service = at;
+  }
+  view.attached = true;
+  ++talking_lanes_;
+  lane.heard_by.store(detail::audience::somebody,
+                      std::memory_order_relaxed); // relaxed: `active` publishes it
+  if (connection* const c = server_connection()) announce_service(*c, index, true);
+  if (receiver() == index && !door_.manned()) take_over_inbox(index);
+  answer_with(detail::lane_state::active);
+}
+
+// What came before anybody received is for the first who does.
+void core::take_over_inbox(std::uint32_t index) noexcept {
+  const party us{.who = party::kind::lane, .index = index, .generation = views_[index].generation};
+  while (const auto slot = door_.take_back(now_)) {
+    const door_header& came = door_.inbound_header(*slot);
+    call* const asked = calls_.find(came.call);
+    const bool is_call = came.what == door_request::invocation;
+    if (asked != nullptr) asked->provider = us;
+    if (!is_call || asked != nullptr) {
+      const status done = deliver_message({.stamped_ns = rt::nanoseconds_of(came.stamped),
+                                           .expires_ns = rt::nanoseconds_of(came.expires),
+                                           .what = is_call ? entry::invocation : entry::message,
+                                           .peer = came.peer,
+                                           .call = came.call},
+                                          door_.inbound_text(*slot));
+      if (!done && is_call) finish_badly(came.call.index, {errc::refused}, "the inbox is full");
+    }
+    door_.give_back_inbound(*slot);
+  }
+}
+
+void core::detach_talker(std::uint32_t index) noexcept {
+  lane_view& view = views_[index];
+  end_calls_of_lane(index);
+  if (view.service != no_index) services_.remove(view.service);
+  if (connection* const c = server_connection()) announce_service(*c, index, false);
+  --talking_lanes_;
+}
+
+// As a client: a server learns which services this process provides.
+void core::announce_service(connection& c, std::uint32_t index, bool begins) noexcept {
+  const detail::lane& lane = lanes_[index];
+  if (!detail::responds(lane.kind) || options_.profile != peer_profile::standard) return;
+  std::array<char, 8192> text; // request_bytes_max() is 4782 with the longest names
+  send_direct(c, begins ? rosbridge::encode_advertise_service(text, lane.name(), lane.type())
+                        : rosbridge::encode_unadvertise_service(text, lane.name()));
+}
+
+} // namespace rowe::service
