@@ -118,6 +118,7 @@ result<received> endpoint::invoke(body object, duration timeout, connection to, 
   }
   if (why != nullptr && outcome.code() == errc::refused) why->assign(text);
   door.give_back(*slot);
+  if (outcome.code() == errc::timed_out) return error{errc::timed_out, 0, timeout.count()};
   return outcome.error();
 }
 

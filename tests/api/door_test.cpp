@@ -188,7 +188,7 @@ TEST(door, times_out_where_no_reply_comes_and_drops_the_late_one) {
   auto robot = endpoint::listen(0, options).value();
   auto viewer = connected(robot);
   const auto late = viewer.invoke(message("service", "slow"), 20ms);
-  EXPECT_EQ(late.error().code, errc::timed_out);
+  EXPECT_EQ(late.error(), (error{errc::timed_out, 0, 20'000'000}));
   const auto call = robot.receive(patience);
   ASSERT_TRUE(call);
   (void)robot.reply(*call, "{}"); // expired, where the viewer's time-out came along; else dropped there

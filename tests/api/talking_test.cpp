@@ -131,7 +131,8 @@ TEST(lanes, tell_lost_peers_time_outs_and_missing_services_apart) {
   const auto nobody = lane.invoke(message("service", "x"), patience);
   EXPECT_TRUE(nobody.code() == errc::refused || nobody.code() == errc::no_service) << nobody.error().name();
   auto silent = hop->open_lane().value();
-  EXPECT_EQ(lane.invoke(message("service", "x"), 20ms).code(), errc::timed_out);
+  EXPECT_EQ(lane.invoke(message("service", "x"), 20ms).error(),
+            (rowe::error{errc::timed_out, 0, 20'000'000}));
   ASSERT_TRUE(lane.start(message("service", "x"), patience, clock_now()));
   ASSERT_TRUE(silent.receive(patience));
   ASSERT_TRUE(silent.receive(patience)); // both calls came

@@ -268,7 +268,11 @@ inline result<std::uint32_t> wait_call(const lane_handle& on, call_id call, time
                                        duration timeout) noexcept {
   on.wake_service();
   const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
-  if (const auto slot = wait_end(*on, {call.index, call.generation}, deadline)) return *slot;
+  if (const auto slot = wait_end(*on, {call.index, call.generation}, deadline)) {
+    value_header& end = *on->user.ends.slots.header(*slot);
+    if (end.failed && end.outcome == errc::timed_out) end.outcome_limit = timeout.count(); // known only here
+    return *slot;
+  }
   if (closed(*on)) return errc::closed;
   return error{errc::timed_out, 0, timeout.count()};
 }
