@@ -38,7 +38,7 @@ namespace rowe {
   X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
   X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
-  X(reserved_topic, "topics below /rowe/ are the endpoint's own")                                            \
+  X(reserved_topic, "names below /rowe/ are the endpoint's own")                                             \
   X(type_conflict, "the topic exists with another type")                                                     \
   X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \
