@@ -40,7 +40,8 @@ TEST(talking_sim, tells_everyone_the_truth_once_whatever_happens) {
 }
 
 TEST(talking_sim, tells_the_truth_for_the_seeds_that_once_broke_it) {
-  for (const std::uint64_t seed : {4523}) { // a message overtook one of the same sender that waited for room
+  for (const std::uint64_t seed :
+       {std::uint64_t{4523}}) { // a message overtook one of the same sender that waited for room
     talking_world w{seed};
     run(w, seed);
   }
