@@ -20,7 +20,7 @@
 
 namespace rowe {
 
-// code, sentence. %v is replaced by the value, %l by the limit.
+// code, sentence. %v is replaced by the value, %l by the limit, %n by the name of the argument and a space.
 #define ROWE_ERRORS(X)                                                                                       \
   X(full, "the queue is full: all %l slots are taken")                                                       \
   X(empty, "nothing has arrived yet")                                                                        \
@@ -30,8 +30,8 @@ namespace rowe {
   X(too_big, "%v bytes exceed the limit of %l bytes")                                                        \
   X(malformed, "the text is no valid JSON, or holds a number no double can (at byte %v)")                    \
   X(too_deep, "the JSON text nests deeper than %l levels")                                                   \
-  X(bad_argument, "the argument is out of range: %v (limit %l)")                                             \
-  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]")                                                    \
+  X(bad_argument, "the argument %nis out of range: %v (limit %l)")                                           \
+  X(bad_url, "the URL must read ws://HOST[:PORT][/PATH]; this one does not from byte %v on")                 \
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
   X(address_in_use, "port %v is in use by another program")                                                  \
   X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
@@ -65,11 +65,37 @@ enum class errc : std::uint8_t {
 #undef ROWE_ERROR_NAME
 };
 
+// The options and limits that a bad_argument may be about.
+// clang-format off
+#define ROWE_ARGUMENTS(X)                                                                                    \
+  X(poll_period) X(service_priority) X(service_cpu) X(ping_period) X(silence_max) X(message_time_max)        \
+  X(stats_period) X(retry_min) X(retry_max) X(inbound_ttl) X(profile) X(ttl) X(depth) X(inbox_depth)         \
+  X(calls) X(name) X(type) X(port) X(connections_max) X(connections_per_address_max) X(handshakes_max)       \
+  X(message_bytes_max) X(fragments_max) X(depth_max) X(topics_max) X(topic_bytes_max)                        \
+  X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
+  X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(services_max)         \
+  X(calls_max) X(calls_per_connection_max) X(door_slots) X(door_slot_bytes) X(lanes_max) X(lane_bytes)       \
+  X(events_max)
+// clang-format on
+
+enum class argument : std::uint8_t {
+  unnamed,
+#define ROWE_ARGUMENT_NAME(name) name,
+  ROWE_ARGUMENTS(ROWE_ARGUMENT_NAME)
+#undef ROWE_ARGUMENT_NAME
+};
+
 // An error: what, and the two numbers that matter (0 where there is none).
 struct error {
   errc code;
+  argument about = argument::unnamed; // of bad_argument
   std::int64_t value = 0;
   std::int64_t limit = 0;
+
+  // NOLINTNEXTLINE(google-explicit-constructor): an errc is an error without numbers
+  constexpr error(errc what, std::int64_t value_met = 0, std::int64_t limit_met = 0,
+                  argument which = argument::unnamed) noexcept
+      : code{what}, about{which}, value{value_met}, limit{limit_met} {}
 
   // The code's name, for logs and tests: "full". Never waits, never allocates.
   ROWE_RT std::string_view name() const noexcept;
@@ -84,6 +110,11 @@ namespace detail {
 struct error_description {
   std::string_view name;
   std::string_view sentence;
+};
+inline constexpr std::string_view argument_names[] = {"",
+#define ROWE_ARGUMENT_ROW(name) #name " ",
+                                                      ROWE_ARGUMENTS(ROWE_ARGUMENT_ROW)
+#undef ROWE_ARGUMENT_ROW
 };
 inline constexpr error_description error_descriptions[] = {
 #define ROWE_ERROR_ROW(name, sentence) {#name, sentence},
@@ -107,6 +138,10 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
       const char* const last =
           std::to_chars(digits, digits + sizeof digits, sentence[1] == 'v' ? value : limit).ptr;
       at = std::copy_n(digits, std::min(last - digits, end - at), at);
+      sentence.remove_prefix(2);
+    } else if (sentence.starts_with("%n")) {
+      const std::string_view named = detail::argument_names[static_cast<std::size_t>(about)];
+      at = std::copy_n(named.data(), std::min<std::ptrdiff_t>(std::ssize(named), end - at), at);
       sentence.remove_prefix(2);
     } else {
       *at++ = sentence.front();

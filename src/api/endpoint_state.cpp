@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <utility>
 
 #include "api/lane_memory.hpp"
 #include "page/page.hpp"
@@ -32,14 +33,14 @@ std::string host_name() {
 }
 
 template <class T>
-status in_range(T value, T least, T most) noexcept {
+status in_range(argument which, T value, T least, T most) noexcept {
   if (value >= least && value <= most) return {};
   return error{errc::bad_argument, static_cast<std::int64_t>(value),
-               static_cast<std::int64_t>(value < least ? least : most)};
+               static_cast<std::int64_t>(value < least ? least : most), which};
 }
 
-status in_range(duration value, duration least, duration most) noexcept {
-  return in_range(value.count(), least.count(), most.count());
+status in_range(argument which, duration value, duration least, duration most) noexcept {
+  return in_range(which, value.count(), least.count(), most.count());
 }
 
 // Each alone; their products fit into 64 bits then, and whether there is so much memory is the arena's
@@ -48,30 +49,32 @@ status check_limits(const limits& l) noexcept {
   constexpr std::uint32_t many = 1U << 20;
   constexpr std::size_t lane_bytes_max = std::size_t{1} << 30;
   for (const status& one : {
-           in_range(l.connections_max, 1U, 65536U),
-           in_range(l.connections_per_address_max, 1U, 65536U),
-           in_range(l.handshakes_max, 1U, 1024U),
-           in_range(l.message_bytes_max, 128U, 1U << 26),
-           in_range(l.fragments_max, 1U, many),
-           in_range(l.depth_max, 1U, 1024U),
-           in_range(l.topics_max, 2U, many),
-           in_range(l.topic_bytes_max, 16U, static_cast<std::uint32_t>(lane::name_bytes_max)),
-           in_range(l.subscriptions_max, 1U, many),
-           in_range(l.subscriptions_per_connection_max, 1U, many),
-           in_range(l.advertisements_per_connection_max, 1U, many),
-           in_range(l.small_slots, 1U, many),
-           in_range(l.small_slot_bytes, 128U, l.message_bytes_max),
-           in_range(l.large_slots, 1U, many),
-           in_range(l.queue_depth_max, 1U, many),
-           in_range(l.queued_max, 1U, many),
-           in_range(l.services_max, 1U, 65536U),
-           in_range(l.calls_max, 1U, 65536U),
-           in_range(l.calls_per_connection_max, 1U, 65536U),
-           in_range(l.door_slots, 1U, 4096U),
-           in_range(l.door_slot_bytes, 128U, 1U << 26),
-           in_range(l.lanes_max, 1U, 1024U),
-           in_range(l.lane_bytes, std::size_t{0}, lane_bytes_max),
-           in_range(l.events_max, 1U, many),
+           in_range(argument::connections_max, l.connections_max, 1U, 65536U),
+           in_range(argument::connections_per_address_max, l.connections_per_address_max, 1U, 65536U),
+           in_range(argument::handshakes_max, l.handshakes_max, 1U, 1024U),
+           in_range(argument::message_bytes_max, l.message_bytes_max, 128U, 1U << 26),
+           in_range(argument::fragments_max, l.fragments_max, 1U, many),
+           in_range(argument::depth_max, l.depth_max, 1U, 1024U),
+           in_range(argument::topics_max, l.topics_max, 2U, many),
+           in_range(argument::topic_bytes_max, l.topic_bytes_max, 16U,
+                    static_cast<std::uint32_t>(lane::name_bytes_max)),
+           in_range(argument::subscriptions_max, l.subscriptions_max, 1U, many),
+           in_range(argument::subscriptions_per_connection_max, l.subscriptions_per_connection_max, 1U, many),
+           in_range(argument::advertisements_per_connection_max, l.advertisements_per_connection_max, 1U,
+                    many),
+           in_range(argument::small_slots, l.small_slots, 1U, many),
+           in_range(argument::small_slot_bytes, l.small_slot_bytes, 128U, l.message_bytes_max),
+           in_range(argument::large_slots, l.large_slots, 1U, many),
+           in_range(argument::queue_depth_max, l.queue_depth_max, 1U, many),
+           in_range(argument::queued_max, l.queued_max, 1U, many),
+           in_range(argument::services_max, l.services_max, 1U, 65536U),
+           in_range(argument::calls_max, l.calls_max, 1U, 65536U),
+           in_range(argument::calls_per_connection_max, l.calls_per_connection_max, 1U, 65536U),
+           in_range(argument::door_slots, l.door_slots, 1U, 4096U),
+           in_range(argument::door_slot_bytes, l.door_slot_bytes, 128U, 1U << 26),
+           in_range(argument::lanes_max, l.lanes_max, 1U, 1024U),
+           in_range(argument::lane_bytes, l.lane_bytes, std::size_t{0}, lane_bytes_max),
+           in_range(argument::events_max, l.events_max, 1U, many),
        }) {
     if (!one) return one;
   }
@@ -83,17 +86,18 @@ status check_options(const endpoint_options& o) noexcept {
   constexpr duration long_time = 24h;
   for (const status& one : {
            check_limits(o.limits),
-           in_range(o.poll_period, 50us, 10ms),
-           in_range(o.service_priority, 0, 99),
-           in_range(o.service_cpu, -1, 4095),
-           in_range(o.ping_period, 10ms, long_time),
-           in_range(o.silence_max, o.ping_period, long_time),
-           in_range(o.message_time_max, 10ms, long_time),
-           in_range(o.stats_period, 100ms, long_time),
-           in_range(o.retry_min, 1ms, long_time),
-           in_range(o.retry_max, o.retry_min, long_time),
-           in_range(o.inbound_ttl, 1ms, rt::for_ever),
-           in_range(static_cast<int>(o.profile), 0, static_cast<int>(peer_profile::hop_2014)),
+           in_range(argument::poll_period, o.poll_period, 50us, 10ms),
+           in_range(argument::service_priority, o.service_priority, 0, 99),
+           in_range(argument::service_cpu, o.service_cpu, -1, 4095),
+           in_range(argument::ping_period, o.ping_period, 10ms, long_time),
+           in_range(argument::silence_max, o.silence_max, o.ping_period, long_time),
+           in_range(argument::message_time_max, o.message_time_max, 10ms, long_time),
+           in_range(argument::stats_period, o.stats_period, 100ms, long_time),
+           in_range(argument::retry_min, o.retry_min, 1ms, long_time),
+           in_range(argument::retry_max, o.retry_max, o.retry_min, long_time),
+           in_range(argument::inbound_ttl, o.inbound_ttl, 1ms, rt::for_ever),
+           in_range(argument::profile, static_cast<int>(o.profile), 0,
+                    static_cast<int>(peer_profile::hop_2014)),
        }) {
     if (!one) return one;
   }
@@ -179,22 +183,21 @@ status endpoint_state::start(service::side ours) {
 status endpoint_state::check(const lane_request& asked) const noexcept {
   const std::uint32_t name_bytes_max = options_.limits.topic_bytes_max;
   if (asked.kind == lane_kind::talk) {
-    for (const std::uint32_t depth : {asked.out_depth, asked.in_depth, asked.ends_depth}) {
-      if (const status ok = in_range(depth, 1U, depth_max); !ok) return ok;
+    for (const auto& [which, depth] :
+         {std::pair{argument::depth, asked.out_depth}, std::pair{argument::inbox_depth, asked.in_depth},
+          std::pair{argument::calls, asked.ends_depth}}) {
+      if (const status ok = in_range(which, depth, 1U, depth_max); !ok) return ok;
     }
     return {};
   }
-  if (const status ok = in_range(asked.name.size(), std::size_t{1}, std::size_t{name_bytes_max}); !ok) {
-    return ok;
-  }
-  if (asked.type.size() > name_bytes_max) {
-    return error{errc::bad_argument, static_cast<std::int64_t>(asked.type.size()), name_bytes_max};
-  }
+  const std::size_t most{name_bytes_max};
+  if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
+  if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
   // A responder's `out` is derived from its `in`; a caller's paths are equally deep.
   const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
                                   ? asked.in_depth
                                   : asked.out_depth;
-  if (const status ok = in_range(depth, 1U, depth_max); !ok) return ok;
+  if (const status ok = in_range(argument::depth, depth, 1U, depth_max); !ok) return ok;
   return publishes(asked.kind) ? check_topic(asked) : check_service(asked);
 }
 
@@ -203,7 +206,8 @@ status endpoint_state::check_topic(const lane_request& asked) const noexcept {
   // A value that cannot live as long as it may wait for the service thread would never be sent.
   const bool too_short =
       asked.ttl > duration::zero() && asked.ttl <= options_.poll_period && options_.idle_policy == idle::poll;
-  if (too_short) return error{errc::bad_argument, asked.ttl.count(), options_.poll_period.count()};
+  if (too_short)
+    return error{errc::bad_argument, asked.ttl.count(), options_.poll_period.count(), argument::ttl};
   return {};
 }
 
@@ -212,9 +216,8 @@ status endpoint_state::check_service(const lane_request& asked) const noexcept {
   if (!responds(asked.kind) && !calls(asked.kind)) return {};
   const bool slash = asked.name.front() == '/';
   const std::size_t bytes = asked.name.size() + (slash ? 0 : 1);
-  if (const status ok = in_range(bytes, std::size_t{2}, std::size_t{options_.limits.topic_bytes_max}); !ok) {
-    return ok;
-  }
+  const std::size_t most{options_.limits.topic_bytes_max};
+  if (const status ok = in_range(argument::name, bytes, std::size_t{2}, most); !ok) return ok;
   const std::string_view reserved = slash ? own_names : own_names.substr(1);
   if (responds(asked.kind) && asked.name.starts_with(reserved)) return errc::reserved_topic;
   return {};

@@ -35,7 +35,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
   case rowe_profile_standard: options.profile = peer_profile::standard; break;
   case rowe_profile_hop: options.profile = peer_profile::hop; break;
   case rowe_profile_hop_2014: options.profile = peer_profile::hop_2014; break;
-  default: return error{errc::bad_argument, all->profile, rowe_profile_hop_2014};
+  default: return error{errc::bad_argument, all->profile, rowe_profile_hop_2014, argument::profile};
   }
   if (all->address != nullptr) options.address = all->address;
   options.insecure = all->insecure;
@@ -57,7 +57,7 @@ result<endpoint_options> options_of(const rowe_options* given) {
 
 // ws://HOST:PORT/PATH. An IPv6 address gets its brackets; what would end the host early is refused here.
 result<std::string> url_of(std::string_view host, int port, const char* path) {
-  if (port < 1 || port > 65535) return error{errc::bad_argument, port, 65535};
+  if (port < 1 || port > 65535) return error{errc::bad_argument, port, 65535, argument::port};
   const bool bracketed = host.starts_with('[') && host.ends_with(']');
   const auto colons = std::ranges::count(host, ':');
   const bool several = colons > 1 && !bracketed;
@@ -148,7 +148,7 @@ struct rowe_endpoint* rowe_open_local_endpoint(int port) {
 
 struct rowe_endpoint* rowe_open_local_endpoint_with(int port, const struct rowe_options* options) {
   return pointer_with_memory([&]() -> rowe_endpoint* {
-    if (port < 0 || port > 65535) return no({errc::bad_argument, port, 65535});
+    if (port < 0 || port > 65535) return no({errc::bad_argument, port, 65535, rowe::argument::port});
     const auto converted = options_of(options);
     if (!converted) return no(converted.error());
     return shown(rowe::endpoint::listen(static_cast<std::uint16_t>(port), *converted));

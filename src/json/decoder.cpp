@@ -364,4 +364,11 @@ status decoder::decode(std::string_view validated_object, void* object) const no
   return run{validated_object}.whole(shapes_[0], static_cast<char*>(object));
 }
 
+std::string_view decoder::member_name(std::int64_t number) const noexcept {
+  for (std::size_t i = 0; i < member_count_; ++i) {
+    if (members_[i].number == number) return members_[i].view();
+  }
+  return {};
+}
+
 } // namespace rowe::json

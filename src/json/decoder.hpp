@@ -67,6 +67,10 @@ class decoder {
   //                     of one that is counted together with another, limit may be that one's length
   ROWE_RT status decode(std::string_view validated_object, void* object) const noexcept;
 
+  // The name of the member with this number, as missing_member counts; empty when there is none. Looks at
+  // each member, so it is for sentences.
+  std::string_view member_name(std::int64_t number) const noexcept;
+
  private:
   struct step;
   struct member;
@@ -79,6 +83,7 @@ class decoder {
   void (*set_default_)(void* object) noexcept = nullptr;
   std::unique_ptr<shape[]> shapes_; // of each object in the schema; the first is the whole
   std::unique_ptr<member[]> members_;
+  std::size_t member_count_ = 0;
   std::unique_ptr<step[]> elements_;       // of arrays and optionals
   std::unique_ptr<std::uint16_t[]> slots_; // of the tables of names
   std::unique_ptr<char[]> names_;

@@ -212,6 +212,7 @@ result<decoder> decoder::compile(const schema_description& schema) {
   d.set_default_ = schema.set_default;
   d.shapes_.reset(new (std::nothrow) shape[counter.shape_count()]);
   d.members_.reset(new (std::nothrow) member[counter.member_count()]);
+  d.member_count_ = counter.member_count();
   d.elements_.reset(new (std::nothrow) step[counter.element_count()]);
   d.slots_.reset(new (std::nothrow) std::uint16_t[counter.slot_count()]{});
   d.names_.reset(new (std::nothrow) char[counter.name_bytes()]);

@@ -11,6 +11,7 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "json/decoder.hpp"
 #include "json/encoder.hpp"
 
 namespace rowe::service {
@@ -79,12 +80,12 @@ std::uint32_t core::find_asked(connection& c, std::string_view id_raw) noexcept 
 // ---- asked by this process
 
 void core::start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
-                      rt::time_point deadline) noexcept {
+                      rt::time_point began, rt::time_point deadline) noexcept {
   const auto fails = [&](const error& why) { tell(asker, own, why); };
   if (closing_) return fails({errc::closed});
   if (deadline < now_) {
     add(counter::calls_timed_out);
-    return fails({errc::timed_out});
+    return fails({errc::timed_out, 0, (deadline - began).count()});
   }
   if (what.is == asking::form::object) {
     if (const status fine = check_text(what.text); !fine) {
@@ -107,6 +108,7 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
     return fails({errc::too_many_calls, calls_.in_flight(), bounds_.calls_max});
   }
   calls_.at(index).own = own;
+  calls_.at(index).timeout = deadline == rt::never ? rt::for_ever : deadline - began;
   limit_call(index, deadline);
   route(index, service, what);
 }
@@ -237,6 +239,14 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
     add(counter::inbox_full);
     return finish_badly(index, {errc::refused}, "the service is busy: all its places for requests are taken");
   case errc::too_big: add(counter::too_big); break;
+  case errc::missing_member: {
+    // Whoever asked knows names, not the numbers of a schema.
+    add(counter::undecodable);
+    const std::string_view name = lanes_[lane].decoder->member_name(done.error().value);
+    const int bytes = std::snprintf(why.data(), why.size(), "the member \"%.*s\" is missing",
+                                    static_cast<int>(std::min<std::size_t>(name.size(), 128)), name.data());
+    return finish_badly(index, {errc::refused}, {why.data(), static_cast<std::size_t>(bytes)});
+  }
   default: add(counter::undecodable); break;
   }
   finish_badly(index, {errc::refused}, done.error().text(why));

@@ -56,7 +56,8 @@ struct call {
   party provider{};
   detail::call_ref own{}; // of a lane that asked: the place in its own table
   rt::time_point deadline = rt::never;
-  slot_ref request{}; // the request, as long as it was not written
+  rt::duration timeout = rt::for_ever; // of one that this process asks, as it was asked
+  slot_ref request{};                  // the request, as long as it was not written
   std::uint16_t id_bytes = 0;
   std::uint16_t service_bytes = 0;
 };

@@ -174,7 +174,7 @@ void core::expire() noexcept {
     case timer::connection: look_after(connections_[index]); break;
     case timer::call:
       add(counter::calls_timed_out);
-      finish_badly(index, {errc::timed_out});
+      finish_badly(index, {errc::timed_out, 0, calls_.at(index).timeout.count()});
       break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;

@@ -331,7 +331,7 @@ class core final : public transport_sink {
   void take_reply(connection& c, const wire::bare::envelope& said, std::string_view text) noexcept;
   std::uint32_t find_asked(connection& c, std::string_view id_raw) noexcept;
   void start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
-                  rt::time_point deadline) noexcept;
+                  rt::time_point began, rt::time_point deadline) noexcept;
   struct reply {
     std::string_view text{};                // JSON; where no value is given
     const json::encoder* encoder = nullptr; // of the value

@@ -96,7 +96,7 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
     if (lane.kind == detail::lane_kind::call_text) what.is = asking::form::args;
     if (lane.kind == detail::lane_kind::call_value)
       what = {.is = asking::form::value, .encoder = lane.encoder, .value = value, .to = header.peer};
-    start_call(us, header.own, lane.name(), what, time_of(header.expires_ns));
+    start_call(us, header.own, lane.name(), what, time_of(header.stamped_ns), time_of(header.expires_ns));
     return true;
   }
   case entry::reply:
@@ -159,7 +159,8 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
     return taken;
   }
   case door_request::invocation:
-    start_call(us, {}, {}, {.is = asking::form::object, .text = text, .to = asked.peer}, asked.expires);
+    start_call(us, {}, {}, {.is = asking::form::object, .text = text, .to = asked.peer}, asked.stamped,
+               asked.expires);
     return true;
   case door_request::reply:
   case door_request::refusal: {

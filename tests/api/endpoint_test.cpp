@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include <atomic>
 #include <optional>
 #include <string>
@@ -335,10 +337,24 @@ TEST(endpoint_errors, name_the_options_of_messages_that_are_out_of_their_range) 
   rowe::endpoint_options options;
   options.inbound_ttl = 0ns;
   const auto ttl = endpoint::listen(0, options);
-  EXPECT_EQ(ttl.error(), (rowe::error{errc::bad_argument, 0, 1'000'000}));
+  EXPECT_EQ(ttl.error(), (rowe::error{errc::bad_argument, 0, 1'000'000, rowe::argument::inbound_ttl}));
   options = {};
   options.profile = static_cast<rowe::peer_profile>(3);
-  EXPECT_EQ(endpoint::listen(0, options).error(), (rowe::error{errc::bad_argument, 3, 2}));
+  EXPECT_EQ(endpoint::listen(0, options).error(),
+            (rowe::error{errc::bad_argument, 3, 2, rowe::argument::profile}));
+}
+
+TEST(endpoint_errors, say_which_option_is_meant) {
+  rowe::endpoint_options options;
+  options.poll_period = 1s;
+  std::array<char, 128> room;
+  EXPECT_EQ(endpoint::listen(0, options).error().text(room),
+            "the argument poll_period is out of range: 1000000000 (limit 10000000)");
+  options = {};
+  options.limits.lane_bytes = std::size_t{1} << 40;
+  EXPECT_EQ(endpoint::listen(0, options).error().text(room),
+            "the argument lane_bytes is out of range: 1099511627776 (limit 1073741824)");
+  EXPECT_EQ((rowe::error{errc::bad_argument, 7, 5}).text(room), "the argument is out of range: 7 (limit 5)");
 }
 
 TEST(endpoint_errors, name_what_is_wrong_with_a_url) {

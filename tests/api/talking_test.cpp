@@ -185,8 +185,10 @@ TEST(lanes, say_closed_when_the_endpoint_closes_while_they_wait) {
 
 TEST(lanes, are_refused_where_an_option_is_out_of_its_range) {
   auto robot = endpoint::listen(0, quick()).value();
-  EXPECT_EQ(robot.open_lane({.depth = 0}).error(), (rowe::error{errc::bad_argument, 0, 1}));
-  EXPECT_EQ(robot.open_lane({.inbox_depth = 5000}).error(), (rowe::error{errc::bad_argument, 5000, 4096}));
+  EXPECT_EQ(robot.open_lane({.depth = 0}).error(),
+            (rowe::error{errc::bad_argument, 0, 1, rowe::argument::depth}));
+  EXPECT_EQ(robot.open_lane({.inbox_depth = 5000}).error(),
+            (rowe::error{errc::bad_argument, 5000, 4096, rowe::argument::inbox_depth}));
   EXPECT_EQ(robot.open_lane({.calls = 0}).code(), errc::bad_argument);
   EXPECT_EQ(robot.open_lane({.depth = 4096, .text_bytes_max = 4096}).code(), errc::lane_memory);
   (void)robot.close();

@@ -132,6 +132,7 @@ TEST_F(calling, refuses_arguments_that_are_not_what_the_service_reads) {
   const auto heard = page.hear();
   ASSERT_EQ(heard.size(), 3U);
   for (const auto& one : heard) EXPECT_NE(one.find(R"("result":false,"values":")"), std::string::npos) << one;
+  EXPECT_NE(heard[1].find(R"(the member \"b\" is missing)"), std::string::npos) << heard[1];
   EXPECT_EQ(on.count(counter::undecodable), 3U);
 }
 
@@ -447,7 +448,9 @@ TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   on.cycle();
   EXPECT_TRUE(add.start({1, 1}, 50ms, on.now));
   on.cycles(60);
-  EXPECT_EQ(add.try_finish()->value.code(), errc::timed_out);
+  const auto timed_out = add.try_finish();
+  ASSERT_TRUE(timed_out);
+  EXPECT_EQ(timed_out->value.error(), (rowe::error{errc::timed_out, 0, 50'000'000}));
   const std::string late = member(page.hear().at(0), "id");
   page.say(R"({"op":"service_response","id":")" + late +
            R"(","service":"/add","values":{"sum":2},"result":true})");

@@ -120,7 +120,7 @@ class robot(unittest.TestCase):
             self.assertEqual(without.stderr, ["usage: robot PORT | robot HOST PORT"])
         with example("robot", "65536") as beyond:
             self.assertEqual(beyond.end(), 1)
-            self.assertEqual(beyond.stderr, ["the argument is out of range: 65536 (limit 65535)"])
+            self.assertEqual(beyond.stderr, ["the argument port is out of range: 65536 (limit 65535)"])
 
 
 if __name__ == "__main__":
