@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// wheel_steps PENDING: for wheel_instructions.cmake, which counts the instructions of the function
+// wheel_steps PENDING: for tests/instructions.cmake, which counts the instructions of the function
 // wheel_steps() under callgrind. It cancels and inserts entries chosen at random, on a wheel on which PENDING
 // entries are, with times to live between 1 ms and 10 s.
 #include <rowe/rt/timer_wheel.hpp>
@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 using rowe::rt::time_point;
 
-constexpr std::size_t steps = 100'000; // wheel_instructions.cmake divides by it
+constexpr std::size_t steps = 100'000; // CMakeLists.txt says so, too: tests/instructions.cmake divides by it
 constexpr time_point start{1000s};
 
 struct step {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// expiry_steps PENDING: for expiry_instructions.cmake, which counts the instructions of the function
+// expiry_steps PENDING: for tests/instructions.cmake, which counts the instructions of the function
 // expiry_steps() under callgrind. In a core without peers it sends messages, one in a cycle, with times to
 // live between 0 and 10 s at random, while on average PENDING others wait for a peer: so much time passes in
 // each step that in the long run as many expire as come.
@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using rowe::rt::duration;
 
-constexpr std::uint32_t steps = 20'000; // expiry_instructions.cmake divides by it
+constexpr std::uint32_t steps = 20'000; // CMakeLists.txt says so, too: tests/instructions.cmake divides by it
 
 // xorshift64, by Marsaglia.
 std::uint64_t random_number() {
