@@ -116,6 +116,13 @@ export const losses = {
   lost_at_close: "left when it closed",
   too_big: "larger than its slot",
   malformed: "not a JSON object",
+  undecodable: "not what the handle reads",
+  inbound_expired: "too old to be taken",
+  calls_timed_out: "calls not answered in time",
+  calls_lost: "calls whose provider left",
+  replies_late: "replies that came late",
+  replies_foreign: "replies to no call",
+  replies_unsent: "answers to nobody left",
 };
 
 // Counters of messages that somebody chose not to have.

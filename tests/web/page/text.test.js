@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { load } from "./load.js";
 
@@ -57,6 +58,15 @@ test("the state is a sentence", () => {
 
 test("states that alarm differ from the others by their mark, not only by colour", () => {
   assert.equal(new Set([states.live, states.stale, states.disconnected].map(({ mark }) => mark)).size, 3);
+});
+
+test("every counter of a loss has its words", async () => {
+  const counters = await readFile(new URL("../../../src/service/counters.hpp", import.meta.url), "utf8");
+  const named = (group) =>
+    [...counters.matchAll(new RegExp(`X\\((\\w+), ${group},`, "g"))].map(([, name]) => name);
+  assert.ok(named("loss").length > 9);
+  assert.deepEqual(named("loss").sort(), Object.keys(losses).sort());
+  assert.deepEqual(named("chosen").sort(), Object.keys(thinned).sort());
 });
 
 test("no counter is both a loss and thinning on purpose", () => {
