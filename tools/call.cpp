@@ -60,7 +60,8 @@ command table_of(call_options& o) {
            {.name = "SERVICE", .meaning = "its name, such as /robot/set_speed", .into = &o.service},
            {.name = "JSON", .meaning = "what is asked (default {})", .into = &o.request, .optional = true}},
       .options = {
-          {"--timeout", "", "TIME", "how long to wait for each answer (default 2s)", time_span{&o.timeout}},
+          {"--timeout", "", "TIME", "for each answer (default 2s); connecting has 1s at least",
+           time_span{&o.timeout}},
           {"--repeat", "", "N", "call so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
           {"--json", "", "", "one JSON object, with the answer or the error and with the time", &o.json},
           {"--bare", "", "", "as a plain message with the member `service`, not over rosbridge", &o.bare},

@@ -61,10 +61,8 @@ class caller {
   // The next call that has ended, in the order of their ends. Errors: empty (none has), closed. Each call
   // ends once. Never waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<answer> try_finish() noexcept {
-    if (!lane_) return errc::misuse;
-    const bool over = detail::closed(*lane_); // before looking: what came before it closed is still there
-    const auto slot = detail::take_end(*lane_);
-    if (!slot) return over ? errc::closed : errc::empty;
+    const auto slot = detail::next_end(lane_);
+    if (!slot) return slot.error();
     const call_id id = detail::id_of_end(*lane_, *slot);
     return answer{id, opened(*slot)};
   }
@@ -119,10 +117,8 @@ class caller<json_text, json_text> {
     return detail::named(detail::start_call(*lane_, detail::call_header(now, timeout), request));
   }
   ROWE_RT result<answer> try_finish() noexcept {
-    if (!lane_) return errc::misuse;
-    const bool over = detail::closed(*lane_); // before looking: what came before it closed is still there
-    const auto slot = detail::take_end(*lane_);
-    if (!slot) return over ? errc::closed : errc::empty;
+    const auto slot = detail::next_end(lane_);
+    if (!slot) return slot.error();
     const call_id id = detail::id_of_end(*lane_, *slot);
     return answer{id, opened(*slot)};
   }

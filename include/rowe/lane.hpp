@@ -97,10 +97,8 @@ class lane {
   // The next call that has ended, in the order of their ends. Errors: empty (none has). Each call ends once.
   // Never waits, never allocates, no system call; at most `calls` steps.
   ROWE_RT result<call_end> try_finish() noexcept {
-    if (!lane_) return errc::misuse;
-    const bool over = detail::closed(*lane_); // before looking, as try_receive()
-    const auto slot = detail::take_end(*lane_);
-    if (!slot) return over ? errc::closed : errc::empty;
+    const auto slot = detail::next_end(lane_);
+    if (!slot) return slot.error();
     const call_id id = detail::id_of_end(*lane_, *slot);
     return call_end{id, opened(*slot)};
   }

@@ -112,7 +112,7 @@ struct error_description {
   std::string_view sentence;
 };
 inline constexpr std::string_view argument_names[] = {"",
-#define ROWE_ARGUMENT_ROW(name) #name " ",
+#define ROWE_ARGUMENT_ROW(name) #name,
                                                       ROWE_ARGUMENTS(ROWE_ARGUMENT_ROW)
 #undef ROWE_ARGUMENT_ROW
 };
@@ -123,6 +123,11 @@ inline constexpr error_description error_descriptions[] = {
 };
 
 } // namespace detail
+
+// The option's or limit's own name: "poll_period"; empty for argument::unnamed.
+constexpr std::string_view name_of(argument which) noexcept {
+  return detail::argument_names[static_cast<std::size_t>(which)];
+}
 
 inline std::string_view error::name() const noexcept {
   return detail::error_descriptions[static_cast<std::size_t>(code)].name;
@@ -140,8 +145,9 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
       at = std::copy_n(digits, std::min(last - digits, end - at), at);
       sentence.remove_prefix(2);
     } else if (sentence.starts_with("%n")) {
-      const std::string_view named = detail::argument_names[static_cast<std::size_t>(about)];
+      const std::string_view named = name_of(about);
       at = std::copy_n(named.data(), std::min<std::ptrdiff_t>(std::ssize(named), end - at), at);
+      if (!named.empty() && at != end) *at++ = ' ';
       sentence.remove_prefix(2);
     } else {
       *at++ = sentence.front();

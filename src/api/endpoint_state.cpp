@@ -12,6 +12,7 @@
 
 #include "api/lane_memory.hpp"
 #include "page/page.hpp"
+#include "service/limit_table.hpp"
 #include "service/memory_plan.hpp"
 
 namespace rowe::detail {
@@ -43,42 +44,11 @@ status in_range(argument which, duration value, duration least, duration most) n
   return in_range(which, value.count(), least.count(), most.count());
 }
 
-// Each alone; their products fit into 64 bits then, and whether there is so much memory is the arena's
-// answer.
 status check_limits(const limits& l) noexcept {
-  constexpr std::uint32_t many = 1U << 20;
-  constexpr std::size_t lane_bytes_max = std::size_t{1} << 30;
-  for (const status& one : {
-           in_range(argument::connections_max, l.connections_max, 1U, 65536U),
-           in_range(argument::connections_per_address_max, l.connections_per_address_max, 1U, 65536U),
-           in_range(argument::handshakes_max, l.handshakes_max, 1U, 1024U),
-           in_range(argument::message_bytes_max, l.message_bytes_max, 128U, 1U << 26),
-           in_range(argument::fragments_max, l.fragments_max, 1U, many),
-           in_range(argument::depth_max, l.depth_max, 1U, 1024U),
-           in_range(argument::topics_max, l.topics_max, 2U, many),
-           in_range(argument::topic_bytes_max, l.topic_bytes_max, 16U,
-                    static_cast<std::uint32_t>(lane::name_bytes_max)),
-           in_range(argument::subscriptions_max, l.subscriptions_max, 1U, many),
-           in_range(argument::subscriptions_per_connection_max, l.subscriptions_per_connection_max, 1U, many),
-           in_range(argument::advertisements_per_connection_max, l.advertisements_per_connection_max, 1U,
-                    many),
-           in_range(argument::small_slots, l.small_slots, 1U, many),
-           in_range(argument::small_slot_bytes, l.small_slot_bytes, 128U, l.message_bytes_max),
-           in_range(argument::large_slots, l.large_slots, 1U, many),
-           in_range(argument::queue_depth_max, l.queue_depth_max, 1U, many),
-           in_range(argument::queued_max, l.queued_max, 1U, many),
-           in_range(argument::services_max, l.services_max, 1U, 65536U),
-           in_range(argument::calls_max, l.calls_max, 1U, 65536U),
-           in_range(argument::calls_per_connection_max, l.calls_per_connection_max, 1U, 65536U),
-           in_range(argument::door_slots, l.door_slots, 1U, 4096U),
-           in_range(argument::door_slot_bytes, l.door_slot_bytes, 128U, 1U << 26),
-           in_range(argument::lanes_max, l.lanes_max, 1U, 1024U),
-           in_range(argument::lane_bytes, l.lane_bytes, std::size_t{0}, lane_bytes_max),
-           in_range(argument::events_max, l.events_max, 1U, many),
-       }) {
-    if (!one) return one;
+  for (const service::limit_row& row : service::limit_table) {
+    if (const status ok = in_range(row.which, row.of(l), row.least, row.most); !ok) return ok;
   }
-  return {};
+  return in_range(argument::small_slot_bytes, l.small_slot_bytes, 0U, l.message_bytes_max);
 }
 
 status check_options(const endpoint_options& o) noexcept {

@@ -32,6 +32,14 @@ std::string_view print(std::span<char> into, const char* format, std::string_vie
   return {into.data(), std::min(static_cast<std::size_t>(bytes), into.size() - 1)};
 }
 
+// A value as the one member of an object.
+void write_result(json::writer& into, std::string_view value) noexcept {
+  into.begin_object();
+  into.key("result");
+  into.raw(value);
+  into.end_object();
+}
+
 } // namespace
 
 // ---- answered by this process
@@ -159,25 +167,14 @@ result<std::uint32_t> core::finish_with(std::uint32_t index, std::string_view te
   if (ended.asked_by.who == party::kind::peer) {
     // In rosbridge's values these are members like others; in a bare reply they would stand beside ours.
     const bool wraps = ended.asked_by.speaks == dialect::bare && bare::find_reserved(text);
-    const auto write = [&](json::writer& into) {
-      if (!wraps) return into.raw(text);
-      into.begin_object();
-      into.key("result");
-      into.raw(text);
-      into.end_object();
-    };
-    return finish(index, write, expires);
+    return finish(
+        index, [&](json::writer& into) { wraps ? write_result(into, text) : into.raw(text); }, expires);
   }
   // Whoever asked in bare JSON gets an object.
   const bool reads_objects =
       ended.asked_by.who == party::kind::door || lanes_[ended.asked_by.index].kind == detail::lane_kind::talk;
   if (reads_objects && json::root(text).type != json::kind::object) {
-    const std::uint32_t slot = compose(rt::never, [&](json::writer& into) {
-      into.begin_object();
-      into.key("result");
-      into.raw(text);
-      into.end_object();
-    });
+    const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_result(into, text); });
     if (slot == no_index) return errc::full;
     close_call(index);
     tell(ended.asked_by, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});

@@ -10,8 +10,9 @@
 //   offer frames to every connection that has something to write, urgent first
 //
 // core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is
-// written to them, lanes.cpp what this process publishes and takes, talking.cpp plain messages, calling.cpp
-// who is asked, answering.cpp how calls end, providing.cpp services.
+// written to them, lanes.cpp what this process publishes and takes, talking.cpp what it says to
+// peers, delivering.cpp what it is told, calling.cpp who is asked, answering.cpp how calls end, providing.cpp
+// services.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -42,6 +43,9 @@
 #include "json/writer.hpp"
 
 namespace rowe::service {
+
+// As slots' headers have it; the other way of rt::nanoseconds_of().
+inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
 
 // Where random bytes come from: the kernel, or a seed. Masks of a client's frames must be unpredictable (RFC
 // 6455 10.3); the back-off of reconnecting wants jitter.
@@ -175,7 +179,7 @@ class core final : public transport_sink {
   void take(connection& c, const wire::frame_step& step) noexcept;
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
   void take_rosbridge(connection& c, std::string_view text) noexcept;
-  void take_bare(connection& c, std::string_view text) noexcept;
+  void take_bare(connection& c, std::string_view text, bool has_op) noexcept;
   void carry_out(connection& c, const wire::rosbridge::request& asked) noexcept;
   void subscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
   void unsubscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
@@ -298,6 +302,8 @@ class core final : public transport_sink {
   void end_letter(std::uint32_t slot, const status& outcome) noexcept;
   void welcome(connection& c) noexcept;
   void place_waiting() noexcept;
+
+  // delivering.cpp
   void tell(const party& whom, detail::call_ref own, const status& outcome,
             std::string_view text = {}) noexcept;
   void end_at_lane(const party& whom, detail::call_ref own, status outcome, std::string_view text) noexcept;

@@ -94,7 +94,7 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
   const auto op = json::find(json::root(text).raw, "op");
   const bool is_rosbridge = op && op->type == json::kind::string;
   c.spoke_last = is_rosbridge ? dialect::rosbridge : dialect::bare;
-  is_rosbridge ? take_rosbridge(c, text) : take_bare(c, text);
+  is_rosbridge ? take_rosbridge(c, text) : take_bare(c, text, op.has_value());
 }
 
 void core::take_rosbridge(connection& c, std::string_view text) noexcept {
@@ -107,7 +107,7 @@ void core::take_rosbridge(connection& c, std::string_view text) noexcept {
   carry_out(c, asked);
 }
 
-void core::take_bare(connection& c, std::string_view text) noexcept {
+void core::take_bare(connection& c, std::string_view text, bool has_op) noexcept {
   if (json::root(text).type != json::kind::object) {
     add(counter::malformed);
     return answer_bare_error(c, {}, "not_an_object", "a message must be one JSON object");
@@ -115,7 +115,7 @@ void core::take_bare(connection& c, std::string_view text) noexcept {
   if (!std::exchange(c.bare, true)) welcome(c);
   bare::envelope said;
   const auto refusal = bare::decode(text, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
-  if (refusal || json::find(text, "op")) {
+  if (refusal || has_op) {
     std::array<char, bare::refusal_text_bytes_max> room;
     const std::string_view why = refusal ? refusal->text(room) : "the member \"op\" must be a string";
     report(event::kind::refused_request, c.peer(), why);

@@ -18,8 +18,6 @@ namespace rosbridge = wire::rosbridge;
 
 constexpr std::size_t lane_budget = 64; // values taken from one lane in one cycle
 
-rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
-
 } // namespace
 
 void core::take_from_lanes() noexcept {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "service/core.hpp"
+#include "service/limit_table.hpp"
 #include "service/publishing.hpp"
 
 namespace rowe::service {
@@ -72,36 +73,9 @@ void core::write_report(json::writer& into) noexcept {
   into.end_object();
   into.key("limits");
   into.begin_object();
-  for (const auto& [name, value] : {
-           std::pair{"connections_max", std::size_t{bounds_.connections_max}},
-           std::pair{"connections_per_address_max", std::size_t{bounds_.connections_per_address_max}},
-           std::pair{"handshakes_max", std::size_t{bounds_.handshakes_max}},
-           std::pair{"message_bytes_max", std::size_t{bounds_.message_bytes_max}},
-           std::pair{"fragments_max", std::size_t{bounds_.fragments_max}},
-           std::pair{"depth_max", std::size_t{bounds_.depth_max}},
-           std::pair{"topics_max", std::size_t{bounds_.topics_max}},
-           std::pair{"topic_bytes_max", std::size_t{bounds_.topic_bytes_max}},
-           std::pair{"subscriptions_max", std::size_t{bounds_.subscriptions_max}},
-           std::pair{"subscriptions_per_connection_max",
-                     std::size_t{bounds_.subscriptions_per_connection_max}},
-           std::pair{"advertisements_per_connection_max",
-                     std::size_t{bounds_.advertisements_per_connection_max}},
-           std::pair{"small_slots", std::size_t{bounds_.small_slots}},
-           std::pair{"small_slot_bytes", std::size_t{bounds_.small_slot_bytes}},
-           std::pair{"large_slots", std::size_t{bounds_.large_slots}},
-           std::pair{"queue_depth_max", std::size_t{bounds_.queue_depth_max}},
-           std::pair{"queued_max", std::size_t{bounds_.queued_max}},
-           std::pair{"services_max", std::size_t{bounds_.services_max}},
-           std::pair{"calls_max", std::size_t{bounds_.calls_max}},
-           std::pair{"calls_per_connection_max", std::size_t{bounds_.calls_per_connection_max}},
-           std::pair{"door_slots", std::size_t{bounds_.door_slots}},
-           std::pair{"door_slot_bytes", std::size_t{bounds_.door_slot_bytes}},
-           std::pair{"lanes_max", std::size_t{bounds_.lanes_max}},
-           std::pair{"lane_bytes", bounds_.lane_bytes},
-           std::pair{"events_max", std::size_t{bounds_.events_max}},
-       }) {
-    into.key(name);
-    into.number(value);
+  for (const limit_row& row : limit_table) {
+    into.key(rowe::name_of(row.which));
+    into.number(row.of(bounds_));
   }
   into.end_object();
   into.end_object();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain messages of the bare dialect, both ways: what lanes and threads at the front door send, how a letter
-// finds its peers and its sender learns what became of it, and who in this process receives what peers say.
+// What lanes and threads at the front door say, and plain messages on their way out: how a letter finds its
+// peers, waits for them, and ends.
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -9,7 +9,6 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
-#include "json/decoder.hpp"
 
 namespace rowe::service {
 namespace {
@@ -18,7 +17,10 @@ using detail::entry;
 
 constexpr std::size_t entries_budget = 64; // taken from one lane, or from the front door, in one cycle
 
-rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
+// The slot that was put aside after this one, in the header's room for outcomes, which only ends have.
+std::int64_t& next_held(const detail::lane_slots& slots, std::uint32_t slot) noexcept {
+  return slots.header(slot)->outcome_value;
+}
 
 party party_of_door(std::uint32_t slot) noexcept { return {.who = party::kind::door, .index = slot}; }
 
@@ -41,11 +43,11 @@ void core::take_entries(std::uint32_t index) noexcept {
       path.home->give(*slot);
       continue;
     }
-    path.slots.header(*slot)->outcome_value = no_index;
+    next_held(path.slots, *slot) = no_index;
     if (view.held_first == no_index) {
       view.held_first = *slot;
     } else {
-      path.slots.header(view.held_last)->outcome_value = *slot;
+      next_held(path.slots, view.held_last) = *slot;
     }
     view.held_last = *slot;
   }
@@ -58,13 +60,13 @@ void core::retry_entries(std::uint32_t index) noexcept {
   const detail::emptying_end& path = lanes_[index].service.out;
   std::uint32_t before = no_index;
   for (std::uint32_t slot = view.held_first; slot != no_index;) {
-    const std::int64_t next = path.slots.header(slot)->outcome_value;
+    const std::int64_t next = next_held(path.slots, slot);
     if (take_entry(index, slot)) {
       path.home->give(slot);
       if (before == no_index) {
         view.held_first = static_cast<std::uint32_t>(next);
       } else {
-        path.slots.header(before)->outcome_value = next;
+        next_held(path.slots, before) = next;
       }
     } else {
       before = slot;
@@ -363,137 +365,6 @@ void core::place_waiting() noexcept {
     if (letters_.waiting() == 0) return;
     if (c.open() && c.bare) welcome(c);
   }
-}
-
-// ---- what senders and askers are told
-
-void core::tell(const party& whom, detail::call_ref own, const status& outcome,
-                std::string_view text) noexcept {
-  if (whom.who == party::kind::lane) end_at_lane(whom, own, outcome, text);
-  if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
-}
-
-// The end of a call, or of a send that waits, at the lane that began it. Of an error, `text` is the sentence.
-void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
-                       std::string_view text) noexcept {
-  const lane_view& view = views_[whom.index];
-  if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
-  detail::lane& lane = lanes_[whom.index];
-  const detail::filling_end& path = lane.service.ends;
-  const auto slot = path.home->try_take();
-  if (!slot)
-    return add(counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
-  std::byte* const value = path.slots.value(*slot);
-  std::size_t bytes = 0;
-  if (outcome && lane.decoder != nullptr && !text.empty()) {
-    bytes = path.slots.bytes_max;
-    outcome = lane.decoder->decode(text, value);
-    if (!outcome) {
-      add(counter::undecodable);
-      text = {};
-    }
-  } else if (outcome && text.size() > path.slots.bytes_max) {
-    add(counter::too_big);
-    outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
-                    static_cast<std::int64_t>(path.slots.bytes_max)};
-    text = {};
-  }
-  if (bytes == 0) {
-    bytes = std::min(text.size(), path.slots.bytes_max); // a sentence may be cut
-    if (bytes != 0) std::memcpy(value, text.data(), bytes);
-  }
-  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(now_),
-                               .expires_ns = rt::nanoseconds_of(rt::never),
-                               .bytes = static_cast<std::uint32_t>(bytes),
-                               .what = entry::end,
-                               .failed = !outcome,
-                               .outcome = outcome ? errc::misuse : outcome.code(),
-                               .own = own,
-                               .outcome_value = outcome ? 0 : outcome.error().value,
-                               .outcome_limit = outcome ? 0 : outcome.error().limit};
-  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
-}
-
-// ---- in
-
-// The lane that gets what no other handle takes: of those that receive, the one that was attached first.
-std::uint32_t core::receiver() const noexcept {
-  std::uint32_t first = no_index;
-  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    if (!views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives) continue;
-    if (first == no_index || views_[i].order < views_[first].order) first = i;
-  }
-  return first;
-}
-
-// Whether somebody waits for calls that no handle serves.
-bool core::received() const noexcept {
-  return receiver() != no_index || options_.answers_any || door_.manned();
-}
-
-rt::time_point core::inbound_expiry(std::int64_t ttl_ns) const noexcept {
-  const rt::time_point by_peer = rt::deadline_after(now_, rt::duration{ttl_ns}); // negative: never
-  return std::min(by_peer, rt::deadline_after(now_, options_.inbound_ttl));
-}
-
-// To the one who receives.
-status core::deliver_message(const detail::value_header& header, std::string_view text) noexcept {
-  const std::uint32_t lane = receiver();
-  status done = errc::full;
-  if (lane != no_index) {
-    done = fill_inbox(lane, header, text);
-  } else {
-    done = door_.deliver(
-        {.what = header.what == entry::invocation ? door_request::invocation : door_request::message,
-         .peer = header.peer,
-         .call = header.call,
-         .stamped = now_,
-         .expires = time_of(header.expires_ns)},
-        text);
-  }
-  if (!done) add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
-  return done;
-}
-
-// Into the inbox of a lane, decoded where that reads values.
-status core::fill_inbox(std::uint32_t index, const detail::value_header& header,
-                        std::string_view body) noexcept {
-  detail::lane& lane = lanes_[index];
-  const detail::filling_end& path = lane.service.in;
-  if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
-    return error{errc::too_big, static_cast<std::int64_t>(body.size()),
-                 static_cast<std::int64_t>(path.slots.bytes_max)};
-  }
-  std::uint32_t slot = no_index;
-  if (path.newest != nullptr) {
-    slot = path.newest->begin_write();
-  } else if (views_[index].spare != no_index) {
-    slot = std::exchange(views_[index].spare, no_index);
-  } else if (const auto free = path.home->try_take()) {
-    slot = *free;
-  } else {
-    return errc::full;
-  }
-  std::byte* const value = path.slots.value(slot);
-  std::size_t bytes = body.size();
-  if (lane.decoder != nullptr) {
-    bytes = path.slots.bytes_max;
-    if (const status read = lane.decoder->decode(body, value); !read) {
-      if (path.newest == nullptr) views_[index].spare = slot;
-      return read;
-    }
-  } else {
-    std::memcpy(value, body.data(), bytes);
-  }
-  *path.slots.header(slot) = header;
-  path.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
-  if (path.newest != nullptr) {
-    path.newest->end_write(slot);
-    lane.news.notify();
-  } else if (path.out->try_push(slot)) { // there is a place for every slot
-    lane.news.notify();
-  }
-  return {};
 }
 
 } // namespace rowe::service

@@ -235,6 +235,14 @@ inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcep
   return std::nullopt;
 }
 
+// The slot of the next end. Errors: empty (none has come), closed, misuse (an empty handle).
+inline result<std::uint32_t> next_end(const lane_handle& on) noexcept {
+  if (!on) return errc::misuse;
+  const bool over = closed(*on); // before looking: what came before it closed is still there
+  if (const auto slot = take_end(*on)) return *slot;
+  return over ? errc::closed : errc::empty;
+}
+
 inline call_id id_of_end(const lane& on, std::uint32_t slot) noexcept {
   const call_ref call = on.user.ends.slots.header(slot)->own;
   return {call.index, call.generation};

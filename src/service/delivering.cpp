@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// What this process is given: what became of calls and of sends that wait, and what peers say, decoded where
+// a handle reads values. Who receives plain messages is decided here.
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "service/core.hpp"
+#include "json/decoder.hpp"
+
+namespace rowe::service {
+namespace {
+
+using detail::entry;
+
+} // namespace
+
+// ---- what senders and askers are told
+
+void core::tell(const party& whom, detail::call_ref own, const status& outcome,
+                std::string_view text) noexcept {
+  if (whom.who == party::kind::lane) end_at_lane(whom, own, outcome, text);
+  if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
+}
+
+// The end of a call, or of a send that waits, at the lane that began it. Of an error, `text` is the sentence.
+void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
+                       std::string_view text) noexcept {
+  const lane_view& view = views_[whom.index];
+  if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
+  detail::lane& lane = lanes_[whom.index];
+  const detail::filling_end& path = lane.service.ends;
+  const auto slot = path.home->try_take();
+  if (!slot)
+    return add(counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
+  std::byte* const value = path.slots.value(*slot);
+  std::size_t bytes = 0;
+  if (outcome && lane.decoder != nullptr && !text.empty()) {
+    bytes = path.slots.bytes_max;
+    outcome = lane.decoder->decode(text, value);
+    if (!outcome) {
+      add(counter::undecodable);
+      text = {};
+    }
+  } else if (outcome && text.size() > path.slots.bytes_max) {
+    add(counter::too_big);
+    outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
+                    static_cast<std::int64_t>(path.slots.bytes_max)};
+    text = {};
+  }
+  if (bytes == 0) {
+    bytes = std::min(text.size(), path.slots.bytes_max); // a sentence may be cut
+    if (bytes != 0) std::memcpy(value, text.data(), bytes);
+  }
+  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(now_),
+                               .expires_ns = rt::nanoseconds_of(rt::never),
+                               .bytes = static_cast<std::uint32_t>(bytes),
+                               .what = entry::end,
+                               .failed = !outcome,
+                               .outcome = outcome ? errc::misuse : outcome.code(),
+                               .own = own,
+                               .outcome_value = outcome ? 0 : outcome.error().value,
+                               .outcome_limit = outcome ? 0 : outcome.error().limit};
+  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
+}
+
+// ---- in
+
+// The lane that gets what no other handle takes: of those that receive, the one that was attached first.
+std::uint32_t core::receiver() const noexcept {
+  std::uint32_t first = no_index;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if (!views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives) continue;
+    if (first == no_index || views_[i].order < views_[first].order) first = i;
+  }
+  return first;
+}
+
+// Whether somebody waits for calls that no handle serves.
+bool core::received() const noexcept {
+  return receiver() != no_index || options_.answers_any || door_.manned();
+}
+
+rt::time_point core::inbound_expiry(std::int64_t ttl_ns) const noexcept {
+  const rt::time_point by_peer = rt::deadline_after(now_, rt::duration{ttl_ns}); // negative: never
+  return std::min(by_peer, rt::deadline_after(now_, options_.inbound_ttl));
+}
+
+// To the one who receives.
+status core::deliver_message(const detail::value_header& header, std::string_view text) noexcept {
+  const std::uint32_t lane = receiver();
+  status done = errc::full;
+  if (lane != no_index) {
+    done = fill_inbox(lane, header, text);
+  } else {
+    done = door_.deliver(
+        {.what = header.what == entry::invocation ? door_request::invocation : door_request::message,
+         .peer = header.peer,
+         .call = header.call,
+         .stamped = now_,
+         .expires = time_of(header.expires_ns)},
+        text);
+  }
+  if (!done) add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
+  return done;
+}
+
+// Into the inbox of a lane, decoded where that reads values.
+status core::fill_inbox(std::uint32_t index, const detail::value_header& header,
+                        std::string_view body) noexcept {
+  detail::lane& lane = lanes_[index];
+  const detail::filling_end& path = lane.service.in;
+  if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
+    return error{errc::too_big, static_cast<std::int64_t>(body.size()),
+                 static_cast<std::int64_t>(path.slots.bytes_max)};
+  }
+  std::uint32_t slot = no_index;
+  if (path.newest != nullptr) {
+    slot = path.newest->begin_write();
+  } else if (views_[index].spare != no_index) {
+    slot = std::exchange(views_[index].spare, no_index);
+  } else if (const auto free = path.home->try_take()) {
+    slot = *free;
+  } else {
+    return errc::full;
+  }
+  std::byte* const value = path.slots.value(slot);
+  std::size_t bytes = body.size();
+  if (lane.decoder != nullptr) {
+    bytes = path.slots.bytes_max;
+    if (const status read = lane.decoder->decode(body, value); !read) {
+      if (path.newest == nullptr) views_[index].spare = slot;
+      return read;
+    }
+  } else {
+    std::memcpy(value, body.data(), bytes);
+  }
+  *path.slots.header(slot) = header;
+  path.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
+  if (path.newest != nullptr) {
+    path.newest->end_write(slot);
+    lane.news.notify();
+  } else if (path.out->try_push(slot)) { // there is a place for every slot
+    lane.news.notify();
+  }
+  return {};
+}
+
+} // namespace rowe::service
