@@ -21,6 +21,7 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/detail/stop_permit.hpp>
 #include <rowe/options.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/atomics.hpp>
@@ -50,6 +51,7 @@ enum class lane_kind : std::uint8_t {
   respond_text,
   call_value, // out: calls; ends: replies
   call_text,
+  stop_latch, // no path: the permit and the latch's words
 };
 constexpr bool publishes(lane_kind k) noexcept {
   return k == lane_kind::publish_value || k == lane_kind::publish_text;
@@ -60,6 +62,7 @@ constexpr bool subscribes(lane_kind k) noexcept {
 constexpr bool responds(lane_kind k) noexcept {
   return k == lane_kind::respond_value || k == lane_kind::respond_text;
 }
+constexpr bool is_latch(lane_kind k) noexcept { return k == lane_kind::stop_latch; }
 constexpr bool calls(lane_kind k) noexcept { return k == lane_kind::call_value || k == lane_kind::call_text; }
 
 // Whether publishing reaches anybody.
@@ -187,7 +190,9 @@ struct lane {
   bool receives = false;                  // talk: it may be the generic receiver
   // The generations of the endpoint's connections (board): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
-  std::span<std::byte> memory; // of the rings and slots; stays with the lane when it is free
+  const permit_word<>* granted = nullptr; // stop_latch
+  duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
+  std::span<std::byte> memory;            // of the rings and slots; stays with the lane when it is free
 
   // The handle's side.
   struct user_side {
@@ -199,6 +204,7 @@ struct lane {
     std::uint32_t calls_open = 0;
     slots_aside ends_aside;    // ends that came while another one was waited for
     slots_aside replies_aside; // respond: out slots that were reserved and not needed
+    latch_memory latch;
   };
   alignas(rt::line_bytes) user_side user;
   rt::counter published;       // values accepted
@@ -206,6 +212,7 @@ struct lane {
   rt::counter refused_too_big; // errc::too_big
   rt::counter no_peer;         // errc::no_peer
   rt::counter expired_here;    // arrived, and out of date when the handle came to take them
+  latch_words<> latch;         // stop_latch
 
   // The service thread's side.
   alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
