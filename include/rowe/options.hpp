@@ -29,6 +29,18 @@ enum class peer_profile : std::uint8_t {
   hop_2014, // Hop of May 2014, which neither masks its frames nor can read masked ones
 };
 
+// The stop of an endpoint; in use from its first stop_latch on. See docs/stop.md.
+struct stop_options {
+  duration lease = std::chrono::milliseconds{500}; // a guard that is silent for so long stops; 20 ms to 60 s
+  duration tick = std::chrono::milliseconds{20};   // how often guards are told the time; 1 ms to lease / 2
+  duration service_timeout = std::chrono::milliseconds{50}; // loops stop when the service thread is silent
+                                                            // for so long; 2 ms to 10 s. More than a loop
+                                                            // keeps the service thread from its core
+  duration observe_timeout = std::chrono::milliseconds{50}; // who asks for a stop is answered within it, even
+                                                            // if no loop acknowledged; 1 ms to 10 s
+  bool unguarded = false; // the robot may move without any guard; shown to everyone
+};
+
 // What an endpoint is opened with.
 struct endpoint_options {
   // The service thread.
@@ -45,14 +57,15 @@ struct endpoint_options {
   duration message_time_max = std::chrono::seconds{5};    // from a message's first byte to its last
   duration stats_period = std::chrono::milliseconds{100}; // of the topic /rowe/stats; 100 ms or more
   rowe::limits limits = {};
+  stop_options stop = {};
 
   // Plain messages and calls (rowe::lane, endpoint::receive and the like).
   peer_profile profile = peer_profile::standard;
   duration inbound_ttl = rt::for_ever; // what arrived and was not taken within this time is dropped; a call
                                        // of a peer ends when it was not answered within it
-  bool bare_unasked = false; // plain messages go to peers that never spoke the bare dialect, too
-  bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
-                             // it was called
+  bool bare_unasked = false;           // plain messages go to peers that never spoke the bare dialect, too
+  bool answers_any = false; // calls that no handle serves wait for receive() from the start, not only once
+                            // it was called
 
   // endpoint::listen only.
   std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`
@@ -102,6 +115,13 @@ struct lane_options {
   std::uint32_t text_bytes_max = 4096; // the longest message, either way
   rowe::priority priority = rowe::priority::normal;
   bool receive = true; // take part in receiving: the oldest lane that does gets what no other handle takes
+};
+
+// endpoint::stop_latch.
+struct latch_options {
+  std::string_view name = "loop"; // shown; 1 to 31 bytes: letters, digits and . _ : / -
+  duration loop_timeout = std::chrono::milliseconds{100}; // a loop that does not look for so long stops all
+                                                          // loops; 1 ms to 10 s
 };
 
 } // namespace rowe

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stop, as a loop sees it: from endpoint::stop_latch(), for one thread. A software stop, which
-// complements a wired one and never replaces it. docs/stop.md has the rules.
+// complements a wired one and never replaces it. See docs/stop.md.
 #pragma once
 #include <utility>
 

@@ -138,6 +138,9 @@ void build_lane(lane& built, const lane_request& asked,
   built.type_bytes = copy_text(asked.type, built.type_text);
   built.encoder = nullptr;
   built.decoder = nullptr;
+  built.granted = nullptr;
+  built.loop_timeout = asked.loop_timeout;
+  built.latch.reset();
   built.user = {};
   built.service = {};
   for (rt::counter* one :

@@ -119,10 +119,11 @@ outcome perform(const exercise& one, circumstance under) {
 
 std::vector<exercise> all_exercises() {
   std::vector<exercise> all;
-  for (const auto part : {exercises_of_rings(), exercises_of_slots(), exercises_of_time(),
-                          exercises_of_the_wheel(), exercises_of_values(), exercises_of_handles(),
-                          exercises_of_messages(), exercises_of_lanes(), exercises_of_callers(),
-                          exercises_of_responders(), exercises_of_typed_subscribers(), exercises_of_c()}) {
+  for (const auto part :
+       {exercises_of_rings(), exercises_of_slots(), exercises_of_time(), exercises_of_the_wheel(),
+        exercises_of_values(), exercises_of_handles(), exercises_of_messages(), exercises_of_lanes(),
+        exercises_of_callers(), exercises_of_responders(), exercises_of_typed_subscribers(), exercises_of_c(),
+        exercises_of_the_stop()}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

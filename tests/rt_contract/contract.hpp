@@ -118,6 +118,7 @@ std::span<const exercise> exercises_of_lanes();
 std::span<const exercise> exercises_of_callers();
 std::span<const exercise> exercises_of_responders();
 std::span<const exercise> exercises_of_typed_subscribers();
+std::span<const exercise> exercises_of_the_stop();
 std::span<const exercise> exercises_of_c();
 std::vector<exercise> all_exercises();
 

@@ -24,7 +24,8 @@ struct lane_request {
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;
   duration ttl = rt::for_ever;
-  bool receives = false; // talk
+  bool receives = false;                // talk
+  duration loop_timeout = rt::for_ever; // stop_latch
 
   std::uint32_t out_depth = 0; // slots of each path, 1 to 4096
   std::uint32_t in_depth = 0;
@@ -125,6 +126,10 @@ constexpr lane_request client_request(std::string_view name, const service_optio
           .ends_bytes = answer_bytes<A>(options.text_bytes_max),
           .encoded = description_of<Q>(),
           .decoded = description_of<A>()};
+}
+
+constexpr lane_request latch_request(const latch_options& options) noexcept {
+  return {.kind = lane_kind::stop_latch, .name = options.name, .loop_timeout = options.loop_timeout};
 }
 
 constexpr lane_request talk_request(const lane_options& options) noexcept {
