@@ -3,12 +3,53 @@
 
 #include <algorithm>
 #include <cstring>
+#include <iterator>
+#include <utility>
 
 namespace rowe::net {
 
 using service::close_cause;
 using service::close_how;
 using service::connection_id;
+
+void memory_transport::pipe::send(std::span<const std::byte> bytes, rt::time_point arrival) {
+  if (bytes.empty()) return;
+  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  const std::uint64_t end = forgotten_ + bytes_.size();
+  last_ = std::max(last_, arrival);
+  if (!batches_.empty() && batches_.back().arrival == last_) {
+    batches_.back().end = end;
+  } else {
+    batches_.push_back({end, last_});
+  }
+}
+
+std::span<const std::byte> memory_transport::pipe::arrived(rt::time_point now) const noexcept {
+  const auto later = std::partition_point(batches_.begin(), batches_.end(),
+                                          [&](const batch& one) { return one.arrival <= now; });
+  if (later == batches_.begin()) return {};
+  const auto end = static_cast<std::size_t>(std::prev(later)->end - forgotten_);
+  return std::span{bytes_}.subspan(taken_, end - taken_);
+}
+
+void memory_transport::pipe::take(std::size_t bytes) noexcept {
+  taken_ += bytes;
+  while (!batches_.empty() && batches_.front().end <= forgotten_ + taken_) batches_.pop_front();
+  if (taken_ < bytes_.size() && taken_ < 64 * 1024) return; // moving the rest costs more than it brings
+  bytes_.erase(bytes_.begin(), bytes_.begin() + static_cast<std::ptrdiff_t>(taken_));
+  forgotten_ += std::exchange(taken_, 0);
+}
+
+void memory_transport::pipe::clear() noexcept {
+  bytes_.clear();
+  batches_.clear();
+  taken_ = 0;
+}
+
+rt::time_point memory_transport::pipe::arrival(const std::function<rt::time_point(rt::time_point)>& how,
+                                               rt::time_point now) const {
+  return std::max(last_, how ? how(now) : now);
+}
 
 memory_transport::memory_transport(std::uint32_t connections_max) : links_(connections_max) {}
 
@@ -39,31 +80,27 @@ connection_id memory_transport::open(service::side ours, std::string_view addres
 
 void memory_transport::arrive(connection_id id, std::span<const std::byte> bytes) {
   if (link* const on = find(id); on != nullptr && !on->ending) {
-    on->inbound.insert(on->inbound.end(), bytes.begin(), bytes.end());
+    on->inbound.send(bytes, on->inbound.arrival(on->sky.to_us, now_));
   }
 }
 
 std::span<const std::byte> memory_transport::sent(connection_id id) const noexcept {
   // Also of a connection that has ended, until its place is taken again.
   if (id.index >= links_.size() || links_[id.index].generation != id.generation) return {};
-  return std::span{links_[id.index].outbound}.subspan(links_[id.index].outbound_read);
+  return links_[id.index].outbound.arrived(now_);
 }
 
 void memory_transport::peer_reads(connection_id id, std::size_t bytes) {
   if (id.index >= links_.size() || links_[id.index].generation != id.generation) return;
   link& on = links_[id.index];
-  on.outbound_read = std::min(on.outbound_read + bytes, on.outbound.size());
-  if (on.outbound_read == on.outbound.size() || on.outbound_read >= on.sky.room_bytes) {
-    on.outbound.erase(on.outbound.begin(),
-                      on.outbound.begin() + static_cast<std::ptrdiff_t>(on.outbound_read));
-    on.outbound_read = 0;
-  }
+  on.outbound.take(std::min(bytes, on.outbound.arrived(now_).size()));
 }
 
 void memory_transport::peer_closes(connection_id id, close_cause cause) {
   if (link* const on = find(id)) {
     on->ending = true;
     on->cause = cause;
+    on->ends = on->inbound.arrival(on->sky.to_us, now_);
   }
 }
 
@@ -74,7 +111,8 @@ bool memory_transport::closed_by_us(connection_id id) const noexcept {
 
 void memory_transport::refuse(std::string_view what) { refusals_.emplace_back(what); }
 
-void memory_transport::poll(rt::time_point, service::transport_sink& sink) noexcept {
+void memory_transport::poll(rt::time_point now, service::transport_sink& sink) noexcept {
+  now_ = now;
   for (; !refusals_.empty(); refusals_.pop_front()) {
     sink.on_refused({.http_status = 0, .peer = {}, .what = refusals_.front(), .remedy = {}});
   }
@@ -87,12 +125,12 @@ void memory_transport::poll(rt::time_point, service::transport_sink& sink) noexc
     }
     if (on.state != phase::open) continue;
     deliver(on, id, sink);
-    if (on.refused && on.outbound.size() - on.outbound_read < on.sky.room_bytes) {
+    if (on.refused && on.outbound.waiting() < on.sky.room_bytes) {
       on.refused = false;
       sink.on_writable(id);
     }
-    const bool drained = on.inbound_taken == on.inbound.size();
-    if (on.asked || (on.ending && (drained || on.cause == close_cause::reset))) {
+    const bool drained = on.inbound.waiting() == 0;
+    if (on.asked || (on.ending && on.ends <= now && (drained || on.cause == close_cause::reset))) {
       sink.on_close(id, on.asked ? close_cause::asked : on.cause);
       on.state = phase::ended;
     }
@@ -102,18 +140,16 @@ void memory_transport::poll(rt::time_point, service::transport_sink& sink) noexc
 
 void memory_transport::deliver(link& on, connection_id id, service::transport_sink& sink) {
   std::size_t budget = on.sky.arrive_bytes_max;
-  while (budget > 0 && on.reading && !on.asked && on.inbound_taken < on.inbound.size()) {
-    const std::size_t bytes = std::min(
-        {budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), on.inbound.size() - on.inbound_taken});
+  while (budget > 0 && on.reading && !on.asked) {
+    const std::span<const std::byte> there = on.inbound.arrived(now_);
+    if (there.empty()) break;
+    const std::size_t bytes =
+        std::min({budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), there.size()});
     buffer_.assign(bytes + service::transport_sink::tailroom_bytes, std::byte{0});
-    std::memcpy(buffer_.data(), on.inbound.data() + on.inbound_taken, bytes);
-    on.inbound_taken += bytes;
+    std::memcpy(buffer_.data(), there.data(), bytes);
+    on.inbound.take(bytes);
     budget -= bytes;
     sink.on_bytes(id, std::span{buffer_}.first(bytes));
-  }
-  if (on.inbound_taken == on.inbound.size()) {
-    on.inbound.clear();
-    on.inbound_taken = 0;
   }
 }
 
@@ -121,13 +157,13 @@ std::size_t memory_transport::write(connection_id id,
                                     std::span<const std::span<const std::byte>> pieces) noexcept {
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
-  const std::size_t waiting = on->outbound.size() - on->outbound_read;
+  const std::size_t waiting = on->outbound.waiting();
   std::size_t room = on->sky.room_bytes > waiting ? on->sky.room_bytes - waiting : 0;
   std::size_t taken = 0;
+  const rt::time_point arrival = on->outbound.arrival(on->sky.to_peer, now_);
   for (const auto piece : pieces) {
     const std::size_t bytes = std::min(room, piece.size());
-    on->outbound.insert(on->outbound.end(), piece.begin(),
-                        piece.begin() + static_cast<std::ptrdiff_t>(bytes));
+    on->outbound.send(piece.first(bytes), arrival);
     taken += bytes;
     room -= bytes;
     if (bytes < piece.size()) {

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // A transport without sockets: bytes go through pipes of a fixed size in memory. For tests, the simulation
 // and benches, which hold the other ends and decide how badly the network behaves: how much a pipe takes at a
-// time, how the bytes are cut when they arrive, when a connection stalls or breaks. One thread;
-// deterministic.
+// time, how the bytes are cut when they arrive, how long they take, when a connection stalls or breaks. One
+// thread; deterministic.
 #pragma once
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -22,6 +23,10 @@ class memory_transport final : public service::transport {
     std::size_t arrive_bytes_max = SIZE_MAX; // to our side in one poll()
     std::size_t chunk_bytes_max = 64 * 1024; // in one on_bytes()
     std::size_t room_bytes = 256 * 1024;     // what the way to the peer holds before write() is refused
+    // When that arrives which is sent at a time, either way; none: at once. What is sent later never arrives
+    // earlier, whatever they say: bytes stay in order. rt::never: not at all, nor anything behind it. Times
+    // are those of poll(): what a peer says between two of them is sent at the time of the first.
+    std::function<rt::time_point(rt::time_point)> to_us, to_peer;
   };
 
   explicit memory_transport(std::uint32_t connections_max);
@@ -33,7 +38,8 @@ class memory_transport final : public service::transport {
   service::connection_id open(service::side ours, std::string_view address = "127.0.0.1:1");
   // Bytes from the peer.
   void arrive(service::connection_id id, std::span<const std::byte> bytes);
-  // What we have written and the peer has not read; and the peer reading so much of it.
+  // What of that which we have written has arrived at the peer, and it has not read; and the peer reading so
+  // much of it.
   std::span<const std::byte> sent(service::connection_id id) const noexcept;
   void peer_reads(service::connection_id id, std::size_t bytes);
   // The peer ends the stream, or it breaks.
@@ -63,6 +69,30 @@ class memory_transport final : public service::transport {
   bool busy() const noexcept override { return false; }
 
  private:
+  // Bytes on their way: sent, arrived, taken.
+  class pipe {
+   public:
+    void send(std::span<const std::byte> bytes, rt::time_point arrival);
+    std::size_t waiting() const noexcept { return bytes_.size() - taken_; } // whether or not it has arrived
+    std::span<const std::byte> arrived(rt::time_point now) const noexcept;
+    void take(std::size_t bytes) noexcept;
+    void clear() noexcept;
+    // When that arrives which is sent at `now`, if it takes as long as `how` says.
+    rt::time_point arrival(const std::function<rt::time_point(rt::time_point)>& how,
+                           rt::time_point now) const;
+
+   private:
+    struct batch {
+      std::uint64_t end = 0; // in the stream
+      rt::time_point arrival{};
+    };
+    std::vector<std::byte> bytes_;
+    std::size_t taken_ = 0;
+    std::uint64_t forgotten_ = 0; // bytes of the stream before bytes_
+    std::deque<batch> batches_;
+    rt::time_point last_{}; // the latest arrival so far
+  };
+
   enum class phase : std::uint8_t { free, opening, open, ended };
   struct link {
     phase state = phase::free;
@@ -70,15 +100,13 @@ class memory_transport final : public service::transport {
     service::side ours = service::side::server;
     std::string address;
     weather sky;
-    std::vector<std::byte> inbound;
-    std::size_t inbound_taken = 0;
-    std::vector<std::byte> outbound;
-    std::size_t outbound_read = 0;
+    pipe inbound, outbound;
     bool refused = false; // write() took less than it was given
     bool reading = true;
     bool asked = false; // we have closed
     service::close_cause cause = service::close_cause::peer;
     bool ending = false;
+    rt::time_point ends{}; // when we hear of it
   };
 
   link* find(service::connection_id id) noexcept;
@@ -88,6 +116,7 @@ class memory_transport final : public service::transport {
   std::vector<link> links_;
   std::deque<std::string> refusals_;
   std::vector<std::byte> buffer_;
+  rt::time_point now_{}; // of the last poll()
   std::uint64_t attempts_ = 0;
 };
 
