@@ -23,6 +23,7 @@
 #include <rowe/result.hpp>
 #include <rowe/rt/thread.hpp>
 #include <rowe/schema.hpp>
+#include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>
 
 namespace rowe {
@@ -80,6 +81,24 @@ class endpoint {
 
   // A lane for plain messages, calls and replies. Errors: bad_argument, too_many_lanes, lane_memory, closed.
   result<lane> open_lane(const lane_options& options = {});
+
+  // ---- the stop: see docs/stop.md
+
+  // A latch for one loop. From the first one on the endpoint has a stop, and is stopped. Errors: bad_argument
+  // (name, loop_timeout), too_many_latches (8), too_many_lanes, too_many_topics, closed.
+  result<rowe::stop_latch> stop_latch(const latch_options& options = {});
+
+  // Stops all loops of this endpoint, as a peer does that calls /rowe/stop; for another thread of this
+  // process that knows of a danger. Returns when the loops have acknowledged. Errors: timed_out (they have
+  // not within `patience` or the option observe_timeout, but they are stopped), no_service (there is no
+  // latch), closed.
+  status stop(std::string_view source, duration patience);
+
+  // Lets the loops go again, as a person at the robot would; for a program that has a button of its own, or
+  // whose option `unguarded` says that it moves from the start. Waits until the loops have acknowledged the
+  // stop, at most `patience`. Errors: refused (a guard is missing, or somebody stopped again meanwhile),
+  // timed_out (a loop does not look, or has not acknowledged), no_service, closed.
+  status reset_stop(duration patience);
 
   // ---- plain messages, from ordinary threads. Messages as in rowe/lane.hpp; of up to `door_slot_bytes`.
   // Errors of all: closed; full (all `door_slots` are taken), too_big.

@@ -149,6 +149,38 @@ void rowe_subscriber_free(struct rowe_subscriber* subscriber); // NULL is fine
 ROWE_RT int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_view* into);
 ROWE_RT int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into);
 
+// ---- The stop: see docs/stop.md
+
+struct rowe_stop_latch;
+
+// Zeroes are the defaults; `bytes` as in rowe_options.
+struct rowe_latch_options {
+  size_t bytes;         // sizeof(struct rowe_latch_options)
+  const char* name;     // shown; letters, digits and . _ : / -, at most 31; NULL: "loop"
+  long loop_timeout_ms; // a loop that does not look for so long stops all loops, 1 to 10 000; 0: 100
+};
+
+// A latch for one loop: the endpoint has a stop from the first one on, and is stopped. `options` may be NULL.
+// Errors: bad_argument, too_many_latches, too_many_lanes, too_many_topics, closed.
+struct rowe_stop_latch* rowe_stop_latch_open(const struct rowe_endpoint* endpoint,
+                                             const struct rowe_latch_options* options);
+// While loops may move it stops them all. NULL is fine.
+void rowe_stop_latch_free(struct rowe_stop_latch* latch);
+
+// True when the loop must not move: command the brake, then acknowledge. To be asked once in each cycle. Also
+// true for NULL, and once the endpoint is closed.
+ROWE_RT bool rowe_stop_engaged(struct rowe_stop_latch* latch, int64_t now_ns);
+// Says that the brake was commanded. In each cycle that is engaged.
+ROWE_RT void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns);
+
+// For threads without a loop: stops all loops of this endpoint, and waits until they have acknowledged, at
+// most `patience_ms`. Errors: timed_out (they are stopped all the same), no_service (there is no latch),
+// closed.
+int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long patience_ms);
+// Lets them go again, as a person at the robot would. Errors: refused (a guard is missing, or somebody stopped
+// again), timed_out (a loop does not look, or has not acknowledged), no_service, closed.
+int rowe_reset_stop(const struct rowe_endpoint* endpoint, long patience_ms);
+
 // ---- JSON text in place
 
 // Writes an object of the members that are given into `room`, as rowe_message() takes them; but objects and

@@ -40,6 +40,7 @@ namespace rowe {
   X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
   X(reserved_topic, "names below /rowe/ are the endpoint's own")                                             \
   X(type_conflict, "the topic exists with another type")                                                     \
+  X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
   X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \
   X(expired, "the time to live passed before it was sent")                                                   \
@@ -75,7 +76,7 @@ enum class errc : std::uint8_t {
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(services_max)         \
   X(calls_max) X(calls_per_connection_max) X(door_slots) X(door_slot_bytes) X(lanes_max) X(lane_bytes)       \
-  X(events_max)
+  X(events_max) X(lease) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout)
 // clang-format on
 
 enum class argument : std::uint8_t {

@@ -59,7 +59,8 @@ extern "C" {
   X(32, wrong_type)        /* the value is of another type */                                                \
   X(33, out_of_range)      /* the number does not fit */                                                     \
   X(34, too_long)          /* the text does not fit its place */                                             \
-  X(35, misuse)            /* a use that the function's comment forbids */
+  X(35, misuse)            /* a use that the function's comment forbids */                                   \
+  X(36, too_many_latches)
 // clang-format on
 
 enum rowe_error {
@@ -116,6 +117,12 @@ struct rowe_options {
   uint32_t door_slots;        // messages under way each way; 0: 32
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
   size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 512 KiB
+  // Of the stop (rowe/loop.h):
+  bool stop_unguarded;          // the robot may move without any guard; shown to everyone
+  long stop_lease_ms;           // a guard that is silent for so long stops; 0: 500
+  long stop_tick_ms;            // how often guards are told the time; 0: 20
+  long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50
+  long stop_observe_timeout_ms; // who asks for a stop is answered within it; 0: 50
 };
 
 // Listens on `port` (0 to 65535; 0: any free one) of 127.0.0.1. Does not wait for peers. Errors:
@@ -220,6 +227,7 @@ enum rowe_event_kind {
   rowe_event_status_from_peer,
   rowe_event_limit,   // something did not fit; `remedy` names the limit
   rowe_event_warning, // the endpoint works, but not as promised
+  rowe_event_stop,    // loops were stopped, or let go by a reset
 };
 
 // Texts end in '\0' and are cut at what fits.

@@ -114,6 +114,12 @@ result<lane> endpoint::open_lane(const lane_options& options) {
   return lane{std::move(*handle)};
 }
 
+result<rowe::stop_latch> endpoint::stop_latch(const latch_options& options) {
+  auto handle = open(detail::latch_request(options));
+  if (!handle) return handle.error();
+  return rowe::stop_latch{std::move(*handle)};
+}
+
 status endpoint::wait_peer(duration patience) { return state_->wait_peer(patience); }
 std::uint32_t endpoint::peers() const noexcept { return state_->peers(); }
 std::vector<peer> endpoint::connections() const { return state_->connections(); }

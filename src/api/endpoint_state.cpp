@@ -14,6 +14,7 @@
 #include "page/page.hpp"
 #include "service/limit_table.hpp"
 #include "service/memory_plan.hpp"
+#include "service/stop_rules.hpp"
 
 namespace rowe::detail {
 namespace {
@@ -66,6 +67,10 @@ status check_options(const endpoint_options& o) noexcept {
            in_range(argument::retry_min, o.retry_min, 1ms, long_time),
            in_range(argument::retry_max, o.retry_max, o.retry_min, long_time),
            in_range(argument::inbound_ttl, o.inbound_ttl, 1ms, rt::for_ever),
+           in_range(argument::lease, o.stop.lease, 20ms, 60s),
+           in_range(argument::tick, o.stop.tick, 1ms, o.stop.lease / 2),
+           in_range(argument::service_timeout, o.stop.service_timeout, 2ms, 10s),
+           in_range(argument::observe_timeout, o.stop.observe_timeout, 1ms, 10s),
            in_range(argument::profile, static_cast<int>(o.profile), 0,
                     static_cast<int>(peer_profile::hop_2014)),
        }) {
@@ -159,6 +164,14 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
       if (const status ok = in_range(which, depth, 1U, depth_max); !ok) return ok;
     }
     return {};
+  }
+  if (asked.kind == lane_kind::stop_latch) {
+    using namespace std::chrono_literals;
+    if (!service::stop_rules::good_name(asked.name)) {
+      return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
+                   service::stop_rules::name_bytes_max, argument::name};
+    }
+    return in_range(argument::loop_timeout, asked.loop_timeout, 1ms, 10s);
   }
   const std::size_t most{name_bytes_max};
   if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
@@ -266,6 +279,8 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
+
+  built.granted = &board_->permit;
 
   built.state.store(lane_state::offered, std::memory_order_release); // release: pairs with take_from_lanes()
   carrier_->wake();

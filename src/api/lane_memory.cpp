@@ -118,7 +118,9 @@ std::uint8_t copy_text(std::string_view from, std::array<char, lane::name_bytes_
 } // namespace
 
 std::size_t lane_bytes(const lane_request& asked) noexcept {
-  return path_bytes_of(asked, asked.out_depth, asked.out_bytes) +
+  constexpr std::size_t least =
+      rt::line_bytes; // of a latch, too, which has no path: lanes are told apart by theirs
+  return least + path_bytes_of(asked, asked.out_depth, asked.out_bytes) +
          path_bytes_of(asked, asked.in_depth, asked.in_bytes) +
          path_bytes_of(asked, asked.ends_depth, asked.ends_bytes) +
          arena::bytes_for<call_place>(asked.ends_depth) + arena::bytes_for<std::uint32_t>(asked.ends_depth) +

@@ -46,6 +46,14 @@ result<endpoint_options> options_of(const rowe_options* given) {
   if (all->pin_service) options.service_cpu = all->service_cpu;
   options.service_priority = all->service_priority;
   if (all->inbound_ttl_ms != 0) options.inbound_ttl = duration_of(all->inbound_ttl_ms);
+  const auto set = [](duration& into, long given_ms) {
+    if (given_ms != 0) into = std::chrono::milliseconds{given_ms};
+  };
+  options.stop.unguarded = all->stop_unguarded;
+  set(options.stop.lease, all->stop_lease_ms);
+  set(options.stop.tick, all->stop_tick_ms);
+  set(options.stop.service_timeout, all->stop_service_timeout_ms);
+  set(options.stop.observe_timeout, all->stop_observe_timeout_ms);
   limits& bounds = options.limits;
   bounds.connections_max = or_default(all->connections_max, bounds.connections_max);
   bounds.message_bytes_max = or_default(all->message_bytes_max, bounds.message_bytes_max);
@@ -131,7 +139,8 @@ static_assert(static_cast<int>(event::kind::peer_joined) == rowe_event_peer_join
               static_cast<int>(event::kind::refused_request) == rowe_event_refused_request &&
               static_cast<int>(event::kind::status_from_peer) == rowe_event_status_from_peer &&
               static_cast<int>(event::kind::limit) == rowe_event_limit &&
-              static_cast<int>(event::kind::warning) == rowe_event_warning);
+              static_cast<int>(event::kind::warning) == rowe_event_warning &&
+              static_cast<int>(event::kind::stop) == rowe_event_stop);
 
 } // namespace
 } // namespace rowe::capi
@@ -292,4 +301,16 @@ struct rowe_object* rowe_stats(const struct rowe_endpoint* endpoint) {
     }
     return all.release();
   });
+}
+
+int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long patience_ms) {
+  if (endpoint == nullptr || source == nullptr) return fail(errc::misuse);
+  const rowe::status done = endpoint->inside->stop(source, duration_of(patience_ms));
+  return done ? rowe_ok : fail(done.error());
+}
+
+int rowe_reset_stop(const struct rowe_endpoint* endpoint, long patience_ms) {
+  if (endpoint == nullptr) return fail(errc::misuse);
+  const rowe::status done = endpoint->inside->reset_stop(duration_of(patience_ms));
+  return done ? rowe_ok : fail(done.error());
 }

@@ -4,6 +4,7 @@
 #include <rowe/lane.hpp>
 #include <rowe/loop.h>
 #include <rowe/publisher.hpp>
+#include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>
 
 struct rowe_lane {
@@ -11,6 +12,9 @@ struct rowe_lane {
 };
 struct rowe_publisher {
   rowe::publisher<rowe::json_text> inside;
+};
+struct rowe_stop_latch {
+  rowe::stop_latch inside;
 };
 struct rowe_subscriber {
   rowe::subscriber<rowe::json_text> inside;

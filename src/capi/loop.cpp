@@ -88,6 +88,13 @@ rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
   return options;
 }
 
+rowe::result<rowe::latch_options> options_of(const rowe_latch_options& given) {
+  rowe::latch_options options;
+  if (given.name != nullptr) options.name = given.name;
+  if (given.loop_timeout_ms != 0) options.loop_timeout = std::chrono::milliseconds{given.loop_timeout_ms};
+  return options;
+}
+
 // Opens a handle by `open(rowe::endpoint&, options)` and puts it on the heap as C's `Handle`.
 template <class Handle, class Options, class Open>
 Handle* opened(const rowe_endpoint* on, const Options* given, Open&& open) noexcept {
@@ -216,4 +223,21 @@ int rowe_subscriber_try_take(struct rowe_subscriber* subscriber, struct rowe_vie
 int rowe_subscriber_latest(struct rowe_subscriber* subscriber, struct rowe_view* into) {
   if (subscriber == nullptr || into == nullptr) return rowe_error_misuse;
   return give(subscriber->inside.latest(), into);
+}
+
+// ---- the stop
+
+struct rowe_stop_latch* rowe_stop_latch_open(const struct rowe_endpoint* endpoint,
+                                             const struct rowe_latch_options* options) {
+  if (endpoint == nullptr) return no(errc::misuse);
+  return opened<rowe_stop_latch>(
+      endpoint, options, [](rowe::endpoint& on, const rowe::latch_options& o) { return on.stop_latch(o); });
+}
+void rowe_stop_latch_free(struct rowe_stop_latch* latch) { delete latch; }
+
+bool rowe_stop_engaged(struct rowe_stop_latch* latch, int64_t now_ns) {
+  return latch == nullptr || latch->inside.engaged(time_of(now_ns));
+}
+void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns) {
+  if (latch != nullptr) latch->inside.acknowledge(time_of(now_ns));
 }

@@ -20,6 +20,7 @@
 
 #include <rowe/connection.hpp>
 #include <rowe/detail/lane.hpp>
+#include <rowe/detail/stop_permit.hpp>
 #include <rowe/event.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
@@ -93,6 +94,7 @@ class board {
   }
 
   counters counts;
+  detail::permit_word<> permit; // of the stop; withdrawn as long as nothing is granted
   rt::notification<> peers_changed;
 
  private:

@@ -33,6 +33,8 @@ rt::time_point core::time_limit(std::int64_t time_ns) const noexcept {
 void core::take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
                      const asking& what, std::int64_t time_ns) noexcept {
   add(counter::calls_in);
+  if (const auto of_stop = stop_service_named(service); stop_.in_use() && of_stop != stop_service::none)
+    return take_stop_call(c, in, id_raw, of_stop, what.text);
   const auto refuse = [&](std::string_view code, std::string_view why) {
     add(counter::calls_refused);
     report(event::kind::refused_request, c.peer(), why);
@@ -124,6 +126,7 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
     return ask_peer(index, to, dialect::bare, service, what);
   }
   if (!service.empty()) {
+    const bool ask_server = from_here && ours_ == side::client;
     const std::uint32_t found = services_.find(service);
     if (found != no_index) {
       const service_entry& provider = services_.at(found);
@@ -132,7 +135,9 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
       if ((from_here || options_.relay) && peer != nullptr && peer->open())
         return ask_peer(index, peer, dialect::rosbridge, services_.name(found), what);
     }
-    const bool ask_server = from_here && ours_ == side::client;
+    const auto of_stop = stop_service_named(service);
+    if (of_stop != stop_service::none && stop_.in_use()) return answer_stop_call(index, of_stop, what);
+    if (of_stop != stop_service::none && !ask_server) return finish_badly(index, {errc::no_service});
     const std::string_view own = own_service(service);
     if (found == no_index && !ask_server && !own.empty()) return answer_own(index, own, what);
   }

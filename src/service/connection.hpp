@@ -14,6 +14,7 @@
 
 #include "service/calls.hpp"
 #include "service/queues.hpp"
+#include "service/stop_frames.hpp"
 #include "service/transport.hpp"
 #include "wire/rosbridge.hpp"
 #include "wire/websocket.hpp"
@@ -77,6 +78,7 @@ struct connection {
   std::span<std::byte> assembly;
 
   control_frames control;
+  stop_frames stop_out;
   begun_frame begun;
   queue direct;                 // answers to its own requests
   std::array<queue, 3> letters; // by priority
@@ -87,6 +89,8 @@ struct connection {
   std::span<std::uint32_t> advertised; // topics, `advertisements` of them in use
   std::uint32_t advertisements = 0;
 
+  bool local = false; // on this machine: it may reset a stop, and guard
+  rt::time_point stop_shown_at{};
   bool bare = false;                  // plain messages may be sent to it
   dialect spoke_last = dialect::bare; // what a text that is no JSON is answered in
   std::uint32_t calls_asked = 0;      // by it, and not answered yet

@@ -41,6 +41,20 @@ constexpr std::size_t mask_bytes =
 // message be late.
 constexpr rt::duration care_period = std::chrono::milliseconds{500};
 
+// Stops that wait for the loops: one for each peer, and some of this process.
+std::size_t stop_waiters_of(const limits& bounds) noexcept { return bounds.connections_max + std::size_t{8}; }
+
+// Whether a peer's address is of this machine.
+bool is_loopback(std::string_view address) noexcept {
+  return address.starts_with("127.") || address.starts_with("[::1]");
+}
+
+std::uint64_t draw(entropy& from) noexcept {
+  std::array<std::byte, sizeof(std::uint64_t)> dice;
+  from.fill(dice);
+  return std::bit_cast<std::uint64_t>(dice);
+}
+
 } // namespace
 
 std::size_t core::footprint_bytes(const limits& bounds) noexcept {
@@ -58,7 +72,8 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for(scratch_bytes(bounds)) +                               //
          letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
          call_table::footprint_bytes(bounds) + //
-         arena::bytes_for<std::uint32_t>(bounds.door_slots);
+         arena::bytes_for<std::uint32_t>(bounds.door_slots) +
+         arena::bytes_for<stop_waiter>(stop_waiters_of(bounds));
 }
 
 core::core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, board& shown,
@@ -90,6 +105,8 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       masks_{memory.carve_bytes(mask_bytes)},
       masks_used_{mask_bytes},
       scratch_{memory.carve<char>(scratch_bytes(bounds_))},
+      stop_{options.stop, start, draw(seams.random)},
+      stop_waiters_{memory.carve<stop_waiter>(stop_waiters_of(bounds_))},
       now_{start},
       opened_at_{start} {
   options.name.copy(name_.data(), name_bytes_);
@@ -100,9 +117,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
     connections_[i].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
                                                     bounds_.advertisements_per_connection_max);
   }
-  std::array<std::byte, sizeof(std::uint64_t)> dice;
-  random_.fill(dice);
-  calls_.begin(std::bit_cast<std::uint64_t>(dice));
+  calls_.begin(draw(random_));
   statistics_topic_ = router_.find_or_add("/rowe/stats");
   router_.hold(statistics_topic_);
   router_.at(statistics_topic_).keep = keep::newest;
@@ -145,6 +160,7 @@ void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node
 rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
   carrier_.poll(now, *this);
+  turn_stop();
   place_waiting();
   take_from_lanes();
   take_from_door();
@@ -153,7 +169,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   // More than one cycle's share was waiting: the next one is needed at once.
   if (lanes_left_ || listed_count_ != 0) return now_;
-  return wheel_.next_wake();
+  return std::min(wheel_.next_wake(), next_stop_turn());
 }
 
 void core::record_cycle(rt::duration took) noexcept {
@@ -200,6 +216,10 @@ bool core::drained() const noexcept {
 void core::close_all(rt::time_point now) noexcept {
   now_ = now;
   closing_ = true;
+  if (stop_.in_use()) {
+    stop_.request("the endpoint is closing", 0, now_);
+    stop_.write_permit(shown_.permit);
+  }
   disarm(timer::reconnect, 0);
   while (letters_.waiting() != 0) {
     add(counter::lost_at_close);
@@ -234,6 +254,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.state = connection::phase::open;
   c.ours = peer.ours;
   c.heard_at = c.opened_at = now_;
+  c.local = is_loopback(peer.address);
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
   c.parser.reset(peer.ours == side::server ? wire::role::server : wire::role::client,
@@ -279,6 +300,10 @@ void core::on_writable(connection_id id) noexcept {
 void core::forget(connection& c) noexcept {
   c.state = connection::phase::closing; // what it had been given goes to others from here on
   end_calls_of(c);
+  if (stop_.in_use()) {
+    stop_.peer_gone(std::uint64_t{c.id.generation} << 32 | c.id.index, now_);
+    stop_.write_permit(shown_.permit);
+  }
   if (c.begun.slot != no_index) {
     slots_.end(c.begun.slot);
     release(c.begun.slot);

@@ -12,7 +12,7 @@
 // core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is
 // written to them, lanes.cpp what this process publishes and takes, talking.cpp what it says to
 // peers, delivering.cpp what it is told, calling.cpp who is asked, answering.cpp how calls end, providing.cpp
-// services.
+// services, stopping.cpp the stop.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -36,6 +36,7 @@
 #include "service/queues.hpp"
 #include "service/router.hpp"
 #include "service/services.hpp"
+#include "service/stop_rules.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
 #include "wire/bare.hpp"
@@ -73,6 +74,7 @@ struct core_options {
   rt::duration stats_period;
   rt::duration retry_min;
   rt::duration retry_max;
+  stop_options stop;
 
   static core_options from(const endpoint_options& options, side ours, std::string_view name) noexcept {
     return {.bounds = options.limits,
@@ -88,7 +90,8 @@ struct core_options {
             .message_time_max = options.message_time_max,
             .stats_period = options.stats_period,
             .retry_min = options.retry_min,
-            .retry_max = options.retry_max};
+            .retry_max = options.retry_max,
+            .stop = options.stop};
   }
 };
 
@@ -147,6 +150,8 @@ class core final : public transport_sink {
 
  private:
   static constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
+  // How long the next cycle may wait while a loop is to acknowledge a stop.
+  static constexpr rt::duration acknowledgment_rest = std::chrono::microseconds{50};
   static constexpr rt::duration idle_rest = std::chrono::milliseconds{250}; // set-up and sockets wake earlier
 
   // One node of the wheel for each thing that has a time.
@@ -250,6 +255,7 @@ class core final : public transport_sink {
     std::uint64_t last_queued = 0; // closing: when the queue to the server has popped so many, all is written
     std::uint32_t generation = 0;  // of the lane: raised when it is attached
     std::uint32_t service = no_index;    // responders: in the directory
+    std::uint32_t loop = no_index;       // stop latches: in the rules
     std::uint32_t spare = no_index;      // a slot of its inbox that was taken and not used
     std::uint32_t held_first = no_index; // slots that were taken and wait for room further on, in their
     std::uint32_t held_last = no_index;  // order, each naming the next
@@ -318,6 +324,8 @@ class core final : public transport_sink {
     return expires == stamped ? now_ : expires;
   }
 
+  enum class stop_service : std::uint8_t; // stopping.cpp
+
   // calling.cpp, answering.cpp, providing.cpp
   struct asking {
     enum class form : std::uint8_t {
@@ -357,6 +365,7 @@ class core final : public transport_sink {
                 const asking& what) noexcept;
   static std::string_view own_service(std::string_view asked) noexcept; // its whole name; empty: none of ours
   void answer_own(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void answer_stop_call(std::uint32_t call, stop_service which, const asking& what) noexcept;
   void write_args(json::writer& into, const asking& what) const noexcept;
   template <class WriteBody>
   result<std::uint32_t> finish(std::uint32_t call, WriteBody&& write_body,
@@ -377,6 +386,42 @@ class core final : public transport_sink {
   connection* server_connection() noexcept;
   void limit_call(std::uint32_t call, rt::time_point until) noexcept;
   rt::time_point time_limit(std::int64_t time_ns) const noexcept;
+
+  // stopping.cpp
+  enum class stop_service : std::uint8_t { none, stop, reset, lease, state };
+  static stop_service stop_service_named(std::string_view name) noexcept;
+  static std::string_view name_of(stop_service which) noexcept;
+  struct stop_asker {
+    party who{};
+    std::string_view id_raw{}; // peer
+    detail::call_ref call{};   // of this process
+    bool silent = false;       // wants no answer
+  };
+  // Who waits for the answer to a stop.
+  struct stop_waiter {
+    party who{}; // nobody: the place is free
+    detail::call_ref call{};
+    rt::time_point accepted{};
+    rt::time_point until{};
+    std::uint16_t id_bytes = 0;
+    std::array<char, call_table::id_bytes_max> id{};
+  };
+  status attach_latch(std::uint32_t lane) noexcept;
+  void detach_latch(std::uint32_t lane) noexcept;
+  void take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
+                      std::string_view args) noexcept;
+  void take_silent_stop(connection& c, std::string_view args) noexcept;
+  void carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept;
+  void report_stop(std::string_view reason) noexcept;
+  void await_observed(const stop_asker& asker) noexcept;
+  void answer_observed() noexcept;
+  void answer_stop(stop_service which, const stop_asker& asker, rt::time_point accepted,
+                   stop_rules::refusal refused) noexcept;
+  void write_stop_answer(json::writer& into, stop_service which, rt::time_point accepted,
+                         stop_rules::refusal refused) noexcept;
+  void turn_stop() noexcept;
+  void show_stop_state() noexcept;
+  rt::time_point next_stop_turn() const noexcept;
 
   // statistics.cpp
   void begin_statistics() noexcept;
@@ -419,6 +464,14 @@ class core final : public transport_sink {
   std::span<std::byte> masks_;  // client side: keys not used yet
   std::size_t masks_used_ = 0;
   std::span<char> scratch_; // names unescaped while a request is carried out
+
+  stop_rules stop_;
+  std::span<stop_waiter> stop_waiters_;
+  std::uint32_t stops_awaited_ = 0;
+  std::uint32_t stop_topic_ = no_index; // of the state; from the first latch on
+  std::uint64_t stop_version_shown_ = 0;
+  rt::time_point stop_state_due_ = rt::never;
+  rt::time_point stop_delivered_at_{};
 
   rt::time_point now_{};
   rt::time_point opened_at_ = rt::never;

@@ -129,6 +129,11 @@ void core::take_bare(connection& c, std::string_view text, bool has_op) noexcept
                      said.ttl_ns);
   case bare::kind::message: break;
   }
+  if (stop_.in_use()) {
+    const auto service = json::find(json::root(text).raw, "service");
+    if (service && (json::text_is(*service, "/rowe/stop") || json::text_is(*service, "rowe/stop")))
+      return take_silent_stop(c, text);
+  }
   // What finds no room is counted there.
   (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
                          .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),

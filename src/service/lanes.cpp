@@ -149,6 +149,7 @@ void core::detach(std::uint32_t index) noexcept {
 
 void core::take_from(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
+  if (detail::is_latch(lane.kind)) return; // looked at by turn_stop()
   if (views_[index].topic == no_index) return take_entries(index);
   const detail::emptying_end& path = lane.service.out;
   if (path.newest != nullptr) {
@@ -236,6 +237,8 @@ void core::update_wanted(std::uint32_t topic_index) noexcept {
 
 // A peer published: to the handles of this process that subscribed and, in a hub, to the peers that did.
 void core::relay(connection& c, const rosbridge::request& asked) noexcept {
+  if (stop_.in_use() && stop_service_named(asked.topic) == stop_service::stop)
+    return take_silent_stop(c, asked.msg_raw);
   if (asked.topic.starts_with("/rowe/") && c.ours == side::server) {
     return refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   }

@@ -25,7 +25,10 @@ constexpr unsigned batches_max = 8;                // to one connection in one c
 // What one call of the transport is given, and where each piece came from.
 struct core::batch {
   struct source {
-    queue* from = nullptr; // null: control frames, or the rest of the frame that was begun
+    // Where it is taken off: a queue, the stop's frames (of_stop), or neither: control frames, or the rest of
+    // the frame that was begun.
+    queue* from = nullptr;
+    bool of_stop = false;
     std::uint32_t subscription = no_index;
     std::uint32_t slot = no_index;
     std::size_t bytes = 0;
@@ -290,7 +293,12 @@ void core::offer(connection& c) noexcept {
 
 bool core::gather(connection& c, batch& into) noexcept {
   if (!gather_begun(c, into)) return into.count > 0;
+  // A frame that is begun goes on before any other.
+  const bool stop_first = c.stop_out.begun();
+  if (stop_first) into.add(c.stop_out.rest(), {.of_stop = true});
   if (!c.control.rest().empty()) into.add(c.control.rest(), {});
+  if (!stop_first && c.state == connection::phase::open && !c.stop_out.rest().empty())
+    into.add(c.stop_out.rest(), {.of_stop = true});
   if (c.state != connection::phase::open) return into.count > 0;
   // A server must know of a topic before anything is published on it.
   const priority direct = c.ours == side::client ? priority::urgent : priority::normal;
@@ -347,7 +355,7 @@ bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key&
   if (!masks(c)) {
     const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::server);
     const std::span<const std::byte> frame{payload.data() - header, payload.size() + header};
-    into.add(frame.subspan(skip), {.from = nullptr, .slot = slot});
+    into.add(frame.subspan(skip), {.slot = slot});
     return true;
   }
   const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::client);
@@ -357,7 +365,7 @@ bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key&
                                  key); // its size is `header`
   wire::mask_copy(frame.subspan(header), payload, key);
   into.masked += frame.size();
-  into.add(frame.subspan(skip), {.from = nullptr, .slot = slot, .key = key});
+  into.add(frame.subspan(skip), {.slot = slot, .key = key});
   return true;
 }
 
@@ -369,7 +377,9 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
     const std::size_t part = std::min(taken, piece.bytes);
     taken -= part;
     const bool whole = part == piece.bytes;
-    if (piece.slot == no_index) {
+    if (piece.of_stop) {
+      c.stop_out.advance(part);
+    } else if (piece.slot == no_index) {
       c.control.written += part;
     } else if (piece.from == nullptr) {
       c.begun.written += part;

@@ -106,6 +106,17 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
   release(slot);
 }
 
+// A call of this process; a peer's does not come so far.
+void core::answer_stop_call(std::uint32_t index, stop_service which, const asking& what) noexcept {
+  calls_.at(index).provider = {.who = party::kind::core};
+  const stop_asker asker{.who = calls_.at(index).asked_by, .call = calls_.ref(index)};
+  if (what.is != asking::form::value) return carry_out_stop(which, asker, what.text);
+  const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_args(into, what); });
+  if (slot == no_index) return carry_out_stop(which, asker, {}); // a stop all the same
+  carry_out_stop(which, asker, {slots_.text(slot).data(), slots_.text(slot).size()});
+  release(slot);
+}
+
 // ---- handles that talk, respond and call
 
 void core::attach_talker(std::uint32_t index) noexcept {
@@ -115,6 +126,14 @@ void core::attach_talker(std::uint32_t index) noexcept {
     lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
     lane.news.notify();
   };
+  if (detail::is_latch(lane.kind)) {
+    if (const status done = attach_latch(index); !done) {
+      lane.answer = done.error();
+      return answer_with(detail::lane_state::refused);
+    }
+    view.attached = true;
+    return answer_with(detail::lane_state::active);
+  }
   if (detail::responds(lane.kind)) {
     const auto [at, why] = services_.add(lane.name(), lane.type(), index, {});
     if (why != services::refusal::none) {
@@ -157,6 +176,7 @@ void core::take_over_inbox(std::uint32_t index) noexcept {
 
 void core::detach_talker(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
+  if (view.loop != no_index) return detach_latch(index);
   end_calls_of_lane(index);
   if (view.service != no_index) services_.remove(view.service);
   if (connection* const c = server_connection()) announce_service(*c, index, false);

@@ -219,6 +219,15 @@ error too_many_services() {
   const auto first = endpoint.serve<json_text, json_text>("/x").value();
   return of(endpoint.serve<json_text, json_text>("/y"));
 }
+error too_many_latches() {
+  auto endpoint = alone();
+  std::vector<rowe::stop_latch> latches;
+  for (;;) {
+    auto one = endpoint.stop_latch();
+    if (!one) return of(one);
+    latches.push_back(std::move(*one));
+  }
+}
 error service_taken() {
   auto endpoint = alone();
   const auto first = endpoint.serve<json_text, json_text>("/x").value();

@@ -182,6 +182,32 @@ constexpr exercise list[] = {
     {"rowe_subscriber_latest", "what is there, and when nothing is",
      [](real_time& rt) { take_views(rt, subscriber_in(rt), rowe_subscriber_latest); }},
 
+    {"rowe_stop_engaged", "running, stopped and reset in turn",
+     [](real_time& rt) {
+       auto& permit = rt.make<detail::permit_word<>>();
+       detail::lane& on = lane_for(rt, detail::latch_request({}));
+       on.granted = &permit;
+       auto& latch = rt.make<rowe_stop_latch>(stop_latch{handle_of(on)});
+       rt.calls([&](std::uint64_t i) {
+         const auto number = static_cast<detail::latch_number>(1 + i / 2 % 1000);
+         i % 2 == 0 ? permit.grant(number, rt::never) : permit.withdraw(number);
+         use(rowe_stop_engaged(&latch, rt::nanoseconds_of(now)));
+       });
+     }},
+    {"rowe_stop_acknowledge", "each stop anew, and no latch",
+     [](real_time& rt) {
+       auto& permit = rt.make<detail::permit_word<>>();
+       detail::lane& on = lane_for(rt, detail::latch_request({}));
+       on.granted = &permit;
+       auto& latch = rt.make<rowe_stop_latch>(stop_latch{handle_of(on)});
+       rt.calls([&](std::uint64_t i) {
+         permit.withdraw(static_cast<detail::latch_number>(1 + i % 1000));
+         use(rowe_stop_engaged(&latch, rt::nanoseconds_of(now)));
+         rowe_stop_acknowledge(&latch, rt::nanoseconds_of(now));
+         rowe_stop_acknowledge(nullptr, rt::nanoseconds_of(now));
+       });
+     }},
+
     {"rowe_write", "members of all types, until the room is too small, and of none",
      [](real_time& rt) {
        const auto room = rt.array<char>(256);

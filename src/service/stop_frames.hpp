@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stop's own room on one connection: complete frames, written right after control frames and before every
+// message. Nothing of the endpoint can be so full that an answer finds no place here; only a peer that does
+// not read fills it. The state is kept once, its newest. Service thread only.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <span>
+
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+class stop_frames {
+ public:
+  static constexpr std::size_t room_bytes = 4096;
+
+  // What is to be written, oldest first.
+  std::span<const std::byte> rest() const noexcept { return {bytes_.data() + written_, size_ - written_}; }
+  // Whether a socket may have the beginning of the first frame: then nothing may come before rest().
+  bool begun() const noexcept { return begun_; }
+  void advance(std::size_t taken) noexcept {
+    written_ += taken;
+    begun_ = taken > 0 || begun_;
+    if (written_ == size_) clear();
+  }
+  void clear() noexcept {
+    written_ = size_ = state_bytes_ = 0;
+    begun_ = false;
+  }
+
+  // A text frame, masked where there is a key. False when there is no room for it.
+  bool add_answer(std::span<const char> text, const wire::mask_key* key) noexcept {
+    if (frame_bytes(text, key) > bytes_.size() - (size_ - written_)) drop_state(); // the answer matters more
+    return place(text, key);
+  }
+  // The state, in the place of one that was not begun.
+  bool add_state(std::span<const char> text, const wire::mask_key* key) noexcept {
+    drop_state();
+    if (!place(text, key)) return false;
+    state_bytes_ = frame_bytes(text, key);
+    state_at_ = size_ - state_bytes_;
+    return true;
+  }
+
+ private:
+  static std::size_t frame_bytes(std::span<const char> text, const wire::mask_key* key) noexcept {
+    return wire::frame_header_bytes(text.size(), key != nullptr ? wire::role::client : wire::role::server) +
+           text.size();
+  }
+
+  void drop_state() noexcept {
+    if (state_bytes_ == 0 || state_at_ < written_) return;
+    const std::size_t behind = state_at_ + state_bytes_;
+    std::memmove(bytes_.data() + state_at_, bytes_.data() + behind, size_ - behind);
+    size_ -= state_bytes_;
+    state_bytes_ = 0;
+    if (written_ == size_) clear();
+  }
+
+  bool place(std::span<const char> text, const wire::mask_key* key) noexcept {
+    const std::size_t needed = frame_bytes(text, key);
+    if (needed > bytes_.size() - size_ && written_ != 0) {
+      std::memmove(bytes_.data(), bytes_.data() + written_, size_ - written_);
+      if (state_at_ < written_) state_bytes_ = 0; // it is the frame that was begun
+      state_at_ -= state_at_ < written_ ? state_at_ : written_;
+      size_ -= written_;
+      written_ = 0;
+    }
+    if (needed > bytes_.size() - size_) return false;
+    std::byte* const at = bytes_.data() + size_;
+    const auto payload = std::as_bytes(text);
+    if (key != nullptr) {
+      const std::size_t header = wire::write_frame_header(at, wire::opcode::text, payload.size(), *key);
+      wire::mask_copy({at + header, payload.size()}, payload, *key);
+    } else {
+      const std::size_t header = wire::write_frame_header(at, wire::opcode::text, payload.size());
+      std::memcpy(at + header, payload.data(), payload.size());
+    }
+    size_ += needed;
+    return true;
+  }
+
+  std::array<std::byte, room_bytes> bytes_;
+  std::size_t written_ = 0;
+  std::size_t size_ = 0;
+  std::size_t state_at_ = 0; // the newest state, as long as no byte of it was written
+  std::size_t state_bytes_ = 0;
+  bool begun_ = false;
+};
+
+} // namespace rowe::service

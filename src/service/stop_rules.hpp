@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of the stop, as a function of time and of what peers and loops say: who stops, who may reset,
+// what the permit is. No I/O, no clock, no connections: a peer is a name and a number that never comes twice.
+// The core tells it what arrives and asks it what to publish; docs/stop.md has the rules in words. Service
+// thread only.
+//
+// A tick is a number of milliseconds since the endpoint was opened, plus a number drawn then, so a tick tells
+// when it was issued and one of an earlier run is of no use.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/stop_permit.hpp>
+#include <rowe/options.hpp>
+#include <rowe/rt/clock.hpp>
+
+namespace rowe::json {
+class writer;
+}
+
+namespace rowe::service {
+
+enum class stop_cause : std::uint8_t { start, request, lease, loop, service };
+
+class stop_rules {
+ public:
+  using latch_number = detail::latch_number;
+  static constexpr std::size_t guards_max = 8;
+  static constexpr std::size_t loops_max = 8;
+  static constexpr std::size_t name_bytes_max = 31;   // of a guard or a loop
+  static constexpr std::size_t source_bytes_max = 63; // of who stopped; a longer one is cut
+  static constexpr std::uint32_t no_loop = UINT32_MAX;
+  // How old a tick may be that comes with a reset.
+  static constexpr rt::duration reset_tick_age_max = std::chrono::seconds{2};
+
+  // `dice` decides where latch numbers and ticks begin.
+  stop_rules(const stop_options& options, rt::time_point start, std::uint64_t dice) noexcept;
+
+  // Whether names of guards and loops may have these characters: letters, digits and . _ : / -
+  static bool good_name(std::string_view name) noexcept;
+
+  // ---- loops. The stop is in use from the first one on.
+  bool in_use() const noexcept { return in_use_; }
+  // no_loop when there are loops_max already. `words` must live until remove_loop().
+  std::uint32_t add_loop(std::string_view name, rt::duration timeout, const detail::latch_words<>& words,
+                         rt::time_point now) noexcept;
+  // A loop that goes while the robot may move stops it.
+  void remove_loop(std::uint32_t loop, rt::time_point now) noexcept;
+
+  // ---- what peers ask. `peer` tells one from another; two requests with the same peer and source are
+  // repeats.
+  void request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept;
+
+  enum class refusal : std::uint8_t { none, number, tick, role, guards, loops, name };
+  // `number` and `tick` as they came; negative: none.
+  refusal reset(std::int64_t number, std::int64_t tick, bool role, rt::time_point now) noexcept;
+  // A guard's heartbeat; the first one registers.
+  refusal lease(std::string_view guard, std::int64_t tick, bool resigns, std::uint64_t peer, bool role,
+                rt::time_point now) noexcept;
+  // A connection has ended.
+  void peer_gone(std::uint64_t peer, rt::time_point now) noexcept;
+  bool guards_include(std::uint64_t peer) const noexcept;
+
+  // ---- time. To be called in each cycle: looks at the loops' words, the leases and the clock.
+  void turn(rt::time_point now) noexcept;
+  // When turn() is needed at the latest, if nothing is asked before.
+  rt::time_point next_turn(rt::time_point now) const noexcept;
+  // What turn() and the requests granted or withdrew, for the permit.
+  void write_permit(detail::permit_word<>& into) noexcept;
+
+  // ---- what it is
+  bool running() const noexcept { return running_; }
+  latch_number number() const noexcept { return number_; }
+  std::string_view source() const noexcept { return {source_.data(), source_bytes_}; }
+  std::string_view cause_name() const noexcept; // empty when running
+  // Raised by everything that peers are shown, but for ticks and ages.
+  std::uint64_t version() const noexcept { return version_; }
+  std::uint64_t tick(rt::time_point now) const noexcept;
+  // When the last loop acknowledged this stop; never, as long as one has not, or there is none.
+  rt::time_point observed(rt::time_point now) const noexcept;
+  // {"state":…} as docs/stop.md has it.
+  void write_state(json::writer& into, rt::time_point now) const noexcept;
+  static std::string_view name_of(refusal why) noexcept; // empty for none
+
+ private:
+  struct guard {
+    std::array<char, name_bytes_max> name_room{};
+    std::uint8_t name_bytes = 0; // 0: the place is free
+    std::uint64_t peer = 0;      // 0: its connection has ended
+    rt::time_point issued{};     // the newest tick it echoed
+    rt::time_point until{};      // its lease
+
+    std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
+  };
+  struct loop {
+    const detail::latch_words<>* words = nullptr; // null: the place is free
+    std::array<char, name_bytes_max> name_room{};
+    std::uint8_t name_bytes = 0;
+    rt::duration timeout{};
+    rt::time_point since{};    // it counts as having looked then
+    latch_number answered = 0; // the acknowledgment seen last
+
+    std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
+  };
+
+  void stop(stop_cause cause, std::string_view source) noexcept;
+  void raise_number() noexcept;
+  void set_source(std::string_view source) noexcept;
+  bool is_new(std::uint64_t asker) noexcept;
+  // When a tick was issued; never for one that was not.
+  rt::time_point issued(std::int64_t tick, rt::time_point now) const noexcept;
+  guard* find_guard(std::string_view name) noexcept;
+  bool guarded(rt::time_point now) const noexcept;
+  bool loops_ready(rt::time_point now) const noexcept;
+  rt::time_point last_look(const loop& l) const noexcept;
+  // Who has stopped, or must; false when all is well.
+  bool find_trouble(rt::time_point now) noexcept;
+  // Until when loops may move, as of `now`.
+  rt::time_point run_until(rt::time_point now) const noexcept;
+
+  const stop_options options_;
+  const rt::time_point start_;
+  const std::uint64_t first_tick_;
+
+  bool in_use_ = false;
+  bool running_ = false;
+  stop_cause cause_ = stop_cause::start;
+  latch_number number_;
+  std::array<char, source_bytes_max> source_{};
+  std::size_t source_bytes_ = 0;
+  std::uint64_t version_ = 1;
+
+  // Who has asked for this stop. When all places are taken, everyone counts as new: that is the safe side.
+  std::array<std::uint64_t, 16> askers_{};
+  std::size_t asker_count_ = 0;
+
+  std::array<guard, guards_max> guards_{};
+  std::array<loop, loops_max> loops_{};
+
+  rt::time_point until_{}; // what the permit is to say; 0: withdrawn
+  bool permit_changed_ = true;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,310 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stop's messages: what peers and this process ask of it, how they are answered, and who is shown its
+// state. The rules are stop_rules.hpp's. A stop is carried out where it is read: no slot, queue or table is
+// in its way, and the permit is withdrawn before the next message is looked at.
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <utility>
+
+#include "service/core.hpp"
+#include "service/publishing.hpp"
+
+namespace rowe::service {
+namespace {
+
+namespace bare = wire::bare;
+namespace rosbridge = wire::rosbridge;
+
+constexpr std::string_view stop_name = "/rowe/stop";
+constexpr std::string_view state_topic_name = "/rowe/stop/state";
+constexpr std::array<std::string_view, 4> service_names{stop_name, "/rowe/stop/reset", "/rowe/stop/lease",
+                                                        state_topic_name};
+
+constexpr std::size_t body_bytes_max = 2560; // of any answer, and of the state
+constexpr std::size_t answer_bytes_max =
+    body_bytes_max + call_table::id_bytes_max + 128; // with what is around it
+static_assert(answer_bytes_max + wire::frame_header_bytes_max <= stop_frames::room_bytes);
+
+// How often the state is shown to whoever is no guard.
+constexpr int ticks_for_others = 10;
+constexpr std::uint64_t this_process = 1; // a peer's key is never so small
+
+std::uint64_t key_of(connection_id id) noexcept { return std::uint64_t{id.generation} << 32 | id.index; }
+
+// Nanoseconds as a string of digits: browsers round integers beyond 2^53.
+void write_time(json::writer& into, std::string_view key, rt::time_point t) noexcept {
+  into.key(key);
+  if (t == rt::never) return into.null();
+  std::array<char, 24> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), rt::nanoseconds_of(t)).ptr;
+  into.string({digits.data(), static_cast<std::size_t>(end - digits.data())});
+}
+
+void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
+  into.key(key);
+  text.empty() ? into.null() : into.string(text);
+}
+
+std::int64_t integer_of(std::string_view args, std::string_view member) noexcept {
+  const auto found = json::find(args, member);
+  return found ? json::to_integer(*found).value_or(-1) : -1;
+}
+
+} // namespace
+
+core::stop_service core::stop_service_named(std::string_view name) noexcept {
+  for (std::size_t i = 0; i < service_names.size(); ++i) {
+    if (name == service_names[i] || name == service_names[i].substr(1))
+      return static_cast<stop_service>(i + 1);
+  }
+  return stop_service::none;
+}
+
+std::string_view core::name_of(stop_service which) noexcept {
+  return service_names[static_cast<std::size_t>(which) - 1];
+}
+
+// ---- loops
+
+status core::attach_latch(std::uint32_t index) noexcept {
+  detail::lane& lane = lanes_[index];
+  if (stop_topic_ == no_index) {
+    const std::uint32_t topic = router_.find_or_add(state_topic_name);
+    if (topic == no_index) return error{errc::too_many_topics, router_.topic_count(), bounds_.topics_max};
+    router_.hold(topic);
+    stop_topic_ = topic;
+  }
+  const std::uint32_t loop = stop_.add_loop(lane.name(), lane.loop_timeout, lane.latch, now_);
+  if (loop == stop_rules::no_loop)
+    return error{errc::too_many_latches, stop_rules::loops_max, stop_rules::loops_max};
+  views_[index].loop = loop;
+  stop_.write_permit(shown_.permit);
+  return {};
+}
+
+void core::detach_latch(std::uint32_t index) noexcept {
+  stop_.remove_loop(views_[index].loop, now_);
+  stop_.write_permit(shown_.permit);
+}
+
+// ---- what is asked
+
+// A peer's call of one of the stop's services, in either dialect.
+void core::take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
+                          std::string_view args) noexcept {
+  const bool too_long = id_raw.size() > call_table::id_bytes_max;
+  carry_out_stop(which, {.who = party::of(c.id, in), .id_raw = too_long ? std::string_view{} : id_raw}, args);
+}
+
+// A stop that wants no answer: published, or a bare message without an id.
+void core::take_silent_stop(connection& c, std::string_view args) noexcept {
+  carry_out_stop(stop_service::stop, {.who = party::of(c.id, dialect::bare), .silent = true}, args);
+}
+
+void core::carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept {
+  connection* const c = asker.who.who == party::kind::peer ? find(asker.who.connection()) : nullptr;
+  const std::uint64_t peer = c != nullptr ? key_of(c->id) : this_process;
+  const bool role = c == nullptr || c->local;
+  const auto text_of = [&](std::string_view member) -> std::string_view {
+    const auto found = json::find(args, member);
+    const auto text = found ? json::to_string(*found, scratch_) : std::nullopt;
+    return text.value_or(std::string_view{});
+  };
+  if (!args.empty()) args = json::root(args).raw;
+  const bool was_running = stop_.running();
+  auto refused = stop_rules::refusal::none;
+  switch (which) {
+  case stop_service::stop: {
+    add(counter::stops);
+    const std::string_view source = text_of("source");
+    const std::string_view here = c != nullptr ? c->peer() : std::string_view{"this process"};
+    stop_.request(source.empty() ? here : source, peer, now_);
+    break;
+  }
+  case stop_service::reset:
+    refused = stop_.reset(integer_of(args, "number"), integer_of(args, "tick"), role, now_);
+    break;
+  case stop_service::lease: {
+    const auto resigns = json::find(args, "resign");
+    refused = stop_.lease(text_of("guard"), integer_of(args, "tick"),
+                          resigns && json::to_boolean(*resigns).value_or(false), peer, role, now_);
+    break;
+  }
+  case stop_service::state:
+  case stop_service::none: break;
+  }
+  stop_.write_permit(shown_.permit); // before anything else
+  if (stop_.running() != was_running) report_stop(which == stop_service::stop ? text_of("reason") : "");
+  if (refused != stop_rules::refusal::none) add(counter::stop_refusals);
+  if (asker.silent) return;
+  if (which == stop_service::stop) return await_observed(asker);
+  answer_stop(which, asker, now_, refused);
+}
+
+void core::report_stop(std::string_view reason) noexcept {
+  std::array<char, 224> text;
+  auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
+    at += piece.copy(text.data() + at, std::min(piece.size(), text.size() - at));
+    return std::string_view{text.data(), at};
+  };
+  (void)put(stop_.running() ? "reset: loops may move" : "stopped: ");
+  if (!stop_.running()) (void)put(stop_.cause_name());
+  if (!reason.empty()) (void)put(", ");
+  report(event::kind::stop, stop_.source(), put(reason));
+}
+
+// ---- answers
+
+// The answer to a stop waits until the loops have acknowledged, at most observe_timeout. Where all places for
+// waiting are taken it does not wait.
+void core::await_observed(const stop_asker& asker) noexcept {
+  const auto free = std::find_if(stop_waiters_.begin(), stop_waiters_.end(),
+                                 [](const stop_waiter& w) { return w.who.who == party::kind::nobody; });
+  const bool known = stop_.observed(now_) != rt::never;
+  if (known || free == stop_waiters_.end())
+    return answer_stop(stop_service::stop, asker, now_, stop_rules::refusal::none);
+  *free = {.who = asker.who, .call = asker.call, .accepted = now_};
+  free->until = now_ + options_.stop.observe_timeout;
+  free->id_bytes = static_cast<std::uint16_t>(asker.id_raw.copy(free->id.data(), free->id.size()));
+  ++stops_awaited_;
+}
+
+void core::answer_observed() noexcept {
+  if (stops_awaited_ == 0) return;
+  const bool observed = stop_.observed(now_) != rt::never || stop_.running();
+  for (stop_waiter& w : stop_waiters_) {
+    if (w.who.who == party::kind::nobody || (!observed && now_ < w.until)) continue;
+    const stop_waiter answered = std::exchange(w, {});
+    --stops_awaited_;
+    answer_stop(
+        stop_service::stop,
+        {.who = answered.who, .id_raw = {answered.id.data(), answered.id_bytes}, .call = answered.call},
+        answered.accepted, stop_rules::refusal::none);
+  }
+}
+
+void core::write_stop_answer(json::writer& into, stop_service which, rt::time_point accepted,
+                             stop_rules::refusal refused) noexcept {
+  if (which == stop_service::state) return stop_.write_state(into, now_);
+  into.begin_object();
+  into.key("state");
+  into.string(stop_.running() ? "running" : "stopped");
+  into.key("number");
+  into.number(stop_.number());
+  switch (which) {
+  case stop_service::stop:
+    write_text(into, "cause", stop_.cause_name());
+    write_text(into, "source", stop_.source());
+    write_time(into, "accepted_ns", accepted);
+    write_time(into, "observed_ns", stop_.observed(now_));
+    break;
+  case stop_service::lease:
+    into.key("lease_ms");
+    into.number(std::chrono::duration_cast<std::chrono::milliseconds>(options_.stop.lease).count());
+    into.key("tick");
+    into.number(stop_.tick(now_));
+    [[fallthrough]];
+  default: write_text(into, "refused", stop_rules::name_of(refused)); break;
+  }
+  into.end_object();
+}
+
+void core::answer_stop(stop_service which, const stop_asker& asker, rt::time_point accepted,
+                       stop_rules::refusal refused) noexcept {
+  std::array<char, answer_bytes_max> room;
+  json::writer text{room};
+  const auto body = [&](json::writer& into) { write_stop_answer(into, which, accepted, refused); };
+  if (asker.who.who != party::kind::peer) {
+    body(text);
+    if (calls_.find(asker.call) == nullptr) return; // it did not wait so long
+    return end_without_room(asker.call.index, finish_with(asker.call.index, {room.data(), text.bytes()}));
+  }
+  connection* const c = find(asker.who.connection());
+  if (c == nullptr || !c->open()) return;
+  if (asker.who.speaks == dialect::bare) {
+    if (asker.id_raw.empty()) return;
+    bare::write_reply(text, asker.id_raw, body);
+  } else {
+    rosbridge::write_service_response_head(text, name_of(which), asker.id_raw, true);
+    body(text);
+    rosbridge::write_service_response_tail(text);
+  }
+  wire::mask_key key;
+  if (masks(*c)) key = next_mask();
+  if (text.overflowed() || !c->stop_out.add_answer({room.data(), text.bytes()}, masks(*c) ? &key : nullptr))
+    return add(counter::stop_answers_lost);
+  add(counter::messages_out);
+  ++c->messages_out;
+  offer(*c); // it does not wait for the rest of this cycle
+}
+
+// ---- the state
+
+// In each cycle, after what peers said: looks at loops, guards and the clock, answers, and shows the state to
+// those who are due.
+void core::turn_stop() noexcept {
+  if (!stop_.in_use()) return;
+  const bool was_running = stop_.running();
+  stop_.turn(now_);
+  stop_.write_permit(shown_.permit);
+  if (was_running && !stop_.running()) report_stop({});
+  answer_observed();
+  show_stop_state();
+}
+
+void core::show_stop_state() noexcept {
+  const bool changed = std::exchange(stop_version_shown_, stop_.version()) != stop_.version();
+  topic& on = router_.at(stop_topic_);
+  std::array<char, answer_bytes_max> room;
+  std::size_t bytes = 0;
+  std::size_t body_at = 0;
+  const auto text = [&] {
+    if (bytes == 0) {
+      json::writer into{room};
+      into.append(router_.head(stop_topic_));
+      body_at = into.bytes();
+      stop_.write_state(into, now_);
+      into.append(rosbridge::publish_tail);
+      bytes = into.overflowed() ? 0 : into.bytes();
+      note(on, now_);
+      on.bytes = bytes - body_at - rosbridge::publish_tail.size();
+    }
+    return std::span<const char>{room.data(), bytes};
+  };
+  const rt::duration slow = ticks_for_others * options_.stop.tick;
+  stop_state_due_ = rt::never;
+  for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
+    connection& c = connections_[router_.subscription_at(i).connection];
+    const rt::duration period = stop_.guards_include(key_of(c.id)) ? options_.stop.tick : slow;
+    if (changed || now_ - c.stop_shown_at >= period) {
+      c.stop_shown_at = now_;
+      wire::mask_key key;
+      if (masks(c)) key = next_mask();
+      if (c.open() && c.stop_out.add_state(text(), masks(c) ? &key : nullptr)) {
+        add(counter::messages_out);
+        ++c.messages_out;
+        list(c);
+      }
+    }
+    stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
+  }
+  if (on.first_inbox == no_index) return;
+  if (changed || now_ - stop_delivered_at_ >= slow) {
+    stop_delivered_at_ = now_;
+    const std::span<const char> whole = text();
+    for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
+      deliver_inbox(i, whole.subspan(body_at, bytes - body_at - rosbridge::publish_tail.size()));
+  }
+  stop_state_due_ = std::min(stop_state_due_, stop_delivered_at_ + slow);
+}
+
+// When turn_stop() is needed at the latest.
+rt::time_point core::next_stop_turn() const noexcept {
+  if (!stop_.in_use()) return rt::never;
+  rt::time_point next = std::min(stop_.next_turn(now_), stop_state_due_);
+  if (stops_awaited_ != 0) next = std::min(next, now_ + acknowledgment_rest);
+  return next;
+}
+
+} // namespace rowe::service

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stop through the public interface, over sockets: loops of this process, a peer that asks.
+#include <rowe/rowe.hpp>
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+
+#include "endpoints.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::endpoint;
+using rowe::errc;
+
+constexpr auto patience = 10s;
+
+// A loop that obeys, in a thread of its own.
+class obedient {
+ public:
+  explicit obedient(rowe::stop_latch latch, bool acknowledges = true)
+      : latch_{std::move(latch)}, thread_{[this, acknowledges] {
+          while (!over_) {
+            const bool engaged = latch_.engaged();
+            moving_ = !engaged;
+            if (engaged && acknowledges) latch_.acknowledge();
+            std::this_thread::yield();
+          }
+        }} {}
+  ~obedient() {
+    over_ = true;
+    thread_.join();
+  }
+  bool moving() const { return moving_; }
+  bool becomes(bool moving) const {
+    const auto until = rowe::rt::monotonic_clock::now() + patience;
+    while (moving_ != moving && rowe::rt::monotonic_clock::now() < until) std::this_thread::yield();
+    return moving_ == moving;
+  }
+
+ private:
+  rowe::stop_latch latch_;
+  std::atomic<bool> over_ = false;
+  std::atomic<bool> moving_ = false;
+  std::thread thread_;
+};
+
+rowe::endpoint_options unguarded() {
+  rowe::endpoint_options options;
+  options.stop.unguarded = true;
+  return options;
+}
+
+TEST(stop, holds_at_the_start_until_it_is_reset) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{robot.stop_latch().value()};
+  EXPECT_TRUE(loop.becomes(false));
+  ASSERT_TRUE(robot.reset_stop(patience));
+  EXPECT_TRUE(loop.becomes(true));
+}
+
+TEST(stop, asked_for_in_this_process_is_acknowledged) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{robot.stop_latch().value()};
+  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(robot.stop("a button", patience));
+  EXPECT_TRUE(loop.becomes(false));
+  ASSERT_TRUE(robot.reset_stop(patience));
+  EXPECT_TRUE(loop.becomes(true));
+}
+
+TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{robot.stop_latch().value()};
+  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(loop.becomes(true));
+  auto peer = endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port())).value();
+  ASSERT_TRUE(peer.wait_peer(patience));
+  const auto answer = peer.invoke(rowe::message{"service", "/rowe/stop", "source", "test"}, patience);
+  ASSERT_TRUE(answer) << answer.error().name();
+  EXPECT_NE(answer->text().find(R"("state":"stopped")"), std::string::npos) << answer->text();
+  EXPECT_NE(answer->text().find(R"("source":"test")"), std::string::npos) << answer->text();
+  EXPECT_NE(answer->text().find(R"("observed_ns":")"), std::string::npos) << answer->text();
+  EXPECT_FALSE(loop.moving());
+}
+
+TEST(stop, nobody_acknowledges_is_said_to_be_so) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{robot.stop_latch().value(), false};
+  const auto done = robot.stop("a button", patience);
+  EXPECT_EQ(done.code(), errc::timed_out);
+  EXPECT_EQ(robot.reset_stop(20ms).code(), errc::timed_out);
+}
+
+TEST(stop, without_guards_is_not_reset) {
+  auto robot = endpoint::listen(0).value();
+  obedient loop{robot.stop_latch().value()};
+  EXPECT_EQ(robot.reset_stop(patience).code(), errc::refused);
+  EXPECT_FALSE(loop.moving());
+}
+
+TEST(stop, of_a_robot_without_a_latch_is_no_service) {
+  auto robot = endpoint::listen(0).value();
+  EXPECT_EQ(robot.stop("test", patience).code(), errc::no_service);
+  EXPECT_EQ(robot.reset_stop(patience).code(), errc::no_service);
+}
+
+TEST(stop, comes_when_a_loop_goes) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient base{robot.stop_latch({.name = "base"}).value()};
+  {
+    obedient arm{robot.stop_latch({.name = "arm"}).value()};
+    ASSERT_TRUE(robot.reset_stop(patience));
+    ASSERT_TRUE(base.becomes(true));
+  }
+  EXPECT_TRUE(base.becomes(false));
+}
+
+TEST(stop, comes_when_the_endpoint_closes_and_stays) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{robot.stop_latch().value()};
+  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(robot.close());
+  EXPECT_TRUE(loop.becomes(false));
+}
+
+TEST(stop, comes_when_a_loop_does_not_look_in_time) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient base{robot.stop_latch({.name = "base"}).value()};
+  auto slow = robot.stop_latch({.name = "slow", .loop_timeout = 1s}).value();
+  std::thread resets{[&] { EXPECT_TRUE(robot.reset_stop(patience)); }};
+  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  while (!base.moving() && rowe::rt::monotonic_clock::now() < until) {
+    if (slow.engaged()) slow.acknowledge();
+  }
+  resets.join();
+  ASSERT_TRUE(base.moving());
+  EXPECT_TRUE(base.becomes(false)); // `slow` is not asked any more
+  const auto state = robot.invoke(rowe::message{"service", "/rowe/stop/state"}, patience).value();
+  EXPECT_NE(state.text().find(R"("cause":"loop","source":"slow")"), std::string::npos) << state.text();
+}
+
+} // namespace
