@@ -177,8 +177,8 @@ ROWE_RT void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns
 // most `patience_ms`. Errors: timed_out (they are stopped all the same), no_service (there is no latch),
 // closed.
 int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long patience_ms);
-// Lets them go again, as a person at the robot would. Errors: refused (a guard is missing, or somebody stopped
-// again), timed_out (a loop does not look, or has not acknowledged), no_service, closed.
+// Lets them go again, as a person at the robot would. Errors: refused (a guard is missing, or somebody
+// stopped again), timed_out (a loop does not look, or has not acknowledged), no_service, closed.
 int rowe_reset_stop(const struct rowe_endpoint* endpoint, long patience_ms);
 
 // ---- JSON text in place

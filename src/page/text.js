@@ -123,6 +123,7 @@ export const losses = {
   replies_late: "replies that came late",
   replies_foreign: "replies to no call",
   replies_unsent: "answers to nobody left",
+  stop_answers_lost: "answers to a stop",
 };
 
 // Counters of messages that somebody chose not to have.

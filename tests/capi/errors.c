@@ -79,6 +79,13 @@ static void errors_of_handles(void) {
   MEET_NULL(rowe_lane_open(endpoint, NULL), rowe_error_too_many_lanes);
   for (int i = 0; i < count; ++i) rowe_publisher_free(publishers[i]);
 
+  struct rowe_stop_latch* latches[64];
+  int held = 0;
+  while (held < 64 && (latches[held] = rowe_stop_latch_open(endpoint, NULL)) != NULL) ++held;
+  CHECK_EQUAL(held, 8);
+  MEET_NULL(rowe_stop_latch_open(endpoint, NULL), rowe_error_too_many_latches);
+  for (int i = 0; i < held; ++i) rowe_stop_latch_free(latches[i]);
+
   rowe_endpoint_free(endpoint);
 }
 
