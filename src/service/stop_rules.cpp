@@ -287,7 +287,8 @@ void stop_rules::turn(rt::time_point now) noexcept {
   if (!running_ || find_trouble(now)) return;
   // Renewed in steps, so that the loops' copy of the word stays theirs for a while.
   const rt::time_point until = run_until(now);
-  if (until >= until_ && until - until_ < options_.service_timeout / 8) return;
+  const bool soon = until_ - now < options_.service_timeout / 2;
+  if (until == until_ || (until > until_ && !soon && until - until_ < options_.service_timeout / 8)) return;
   until_ = until;
   permit_changed_ = true;
 }

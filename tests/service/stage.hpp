@@ -113,6 +113,7 @@ class theatre {
       build_lane(one, asked, board.generations());
       codecs.push_back(std::make_unique<lane_codecs>(std::move(lane_codecs::compile(asked)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
+      one.granted = &board.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
       one.state.store(lane_state::offered, std::memory_order_release); // release: as open_lane()
       return one;

@@ -1,0 +1,384 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stop's messages: in both dialects, without any free slot, queue or place, and before everything else.
+#include "core_stage.hpp"
+
+#include <rowe/stop_latch.hpp>
+
+#include <optional>
+
+namespace {
+
+using namespace stage;
+
+std::string member(const std::string& text, std::string_view name) {
+  const auto found = rowe::json::find(rowe::json::root(text).raw, name);
+  return found ? std::string{found->raw} : "";
+}
+// The answer's object in a rosbridge response, or of a published state.
+std::string inside(const std::string& text) {
+  for (const std::string_view name : {"values", "msg"})
+    if (const std::string found = member(text, name); !found.empty()) return found;
+  return text;
+}
+
+rowe::endpoint_options with_stop(bool unguarded = true) {
+  rowe::endpoint_options options = small_options();
+  options.stop.unguarded = unguarded;
+  return options;
+}
+
+struct stopping : testing::Test {
+  explicit stopping(const rowe::endpoint_options& options = with_stop()) : on{options} {
+    rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({.name = "base"}));
+    on.cycle();
+    latch.emplace(theatre::handle_of(lane));
+  }
+  ~stopping() override { EXPECT_TRUE(on.core.check()); }
+
+  // A cycle of the loop, then one of the service thread.
+  bool look(bool acknowledges = true) {
+    const bool engaged = latch->engaged(on.now);
+    if (engaged && acknowledges) latch->acknowledge(on.now);
+    on.cycle();
+    return !engaged;
+  }
+  // As an operator would: names what the state says.
+  std::string reset(peer& by) {
+    by.say(R"({"op":"call_service","id":"s","service":"/rowe/stop/state"})");
+    on.cycle();
+    const std::string state = answer_in(by.hear(), "s");
+    by.say(R"({"op":"call_service","id":"r","service":"/rowe/stop/reset","args":{"number":)" +
+           member(state, "number") + R"(,"tick":)" + member(state, "tick") + "}}");
+    on.cycle();
+    return member(answer_in(by.hear(), "r"), "refused");
+  }
+  static std::string answer_in(const texts& heard, const std::string& id) {
+    for (const std::string& text : heard)
+      if (member(text, "id") == '"' + id + '"') return inside(text);
+    return {};
+  }
+  void start(peer& by) {
+    look();
+    ASSERT_EQ(reset(by), "null");
+    ASSERT_TRUE(look());
+    (void)by.hear();
+  }
+
+  theatre on;
+  std::optional<rowe::stop_latch> latch;
+};
+
+struct stopping_guarded : stopping {
+  stopping_guarded() : stopping{with_stop(false)} {}
+};
+
+constexpr const char* stop_call =
+    R"({"op":"call_service","id":"1","service":"/rowe/stop","args":{"source":"hand"}})";
+
+TEST_F(stopping, is_answered_when_the_loop_has_acknowledged_in_rosbridge) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(stop_call);
+  on.cycle();
+  EXPECT_TRUE(operator_.hear().empty()); // not acknowledged yet
+  EXPECT_FALSE(look());
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(member(heard[0], "id"), "\"1\"");
+  EXPECT_EQ(member(heard[0], "result"), "true");
+  const std::string answer = inside(heard[0]);
+  EXPECT_EQ(member(answer, "state"), "\"stopped\"");
+  EXPECT_EQ(member(answer, "cause"), "\"request\"");
+  EXPECT_EQ(member(answer, "source"), "\"hand\"");
+  EXPECT_NE(member(answer, "accepted_ns"), "null");
+  EXPECT_NE(member(answer, "observed_ns"), "null");
+}
+
+TEST_F(stopping, is_answered_in_bare) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(R"({"service":"/rowe/stop","message_id":7})");
+  on.cycle();
+  look();
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(member(heard[0], "in_reply_to"), "7");
+  EXPECT_EQ(member(heard[0], "state"), "\"stopped\"");
+  EXPECT_EQ(member(heard[0], "source"), "\"127.0.0.1:50000\"");
+}
+
+TEST_F(stopping, is_answered_with_null_when_no_loop_acknowledges_in_time) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(stop_call);
+  on.cycles(40);
+  EXPECT_TRUE(operator_.hear().empty());
+  on.cycles(15);
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(member(inside(heard[0]), "observed_ns"), "null");
+  EXPECT_EQ(member(inside(heard[0]), "state"), "\"stopped\"");
+}
+
+TEST_F(stopping, takes_a_publish_and_a_bare_message_without_an_id_too) {
+  for (const char* text : {R"({"op":"publish","topic":"/rowe/stop","msg":{"source":"joystick"}})",
+                           R"({"service":"/rowe/stop","source":"joystick"})", R"({"service":"rowe/stop"})"}) {
+    peer operator_{on};
+    start(operator_);
+    operator_.say(text);
+    on.cycle();
+    EXPECT_FALSE(look()) << text;
+    EXPECT_TRUE(operator_.hear().empty()) << text;
+    operator_.leave();
+    on.cycle();
+  }
+}
+
+TEST_F(stopping, withdraws_the_permit_in_the_cycle_that_reads_the_request) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(stop_call);
+  on.cycle();
+  EXPECT_TRUE(latch->engaged(on.now));
+}
+
+TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
+  peer operator_{on};
+  start(operator_);
+  // All calls are in flight, all slots are held by a peer that does not read.
+  const auto lane = [&] {
+    rowe::detail::lane_request asked{.kind = rowe::detail::lane_kind::respond_text, .name = "/slow"};
+    asked.in_depth = 64;
+    asked.out_depth = 128;
+    asked.in_bytes = asked.out_bytes = 64;
+    return &on.offer(asked);
+  }();
+  on.cycle();
+  peer busy{on};
+  for (int i = 0; i < 20; ++i)
+    busy.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/slow"})");
+  on.cycle();
+  peer deaf{on};
+  on.net.weather_of(deaf.id()).room_bytes = 0;
+  for (int topic = 0; topic < 8; ++topic)
+    deaf.say(R"({"op":"call_service","id":")" + std::to_string(topic) + R"(","service":"/rosapi/topics"})");
+  for (int i = 0; i < 400; ++i) deaf.say(R"({"op":"call_service","service":"/rosapi/topics"})");
+  on.cycles(3);
+  operator_.say(stop_call);
+  on.cycle();
+  EXPECT_FALSE(look());
+  EXPECT_EQ(operator_.hear().size(), 1U);
+  (void)lane;
+}
+
+TEST_F(stopping, is_written_before_everything_that_waits_for_the_same_peer) {
+  peer operator_{on};
+  start(operator_);
+  rowe::detail::lane& pose_lane = advertise_pose(on);
+  operator_.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(operator_.id()).room_bytes = 10; // a frame is begun, the rest waits
+  for (int i = 0; i < 10; ++i) (void)publish(on, pose_lane, {1.0 * i, 0});
+  on.cycle();
+  operator_.say(stop_call);
+  on.cycle();
+  look();
+  on.net.weather_of(operator_.id()).room_bytes = SIZE_MAX;
+  on.cycle();
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 11U);
+  EXPECT_EQ(heard[0], message(0)); // was begun
+  EXPECT_EQ(member(heard[1], "op"), "\"service_response\"");
+}
+
+TEST_F(stopping, frames_stay_whole_however_the_socket_takes_them) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
+  on.cycle();
+  (void)operator_.hear();
+  std::size_t answers = 0;
+  for (int i = 0; i < 300; ++i) {
+    on.net.weather_of(operator_.id()).room_bytes = static_cast<std::size_t>(i % 37);
+    if (i % 5 == 0) operator_.say(stop_call);
+    if (i % 7 == 0) operator_.send(rowe::wire::opcode::ping, "are you there?");
+    look();
+    for (const std::string& text : operator_.hear()) answers += member(text, "op") == "\"service_response\"";
+  }
+  on.net.weather_of(operator_.id()).room_bytes = SIZE_MAX;
+  on.cycles(60);
+  for (const std::string& text : operator_.hear()) answers += member(text, "op") == "\"service_response\"";
+  EXPECT_EQ(operator_.violated, "");
+  EXPECT_EQ(answers + on.count(counter::stop_answers_lost), 60U);
+  EXPECT_GT(operator_.pongs, 0);
+}
+
+TEST_F(stopping, state_is_shown_on_change_and_every_tenth_tick) {
+  peer watcher{on};
+  peer operator_{on};
+  watcher.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
+  on.cycle();
+  auto heard = watcher.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(member(inside(heard[0]), "cause"), "\"start\"");
+  start(operator_);
+  heard = watcher.hear();
+  ASSERT_GE(heard.size(), 2U); // acknowledged, running
+  EXPECT_EQ(member(inside(heard.back()), "state"), "\"running\"");
+  for (int i = 0; i < 1000; ++i) look();
+  EXPECT_NEAR(static_cast<double>(watcher.hear().size()), 5, 1);
+  operator_.say(stop_call);
+  on.cycle();
+  heard = watcher.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(member(inside(heard[0]), "source"), "\"hand\"");
+}
+
+TEST_F(stopping, state_reaches_subscribers_of_this_process) {
+  peer operator_{on};
+  rowe::detail::lane& inbox =
+      on.offer(rowe::detail::lane_kind::subscribe_text, "/rowe/stop/state", 2560, {.depth = 16});
+  on.cycle();
+  start(operator_);
+  std::string last;
+  while (const auto text = take(inbox)) last = *text;
+  EXPECT_EQ(member(last, "state"), "\"running\"");
+}
+
+TEST_F(stopping, number_is_raised_by_a_second_source_so_that_an_old_reset_fails) {
+  peer a{on}, b{on, rowe::service::side::server, "127.0.0.1:50001"};
+  start(a);
+  a.say(stop_call);
+  on.cycle();
+  look();
+  const std::string seen = member(inside(a.hear().back()), "number");
+  b.say(R"({"op":"call_service","service":"/rowe/stop","args":{"source":"other"}})");
+  on.cycle();
+  look();
+  a.say(R"({"op":"call_service","service":"/rowe/stop/state"})");
+  on.cycle();
+  const std::string tick = member(inside(a.hear().back()), "tick");
+  a.say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":)" + seen + R"(,"tick":)" +
+        tick + "}}");
+  on.cycle();
+  EXPECT_EQ(member(inside(a.hear().back()), "refused"), "\"number\"");
+  EXPECT_EQ(on.count(counter::stop_refusals), 1U);
+}
+
+TEST_F(stopping, reset_is_refused_to_peers_beyond_loopback_who_may_stop) {
+  peer near{on};
+  start(near);
+  peer far{on, rowe::service::side::server, "10.0.0.7:1234"};
+  far.say(stop_call);
+  on.cycle();
+  EXPECT_FALSE(look());
+  (void)far.hear();
+  EXPECT_EQ(reset(far), "\"role\"");
+  EXPECT_EQ(reset(near), "null");
+}
+
+TEST_F(stopping, takes_members_of_wrong_types_as_missing) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop","args":{"source":7,"reason":[1]}})");
+  on.cycle();
+  EXPECT_FALSE(look());
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop","args":[1,2]})");
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop/reset","args":{"number":"1","tick":1.5}})");
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop/lease","args":{"guard":5}})");
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop/lease"})");
+  on.cycle();
+  const auto heard = operator_.hear();
+  ASSERT_GE(heard.size(), 4U);
+  EXPECT_EQ(member(inside(heard[heard.size() - 3]), "refused"), "\"number\"");
+  EXPECT_EQ(member(inside(heard[heard.size() - 2]), "refused"), "\"name\"");
+  EXPECT_EQ(member(inside(heard[heard.size() - 1]), "refused"), "\"name\"");
+}
+
+TEST_F(stopping, is_never_refused_for_too_many_that_wait) {
+  peer operator_{on};
+  start(operator_);
+  for (int i = 0; i < 100; ++i) {
+    operator_.say(R"({"service":"/rowe/stop","message_id":)" + std::to_string(i) + "}");
+    on.cycle(10us);
+  }
+  look();
+  std::size_t answered = 0;
+  for (const std::string& text : operator_.hear()) answered += member(text, "state") == "\"stopped\"";
+  EXPECT_EQ(answered + on.count(counter::stop_answers_lost), 100U);
+  EXPECT_GE(answered, 10U);
+}
+
+TEST_F(stopping_guarded, guard_keeps_it_moving_by_echoing_ticks_and_stops_it_by_leaving) {
+  peer page{on};
+  look();
+  page.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
+  on.cycle();
+  const auto echo = [&] {
+    for (const std::string& text : page.hear()) {
+      if (member(text, "op") != "\"publish\"") continue;
+      page.say(
+          R"({"op":"call_service","id":"l","service":"/rowe/stop/lease","args":{"guard":"page","tick":)" +
+          member(inside(text), "tick") + "}}");
+    }
+  };
+  echo();
+  on.cycle();
+  EXPECT_EQ(reset(page), "null");
+  for (int i = 0; i < 2000; ++i) {
+    ASSERT_TRUE(look() || i < 2) << i;
+    echo();
+  }
+  page.leave();
+  on.cycle();
+  EXPECT_TRUE(latch->engaged(on.now));
+}
+
+TEST_F(stopping_guarded, guard_is_told_the_newest_tick_by_each_answer) {
+  peer page{on};
+  look();
+  std::string tick = "0";
+  int granted = 0;
+  for (int i = 0; i < 100; ++i) {
+    page.say(R"({"service":"/rowe/stop/lease","guard":"bare","tick":)" + tick + R"(,"message_id":1})");
+    look();
+    const auto heard = page.hear();
+    ASSERT_EQ(heard.size(), 1U);
+    tick = member(heard[0], "tick");
+    granted += member(heard[0], "refused") == "null";
+    EXPECT_EQ(member(heard[0], "lease_ms"), "500");
+  }
+  EXPECT_EQ(granted, 99); // all but the first, which had no tick
+}
+
+TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
+  theatre on{with_stop(), rowe::service::side::client};
+  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  on.cycle();
+  rowe::stop_latch latch{theatre::handle_of(lane)};
+  peer server{on, rowe::service::side::client};
+  on.cycle();
+  (void)server.hear();
+  (void)latch.engaged(on.now);
+  server.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
+  on.cycle();
+  (void)latch.engaged(on.now);
+  latch.acknowledge(on.now);
+  on.cycle();
+  const auto heard = server.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(server.violated, "");
+  EXPECT_NE(member(inside(heard[0]), "observed_ns"), "null");
+}
+
+TEST(stopping_without_a_latch, is_no_service) {
+  theatre on{with_stop()};
+  peer operator_{on};
+  operator_.say(stop_call);
+  on.cycle();
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(member(heard[0], "result"), "false");
+}
+
+} // namespace

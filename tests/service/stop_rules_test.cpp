@@ -1,0 +1,492 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rules of docs/stop.md, one by one, on a clock that moves when told to.
+#include "service/stop_rules.hpp"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <random>
+#include <string>
+#include <string_view>
+
+#include "json/writer.hpp"
+
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::rt::time_point;
+using rowe::service::stop_rules;
+using refusal = stop_rules::refusal;
+
+constexpr std::uint64_t dice = 0x1234'0000'1234'5678;
+constexpr std::uint64_t operator_a = 1ULL << 32, operator_b = 2ULL << 32;
+
+// A loop as a thread would run it.
+struct loop {
+  rowe::detail::latch_words<> words;
+  rowe::detail::latch_memory own;
+  std::uint32_t place = 0;
+  bool moving = false;
+};
+
+struct robot {
+  explicit robot(rowe::stop_options with = {}) : options{with}, rules{with, now, dice} {}
+
+  rowe::stop_options options;
+  time_point now{1000s};
+  stop_rules rules;
+  rowe::detail::permit_word<> permit;
+  std::deque<loop> loops;
+
+  loop& add_loop(std::string_view name = "loop", rowe::duration timeout = 100ms) {
+    loop& l = loops.emplace_back();
+    l.place = rules.add_loop(name, timeout, l.words, now);
+    publish();
+    return l;
+  }
+  void publish() { rules.write_permit(permit); }
+  void look(loop& l, bool acknowledges = true) {
+    const bool engaged = rowe::detail::latch_engaged(permit, l.words, l.own, now);
+    l.moving = !engaged;
+    if (engaged && acknowledges) rowe::detail::latch_acknowledge(l.words, l.own, now);
+  }
+  void look_all() {
+    for (loop& l : loops) look(l);
+  }
+  void turn() {
+    rules.turn(now);
+    publish();
+  }
+  // So much time, a millisecond at a time, everybody well.
+  void pass(rowe::duration how_long, bool beats = true) {
+    for (const time_point end = now + how_long; now < end;) {
+      now += 1ms;
+      if (beats) beat();
+      turn();
+      look_all();
+    }
+  }
+  std::int64_t tick() const { return static_cast<std::int64_t>(rules.tick(now)); }
+  refusal lease(std::string_view guard = "page", std::uint64_t peer = operator_a) {
+    return rules.lease(guard, tick(), false, peer, true, now);
+  }
+  void beat() {
+    if (guarded) (void)lease();
+  }
+  refusal reset() {
+    const refusal why = rules.reset(rules.number(), tick(), true, now);
+    publish();
+    return why;
+  }
+  void stop(std::string_view source = "operator", std::uint64_t peer = operator_a) {
+    rules.request(source, peer, now);
+    publish();
+  }
+  std::string state() const {
+    std::array<char, 4096> room;
+    rowe::json::writer into{room};
+    rules.write_state(into, now);
+    return {room.data(), into.bytes()};
+  }
+  bool guarded = false;
+};
+
+// With one loop and one guard, and moving.
+struct moving_robot : robot {
+  explicit moving_robot(rowe::stop_options with = {}) : robot{with} {
+    add_loop();
+    guarded = true;
+    look_all();
+    EXPECT_EQ(lease(), refusal::none);
+    EXPECT_EQ(reset(), refusal::none);
+    look_all();
+    EXPECT_TRUE(loops[0].moving);
+  }
+  loop& base() { return loops[0]; }
+};
+
+rowe::stop_options unguarded() {
+  rowe::stop_options options;
+  options.unguarded = true;
+  return options;
+}
+
+TEST(stop_rules, start_stopped) {
+  robot r;
+  loop& l = r.add_loop();
+  r.pass(1s);
+  EXPECT_FALSE(l.moving);
+  EXPECT_EQ(r.rules.cause_name(), "start");
+}
+
+TEST(stop_rules, let_an_unguarded_robot_move_only_if_it_may) {
+  robot strict;
+  strict.add_loop();
+  strict.look_all();
+  EXPECT_EQ(strict.reset(), refusal::guards);
+
+  robot free{unguarded()};
+  free.add_loop();
+  free.look_all();
+  EXPECT_EQ(free.reset(), refusal::none);
+  free.pass(10s);
+  EXPECT_TRUE(free.loops[0].moving);
+  EXPECT_NE(free.state().find(R"("unguarded":true)"), std::string::npos);
+}
+
+TEST(stop_rules, let_it_move_while_its_guard_is_there) {
+  moving_robot r;
+  r.pass(10s);
+  EXPECT_TRUE(r.base().moving);
+}
+
+TEST(stop_rules, stop_within_the_lease_of_a_guard_that_falls_silent_each_of_a_thousand_times) {
+  std::mt19937 random{1};
+  for (int round = 0; round < 1000; ++round) {
+    moving_robot r;
+    r.pass(std::chrono::milliseconds{random() % 700});
+    const time_point last_tick = r.now;
+    r.guarded = false;
+    r.now += std::chrono::microseconds{random() % 1000};
+    while (r.base().moving) {
+      r.now += 1ms;
+      r.turn();
+      r.look_all();
+      ASSERT_LT(r.now, last_tick + r.options.lease + 20ms) << round;
+    }
+    ASSERT_GE(r.now, last_tick + r.options.lease - 1ms) << round;
+    r.turn(); // the loop may have seen it first
+    ASSERT_EQ(r.rules.cause_name(), "lease");
+    ASSERT_EQ(r.rules.source(), "page");
+  }
+}
+
+TEST(stop_rules, renew_nothing_by_old_ticks_that_arrive_late_all_at_once) {
+  moving_robot r;
+  std::vector<std::int64_t> held;
+  for (int i = 0; i < 24; ++i) {
+    r.pass(20ms, false);
+    held.push_back(r.tick());
+  }
+  // 480 ms of heartbeats that a stalled network kept: the newest counts from when it was issued.
+  for (const std::int64_t tick : held)
+    EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::none);
+  r.pass(499ms, false);
+  EXPECT_TRUE(r.base().moving);
+  r.pass(2ms, false);
+  EXPECT_FALSE(r.base().moving);
+  // And none of them any more.
+  for (const std::int64_t tick : held)
+    EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::tick);
+}
+
+TEST(stop_rules, take_no_tick_that_was_not_issued_yet_or_is_of_another_run) {
+  moving_robot r;
+  for (const std::int64_t tick :
+       {r.tick() + 1, std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, INT64_MAX})
+    EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::tick) << tick;
+  EXPECT_EQ(r.rules.reset(r.rules.number(), r.tick() + 1, true, r.now), refusal::number); // it moves
+  r.stop();
+  r.look_all();
+  EXPECT_EQ(r.rules.reset(r.rules.number(), r.tick() + 1, true, r.now), refusal::tick);
+}
+
+TEST(stop_rules, stay_stopped_when_the_guard_comes_back) {
+  moving_robot r;
+  r.pass(600ms, false);
+  ASSERT_FALSE(r.base().moving);
+  r.pass(10s);
+  EXPECT_FALSE(r.base().moving);
+  EXPECT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  EXPECT_TRUE(r.base().moving);
+}
+
+TEST(stop_rules, stop_at_once_when_a_guards_connection_ends) {
+  moving_robot r;
+  r.rules.peer_gone(operator_a, r.now);
+  r.publish();
+  r.look_all();
+  EXPECT_FALSE(r.base().moving);
+  EXPECT_EQ(r.rules.cause_name(), "lease");
+  EXPECT_EQ(r.reset(), refusal::guards);
+}
+
+TEST(stop_rules, let_a_guard_go_on_over_another_connection) {
+  moving_robot r;
+  r.rules.peer_gone(operator_a, r.now);
+  EXPECT_EQ(r.lease("page", operator_b), refusal::none);
+  r.publish();
+  r.look_all();
+  EXPECT_EQ(r.reset(), refusal::none);
+}
+
+TEST(stop_rules, take_a_guards_name_from_nobody_who_is_there) {
+  moving_robot r;
+  EXPECT_EQ(r.lease("page", operator_b), refusal::name);
+}
+
+TEST(stop_rules, want_every_guard_fresh) {
+  moving_robot r;
+  EXPECT_EQ(r.lease("second", operator_b), refusal::none);
+  r.pass(499ms);
+  EXPECT_TRUE(r.base().moving);
+  r.pass(5ms);
+  EXPECT_FALSE(r.base().moving);
+  EXPECT_EQ(r.rules.source(), "second");
+  EXPECT_EQ(r.reset(), refusal::guards);
+  EXPECT_EQ(r.lease("second", operator_b), refusal::none);
+  EXPECT_EQ(r.reset(), refusal::none);
+}
+
+TEST(stop_rules, let_a_guard_resign_while_stopped_and_stop_when_it_resigns_moving) {
+  moving_robot r;
+  EXPECT_EQ(r.lease("second", operator_b), refusal::none);
+  EXPECT_EQ(r.rules.lease("second", -1, true, operator_b, true, r.now), refusal::none);
+  r.publish();
+  r.look_all();
+  EXPECT_FALSE(r.base().moving);
+  EXPECT_EQ(r.reset(), refusal::none); // without it
+}
+
+TEST(stop_rules, let_those_with_the_role_resign_a_guard_that_never_comes_back) {
+  moving_robot r;
+  r.rules.peer_gone(operator_a, r.now);
+  EXPECT_EQ(r.rules.lease("page", -1, true, operator_b, false, r.now), refusal::role);
+  EXPECT_EQ(r.rules.lease("page", -1, true, operator_b, true, r.now), refusal::none);
+  r.publish();
+  r.look_all();
+  EXPECT_EQ(r.reset(), refusal::guards); // none is left
+}
+
+TEST(stop_rules, register_guards_and_reset_only_with_the_role) {
+  robot r{unguarded()};
+  r.add_loop();
+  r.look_all();
+  EXPECT_EQ(r.rules.lease("page", r.tick(), false, operator_a, false, r.now), refusal::role);
+  EXPECT_EQ(r.rules.reset(r.rules.number(), r.tick(), false, r.now), refusal::role);
+}
+
+TEST(stop_rules, have_places_for_eight_guards_with_plain_names) {
+  robot r;
+  r.add_loop();
+  for (int i = 0; i < 8; ++i) EXPECT_EQ(r.lease("g" + std::to_string(i), operator_a), refusal::none);
+  EXPECT_EQ(r.lease("one-more", operator_a), refusal::guards);
+  for (const std::string_view bad : {"", "a b", "\"", "a-name-that-is-longer-than-31-bytes"})
+    EXPECT_EQ(r.lease(bad, operator_a), refusal::name) << bad;
+}
+
+TEST(stop_rules, stop_every_loop_when_somebody_asks) {
+  moving_robot r;
+  loop& arm = r.add_loop("arm");
+  r.look_all();
+  ASSERT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  ASSERT_TRUE(arm.moving && r.base().moving);
+  r.stop();
+  r.look_all();
+  EXPECT_FALSE(arm.moving || r.base().moving);
+  EXPECT_EQ(r.rules.observed(r.now), r.now);
+}
+
+TEST(stop_rules, keep_the_number_for_repeats_and_raise_it_for_another_source) {
+  moving_robot r;
+  const auto moving = r.rules.number();
+  r.stop("a");
+  EXPECT_EQ(r.rules.number(), moving);
+  r.stop("a");
+  EXPECT_EQ(r.rules.number(), moving);
+  r.stop("b", operator_b);
+  EXPECT_NE(r.rules.number(), moving);
+  const auto second = r.rules.number();
+  for (int i = 0; i < 10; ++i) {
+    r.stop("a");
+    r.stop("b", operator_b);
+  }
+  EXPECT_EQ(r.rules.number(), second);
+}
+
+TEST(stop_rules, refuse_the_reset_of_who_has_not_seen_the_newest_stop) {
+  moving_robot r;
+  r.stop("a");
+  r.look_all();
+  const auto seen = r.rules.number();
+  r.stop("b", operator_b);
+  r.look_all();
+  EXPECT_EQ(r.rules.reset(seen, r.tick(), true, r.now), refusal::number);
+  EXPECT_EQ(r.reset(), refusal::none);
+}
+
+TEST(stop_rules, refuse_a_reset_out_of_an_offline_queue) {
+  moving_robot r;
+  r.stop();
+  r.look_all();
+  const auto number = r.rules.number();
+  const std::int64_t tick = r.tick();
+  r.pass(2001ms);
+  EXPECT_EQ(r.rules.reset(number, tick, true, r.now), refusal::tick);
+  EXPECT_EQ(r.rules.reset(number, r.tick(), true, r.now), refusal::none);
+}
+
+TEST(stop_rules, refuse_a_reset_until_every_loop_has_acknowledged_this_stop) {
+  moving_robot r;
+  r.stop();
+  EXPECT_EQ(r.reset(), refusal::loops);
+  r.look(r.base(), false);
+  EXPECT_EQ(r.reset(), refusal::loops); // it stands, and has not said so
+  r.look(r.base());
+  r.stop("b", operator_b);
+  EXPECT_EQ(r.reset(), refusal::loops); // that was another stop
+  r.look(r.base());
+  EXPECT_EQ(r.reset(), refusal::none);
+}
+
+TEST(stop_rules, refuse_a_reset_without_any_loop) {
+  robot r{unguarded()};
+  loop& l = r.add_loop();
+  r.look(l);
+  r.rules.remove_loop(l.place, r.now);
+  EXPECT_EQ(r.reset(), refusal::loops);
+}
+
+TEST(stop_rules, stop_all_when_a_loop_does_not_look) {
+  moving_robot r;
+  loop& arm = r.add_loop("arm", 50ms);
+  r.look_all();
+  ASSERT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  while (r.base().moving) {
+    r.now += 1ms;
+    r.beat();
+    r.turn();
+    r.look(r.base());
+    ASSERT_LT(r.now, time_point{1000s} + 60ms);
+  }
+  EXPECT_EQ(r.rules.cause_name(), "loop");
+  EXPECT_EQ(r.rules.source(), "arm");
+  r.look(r.base());
+  r.look(arm, false);
+  EXPECT_EQ(r.reset(), refusal::loops);
+}
+
+TEST(stop_rules, let_loops_stop_by_themselves_when_this_thread_is_silent_and_then_stop_all) {
+  moving_robot r;
+  loop& arm = r.add_loop("arm");
+  r.look_all();
+  ASSERT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  const time_point silent_from = r.now;
+  while (r.base().moving) {
+    r.now += 1ms;
+    r.look(r.base());
+    ASSERT_LE(r.now, silent_from + r.options.service_timeout + 1ms);
+  }
+  // It wakes up before the other loop has looked, and renews nothing.
+  (void)r.lease();
+  r.turn();
+  r.look(arm);
+  EXPECT_FALSE(arm.moving);
+  EXPECT_EQ(r.rules.cause_name(), "service");
+}
+
+TEST(stop_rules, keep_a_loop_stopped_that_tripped_even_when_the_permit_is_renewed) {
+  moving_robot r;
+  const time_point asleep = r.now + r.options.service_timeout + 1ms;
+  r.permit.grant(r.rules.number(), r.now); // over, for one look
+  r.look(r.base(), false);
+  ASSERT_FALSE(r.base().moving);
+  r.permit.grant(r.rules.number(), asleep + 1s); // a renewal that did not know
+  r.look(r.base(), false);
+  EXPECT_FALSE(r.base().moving);
+}
+
+TEST(stop_rules, stop_when_a_loop_comes_or_goes_while_others_move) {
+  moving_robot r;
+  loop& arm = r.add_loop("arm");
+  r.look_all();
+  EXPECT_FALSE(r.base().moving);
+  EXPECT_EQ(r.rules.cause_name(), "start");
+  ASSERT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  r.rules.remove_loop(arm.place, r.now);
+  r.publish();
+  r.look(r.base());
+  EXPECT_FALSE(r.base().moving);
+  EXPECT_EQ(r.rules.cause_name(), "loop");
+}
+
+TEST(stop_rules, shorten_the_permit_at_once_for_a_guard_whose_lease_is_nearly_over) {
+  moving_robot r;
+  r.pass(600ms);
+  const std::int64_t old_tick = r.tick() - 495;
+  ASSERT_EQ(r.rules.lease("second", old_tick, false, operator_b, true, r.now), refusal::none);
+  r.turn();
+  r.now += 6ms;
+  r.look(r.base()); // this thread does nothing more
+  EXPECT_FALSE(r.base().moving);
+}
+
+TEST(stop_rules, renew_the_permit_in_steps) {
+  moving_robot r;
+  int renewals = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const auto before = r.permit.read();
+    r.now += 100us;
+    r.beat();
+    r.turn();
+    r.look_all();
+    renewals += r.permit.read() != before;
+  }
+  EXPECT_TRUE(r.base().moving);
+  EXPECT_LE(renewals, 17); // 100 ms in steps of 6.25 ms
+}
+
+TEST(stop_rules, raise_their_version_for_all_that_is_shown) {
+  moving_robot r;
+  auto before = r.rules.version();
+  const auto changed = [&] { return std::exchange(before, r.rules.version()) != r.rules.version(); };
+  r.pass(100ms);
+  EXPECT_FALSE(changed());
+  r.stop();
+  EXPECT_TRUE(changed());
+  r.look_all();
+  r.turn();
+  EXPECT_TRUE(changed()); // acknowledged
+  EXPECT_EQ(r.reset(), refusal::none);
+  EXPECT_TRUE(changed());
+  (void)r.lease("second", operator_b);
+  EXPECT_TRUE(changed());
+}
+
+TEST(stop_rules, write_the_largest_state_in_two_and_a_half_kilobytes) {
+  robot r;
+  const std::string name(31, 'n');
+  for (int i = 0; i < 8; ++i) r.add_loop(name);
+  for (int i = 0; i < 8; ++i) (void)r.lease(name.substr(1) + std::to_string(i));
+  r.rules.request(std::string(200, '\x01'), operator_a, r.now);
+  r.now += 9999h;
+  EXPECT_LT(r.state().size(), 2560U);
+}
+
+TEST(latch_words, tell_when_they_were_acknowledged_even_across_the_end_of_their_48_bits) {
+  rowe::detail::latch_words<> words;
+  for (const std::int64_t at :
+       {std::int64_t{5}, (std::int64_t{1} << 48) - 1, std::int64_t{1} << 48, std::int64_t{7} << 50}) {
+    const time_point t{rowe::duration{at}};
+    words.acknowledge(3, t);
+    for (const auto later : {rowe::duration{0}, rowe::duration{1}, rowe::duration{30h}}) {
+      EXPECT_EQ(words.acknowledged(t + later).at, t);
+      EXPECT_EQ(words.acknowledged(t + later).number, 3);
+    }
+  }
+}
+
+TEST(latch_number, begins_anew_behind_the_largest_and_is_never_none) {
+  EXPECT_EQ(rowe::detail::next_latch_number(rowe::detail::latch_number_max), 1);
+  for (std::uint64_t high : {std::uint64_t{0}, std::uint64_t{0xffff} << 48, std::uint64_t{0xfffe} << 48})
+    EXPECT_NE(stop_rules({}, time_point{}, high).number(), 0);
+}
+
+} // namespace
