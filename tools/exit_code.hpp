@@ -10,6 +10,7 @@ enum class exit_code : int {
   usage = 2,         // the arguments make no sense
   no_connection = 3, // could not connect; the reason is printed
   timed_out = 4,     // no answer within --timeout
+  exceeded = 5,      // a stated bound was exceeded
   lost = 6,          // a message expired or was dropped before it was sent
   interrupted = 130, // Ctrl-C before any result
 };

@@ -28,6 +28,7 @@ constexpr std::array verbs{
     verb{"call", "ask a service", call},
     verb{"peers", "who is connected to an endpoint, and what was lost", peers},
     verb{"replay", "publish a recorded trajectory at its own pace", replay},
+    verb{"doctor", "whether this machine is fit for real time, and what is in the way", doctor},
     verb{"version", "print the version", version},
 };
 
@@ -38,6 +39,7 @@ exit codes:
     2  the arguments make no sense
     3  could not connect; the reason is printed
     4  no answer within --timeout
+    5  a stated bound was exceeded, or a check failed with --strict
     6  messages expired or were dropped before they were sent
   130  interrupted before any result
 )";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The verbs of the program; each lives in the file of its name, and is listed in main.cpp.
+// The verbs of the program; each lives in the file or the folder of its name, and is listed in main.cpp.
 #pragma once
 #include "command_line.hpp"
 #include "exit_code.hpp"
@@ -12,6 +12,7 @@ exit_code echo(argument_list arguments);
 exit_code call(argument_list arguments);
 exit_code peers(argument_list arguments);
 exit_code replay(argument_list arguments);
+exit_code doctor(argument_list arguments);
 exit_code version(argument_list arguments);
 
 } // namespace rowe::tools

@@ -46,10 +46,8 @@ clock_cost clock_is_cheap() noexcept {
     timespec t;
     ::syscall(SYS_clock_gettime, CLOCK_MONOTONIC, &t);
   });
-  // A clock that falls back to the kernel costs at least what the system call does; one that does not costs a
-  // fraction of it. Between them stands three quarters, because system calls are quick on some machines.
   const std::string_view source{cost.source};
-  cost.cheap = (source == "tsc" || source == "arch_sys_counter") && cost.read * 4 < cost.system_call * 3;
+  cost.cheap = (source == "tsc" || source == "arch_sys_counter") && !cost.enters_kernel();
   return cost;
 }
 

@@ -81,7 +81,8 @@ class arguments(unittest.TestCase):
 
     def test_help_begins_with_two_examples(self):
         for words in (["help"], ["--help"], ["serve", "--help"], ["help", "echo"], ["replay", "-h"],
-                      ["version", "--help"], ["help", "pub"], ["call", "--help"], ["peers", "-h"]):
+                      ["version", "--help"], ["help", "pub"], ["call", "--help"], ["peers", "-h"],
+                      ["doctor", "-h"]):
             ended = run(*words)
             self.assertEqual(ended.code, 0, words)
             self.assertEqual(ended.stderr, [])
@@ -92,8 +93,8 @@ class arguments(unittest.TestCase):
 
     def test_help_lists_every_verb_and_every_exit_code(self):
         text = "\n".join(run("help").stdout)
-        verbs = ("serve", "pub", "echo", "call", "peers", "replay", "version")
-        for word in (*verbs, "0", "1", "2", "3", "4", "6", "130"):
+        verbs = ("serve", "pub", "echo", "call", "peers", "replay", "doctor", "version")
+        for word in (*verbs, "0", "1", "2", "3", "4", "5", "6", "130"):
             self.assertRegex(text, rf"(?m)^ +{word} ")
 
     def test_version_is_one_line_and_one_json_object(self):

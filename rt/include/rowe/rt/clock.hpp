@@ -52,6 +52,10 @@ struct clock_cost {
   char source[32]{};      // the kernel's clock source: "tsc", "hpet", ...; "" when it cannot be read
   bool cheap = false;     // the source is tsc or arch_sys_counter, and a reading is no system call
 
+  // A reading is no vDSO call: it costs at least what the system call does, and one that stays outside the
+  // kernel costs a fraction of it. Between them stands three quarters, because system calls are quick on some
+  // machines.
+  bool enters_kernel() const noexcept { return read * 4 >= system_call * 3; }
   explicit operator bool() const noexcept { return cheap; }
 };
 
