@@ -19,6 +19,7 @@ from program import ROWE, program, run
 KEYS = ["check", "group", "level", "visible", "title", "found", "wanted", "why", "change", "commands",
         "values"]
 
+
 def lines_of(ended):
     return [json.loads(line) for line in ended.stdout]
 
@@ -153,6 +154,13 @@ class doctor(unittest.TestCase):
         self.assertIn("      how: apt install linux-image-rt-amd64 && reboot", hints)
         self.assertEqual([line for line in hints if "how: " not in line], without)
 
+    def test_no_command_takes_the_last_core_from_the_machine(self):
+        with machine("virtual_machine") as root:
+            found = examined(root, "--cpu", "0,1")
+        for check in ("isolation", "callbacks", "interrupts"):
+            self.assertEqual(found[check]["commands"], [], check)
+        self.assertIn("no other core is left", found["interrupts"]["found"])
+
     def test_quiet_leaves_what_fails_and_warns(self):
         with machine("container") as root:
             text = run("doctor", "--root", root, "--quiet").stdout
@@ -215,7 +223,7 @@ class doctor(unittest.TestCase):
         as_nobody = ("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", "--bounding-set=-all",
                      "--inh-caps=-all")
         if subprocess.run([*as_nobody, "test", "-x", ROWE], check=False).returncode != 0:
-            self.skipTest("the program lies where nobody else may read it")
+            self.skipTest("setpriv may not, or the program lies where others may not read it")
         ended = run("doctor", "--json", "--duration", "50ms", command=(*as_nobody, ROWE))
         self.assertEqual(ended.code, 0, ended.stderr)
         found = {one["check"]: one for one in lines_of(ended)}

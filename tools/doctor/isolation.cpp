@@ -2,6 +2,7 @@
 // Who else runs on the loop's cores: other threads, the kernel's tick and callbacks, interrupts.
 #include <array>
 #include <cerrno>
+#include <optional>
 
 #include "../console.hpp"
 #include "check.hpp"
@@ -11,13 +12,23 @@ namespace {
 
 constexpr std::string_view in_command_line = "    # in the kernel's command line, then reboot";
 
+// The cores that are left for the rest of the machine: none where the loop has them all. Nothing: it does not
+// show.
+std::optional<cpu_list> cpus_left(const machine& on) {
+  const reading online = on.files.read("/sys/devices/system/cpu/online");
+  const auto all = cpu_list::of_list(online.text);
+  if (!all || all->empty()) return std::nullopt;
+  return all->without(on.cpus);
+}
+
 // Whether the chosen cores are all among `some`.
 finding among(const machine& on, const cpu_list& some, level otherwise, std::string_view parameter) {
   finding result{.mark = some.contains_all(on.cpus) ? level::ok : otherwise,
                  .found = some.empty() ? std::string{"none"} : joined("cpu ", some.text())};
   const cpu_list missing = on.cpus.without(some);
   if (!some.empty() && !missing.empty()) result.found.append(joined(", but not ", missing.text()));
-  result.commands = {joined(parameter, "=", on.cpus.text(), in_command_line)};
+  const auto left = cpus_left(on);
+  if (left && !left->empty()) result.commands = {joined(parameter, "=", on.cpus.text(), in_command_line)};
   return result;
 }
 
@@ -85,14 +96,13 @@ finding interrupts(const machine& on) {
   } else if (new_ones_too) {
     result.mark = level::info;
   }
-  const reading online = on.files.read("/sys/devices/system/cpu/online");
-  const cpu_list others = cpu_list::of_list(online.text).value_or(cpu_list{}).without(on.cpus);
-  if (others.empty()) {
+  const auto others = cpus_left(on);
+  if (others && others->empty()) {
     result.found.append("; no other core is left for them");
-  } else {
+  } else if (others) {
     result.commands.push_back(
-        joined("for i in /proc/irq/*/smp_affinity_list; do echo ", others.text(), " > $i; done"));
-    result.commands.push_back(joined("irqaffinity=", others.text(), in_command_line));
+        joined("for i in /proc/irq/*/smp_affinity_list; do echo ", others->text(), " > $i; done"));
+    result.commands.push_back(joined("irqaffinity=", others->text(), in_command_line));
   }
   return result;
 }
@@ -101,6 +111,10 @@ finding irqbalance(const machine& on) {
   const auto running = processes(on.files, "irqbalance");
   if (!running) return processes_unseen();
   if (running->empty()) return {.found = "does not run"};
+  const auto isolated = cpu_list::of_list(on.files.read("/sys/devices/system/cpu/isolated").text);
+  if (isolated && isolated->contains_all(on.cpus)) {
+    return {.mark = level::info, .found = "runs, and keeps off isolated cores unless told otherwise"};
+  }
   return {.mark = level::warn, .found = "runs", .commands = {"systemctl disable --now irqbalance"}};
 }
 

@@ -27,16 +27,17 @@ std::string_view limit_of(std::string_view limits, std::string_view name) {
 constexpr unsigned cap_ipc_lock = 14; // their bits in CapEff of /proc/self/status
 constexpr unsigned cap_sys_nice = 23;
 
-// Those of a user namespace do not count: they end where the machine begins.
-bool has_capability(const machine& on, unsigned bit) {
-  const reading map = on.files.read("/proc/self/uid_map");
-  const auto mapped = words_of(map.text);
-  if (mapped.size() != 3 || mapped[0] != "0" || mapped[1] != "0" || mapped[2] != "4294967295") return false;
+// Nothing: it does not show. Those of a user namespace do not count: they end where the machine begins.
+std::optional<bool> has_capability(const machine& on, unsigned bit) {
   const reading status = on.files.read("/proc/self/status");
+  const reading map = on.files.read("/proc/self/uid_map");
   const std::string_view word = entry_of(status.text, "CapEff");
   std::uint64_t capabilities = 0;
   const auto end = std::from_chars(word.data(), word.data() + word.size(), capabilities, 16);
-  return end.ec == std::errc{} && (capabilities >> bit & 1U) != 0;
+  const auto mapped = words_of(map.text);
+  if (end.ec != std::errc{} || mapped.size() < 3) return std::nullopt;
+  const bool machines_own = mapped[0] == "0" && mapped[1] == "0" && mapped[2] == "4294967295";
+  return machines_own && (capabilities >> bit & 1U) != 0;
 }
 
 // The time that group scheduling (CONFIG_RT_GROUP_SCHED) leaves to the real-time threads of our control
@@ -63,14 +64,16 @@ finding sched_fifo(const machine& on) {
   if (!tried) return untried();
   const reading limits = on.files.read("/proc/self/limits");
   const std::string_view limit = limit_of(limits.text, "Max realtime priority");
-  const bool capable = has_capability(on, cap_sys_nice);
+  const auto capable = has_capability(on, cap_sys_nice);
   const auto budget = group_budget(on);
   finding result{.mark = *tried ? level::ok : level::fail, .found = *tried ? "granted" : "refused"};
   result.found.append(joined(" (rtprio limit ", limit.empty() ? "not visible" : limit,
-                             capable ? ", CAP_SYS_NICE" : ", no CAP_SYS_NICE"));
+                             !capable   ? ""
+                             : *capable ? ", CAP_SYS_NICE"
+                                        : ", no CAP_SYS_NICE"));
   if (budget) result.found.append(joined(", group budget ", *budget, " us a second"));
   result.found.append(")");
-  if (!*tried && capable) {
+  if (!*tried && capable == true) {
     // Permitted, and refused all the same: the control group has no budget.
     result.commands = {
         "echo 400000 > /sys/fs/cgroup/cpu/YOUR/GROUP/cpu.rt_runtime_us    # cgroup v1",
@@ -100,7 +103,7 @@ finding memory_lock(const machine& on) {
   result.found =
       joined(*tried ? "the " : "not the ", mebibytes_text(footprint), " of an endpoint (limit ",
              limit_bytes ? mebibytes_text(*limit_bytes) : std::string{limit.empty() ? "not visible" : limit},
-             has_capability(on, cap_ipc_lock) ? ", CAP_IPC_LOCK)" : ")");
+             has_capability(on, cap_ipc_lock) == true ? ", CAP_IPC_LOCK)" : ")");
   if (!*tried) {
     result.mark = level::fail;
   } else if (everything && !*everything) {
@@ -123,7 +126,7 @@ finding rt_throttling(const machine& on) {
   result.found.append(joined(" us of ", period ? std::to_string(*period) : "each period of", " us"));
   if (throttle_is_gone(on)) {
     result.mark = level::info;
-    result.found.append("; since Linux 6.12 the fair server does this");
+    result.found.append("; since Linux 6.12 the fair server does this unless groups are scheduled");
   }
   return result;
 }
