@@ -31,6 +31,7 @@ net::socket_limits socket_limits_of(const endpoint_options& options) noexcept {
   return {.connections_max = options.limits.connections_max,
           .connections_per_address_max = options.limits.connections_per_address_max,
           .handshakes_max = options.limits.handshakes_max,
+          .handshake_bytes = options.limits.handshake_bytes,
           .vanished_after = is_hop(options.profile) ? options.silence_max : duration::zero()};
 }
 

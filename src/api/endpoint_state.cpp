@@ -117,8 +117,8 @@ endpoint_state::~endpoint_state() { (void)close(duration::zero()); } // nobody i
 
 status endpoint_state::start(service::side ours) {
   const service::memory_plan plan = service::plan_memory(options_.limits);
-  memory_ = rt::arena{plan.total(), rt::page_lock::attempted};
-  if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.total()), memory_.map_errno()};
+  memory_ = rt::arena{plan.arena(), rt::page_lock::attempted};
+  if (!memory_) return error{errc::no_memory, static_cast<std::int64_t>(plan.arena()), memory_.map_errno()};
   auto validator = json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max);
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());

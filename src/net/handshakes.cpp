@@ -43,6 +43,11 @@ wire::http_refusal no_descriptor() noexcept {
                     "raise its limit of open files (ulimit -n) or lower connections_max");
 }
 
+wire::http_refusal no_memory() noexcept {
+  return refusal_of(service_unavailable, "no memory is left for another handshake or page",
+                    "try again in a moment, or raise handshake_bytes");
+}
+
 wire::http_refusal header_too_large(const socket_limits& limits) noexcept {
   return refusal_of(header_fields_too_large, "the request header is larger than % bytes",
                     "delete the cookies of this host, or send fewer headers",
@@ -241,6 +246,7 @@ void handshakes::serve(guest& one, const wire::http_judgement& request, transpor
   if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
   if (one.watch.answered) return part(one);
   if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
+  if (one.watch.starved) return starve(one, sink);
   refuse(one, refusal_of(internal_error, "the page could not be written", "report this with the request"),
          sink);
 }
@@ -254,6 +260,7 @@ void handshakes::upgrade(guest& one, const wire::http_judgement& request, transp
                   sink);
   hand_over(one, request, nullptr);
   if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
+  if (one.watch.starved) return starve(one, sink);
   if (!one.watch.established)
     return refuse(
         one, refusal_of(internal_error, "the upgrade could not be answered", "report this with the request"),
@@ -267,6 +274,11 @@ void handshakes::upgrade(guest& one, const wire::http_judgement& request, transp
                     .address = write_address(address, peer),
                     .path = request.path,
                     .subprotocol = request.subprotocol});
+}
+
+void handshakes::starve(guest& one, transport_sink& sink) noexcept {
+  ++counters_.handshakes_starved;
+  refuse(one, no_memory(), sink);
 }
 
 void handshakes::refuse(guest& one, const wire::http_refusal& refusal, transport_sink& sink) noexcept {

@@ -80,6 +80,7 @@ class handshakes {
   void serve(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
   void upgrade(guest& one, const wire::http_judgement& request, service::transport_sink& sink) noexcept;
   void hand_over(guest& one, const wire::http_judgement& request, service::transport_sink* sink) noexcept;
+  void starve(guest& one, service::transport_sink& sink) noexcept;
   void refuse(guest& one, const wire::http_refusal& refusal, service::transport_sink& sink) noexcept;
   void report(const socket_address& peer, const wire::http_refusal& refusal,
               service::transport_sink& sink) noexcept;

@@ -33,6 +33,10 @@ constexpr std::uint32_t extra_sockets = 16;
 // The parsed header of one request; larger than what the filter lets through.
 constexpr unsigned short header_data_bytes = 8192;
 
+// What one handshake takes at most, or a page without its body: two thirds of it by 4.1.6, with the longest
+// request that the filter lets through (tests/net/memory_test.cpp).
+constexpr std::size_t handshake_bytes_needed = std::size_t{24} << 10;
+
 // All zero: no pings and no hang-ups of libwebsockets' own.
 constexpr lws_retry_bo_t no_liveness{};
 
@@ -55,7 +59,25 @@ class sigpipe_guard {
   struct sigaction before_ {};
 };
 
-int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, void* in, std::size_t bytes) noexcept {
+// libwebsockets keeps a copy of what the socket does not take at once, at most all of it.
+bool has_room_for(const fixed_heap& heap, const service::http_answer& answer) noexcept {
+  return heap.has_room_for(answer.body.size() + handshake_bytes_needed);
+}
+
+int serve_page(lws* wsi, lws_watch& watch, const fixed_heap& heap) noexcept {
+  constexpr int close_once_sent = -1; // one request a connection
+  if (!watch.judgement || !watch.sink) return close_once_sent;
+  const service::http_answer answer = watch.sink->on_http({.path = watch.judgement->path,
+                                                           .if_none_match = watch.judgement->if_none_match,
+                                                           .accepts_gzip = watch.judgement->accepts_gzip});
+  watch.starved = !has_room_for(heap, answer);
+  if (watch.starved) return 0; // adopt() lets go; closing would shut down the socket on which we refuse
+  watch.answered = write_page(wsi, *watch.judgement, answer);
+  return close_once_sent;
+}
+
+int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, const fixed_heap& heap, void* in,
+             std::size_t bytes) noexcept {
   switch (reason) {
   case LWS_CALLBACK_HTTP_CONFIRM_UPGRADE:
     // Cannot happen: the filter writes the request anew. If it does, refusing by return value is a use after
@@ -64,13 +86,7 @@ int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, void* in, 
     return 0;
   case LWS_CALLBACK_RAW_ADOPT:
   case LWS_CALLBACK_RAW_RX: return -1; // what CONNECT would lead to; likewise
-  case LWS_CALLBACK_HTTP:
-    if (!watch.judgement || !watch.sink) return -1;
-    watch.answered = write_page(wsi, *watch.judgement,
-                                watch.sink->on_http({.path = watch.judgement->path,
-                                                     .if_none_match = watch.judgement->if_none_match,
-                                                     .accepts_gzip = watch.judgement->accepts_gzip}));
-    return -1; // one request a connection: close once everything is sent
+  case LWS_CALLBACK_HTTP: return serve_page(wsi, watch, heap);
   case LWS_CALLBACK_ESTABLISHED:
   case LWS_CALLBACK_CLIENT_ESTABLISHED: watch.established = true; return 0;
   case LWS_CALLBACK_CLIENT_APPEND_HANDSHAKE_HEADER: watch.asked = true; return 0;
@@ -101,25 +117,31 @@ struct lws_host::tables {
 
   static int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t bytes) noexcept {
     if (is_general(reason)) return 0;
+    auto* host = static_cast<lws_host*>(lws_context_user(lws_get_context(wsi)));
     auto* watch = static_cast<lws_watch*>(lws_get_opaque_user_data(wsi));
     if (!watch) {
-      auto* host = static_cast<lws_host*>(lws_context_user(lws_get_context(wsi)));
       if (!host || !host->current_) return 0;
       watch = host->current_;
       host->bind(*watch, wsi);
     }
-    return on_event(wsi, reason, *watch, in, bytes);
+    return on_event(wsi, reason, *watch, host->heap(), in, bytes);
   }
 };
 
-lws_host::lws_host(std::unique_ptr<tables> owned) noexcept : tables_{std::move(owned)} {}
+lws_host::lws_host(std::unique_ptr<tables> owned, lws_memory memory) noexcept
+    : tables_{std::move(owned)}, memory_{std::move(memory)} {}
 
 lws_host::~lws_host() {
+  const lws_memory::lending lent{memory_};
   if (context_) lws_context_destroy(context_);
 }
 
-result<std::unique_ptr<lws_host>>
-lws_host::open(lws_role role, std::span<const std::string_view> subprotocols, std::uint32_t sockets_max) {
+result<std::unique_ptr<lws_host>> lws_host::open(lws_role role,
+                                                 std::span<const std::string_view> subprotocols,
+                                                 std::uint32_t sockets_max, std::size_t memory_bytes) {
+  const error no_memory{errc::no_memory, static_cast<std::int64_t>(memory_bytes)};
+  lws_memory memory{memory_bytes};
+  if (!memory) return no_memory;
   auto owned = std::make_unique<tables>();
   owned->names.reserve(subprotocols.size());
   const auto add = [&](const char* name) {
@@ -142,22 +164,23 @@ lws_host::open(lws_role role, std::span<const std::string_view> subprotocols, st
   info.fd_limit_per_thread = sockets_max + extra_sockets;
   info.retry_and_idle_policy = &no_liveness;
 
-  std::unique_ptr<lws_host> host{new (std::nothrow) lws_host{std::move(owned)}};
+  std::unique_ptr<lws_host> host{new (std::nothrow) lws_host{std::move(owned), std::move(memory)}};
   if (!host) return errc::no_memory;
+  const lws_memory::lending lent{host->memory_};
   info.user = host.get();
   lws_set_log_level(0, nullptr);
   {
     const sigpipe_guard guard;
     host->context_ = lws_create_context(&info);
   }
-  if (!host->context_) return errc::no_memory;
+  if (!host->context_) return no_memory;
 
   info.protocols = host->tables_->protocols.data();
   info.vhost_name = "rowe";
   info.alpn = "http/1.1"; // never h2: it has ways around every filter
   if (role == lws_role::server) info.port = CONTEXT_PORT_NO_LISTEN_SERVER;
   host->vhost_ = lws_create_vhost(host->context_, &info);
-  if (!host->vhost_) return errc::no_memory;
+  if (!host->vhost_) return no_memory;
   host->turn(); // its deferred initialisation
   return host;
 }
@@ -168,7 +191,10 @@ void lws_host::bind(lws_watch& watch, lws* wsi) noexcept {
 }
 
 void lws_host::adopt(lws_watch& watch, descriptor duplicate, std::string_view request) noexcept {
+  const lws_memory::lending lent{memory_};
   watch.duplicate = duplicate.get();
+  watch.starved = !heap().has_room_for(handshake_bytes_needed);
+  if (watch.starved) return;
   current_ = &watch;
   // Everything happens inside this call; what it returns says nothing (see the top of the header).
   lws_adopt_socket_vhost_readbuf(vhost_, duplicate.release(), request.data(), request.size());
@@ -181,6 +207,7 @@ void lws_host::adopt(lws_watch& watch, descriptor duplicate, std::string_view re
 }
 
 bool lws_host::connect(lws_watch& watch, const lws_client_target& target) noexcept {
+  const lws_memory::lending lent{memory_};
   lws_client_connect_info info{};
   info.context = context_;
   info.vhost = vhost_;
@@ -206,6 +233,7 @@ bool lws_host::connect(lws_watch& watch, const lws_client_target& target) noexce
 }
 
 bool lws_host::take_answer(lws_watch& watch, std::string_view header) noexcept {
+  const lws_memory::lending lent{memory_};
   // libwebsockets reads the header, and nothing but the header, from a socket pair that takes the place of
   // the connection under its number.
   int pair[2] = {-1, -1};
@@ -225,6 +253,7 @@ bool lws_host::take_answer(lws_watch& watch, std::string_view header) noexcept {
 }
 
 void lws_host::drive(lws_watch& watch) noexcept {
+  const lws_memory::lending lent{memory_};
   lws_rx_flow_control(watch.wsi, 1); // it does nothing at all for a socket whose reading is held
   service(watch, LWS_POLLIN | LWS_POLLOUT, LWS_POLLOUT);
   if (watch.wsi) lws_rx_flow_control(watch.wsi, 0);
@@ -232,6 +261,7 @@ void lws_host::drive(lws_watch& watch) noexcept {
 
 void lws_host::let_go(lws_watch& watch) noexcept {
   if (!watch.wsi) return;
+  const lws_memory::lending lent{memory_};
   if (watch.duplicate < 0)
     return lws_set_timeout(watch.wsi, PENDING_TIMEOUT_KILLED_BY_PARENT, LWS_TO_KILL_SYNC);
   // The one way to close that neither shuts the socket down nor sends a frame: only its number goes.
@@ -247,6 +277,9 @@ void lws_host::service(lws_watch& watch, short events, short found) noexcept {
   lws_service_fd(context_, &one);
 }
 
-void lws_host::turn() noexcept { lws_service(context_, -1); }
+void lws_host::turn() noexcept {
+  const lws_memory::lending lent{memory_};
+  lws_service(context_, -1);
+}
 
 } // namespace rowe::net

@@ -8,8 +8,10 @@
 // may return nullptr with the wsi alive, and a client that waits for its answer may end without any error
 // callback.
 //
-// Service thread, but open() and the destructor. What libwebsockets does in here allocates; it does so per
-// handshake and page, never per message.
+// Service thread, but open() and the destructor. What libwebsockets does in here allocates from a heap of its
+// own, of a fixed size (net/lws_memory.hpp); it does so per handshake and page, never per message. A server
+// looks before each of these whether there is room for it, because not every path in libwebsockets has
+// thought of a refusal; a client makes one attempt at a time, for which there always is.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -21,6 +23,7 @@
 #include <rowe/result.hpp>
 
 #include "net/descriptor.hpp"
+#include "net/lws_memory.hpp"
 #include "service/transport.hpp"
 #include "wire/http_request.hpp"
 
@@ -37,6 +40,7 @@ struct lws_watch {
   bool established = false; // the upgrade is done
   bool answered = false;    // server: a page was written, at least into libwebsockets' buffer
   bool asked = false;       // client: our request is on its way
+  bool starved = false;     // server: there was no memory left for it
 
   // Server: what to answer; valid while adopt() runs.
   const wire::http_judgement* judgement = nullptr;
@@ -59,9 +63,13 @@ enum class lws_role : std::uint8_t { server, client };
 
 class lws_host {
  public:
-  // `sockets_max`: how many may be with libwebsockets at once. errc::no_memory when no context can be had.
+  // The least that libwebsockets can be given: for its context and one handshake.
+  static constexpr std::size_t memory_bytes_least = std::size_t{1} << 16;
+
+  // `sockets_max`: how many may be with libwebsockets at once. `memory_bytes`: all that it gets.
+  // errc::no_memory when no context can be had.
   static result<std::unique_ptr<lws_host>> open(lws_role role, std::span<const std::string_view> subprotocols,
-                                                std::uint32_t sockets_max);
+                                                std::uint32_t sockets_max, std::size_t memory_bytes);
   ~lws_host();
   lws_host(const lws_host&) = delete;
   lws_host& operator=(const lws_host&) = delete;
@@ -70,6 +78,7 @@ class lws_host {
   //   watch.established: upgraded, and libwebsockets has let go;
   //   watch.wsi:         a page that is not written whole: drive() it whenever the socket is writable;
   //   watch.answered:    a page that is;
+  //   watch.starved:     no memory was left, and nothing was answered;
   //   nothing of these:  libwebsockets refused, without an answer.
   void adopt(lws_watch& watch, descriptor duplicate, std::string_view request) noexcept;
 
@@ -87,13 +96,16 @@ class lws_host {
   // libwebsockets' timers and housekeeping; never waits.
   void turn() noexcept;
 
+  const fixed_heap& heap() const noexcept { return memory_.heap(); }
+
  private:
   struct tables; // the only thing here that needs libwebsockets' header
-  explicit lws_host(std::unique_ptr<tables> owned) noexcept;
+  lws_host(std::unique_ptr<tables> owned, lws_memory memory) noexcept;
   void service(lws_watch& watch, short events, short found) noexcept;
   void bind(lws_watch& watch, lws* wsi) noexcept;
 
   std::unique_ptr<tables> tables_;
+  lws_memory memory_;
   lws_context* context_ = nullptr;
   lws_vhost* vhost_ = nullptr;
   lws_watch* current_ = nullptr; // the one whose wsi is being made, until it can be named by it

@@ -46,6 +46,7 @@ status check(const socket_limits& limits) noexcept {
       {limits.connections_max, 1, 65536},
       {limits.connections_per_address_max, 1, UINT32_MAX},
       {limits.handshakes_max, 1, 1024},
+      {limits.handshake_bytes, lws_host::memory_bytes_least, std::uint64_t{1} << 26},
       {limits.header_bytes_max, 256, wire::http_header_bytes_max},
       {limits.read_quantum_bytes, 512, most_bytes},
       {limits.read_alone_bytes, limits.read_quantum_bytes, most_bytes},
@@ -85,6 +86,13 @@ class epoll_transport final : public socket_transport {
   }
   bool busy() const noexcept override { return attempt_ ? attempt_->busy() : handshakes_->busy(); }
   std::uint16_t port() const noexcept override { return listener_ ? port_of(listener_->address()) : 0; }
+  service::carrier_memory memory() const noexcept override {
+    const fixed_heap& heap = lws_->heap();
+    return {.bytes_used = heap.bytes_used(),
+            .bytes_peak = heap.bytes_peak(),
+            .allocations = heap.allocations(),
+            .refusals = heap.refusals() + counters_.handshakes_starved};
+  }
   const socket_counters& counters() const noexcept override { return counters_; }
 
  private:
@@ -133,7 +141,8 @@ epoll_transport::prepare(const socket_limits& limits, lws_role role,
   // Edge triggered: each ring is a new event, so nobody needs to read the count.
   if (!made->waker_ || !made->polled_.add(made->waker_.get(), EPOLLIN | EPOLLET, {source::waker}))
     return errc::no_memory;
-  auto lws = lws_host::open(role, subprotocols, role == lws_role::server ? limits.handshakes_max : 1);
+  auto lws = lws_host::open(role, subprotocols, role == lws_role::server ? limits.handshakes_max : 1,
+                            limits.handshake_bytes);
   if (!lws) return lws.error();
   made->lws_ = std::move(*lws);
   return made;

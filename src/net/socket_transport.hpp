@@ -34,6 +34,9 @@ struct socket_limits {
   std::uint32_t connections_per_address_max = 8;
   // Sockets on their way to a connection, on a page or being refused. Beyond them 503. 1 to 1024.
   std::uint32_t handshakes_max = 32;
+  // All memory libwebsockets gets: some 12 KiB for itself, up to 24 KiB for the handshake that is being
+  // answered, and copies of what slow readers have not taken of a page. Beyond it 503. 64 KiB to 64 MiB.
+  std::size_t handshake_bytes = std::size_t{128} << 10;
   // The whole header of a request (server) or of the answer to ours (client). 256 to 4096.
   std::uint32_t header_bytes_max = 4096;
   // What one connection may deliver in a turn while others are readable too, and while it is alone. A stop
@@ -86,13 +89,14 @@ struct connect_options {
 
 // How often the costly parts ran, for tests and `stats`. Service thread.
 struct socket_counters {
-  std::uint64_t polls = 0;          // poll() calls
-  std::uint64_t waits = 0;          // wait() calls that entered the kernel
-  std::uint64_t lws_turns = 0;      // calls of lws_service()
-  std::uint64_t accepted = 0;       // sockets taken from the listener
-  std::uint64_t opened = 0;         // connections reported by on_open
-  std::uint64_t accept_pauses = 0;  // the process ran out of descriptors or memory
-  std::uint64_t handshakes_cut = 0; // refused on the spot because `handshakes_max` were under way
+  std::uint64_t polls = 0;              // poll() calls
+  std::uint64_t waits = 0;              // wait() calls that entered the kernel
+  std::uint64_t lws_turns = 0;          // calls of lws_service()
+  std::uint64_t accepted = 0;           // sockets taken from the listener
+  std::uint64_t opened = 0;             // connections reported by on_open
+  std::uint64_t accept_pauses = 0;      // the process ran out of descriptors or memory
+  std::uint64_t handshakes_cut = 0;     // refused on the spot because `handshakes_max` were under way
+  std::uint64_t handshakes_starved = 0; // refused because `handshake_bytes` were used up
 };
 
 class socket_transport : public service::transport {

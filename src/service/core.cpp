@@ -167,9 +167,18 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   expire();
   offer_all();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
+  show_carrier_memory();
   // More than one cycle's share was waiting: the next one is needed at once.
   if (lanes_left_ || listed_count_ != 0) return now_;
   return std::min(wheel_.next_wake(), next_stop_turn());
+}
+
+void core::show_carrier_memory() noexcept {
+  const carrier_memory now = carrier_.memory();
+  shown_.counts.set(counter::handshake_bytes_used, now.bytes_used);
+  shown_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
+  shown_.counts.set(counter::handshake_allocations, now.allocations);
+  shown_.counts.set(counter::handshakes_starved, now.refusals);
 }
 
 void core::record_cycle(rt::duration took) noexcept {

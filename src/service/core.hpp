@@ -172,6 +172,7 @@ class core final : public transport_sink {
   // core.cpp
   connection* find(connection_id id) noexcept;
   void expire() noexcept;
+  void show_carrier_memory() noexcept;
   void look_after(connection& c) noexcept;
   void close(connection& c, std::uint16_t code, std::string_view reason) noexcept;
   void forget(connection& c) noexcept;

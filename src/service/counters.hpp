@@ -46,6 +46,7 @@ namespace rowe::service {
   X(nonfinite, flow, "NaN or infinity written as null")                                                      \
   X(peers_joined, flow, "connections established")                                                           \
   X(refused_handshakes, refusal, "connections refused before they were established")                         \
+  X(handshakes_starved, refusal, "handshakes and pages for which handshake_bytes had no room")               \
   X(refused_requests, refusal, "requests answered with a status error")                                      \
   X(violations, refusal, "connections closed because they broke the WebSocket protocol")                     \
   X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \
@@ -54,7 +55,10 @@ namespace rowe::service {
   X(events_lost, own, "events nobody asked for in time")                                                     \
   X(cycles, own, "cycles of the service thread")                                                             \
   X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
-  X(queued_max, own, "messages waiting at one time, at most")
+  X(queued_max, own, "messages waiting at one time, at most")                                                \
+  X(handshake_bytes_used, own, "of handshake_bytes, now")                                                    \
+  X(handshake_bytes_peak, own, "of handshake_bytes, at most")                                                \
+  X(handshake_allocations, own, "taken from handshake_bytes; none while peers are only connected")
 
 enum class counter_group : std::uint8_t { loss, chosen, flow, refusal, own };
 
@@ -80,6 +84,7 @@ class counters {
  public:
   // Service thread.
   void add(counter which, std::uint64_t by = 1) noexcept { at(which).add(by); }
+  void set(counter which, std::uint64_t value) noexcept { at(which).set(value); }
   void raise_to(counter which, std::uint64_t value) noexcept {
     if (value > at(which).get()) at(which).set(value);
   }

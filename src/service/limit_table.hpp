@@ -32,6 +32,7 @@ inline constexpr std::array limit_table{
     limit_between<&limits::connections_max>(argument::connections_max, 1, 65536),
     limit_between<&limits::connections_per_address_max>(argument::connections_per_address_max, 1, 65536),
     limit_between<&limits::handshakes_max>(argument::handshakes_max, 1, 1024),
+    limit_between<&limits::handshake_bytes>(argument::handshake_bytes, 1U << 16, 1U << 26),
     limit_between<&limits::message_bytes_max>(argument::message_bytes_max, 128, 1U << 26),
     limit_between<&limits::fragments_max>(argument::fragments_max, 1, many),
     limit_between<&limits::depth_max>(argument::depth_max, 1, 1024),

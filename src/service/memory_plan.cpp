@@ -18,6 +18,7 @@ memory_plan plan_memory(const limits& bounds) noexcept {
       .door = arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds),
       .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
       .lane_memory = arena::bytes_for(bounds.lane_bytes),
+      .handshakes = arena::bytes_for(bounds.handshake_bytes),
   };
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What an endpoint's memory is for: one arena, a sum in which every line names its holder.
+// What an endpoint's memory is for: one arena and the transport's share, a sum in which every line names its
+// holder.
 // limits::footprint_bytes() is this sum.
 #pragma once
 #include <cstddef>
@@ -14,8 +15,10 @@ struct memory_plan {
   std::size_t door;        // the front door's slots and queues
   std::size_t lanes;       // the lanes' shared words
   std::size_t lane_memory; // their rings, windows and slots
+  std::size_t handshakes;  // for those under way; the transport takes it
 
-  std::size_t total() const noexcept { return core + board + door + lanes + lane_memory; }
+  std::size_t arena() const noexcept { return core + board + door + lanes + lane_memory; }
+  std::size_t total() const noexcept { return arena() + handshakes; }
 };
 
 memory_plan plan_memory(const limits& bounds) noexcept;

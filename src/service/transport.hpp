@@ -94,6 +94,14 @@ enum class close_how : std::uint8_t {
   aborted, // at once
 };
 
+// Of the memory that a carrier got for handshakes and pages.
+struct carrier_memory {
+  std::uint64_t bytes_used = 0;
+  std::uint64_t bytes_peak = 0;  // the most it has used
+  std::uint64_t allocations = 0; // none while peers are only connected
+  std::uint64_t refusals = 0;    // handshakes or pages for which there was none
+};
+
 class transport {
  public:
   virtual ~transport() = default;
@@ -124,6 +132,8 @@ class transport {
 
   // True while an attempt, a handshake or an HTTP answer is under way.
   virtual bool busy() const noexcept = 0;
+
+  virtual carrier_memory memory() const noexcept { return {}; }
 };
 
 } // namespace rowe::service

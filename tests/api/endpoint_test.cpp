@@ -278,6 +278,31 @@ TEST(endpoint, reuses_the_lanes_of_handles_that_are_gone) {
   }
 }
 
+TEST(endpoint, counts_what_its_handshakes_take_and_that_messages_take_nothing) {
+  auto robot = endpoint::listen(0, hub()).value();
+  auto commands = robot.subscribe<json_text>("/cmd").value();
+  auto viewer = endpoint::connect(url_of(robot), hub()).value();
+  auto command = viewer.advertise<json_text>("/cmd").value();
+  ASSERT_TRUE(viewer.wait_peer(patience));
+  ASSERT_TRUE(publish_until([&] { (void)command.publish(R"({"n":1})"); },
+                            [&] { return static_cast<bool>(commands.try_take()); }));
+  const auto used = count_of(robot, "handshake_bytes_used");
+  EXPECT_GT(used, 4096U);
+  EXPECT_GT(count_of(robot, "handshake_bytes_peak"), used);
+  EXPECT_EQ(count_of(robot, "handshakes_starved"), 0U);
+  const auto allocations = [&] {
+    return count_of(robot, "handshake_allocations") + count_of(viewer, "handshake_allocations");
+  };
+  const auto before = allocations();
+  EXPECT_GT(before, 20U);
+  for (int i = 0; i < 1000; ++i) {
+    (void)command.publish(numbered(i)); // what is full arrives with a later one
+    (void)commands.try_take();
+  }
+  EXPECT_EQ(allocations(), before);
+  EXPECT_EQ(count_of(robot, "handshake_bytes_used"), used);
+}
+
 // ---- every error, by the one who causes it
 
 TEST(endpoint_errors, name_a_port_that_is_taken) {
@@ -320,6 +345,7 @@ TEST(endpoint_errors, name_every_limit_that_is_out_of_its_range) {
   EXPECT_TRUE(refused(&rowe::limits::subscriptions_per_connection_max, 1U << 26));
   EXPECT_TRUE(refused(&rowe::limits::lane_bytes, SIZE_MAX - 4096));
   EXPECT_TRUE(refused(&rowe::limits::handshakes_max, 0U));
+  EXPECT_TRUE(refused(&rowe::limits::handshake_bytes, std::size_t{65535}));
   EXPECT_TRUE(refused(&rowe::limits::depth_max, 5000U));
   EXPECT_TRUE(refused(&rowe::limits::services_max, 0U));
   EXPECT_TRUE(refused(&rowe::limits::calls_max, 0U));

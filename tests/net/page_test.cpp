@@ -12,7 +12,7 @@ std::span<const std::byte> bytes_of(std::string_view text) {
 
 // A server with one page: "/" is "<html>rowe</html>" with an ETag.
 struct page : testing::Test {
-  std::unique_ptr<socket_transport> transport = listening();
+  std::unique_ptr<socket_transport> transport = listening({.limits = {.handshake_bytes = 16 << 20}});
   driver drive{*transport};
   std::string body = "<html>rowe</html>";
 

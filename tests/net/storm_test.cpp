@@ -65,7 +65,8 @@ TEST_P(storm, leaves_everything_in_order) {
   std::mt19937_64 random{seed};
   const auto one_of = [&](std::uint64_t count) { return random() % count; };
 
-  auto transport = listening({.limits = {.connections_max = 12, .handshakes_max = 6}});
+  auto transport =
+      listening({.limits = {.connections_max = 12, .handshakes_max = 6, .handshake_bytes = 1 << 20}});
   const std::size_t before = open_descriptors();
   storm_sink sink;
   rt::duration skipped{};

@@ -35,7 +35,7 @@ TEST(waiting, without_end_still_sleeps_for_long_stretches) {
 }
 
 TEST(waiting, is_not_shortened_by_a_page_that_its_reader_does_not_read) {
-  auto transport = listening();
+  auto transport = listening({.limits = {.handshake_bytes = 16 << 20}});
   driver drive{*transport};
   static const std::string body(8 << 20, 'x');
   drive.sink().answer = [](const service::http_request&) { return page_of(body); };

@@ -17,7 +17,7 @@ TEST(memory_plan, is_the_sum_of_what_is_carved) {
     options.limits = bounds;
     stage::theatre built{options};
     const auto plan = rowe::service::plan_memory(bounds);
-    EXPECT_EQ(built.memory.bytes_used() + plan.lane_memory, plan.total());
+    EXPECT_EQ(built.memory.bytes_used() + plan.lane_memory, plan.arena());
   }
 }
 

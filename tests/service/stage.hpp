@@ -73,7 +73,7 @@ class theatre {
   explicit theatre(const rowe::endpoint_options& chosen = small_options(),
                    rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1)
       : options{chosen},
-        memory{rowe::service::plan_memory(chosen.limits).total(), rowe::rt::page_lock::none},
+        memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
         random{seed},
         validator{
             rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
