@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0
+ * idle::wake (rowe/rt/wake_bell.hpp) on machines with store buffers: what the explorer shows for the orders
+ * of C++, shown again for what such orders become. Each handle puts values into its lane, raises its count,
+ * looks whether the service thread sleeps, and rings if so. The service thread marks the counts, takes what
+ * is there, says that it sleeps, looks at the counts again, and waits for the bell.
+ *
+ * A store goes into its thread's buffer and leaves it at any later time. Buffers are not first in, first
+ * out (as they are on x86): stores to different words leave in any order, but a release store not before
+ * those in front of it. A seq_cst store is a release store after which the thread waits until its buffer is
+ * empty. The bell is the kernel's: it keeps one ring, and ringing it empties the buffer.
+ *
+ * A lost wake-up is an invalid end state: the service thread waits for ever with something in a lane.
+ *
+ * mutants: HANDLE_DOES_NOT_WAIT SERVICE_DOES_NOT_WAIT COUNT_OVERTAKES SERVICE_LOOKS_ONCE BELL_FORGETS
+ */
+#define HANDLES 2
+#define VALUES 2
+
+byte tail[HANDLES];      /* what is in each lane: values pushed */
+byte count[HANDLES];     /* of its rope */
+bool sleeping = false;
+bool rung = false;       /* the eventfd */
+bool waits = false;      /* the service thread, in the kernel */
+
+/* Buffered: the store is not in memory yet. */
+bool tail_buffered[HANDLES];
+bool count_buffered[HANDLES];
+bool sleeping_buffered = false;
+bool sleeping_next;      /* the value there */
+
+proctype handle_buffer(byte h) {
+end:
+  do
+  :: atomic { tail_buffered[h] -> tail[h]++; tail_buffered[h] = false }
+#ifdef COUNT_OVERTAKES
+  :: atomic { count_buffered[h] -> count[h]++; count_buffered[h] = false }
+#else
+  :: atomic { count_buffered[h] && !tail_buffered[h] -> count[h]++; count_buffered[h] = false }
+#endif
+  od
+}
+
+proctype service_buffer() {
+end:
+  do
+  :: atomic { sleeping_buffered -> sleeping = sleeping_next; sleeping_buffered = false }
+  od
+}
+
+proctype handle(byte h) {
+  byte i = 0;
+  bool seen;
+  do
+  :: i < VALUES ->
+    atomic { !tail_buffered[h] -> tail_buffered[h] = true }      /* publish: release, into the ring */
+    atomic { !count_buffered[h] -> count_buffered[h] = true }    /* pull(): seq_cst */
+#ifndef HANDLE_DOES_NOT_WAIT
+    !tail_buffered[h] && !count_buffered[h];
+#endif
+    seen = sleeping;                                             /* ring() */
+    if
+    :: seen ->
+      !tail_buffered[h] && !count_buffered[h];
+#ifdef BELL_FORGETS
+      if :: waits -> rung = true :: else fi;
+#else
+      rung = true;
+#endif
+    :: else
+    fi;
+    i++
+  :: else -> break
+  od
+}
+
+#define SET_SLEEPING(value) atomic { !sleeping_buffered -> sleeping_next = value; sleeping_buffered = true }
+
+proctype service() {
+  byte marked[HANDLES];
+  byte taken[HANDLES];
+  byte h;
+  bool quiet;
+  do
+  :: true ->
+    h = 0;
+    do
+    :: h < HANDLES -> marked[h] = count[h]; taken[h] = tail[h]; h++   /* mark(), then look */
+    :: else -> break
+    od;
+    if
+    :: taken[0] == VALUES && taken[1] == VALUES -> break
+    :: else
+    fi;
+    SET_SLEEPING(true);                                               /* seq_cst */
+#ifndef SERVICE_DOES_NOT_WAIT
+    !sleeping_buffered;
+#endif
+    quiet = true;
+#ifndef SERVICE_LOOKS_ONCE
+    h = 0;
+    do
+    :: h < HANDLES -> quiet = quiet && (count[h] == marked[h]); h++   /* quiet(): seq_cst */
+    :: else -> break
+    od;
+#endif
+    if
+    :: quiet -> !sleeping_buffered; waits = true; atomic { rung -> rung = false }; waits = false
+    :: else
+    fi;
+    SET_SLEEPING(false)                                               /* relaxed */
+  od;
+  assert(taken[0] == VALUES && taken[1] == VALUES)
+}
+
+init {
+  atomic {
+    run handle_buffer(0); run handle_buffer(1); run service_buffer();
+    run handle(0); run handle(1); run service()
+  }
+}
