@@ -33,7 +33,7 @@ constexpr std::int64_t port_max = 65535;
 constexpr rt::duration event_period = 50ms;                // how late an event is printed at most
 constexpr rt::duration goodbye_time = 250ms;               // for what is queued when we are told to end
 constexpr int demo_service_priority = demo::priority - 10; // below the loop it serves
-constexpr std::array<std::string_view, 2> idle_names{"poll", "spin"};
+constexpr std::array<std::string_view, 3> idle_names{"poll", "spin", "wake"}; // in rowe::idle's order
 
 struct serve_options {
   std::int64_t port = -1; // as given; -1: not
@@ -72,7 +72,7 @@ command table_of(serve_options& o) {
            &o.allow_origins},
           {"--allow-host", "", "H", "answer to this host name as well; repeatable", &o.allow_hosts},
           {"--name", "", "NAME", "what the page shows (default: the host's name)", &o.name},
-          {"--idle", "", "poll|spin", "how the service thread waits (default poll)",
+          {"--idle", "", "poll|spin|wake", "how the service thread waits (default poll)",
            choice{&o.idle, idle_names}},
           {"--cpu", "", "N", "pin the service thread to this core", integer{&o.cpu, 0, last_cpu}},
           {"--priority", "", "N", "SCHED_FIFO priority of the service thread (default none; 70 with --demo)",
@@ -102,7 +102,7 @@ std::string split_listen(const std::string& text, endpoint_options& to, std::uin
 endpoint_options endpoint_options_of(const serve_options& o) {
   endpoint_options to;
   to.relay = true;
-  to.idle_policy = o.idle == 0 ? idle::poll : idle::spin;
+  to.idle_policy = static_cast<idle>(o.idle);
   to.service_cpu = static_cast<int>(o.cpu);
   const int priority_default = o.demo ? demo_service_priority : 0;
   to.service_priority = o.priority < 0 ? priority_default : static_cast<int>(o.priority);

@@ -142,6 +142,9 @@ class endpoint {
 
   // The port listened on; 0 for an endpoint that connects.
   std::uint16_t port() const noexcept;
+  // Under idle::wake the one eventfd that a handle may write to while the service thread sleeps; -1 under the
+  // other policies, under which handles make no system call at all. For whoever traps system calls.
+  int wake_descriptor() const noexcept;
 
   // What has happened and was not asked for yet, oldest first.
   std::optional<event> try_event() noexcept;

@@ -14,10 +14,12 @@ namespace rowe {
 using duration = rt::duration;
 using time_point = rt::time_point;
 
-// How the service thread waits for the next thing to do.
+// How the service thread waits for the next thing to do. Figures are in docs/real-time.md.
 enum class idle : std::uint8_t {
   poll, // in the kernel, for sockets, at most `poll_period`: inbound is immediate, outbound at most that old
   spin, // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
+  wake, // in the kernel, until there is something: then a handle that hands something over while the service
+        // thread sleeps wakes it, which costs its own thread one write to an eventfd
 };
 
 // What kind of peers an endpoint meets that speak the bare dialect. Hop programs know text frames and nothing

@@ -125,6 +125,7 @@ status endpoint::wait_peer(duration patience) { return state_->wait_peer(patienc
 std::uint32_t endpoint::peers() const noexcept { return state_->peers(); }
 std::vector<peer> endpoint::connections() const { return state_->connections(); }
 std::uint16_t endpoint::port() const noexcept { return state_->port(); }
+int endpoint::wake_descriptor() const noexcept { return state_->wake_descriptor(); }
 std::optional<event> endpoint::try_event() noexcept { return state_->try_event(); }
 std::vector<count> endpoint::counts() const { return state_->counts(); }
 const rt::grants& endpoint::service_grants() const noexcept { return state_->service_grants(); }

@@ -128,6 +128,7 @@ status endpoint_state::start(service::side ours) {
   given_up_.resize(lanes_.size());
   board_ = memory_.make<service::board>(memory_, options_.limits);
   door_ = memory_.make<service::front_door>(memory_, options_.limits);
+  bell_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{carrier_->wake_descriptor()});
   core_ = memory_.make<service::core>(
       memory_, service::core_options::from(options_, ours, name_), lanes_, *board_, *door_,
       service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
@@ -140,7 +141,7 @@ status endpoint_state::start(service::side ours) {
                      "(/sys/devices/system/clocksource/clocksource0/current_clocksource)";
     board_->post(warning); // the service thread, whose ring it is, does not run yet
   }
-  loop_.emplace(*core_, *carrier_, options_.idle_policy, options_.poll_period);
+  loop_.emplace(*core_, *carrier_, *bell_, options_.idle_policy, options_.poll_period);
 
   rt::thread_options how{.name = "rowe", .priority = options_.service_priority};
   if (options_.service_cpu >= 0) how.cpu = options_.service_cpu;
@@ -279,6 +280,7 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
+  built.bell = lanes_tell() ? bell_ : nullptr;
 
   built.granted = &board_->permit;
 

@@ -60,10 +60,12 @@ class endpoint_state {
   bool gone(peer_ref whom) const noexcept;
   service::front_door& door() noexcept { return *door_; }
   std::uint16_t port() const noexcept { return port_; }
+  int wake_descriptor() const noexcept { return lanes_tell() ? carrier_->wake_descriptor() : -1; }
   const rt::grants& service_grants() const noexcept { return granted_; }
   bool memory_locked() const noexcept { return memory_.locked(); }
 
  private:
+  bool lanes_tell() const noexcept { return options_.idle_policy == idle::wake; }
   status start(service::side ours);
   status check(const lane_request& asked) const noexcept;
   status check_topic(const lane_request& asked) const noexcept;
@@ -86,6 +88,7 @@ class endpoint_state {
   std::vector<lane_codecs> codecs_; // of the lane with the same index
   std::vector<bool> given_up_;      // likewise: settle_lanes() has waited for it in vain
   service::front_door* door_ = nullptr;
+  rt::wake_bell<>* bell_ = nullptr;
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;
   rt::thread thread_;

@@ -61,6 +61,7 @@ class memory_transport final : public service::transport {
   void poll(rt::time_point now, service::transport_sink& sink) noexcept override;
   void wait(rt::time_point, rt::time_point) noexcept override {} // whoever tests moves the time
   void wake() noexcept override {}
+  int wake_descriptor() const noexcept override { return -1; }
   std::size_t write(service::connection_id id,
                     std::span<const std::span<const std::byte>> pieces) noexcept override;
   void close(service::connection_id id, service::close_how how) noexcept override;

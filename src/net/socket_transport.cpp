@@ -71,6 +71,7 @@ class epoll_transport final : public socket_transport {
   void wait(rt::time_point now, rt::time_point until) noexcept override;
   // Fails only when it has been rung 2^64 times: then it is rung.
   void wake() noexcept override { (void)::eventfd_write(waker_.get(), 1); }
+  int wake_descriptor() const noexcept override { return waker_.get(); }
   std::size_t write(service::connection_id connection,
                     std::span<const std::span<const std::byte>> pieces) noexcept override {
     return connections_.write(connection, pieces);

@@ -66,6 +66,7 @@ struct core_options {
   peer_profile profile = peer_profile::standard;
   bool bare_unasked = false;
   bool answers_any = false;
+  bool lanes_tell = false; // a handle that hands something over rings for it
   rt::duration inbound_ttl = rt::for_ever;
   std::string_view name; // copied
   rt::duration ping_period;
@@ -83,6 +84,7 @@ struct core_options {
             .profile = options.profile,
             .bare_unasked = options.bare_unasked,
             .answers_any = options.answers_any,
+            .lanes_tell = options.idle_policy == idle::wake,
             .inbound_ttl = options.inbound_ttl,
             .name = name,
             .ping_period = options.ping_period,
@@ -123,13 +125,17 @@ class core final : public transport_sink {
   void record_cycle(rt::duration took) noexcept;
 
   // How long the next cycle may be put off when nothing else calls for it: a handle of this process may have
-  // something that a peer waits for, or something that must not be left lying when its time is over.
+  // something that a peer waits for, or something that must not be left lying when its time is over. Handles
+  // that tell leave only what waits in a lane for room further on.
   rt::duration patience(rt::duration poll_period) const noexcept {
-    if (wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0)) return poll_period;
+    const bool lanes_matter = wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0);
+    if (lanes_matter && (lanes_wait_ || !options_.lanes_tell)) return poll_period;
     // Something waits for room at a peer, or for a slot.
     if (door_held_count_ != 0 || (peers_ != 0 && letters_.waiting() != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
+  // Where handles tell: nothing was handed over since cycle() looked. For rt::wake_bell::sleep().
+  bool lanes_quiet() const noexcept;
   std::uint32_t peers() const noexcept { return peers_; }
   // True when nothing that was published waits to be written.
   bool drained() const noexcept;
@@ -490,6 +496,7 @@ class core final : public transport_sink {
   std::uint32_t epoch_ = 0;       // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
+  bool lanes_wait_ = false; // something stays in a lane until there is room further on
   bool closing_ = false;
   rt::grants granted_;
   bool memory_locked_ = false;

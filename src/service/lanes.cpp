@@ -21,7 +21,7 @@ constexpr std::size_t lane_budget = 64; // values taken from one lane in one cyc
 } // namespace
 
 void core::take_from_lanes() noexcept {
-  lanes_left_ = false;
+  lanes_left_ = lanes_wait_ = false;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
     switch (lanes_[i].state.load(std::memory_order_acquire)) {
@@ -31,10 +31,19 @@ void core::take_from_lanes() noexcept {
     case lane_state::active: take_from(i); break;
     case lane_state::closing:
       if (views_[i].attached) take_from(i);
-      if (!has_unsent(i)) detach(i);
+      if (has_unsent(i)) {
+        lanes_wait_ = true;
+      } else {
+        detach(i);
+      }
       break;
     }
+    lanes_wait_ = lanes_wait_ || views_[i].held_first != no_index;
   }
+}
+
+bool core::lanes_quiet() const noexcept {
+  return std::all_of(lanes_.begin(), lanes_.end(), [](const detail::lane& one) { return one.rope.quiet(); });
 }
 
 // Answers a lane that set-up offers. The topic's place may be gone to a peer since set-up looked, so the
@@ -149,7 +158,8 @@ void core::detach(std::uint32_t index) noexcept {
 
 void core::take_from(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
-  if (detail::is_latch(lane.kind)) return; // looked at by turn_stop()
+  if (detail::is_latch(lane.kind)) return;   // looked at by turn_stop()
+  if (options_.lanes_tell) lane.rope.mark(); // before looking
   if (views_[index].topic == no_index) return take_entries(index);
   const detail::emptying_end& path = lane.service.out;
   if (path.newest != nullptr) {
@@ -176,6 +186,8 @@ void core::take_from(std::uint32_t index) noexcept {
         },
         budget);
     lanes_left_ = lanes_left_ || taken == lane_budget;
+    lanes_wait_ =
+        lanes_wait_ || (taken == budget && budget < lane_budget && path.out->waiting_at_least() != 0);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/rt/arena.hpp>
+#include <rowe/rt/wake_bell.hpp>
 
 #include "service/board.hpp"
 #include "service/core.hpp"
@@ -16,6 +17,7 @@ memory_plan plan_memory(const limits& bounds) noexcept {
       .core = arena::bytes_for<core>() + core::footprint_bytes(bounds),
       .board = arena::bytes_for<board>() + board::footprint_bytes(bounds),
       .door = arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds),
+      .bell = arena::bytes_for<rt::wake_bell<>>(),
       .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
       .lane_memory = arena::bytes_for(bounds.lane_bytes),
       .handshakes = arena::bytes_for(bounds.handshake_bytes),

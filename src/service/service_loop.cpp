@@ -35,8 +35,12 @@ void service_loop::run(bool fifo) noexcept {
 
 void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   const rt::time_point now = clock::now();
+  const rt::time_point until = std::min(next, now + core_.patience(poll_period_));
   switch (policy_) {
-  case idle::poll: return carrier_.wait(now, std::min(next, now + core_.patience(poll_period_)));
+  case idle::poll: return carrier_.wait(now, until);
+  case idle::wake:
+    if (until <= now) return;
+    return bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now, until); });
   case idle::spin:
     if (const rt::duration nap = fifo ? naps_.due(now) : rt::duration{0}; nap > rt::duration{0}) {
       carrier_.wait(now, now + nap);

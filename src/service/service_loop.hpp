@@ -7,6 +7,7 @@
 #include <rowe/options.hpp>
 #include <rowe/rt/atomics.hpp>
 #include <rowe/rt/clock.hpp>
+#include <rowe/rt/wake_bell.hpp>
 
 #include "service/core.hpp"
 #include "service/transport.hpp"
@@ -37,11 +38,12 @@ class nap_budget {
 
 class service_loop {
  public:
-  // `fifo`: the thread was granted SCHED_FIFO.
-  service_loop(core& does, transport& carrier, idle policy, rt::duration poll_period) noexcept
-      : core_{does}, carrier_{carrier}, policy_{policy}, poll_period_{poll_period} {}
+  // `bell` is what handles ring, under idle::wake.
+  service_loop(core& does, transport& carrier, rt::wake_bell<>& bell, idle policy,
+               rt::duration poll_period) noexcept
+      : core_{does}, carrier_{carrier}, bell_{bell}, policy_{policy}, poll_period_{poll_period} {}
 
-  // Runs until stop(). Service thread.
+  // Runs until stop(). `fifo`: the thread was granted SCHED_FIFO. Service thread.
   void run(bool fifo) noexcept;
 
   // Any other thread, once: everything published so far has until `drain_until` to be written, then peers are
@@ -58,6 +60,7 @@ class service_loop {
 
   core& core_;
   transport& carrier_;
+  rt::wake_bell<>& bell_;
   const idle policy_;
   const rt::duration poll_period_;
   nap_budget naps_;

@@ -114,6 +114,8 @@ class transport {
 
   // Ends a wait() early. The only call that any thread may make; it enters the kernel.
   virtual void wake() noexcept = 0;
+  // The eventfd that wake() writes to: who writes to it does the same. -1 where there is none.
+  virtual int wake_descriptor() const noexcept = 0;
 
   // Hands `pieces` to the connection in order, as one system call where the carrier has them. Returns the
   // bytes taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers

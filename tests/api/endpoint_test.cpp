@@ -12,6 +12,8 @@
 #include <thread>
 #include <vector>
 
+#include "rt/watchdog.hpp"
+
 struct pose {
   double x, y;
 };
@@ -477,6 +479,45 @@ TEST(endpoint_errors, tell_what_could_not_be_written_in_time) {
   if (!closed) {
     EXPECT_EQ(closed.code(), errc::timed_out);
   }
+}
+
+// Under idle::wake nothing looks at the lanes by itself: were no wake-up to come, each of these would wait
+// for a quarter of a second, and all of them for the watchdog.
+TEST(waking, brings_every_value_and_every_call_without_looking_for_them) {
+  const rowe::tests::watchdog guard{"handles that wake the service thread", std::chrono::seconds{60}};
+  rowe::endpoint_options options = hub();
+  options.idle_policy = rowe::idle::wake;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = endpoint::connect(url_of(robot), options).value();
+  ASSERT_TRUE(viewer.wait_peer(patience));
+  auto odom = robot.advertise<pose>("/odom").value();
+  auto newest = robot.advertise<pose>("/newest", {.keep = rowe::keep::newest}).value();
+  auto seen = viewer.subscribe<pose>("/odom").value();
+  auto newest_seen = viewer.subscribe<pose>("/newest").value();
+  auto answers = robot.serve<pose, pose>("/same").value();
+  auto asks = viewer.client<pose, pose>("/same").value();
+  while (!odom.wanted() || !newest.wanted()) std::this_thread::yield();
+  const auto expect_next = [](auto& from, double x) {
+    const auto came = from.take(patience);
+    ASSERT_TRUE(came);
+    EXPECT_EQ(came->value().x, x);
+  };
+  for (int i = 0; i < 300; ++i) {
+    const double x = i;
+    ASSERT_TRUE(odom.publish({x, 0}));
+    expect_next(seen, x);
+    ASSERT_TRUE(newest.publish({x, 1}));
+    expect_next(newest_seen, x);
+    ASSERT_TRUE(asks.start({x, 2}, patience, rowe::rt::monotonic_clock::now()));
+    auto asked = answers.next(patience);
+    ASSERT_TRUE(asked);
+    ASSERT_TRUE(answers.reply(*asked, asked->body));
+    auto ended = asks.try_finish();
+    for (; ended.code() == errc::empty; ended = asks.try_finish()) std::this_thread::yield();
+    ASSERT_TRUE(ended && ended->value);
+    EXPECT_EQ(ended->value->x, x);
+  }
+  EXPECT_LT(count_of(robot, "cycles"), 100'000u) << "nor by turning all the time";
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 
 #include <rowe/rt/thread.hpp>
 
+#include <sys/eventfd.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,6 +12,8 @@
 #include <csignal>
 #include <cstring>
 #include <stdexcept>
+
+#include "net/descriptor.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -46,8 +49,10 @@ class clock_put_into_the_kernel {
 
 } // namespace
 
-real_time::real_time(circumstance under, std::function<void()> fork_a_child)
+real_time::real_time(circumstance under, std::function<void()> fork_a_child, int bell)
     : memory_{memory_bytes, rt::page_lock::none}, under_{under}, fork_a_child_{std::move(fork_a_child)} {
+  if (bell >= 0) bell_.emplace(rt::eventfd_bell{bell});
+  rt::tripwire::expect_writes_to(bell);
   pthread_attr_t attributes;
   void* lowest = nullptr;
   std::size_t bytes = 0;
@@ -55,6 +60,12 @@ real_time::real_time(circumstance under, std::function<void()> fork_a_child)
   ::pthread_attr_getstack(&attributes, &lowest, &bytes);
   ::pthread_attr_destroy(&attributes);
   stack_end_ = static_cast<char*>(lowest) + bytes;
+}
+
+std::uint64_t real_time::handed_over() const noexcept {
+  std::uint64_t all = 0;
+  for (const rt::counter* const one : handed_over_) all += one->get();
+  return all;
 }
 
 void real_time::before_measuring() {
@@ -90,23 +101,29 @@ outcome perform(const exercise& one, circumstance under) {
   outcome result;
   idle_child child;
   const clock_put_into_the_kernel clock{under == circumstance::with_a_clock_in_the_kernel};
+  const bool tells = under == circumstance::beside_a_sleeping_service_thread ||
+                     under == circumstance::beside_one_that_is_told_and_awake;
+  const net::descriptor bell{tells ? ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC) : -1};
   const rt::thread thread{{.name = "contract"}, [&] {
                             try {
                               if (!rt::tripwire::watch_system_calls())
                                 throw std::runtime_error{std::strerror(errno)};
-                              real_time here{under, [&] {
+                              real_time here{under,
+                                             [&] {
                                                proceed(stage::wants_a_child);
                                                now.wait(stage::wants_a_child);
-                                             }};
+                                             },
+                                             bell.get()};
                               one.run(here);
                               result.seen = here.seen();
+                              result.told = here.told();
                               if (!here.measured()) result.trouble = "no call was measured";
                             } catch (const std::exception& e) {
                               result.trouble = e.what();
                             }
                             proceed(stage::done);
                           }};
-  if (thread.error() != 0) return {{}, std::strerror(thread.error())};
+  if (thread.error() != 0) return {{}, 0, std::strerror(thread.error())};
   now.wait(stage::running);
   if (now == stage::wants_a_child) {
     child.start();

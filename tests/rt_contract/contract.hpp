@@ -8,9 +8,11 @@
 #pragma once
 #include <pthread.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -18,13 +20,17 @@
 #include <vector>
 
 #include <rowe/rt/arena.hpp>
+#include <rowe/rt/counter.hpp>
 #include <rowe/rt/tripwire.hpp>
+#include <rowe/rt/wake_bell.hpp>
 
 namespace rowe::contract {
 
 inline constexpr std::uint64_t calls_made = 1'000'000;
 // Of functions that take microseconds, and under all circumstances but the ordinary one.
 inline constexpr std::uint64_t slow_calls_made = 100'000;
+// Of those that may each enter the kernel, through the trap.
+inline constexpr std::uint64_t told_calls_made = 5'000;
 
 // What the calls are made under.
 enum class circumstance : std::uint8_t {
@@ -34,6 +40,10 @@ enum class circumstance : std::uint8_t {
   beside_a_forked_child,
   // A clock source without a vDSO: whoever reads the clock makes a system call, and nobody but the loop may.
   with_a_clock_in_the_kernel,
+  // Under idle::wake: whatever is handed to the service thread is told it, by one write to one descriptor
+  // while it sleeps, and by none while it does not.
+  beside_a_sleeping_service_thread,
+  beside_one_that_is_told_and_awake,
 };
 
 // Keeps the compiler from leaving a call out.
@@ -45,7 +55,8 @@ void use(T&& value) noexcept {
 // The memory of an exercise, and the measured calls. Lives in the real-time thread.
 class real_time {
  public:
-  real_time(circumstance under, std::function<void()> fork_a_child);
+  // `bell`: a descriptor that may be written to; -1: none.
+  real_time(circumstance under, std::function<void()> fork_a_child, int bell);
 
   // In memory as the library's own: shared, present, never destroyed.
   template <class T, class... Arguments>
@@ -71,8 +82,17 @@ class real_time {
     make_calls(call, slow_calls_made);
   }
 
+  // What a lane rings, and its counter of what was handed over by it. Null but under idle::wake.
+  rt::wake_bell<>* bell_for(const rt::counter& handed_over) {
+    if (!bell_) return nullptr;
+    handed_over_.push_back(&handed_over);
+    return &*bell_;
+  }
+
   const rt::tripwire::report& seen() const noexcept { return seen_; }
   bool measured() const noexcept { return measured_; }
+  // What the calls handed to the service thread, where they tell it while it sleeps; else 0.
+  std::uint64_t told() const noexcept { return told_; }
 
  private:
   static constexpr std::uint64_t warming_calls =
@@ -82,12 +102,22 @@ class real_time {
   void make_calls(Call& call, std::uint64_t count) {
     std::uint64_t i = 0;
     for (; i < warming_calls; ++i) call(i);
+    if (!bell_) return measure(call, i, count);
+    count = std::min(count, told_calls_made);
+    if (under_ != circumstance::beside_a_sleeping_service_thread) return measure(call, i, count);
+    const std::uint64_t before = handed_over();
+    bell_->sleep([] { return true; }, [&] { measure(call, i, count); });
+    told_ = handed_over() - before;
+  }
+  template <class Call>
+  void measure(Call& call, std::uint64_t i, std::uint64_t count) {
     before_measuring();
     auto wire = rt::tripwire::arm();
     for (const std::uint64_t end = i + count; i < end; ++i) call(i);
     seen_ = wire.disarm();
     measured_ = true;
   }
+  std::uint64_t handed_over() const noexcept;
   void before_measuring();
   void write_to_own_stack() noexcept;
 
@@ -95,6 +125,9 @@ class real_time {
   circumstance under_;
   std::function<void()> fork_a_child_;
   char* stack_end_ = nullptr;
+  std::optional<rt::wake_bell<>> bell_;
+  std::vector<const rt::counter*> handed_over_;
+  std::uint64_t told_ = 0;
   rt::tripwire::report seen_;
   bool measured_ = false;
 };
@@ -125,6 +158,7 @@ std::vector<exercise> all_exercises();
 // Runs one in a real-time thread of its own. `seen` is meaningless where `trouble` says what went wrong.
 struct outcome {
   rt::tripwire::report seen;
+  std::uint64_t told = 0; // as in real_time
   std::string trouble;
 };
 outcome perform(const exercise& one, circumstance under);

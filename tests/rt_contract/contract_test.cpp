@@ -28,6 +28,7 @@ std::string text(const rt::tripwire::report& report) {
 
 void expect_all_to_keep_the_contract(circumstance under) {
   const tests::watchdog guard{"the real-time contract", std::chrono::seconds{580}};
+  std::uint64_t told = 0;
   for (const exercise& one : all_exercises()) {
     SCOPED_TRACE(testing::Message() << one.function << ", " << one.state);
     const outcome result = perform(one, under);
@@ -39,6 +40,13 @@ void expect_all_to_keep_the_contract(circumstance under) {
     } else {
       EXPECT_TRUE(result.seen.clean()) << text(result.seen);
     }
+    EXPECT_EQ(result.seen.bell_writes, result.told) << "one write for each thing that is handed over";
+    told += result.told;
+  }
+  if (under == circumstance::beside_a_sleeping_service_thread) {
+    EXPECT_GT(told, 50 * told_calls_made) << "dozens of exercises hand something over";
+  } else {
+    EXPECT_EQ(told, 0u);
   }
 }
 
@@ -52,6 +60,14 @@ TEST(rt_contract, is_kept_beside_a_forked_child) {
 
 TEST(rt_contract, is_kept_without_a_vdso_by_all_that_do_not_read_the_clock) {
   expect_all_to_keep_the_contract(circumstance::with_a_clock_in_the_kernel);
+}
+
+TEST(rt_contract, is_kept_under_wake_but_for_one_write_to_one_descriptor_while_the_service_thread_sleeps) {
+  expect_all_to_keep_the_contract(circumstance::beside_a_sleeping_service_thread);
+}
+
+TEST(rt_contract, is_kept_under_wake_while_the_service_thread_is_awake) {
+  expect_all_to_keep_the_contract(circumstance::beside_one_that_is_told_and_awake);
 }
 
 TEST(rt_contract, finds_a_clock_in_the_kernel_not_cheap) {
@@ -96,6 +112,18 @@ TEST(rt_contract, catches_a_system_call) {
   });
   EXPECT_EQ(seen.system_calls, 1u);
   EXPECT_EQ(seen.last_system_call, SYS_write);
+}
+
+TEST(rt_contract, catches_a_write_that_is_not_the_bells) {
+  const auto seen = planted(
+      [](real_time& rt) {
+        rt.calls([](std::uint64_t i) {
+          if (i == told_calls_made / 2) use(::write(-1, "", 0));
+        });
+      },
+      circumstance::beside_a_sleeping_service_thread);
+  EXPECT_EQ(seen.system_calls, 1u);
+  EXPECT_EQ(seen.bell_writes, 0u);
 }
 
 TEST(rt_contract, catches_a_fresh_page) {

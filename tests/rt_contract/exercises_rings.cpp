@@ -273,6 +273,18 @@ constexpr exercise list[] = {
        const auto w = new_window(rt);
        rt.calls([&](std::uint64_t) { use(w.reader.sequence()); });
      }},
+
+    {"bell_rope::pull", "always",
+     [](real_time& rt) {
+       auto& rope = rt.make<rt::bell_rope<>>();
+       rt.calls([&](std::uint64_t) { rope.pull(); });
+     }},
+    {"wake_bell::ring", "while nobody sleeps", // and while somebody does: by the handles, under idle::wake
+     [](real_time& rt) {
+       auto& bell = rt.make<rt::wake_bell<>>(rt::eventfd_bell{});
+       auto& rope = rt.make<rt::bell_rope<>>();
+       rt.calls([&](std::uint64_t) { bell.ring(rope); });
+     }},
 };
 
 } // namespace

@@ -41,6 +41,7 @@ inline detail::lane& lane_for(real_time& rt, const detail::lane_request& asked,
   generations[1].store(5, std::memory_order_relaxed); // relaxed: one thread here
   made.memory = rt.array<std::byte>(detail::lane_bytes(asked));
   detail::build_lane(made, asked, generations);
+  made.bell = rt.bell_for(made.published);
   // release: as the service thread stores it; one thread here
   made.heard_by.store(heard_by, std::memory_order_release);
   return made;

@@ -30,19 +30,22 @@ using namespace std::chrono_literals;
 using pose = service_contract_pose;
 
 struct endpoint_with_a_listener {
-  endpoint robot = endpoint::listen(0).value();
+  explicit endpoint_with_a_listener(idle policy = idle::poll)
+      : robot{endpoint::listen(0, {.idle_policy = policy}).value()} {}
+  endpoint robot;
   subscriber<json_text> seen = robot.subscribe<json_text>("/pose", {.depth = 64}).value();
 };
 
-// Calls cycle(i) from a watched real-time thread.
+// Calls cycle(i) from a watched real-time thread, which may write to `bell`.
 template <class Cycle>
-rt::tripwire::report watch_a_loop(std::uint64_t cycles, Cycle cycle) {
+rt::tripwire::report watch_a_loop(std::uint64_t cycles, Cycle cycle, int bell = -1) {
   rt::tripwire::report report;
   std::string trouble;
   {
     const rt::thread loop{{.name = "loop"}, [&] {
                             if (!rt::tripwire::watch_system_calls())
                               trouble = "system calls cannot be watched";
+                            rt::tripwire::expect_writes_to(bell);
                             for (std::uint64_t i = 0; i < 1000; ++i) cycle(i);
                             (void)rt::tripwire::arm().disarm();
                             auto wire = rt::tripwire::arm();
@@ -88,6 +91,34 @@ TEST(rt_contract, is_kept_by_a_loop_beside_a_working_service_thread) {
       std::this_thread::yield();
     }
   }
+}
+
+// Under idle::wake, by a loop that waits for each value to come back, so that the service thread sleeps
+// before the next one.
+TEST(rt_contract, is_kept_under_wake_beside_a_working_service_thread_but_for_writes_to_its_descriptor) {
+  const tests::watchdog guard{"a loop that wakes the service thread"};
+  constexpr std::uint64_t cycles = 3000;
+  for (const rowe::keep kept : {rowe::keep::all, rowe::keep::newest}) {
+    endpoint_with_a_listener e{idle::wake};
+    auto odom = e.robot.advertise<pose>("/pose", {.keep = kept}).value();
+    wait_until_wanted(odom);
+    const auto report = watch_a_loop(
+        cycles,
+        [&](std::uint64_t i) {
+          if (!odom.publish({static_cast<double>(i), 1, 2}, rt::monotonic_clock::now())) return;
+          while (!e.seen.try_take()) continue;
+        },
+        e.robot.wake_descriptor());
+    EXPECT_TRUE(report.clean()) << text(report);
+    EXPECT_GT(report.bell_writes, 0u);
+    EXPECT_LE(report.bell_writes, cycles);
+  }
+}
+
+TEST(rt_contract, names_no_descriptor_that_handles_write_to_but_under_wake) {
+  EXPECT_EQ(endpoint_with_a_listener{idle::poll}.robot.wake_descriptor(), -1);
+  EXPECT_EQ(endpoint_with_a_listener{idle::spin}.robot.wake_descriptor(), -1);
+  EXPECT_GE(endpoint_with_a_listener{idle::wake}.robot.wake_descriptor(), 0);
 }
 
 // One loop that asks itself, with structs and with text, and answers, refuses, drops and cancels.

@@ -81,6 +81,7 @@ class theatre {
         lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
         board{*memory.make<rowe::service::board>(memory, chosen.limits)},
         door{*memory.make<rowe::service::front_door>(memory, chosen.limits)},
+        bell{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
         core{*memory.make<rowe::service::core>(
             memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board, door,
             rowe::service::core_seams{
@@ -115,6 +116,7 @@ class theatre {
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
       one.granted = &board.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
+      one.bell = options.idle_policy == rowe::idle::wake ? &bell : nullptr;
       one.state.store(lane_state::offered, std::memory_order_release); // release: as open_lane()
       return one;
     }
@@ -152,6 +154,7 @@ class theatre {
   rowe::rt::time_point next_wake{};
   rowe::service::board& board;
   rowe::service::front_door& door;
+  rowe::rt::wake_bell<>& bell; // of idle::wake; nobody sleeps here
   rowe::service::core& core;
   std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
 };

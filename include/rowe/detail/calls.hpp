@@ -80,7 +80,9 @@ inline bool post_slot(lane& on, std::uint32_t slot, value_header header, const v
   *path.slots.header(slot) = header;
   if (bytes != 0) std::memcpy(path.slots.value(slot), value, bytes);
   on.published.add();
-  return path.out->try_push(slot);
+  if (!path.out->try_push(slot)) return false;
+  announce(on);
+  return true;
 }
 
 // Whether so much fits into a slot of `out`. Errors: too_big, counted.

@@ -31,6 +31,7 @@
 #include <rowe/rt/home_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
+#include <rowe/rt/wake_bell.hpp>
 #include <rowe/rt/window.hpp>
 
 namespace rowe::json {
@@ -187,6 +188,7 @@ struct lane {
   const json::encoder* encoder = nullptr; // of the values that go out
   const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
   duration ttl = rt::for_ever;            // of what is published
+  rt::wake_bell<>* bell = nullptr;        // rung for whatever is sent by `out`; null but for idle::wake
   bool receives = false;                  // talk: it may be the generic receiver
   // The generations of the endpoint's connections (board): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
@@ -213,6 +215,8 @@ struct lane {
   rt::counter no_peer;         // errc::no_peer
   rt::counter expired_here;    // arrived, and out of date when the handle came to take them
   latch_words<> latch;         // stop_latch
+
+  rt::bell_rope<> rope; // between both; of idle::wake
 
   // The service thread's side.
   alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
@@ -276,6 +280,14 @@ class lane_handle {
   lane* lane_ = nullptr;
 };
 
+// Something lies in `out`. Under idle::wake the service thread is told; under the other policies it finds it
+// by itself, and all that this costs is looking which it is.
+[[gnu::noinline, gnu::cold]] inline void ring_for(lane& on) noexcept { on.bell->ring(on.rope); }
+inline void announce(lane& on) noexcept {
+  if (on.bell != nullptr) [[unlikely]]
+    ring_for(on);
+}
+
 // Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every
 // publisher.
 template <class Fill>
@@ -312,6 +324,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
     return errc::misuse; // the ring has places for all slots twice: only a second thread in this handle
                          // leads here
   }
+  announce(on);
   return {};
 }
 

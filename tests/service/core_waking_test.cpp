@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: Apache-2.0
+// The core under idle::wake: handles tell when they hand something over, so that the next cycle need not come
+// before; but for what stays in a lane until there is room further on.
+#include <rowe/caller.hpp>
+#include <rowe/lane.hpp>
+#include <rowe/responder.hpp>
+
+#include "core_stage.hpp"
+
+namespace stage {
+namespace {
+
+rowe::endpoint_options waking() {
+  rowe::endpoint_options options = small_options();
+  options.idle_policy = rowe::idle::wake;
+  return options;
+}
+
+struct core_waking : testing::Test {
+  ~core_waking() override { EXPECT_TRUE(on.core.check()); }
+  // Whether handing over is seen, and by one cycle taken.
+  template <class HandOver>
+  void expect_told(HandOver hand_over) {
+    on.cycles(2);
+    EXPECT_TRUE(on.core.lanes_quiet());
+    hand_over();
+    EXPECT_FALSE(on.core.lanes_quiet());
+    on.cycle();
+    EXPECT_TRUE(on.core.lanes_quiet());
+  }
+  static rowe::detail::lane_handle handle_of(rowe::detail::lane& on) { return {nullptr, on}; }
+
+  theatre on{waking()};
+};
+
+TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
+  advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycles(2);
+  EXPECT_GT(on.core.patience(1ms), 9ms);
+}
+
+TEST_F(core_waking, is_told_what_publishers_hand_over) {
+  for (const rowe::keep kept : {rowe::keep::all, rowe::keep::newest}) {
+    auto& lane = advertise_pose(on, {.keep = kept, .latched = true});
+    expect_told([&] { EXPECT_TRUE(publish(on, lane, {1, 0})); });
+    expect_told([&] { EXPECT_TRUE(publish(on, lane, {2, 0})); });
+  }
+}
+
+TEST_F(core_waking, is_told_nothing_where_nobody_listens) {
+  auto& lane = advertise_pose(on);
+  on.cycles(2);
+  EXPECT_EQ(publish(on, lane, {1, 0}).code(), rowe::errc::no_peer);
+  EXPECT_TRUE(on.core.lanes_quiet());
+}
+
+TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
+  using json = rowe::json_text;
+  auto& talking = on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4}));
+  auto& answering = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
+  auto& asking = on.offer(rowe::detail::client_request<json, json>("/add", {.depth = 4}));
+  on.cycle();
+  rowe::lane talk{handle_of(talking)};
+  rowe::responder<json, json> answers{handle_of(answering)};
+  rowe::caller<json, json> asks{handle_of(asking)};
+  expect_told([&] { EXPECT_TRUE(talk.try_send(R"({"a":1})", 1ms, on.now)); });
+  expect_told([&] { EXPECT_TRUE(talk.start(R"({"service":"none"})", 1ms, on.now)); });
+  for (int i = 0; i < 3; ++i) {
+    expect_told([&] { EXPECT_TRUE(asks.start("{}", 1s, on.now)); });
+    expect_told([&] {
+      auto asked = answers.try_next(on.now);
+      ASSERT_TRUE(asked);
+      if (i == 0) {
+        EXPECT_TRUE(answers.reply(*asked, "{}", on.now));
+      } else if (i == 1) {
+        EXPECT_TRUE(answers.refuse(*asked, "no", on.now));
+      } // else it is dropped
+    });
+    EXPECT_TRUE(asks.try_finish());
+  }
+}
+
+TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room) {
+  auto& talking = on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4}));
+  peer slow{on};
+  slow.say("{}");
+  on.cycles(2);
+  rowe::lane talk{handle_of(talking)};
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
+    EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
+    on.cycle();
+    EXPECT_GT(on.core.patience(1ms), 1ms) << "it is queued towards the peer";
+  }
+  EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
+  on.cycle();
+  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  on.net.weather_of(slow.id()).room_bytes = 1 << 20;
+  on.cycles(3);
+  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
+}
+
+TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
+  theatre on{waking(), rowe::service::side::client};
+  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
+  on.cycle();
+  peer server{on, rowe::service::side::client};
+  on.cycle();
+  (void)server.hear();
+  on.net.weather_of(server.id()).room_bytes = 0;
+  for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
+    EXPECT_TRUE(publish_text(on, lane, "{}"));
+    on.cycle();
+    EXPECT_GT(on.core.patience(1ms), 1ms);
+  }
+  EXPECT_TRUE(publish_text(on, lane, "{}"));
+  on.cycle();
+  EXPECT_EQ(on.core.patience(1ms), 1ms) << "one more than the queue holds";
+  on.net.weather_of(server.id()).room_bytes = 1 << 20;
+  on.cycles(4);
+  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_TRUE(on.core.check());
+}
+
+TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something_unsent) {
+  theatre on{waking(), rowe::service::side::client};
+  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
+  on.cycle();
+  peer server{on, rowe::service::side::client};
+  on.cycle();
+  on.net.weather_of(server.id()).room_bytes = 0;
+  EXPECT_TRUE(publish_text(on, lane, "{}"));
+  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release); // release: as close_lane()
+  on.cycle();
+  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  on.net.weather_of(server.id()).room_bytes = 1 << 20;
+  on.cycles(3);
+  EXPECT_GT(on.core.patience(1ms), 1ms);
+  // acquire: as find_lane()
+  EXPECT_EQ(lane.state.load(std::memory_order_acquire), rowe::detail::lane_state::free);
+}
+
+} // namespace
+} // namespace stage
