@@ -32,8 +32,11 @@ def why_not():
 class network:
     """impair, while a `with` lasts; and the processes started inside, which end with it."""
 
+    made = 0  # in this process
+
     def __init__(self, *settings, seed=1):
-        self.name, self.processes = f"rowe{os.getpid()}", []
+        network.made += 1
+        self.name, self.processes = f"rowe{os.getpid()}.{network.made}", []
         self.process = subprocess.Popen([sys.executable, os.path.join(here, "impair"), "--name", self.name,
                                          "--seed", str(seed), *settings],
                                         stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// How long what is sent takes to arrive over TCP on a bad link, as it once was: delays that were recorded
+// (tests/impair/record_trace; the files in tests/sim/traces say how) and are replayed.
+//
+//   const sim::trace robot = sim::trace::read("robot_20ms");
+//   on.net.weather_of(peer.id()).to_peer = sim::delays{robot, seed};
+//
+// TCP delivers in order, so a lost segment delays all that is sent until it has been repeated; the trace has
+// that, since messages were sent all the time while it was recorded. What is sent now takes as long as the
+// message that was sent next in the trace, counted from where the trace began; it never arrives before what
+// was sent earlier. So each of a row of messages as far apart as those of the trace meets the fate of one of
+// them; messages closer together share it. The seed chooses where in the trace to begin, and where to go on
+// when its end is reached: there the fates of two stretches meet, and only order is kept.
+#pragma once
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "ground.hpp"
+
+namespace sim {
+
+struct trace {
+  duration period{};           // between two messages
+  std::vector<duration> taken; // by each of them, in the order they were sent
+
+  // tests/sim/traces/NAME.txt: after lines of comment, `period_ms N`, then delays in ms; 3x17 is 17 times 3.
+  static trace read(const std::string& name) {
+    std::ifstream file{std::string{ROWE_TRACES} + "/" + name + ".txt"};
+    trace result;
+    for (std::string line; std::getline(file, line);) {
+      std::istringstream words{line.starts_with('#') ? std::string{} : line};
+      if (line.starts_with("period_ms ")) {
+        std::int64_t ms = 0;
+        words.ignore(10) >> ms;
+        result.period = ms * 1ms;
+      }
+      for (std::int64_t ms = 0; words >> ms;) {
+        std::size_t times = 1;
+        if (words.peek() == 'x') words.ignore() >> times;
+        result.taken.insert(result.taken.end(), times, ms * 1ms);
+      }
+    }
+    if (result.period <= 0s || result.taken.empty()) throw std::runtime_error{"no trace: " + name};
+    return result;
+  }
+};
+
+class delays {
+ public:
+  // `of` must outlive it.
+  delays(const trace& of, std::uint64_t seed) : of_{&of}, dice_{seed} {}
+
+  // When that arrives which is sent at `now`. Not before what was sent earlier; `now` must not go back.
+  time_point next(time_point now) {
+    if (now > end_) begin_stretch(now);
+    // The message sent then or next.
+    const auto periods = (now - begin_ + of_->period - 1ns) / of_->period;
+    last_ = std::max(last_, now + of_->taken[first_ + static_cast<std::size_t>(periods)]);
+    return last_;
+  }
+  time_point operator()(time_point now) { return next(now); }
+
+ private:
+  void begin_stretch(time_point now) {
+    const std::size_t count = of_->taken.size();
+    first_ = static_cast<std::size_t>(dice_.below(count));
+    begin_ = now;
+    end_ = now + static_cast<std::int64_t>(count - 1 - first_) * of_->period;
+  }
+
+  const trace* of_;
+  dice dice_;
+  std::size_t first_ = 0; // where in the trace the stretch begins
+  time_point begin_{};
+  time_point end_ = time_point::min();
+  time_point last_{};
+};
+
+} // namespace sim
