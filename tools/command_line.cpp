@@ -17,6 +17,7 @@ using complaint = std::string;
 struct store {
   std::string_view name;
   std::string_view text;
+  double number; // that the name ends in
 
   complaint operator()(bool* into) const {
     *into = true;
@@ -57,6 +58,12 @@ struct store {
     *to.into = value;
     return {};
   }
+  complaint operator()(const numbered_times& to) const {
+    std::optional<rt::duration> time;
+    if (complaint wrong = (*this)(time_span{&time}); !wrong.empty()) return wrong;
+    to.into->push_back({number, *time});
+    return {};
+  }
   complaint operator()(const rate& to) const {
     const auto value = rate_of(text);
     if (!value) return joined(name, " needs a rate above 0 such as 50Hz or 1kHz, not ", quoted(text));
@@ -68,6 +75,21 @@ struct store {
     return {};
   }
 };
+
+// The number at the end of an option's name; nothing where `o` is not called so.
+std::optional<double> number_in(std::string_view name, const option& o) noexcept {
+  const auto* const kind = std::get_if<numbered_times>(&o.into);
+  if (kind == nullptr || !name.starts_with(o.name)) return std::nullopt;
+  const auto number = rate_of(name.substr(o.name.size()));
+  const bool plain = name.find_first_not_of("0123456789.", o.name.size()) == name.npos;
+  return plain && number && *number <= kind->number_max ? number : std::nullopt;
+}
+
+// The option that `name` is the name of.
+bool is_called(const option& o, std::string_view name) noexcept {
+  if (std::holds_alternative<numbered_times>(o.into)) return number_in(name, o).has_value();
+  return o.name == name || o.letter == name;
+}
 
 bool takes_value(const option& o) noexcept { return !std::holds_alternative<bool*>(o.into); }
 
@@ -87,7 +109,7 @@ complaint read_option(const command& table, argument_list arguments, std::size_t
     name = name.substr(0, equals);
   }
   const auto found = std::find_if(table.options.begin(), table.options.end(),
-                                  [&](const option& o) { return o.name == name || o.letter == name; });
+                                  [&](const option& o) { return is_called(o, name); });
   if (found == table.options.end()) return unknown_option(table, name);
   if (!takes_value(*found) && value) return joined(name, " takes no value");
   if (takes_value(*found) && !value) {
@@ -96,7 +118,7 @@ complaint read_option(const command& table, argument_list arguments, std::size_t
     }
     value = arguments[at];
   }
-  return std::visit(store{name, value.value_or("")}, found->into);
+  return std::visit(store{name, value.value_or(""), number_in(name, *found).value_or(0)}, found->into);
 }
 
 const char* from_environment(const operand& o) noexcept {
@@ -169,7 +191,8 @@ bool asks_for_help(argument_list arguments) noexcept {
 }
 
 std::string spelling_of(const option& o) {
-  return joined(o.letter, o.letter.empty() ? "" : ", ", o.name, o.value.empty() ? "" : " ", o.value);
+  const std::string_view number = std::holds_alternative<numbered_times>(o.into) ? "N" : "";
+  return joined(o.letter, o.letter.empty() ? "" : ", ", o.name, number, o.value.empty() ? "" : " ", o.value);
 }
 
 std::string spelling_of(const operand& o) {

@@ -39,7 +39,17 @@ struct rate { // in hertz, above 0
   std::optional<double>* into;
   double max;
 };
-using target = std::variant<bool*, std::string*, std::vector<std::string>*, integer, choice, time_span, rate>;
+// An option whose name ends in a number of the user's, above 0: "--p" with it is --p50, --p99.9 and so on.
+struct numbered_time {
+  double number;
+  rt::duration time;
+};
+struct numbered_times { // gathers them
+  std::vector<numbered_time>* into;
+  double number_max;
+};
+using target = std::variant<bool*, std::string*, std::vector<std::string>*, integer, choice, time_span, rate,
+                            numbered_times>;
 
 struct option {
   std::string_view name;    // "--port", or "-n" where there is only a letter

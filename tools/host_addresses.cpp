@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "console.hpp"
+#include "values.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -64,6 +65,23 @@ std::vector<std::string> hosts_reaching(std::string_view listening) {
     if (host && (four || listening == "::")) hosts.push_back(*host);
   }
   return hosts;
+}
+
+std::string split_listen(const std::string& text, std::string& address, std::uint16_t& port) {
+  constexpr std::int64_t port_max = 65535;
+  const std::size_t colon = text.rfind(':');
+  const auto number =
+      colon == text.npos ? std::nullopt : integer_of(std::string_view{text}.substr(colon + 1));
+  std::string_view host = std::string_view{text}.substr(0, colon == text.npos ? 0 : colon);
+  if (host.starts_with('[') && host.ends_with(']')) host = host.substr(1, host.size() - 2);
+  if (!number || host.empty())
+    return joined("--listen needs ADDR:PORT such as 0.0.0.0:8080, not ", quoted(text));
+  if (*number < 0 || *number > port_max) {
+    return joined("--listen: the port ", *number, " is out of range: 0 to ", port_max);
+  }
+  address = host;
+  port = static_cast<std::uint16_t>(*number);
+  return {};
 }
 
 } // namespace rowe::tools

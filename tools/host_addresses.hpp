@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,5 +17,8 @@ bool is_any(std::string_view address) noexcept;
 
 // "127.0.0.1" or "[::1]": how this machine itself reaches a listening address.
 std::string host_for_here(std::string_view listening);
+
+// Splits what --listen is given: ADDR:PORT, or [ADDR]:PORT for IPv6. Empty, or what is wrong with it.
+std::string split_listen(const std::string& text, std::string& address, std::uint16_t& port);
 
 } // namespace rowe::tools

@@ -29,6 +29,7 @@ constexpr std::array verbs{
     verb{"peers", "who is connected to an endpoint, and what was lost", peers},
     verb{"replay", "publish a recorded trajectory at its own pace", replay},
     verb{"doctor", "whether this machine is fit for real time, and what is in the way", doctor},
+    verb{"bench", "how long things take on this machine, as a distribution", bench::run},
     verb{"version", "print the version", version},
 };
 

@@ -82,23 +82,6 @@ command table_of(serve_options& o) {
       }};
 }
 
-// Splits ADDR:PORT, [ADDR]:PORT for IPv6. Empty, or what is wrong with it.
-std::string split_listen(const std::string& text, endpoint_options& to, std::uint16_t& port) {
-  const std::size_t colon = text.rfind(':');
-  const auto number =
-      colon == text.npos ? std::nullopt : integer_of(std::string_view{text}.substr(colon + 1));
-  std::string address = text.substr(0, colon == text.npos ? 0 : colon);
-  if (address.starts_with('[') && address.ends_with(']')) address = address.substr(1, address.size() - 2);
-  if (!number || address.empty())
-    return joined("--listen needs ADDR:PORT such as 0.0.0.0:8080, not ", quoted(text));
-  if (*number < 0 || *number > port_max) {
-    return joined("--listen: the port ", *number, " is out of range: 0 to ", port_max);
-  }
-  to.address = std::move(address);
-  port = static_cast<std::uint16_t>(*number);
-  return {};
-}
-
 endpoint_options endpoint_options_of(const serve_options& o) {
   endpoint_options to;
   to.relay = true;
@@ -231,7 +214,7 @@ exit_code serve(argument_list arguments) {
   auto port = static_cast<std::uint16_t>(chosen.port < 0 ? port_default : chosen.port);
   if (!chosen.listen.empty()) {
     if (chosen.port >= 0) return usage_error("serve", "--port and --listen exclude each other");
-    if (const std::string wrong = split_listen(chosen.listen, options, port); !wrong.empty()) {
+    if (const std::string wrong = split_listen(chosen.listen, options.address, port); !wrong.empty()) {
       return usage_error("serve", wrong);
     }
   }

@@ -14,5 +14,8 @@ exit_code peers(argument_list arguments);
 exit_code replay(argument_list arguments);
 exit_code doctor(argument_list arguments);
 exit_code version(argument_list arguments);
+namespace bench {
+exit_code run(argument_list arguments);
+}
 
 } // namespace rowe::tools

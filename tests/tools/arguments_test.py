@@ -93,7 +93,7 @@ class arguments(unittest.TestCase):
 
     def test_help_lists_every_verb_and_every_exit_code(self):
         text = "\n".join(run("help").stdout)
-        verbs = ("serve", "pub", "echo", "call", "peers", "replay", "doctor", "version")
+        verbs = ("serve", "pub", "echo", "call", "peers", "replay", "doctor", "bench", "version")
         for word in (*verbs, "0", "1", "2", "3", "4", "5", "6", "130"):
             self.assertRegex(text, rf"(?m)^ +{word} ")
 

@@ -18,6 +18,7 @@ struct fixture {
   std::size_t idle = 0;
   std::optional<rt::duration> timeout;
   std::optional<double> frequency;
+  std::vector<numbered_time> bounds;
   bool json = false;
 
   static constexpr std::array<std::string_view, 2> idle_names{"poll", "spin"};
@@ -33,6 +34,7 @@ struct fixture {
                         {"--idle", "", "poll|spin", "a policy", choice{&idle, idle_names}},
                         {"--timeout", "", "TIME", "a time", time_span{&timeout}},
                         {"--rate", "", "HZ", "a rate", rate{&frequency, 1000}},
+                        {"--p", "", "TIME", "a bound", numbered_times{&bounds, 100}},
                         {"--json", "-j", "", "a switch", &json}}};
   }
 
@@ -152,6 +154,20 @@ struct loose_fixture {
   std::string said;
   std::string shown;
 };
+
+TEST(command_line, gathers_options_whose_names_end_in_a_number) {
+  fixture f;
+  EXPECT_EQ(f.read({"url", "topic", "--p99.9", "80us", "--p50=1ms"}), std::nullopt);
+  ASSERT_EQ(f.bounds.size(), 2U);
+  EXPECT_EQ(f.bounds[0].number, 99.9);
+  EXPECT_EQ(f.bounds[0].time, std::chrono::microseconds{80});
+  EXPECT_EQ(f.bounds[1].number, 50);
+  for (const char* const name : {"--p", "--p0", "--p101", "--p9x", "--p9Hz", "--p-1"}) {
+    EXPECT_EQ(f.read({"url", "topic", name, "1ms"}), exit_code::usage) << name;
+  }
+  EXPECT_EQ(f.read({"url", "topic", "--p99", "soon"}), exit_code::usage);
+  EXPECT_NE(f.said.find("--p99 needs a time"), std::string::npos) << f.said;
+}
 
 TEST(command_line, gathers_what_may_be_repeated_and_leaves_out_what_may_be) {
   loose_fixture f;

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe bench MODE [arguments]: finds the mode.
+#include <algorithm>
+#include <array>
+#include <string>
+
+#include "../console.hpp"
+#include "../remote.hpp"
+#include "../verbs.hpp"
+#include "compare.hpp"
+#include "modes.hpp"
+
+namespace rowe::tools::bench {
+namespace {
+
+struct mode {
+  std::string_view name;
+  std::string_view meaning;
+  exit_code (*run)(argument_list);
+};
+
+constexpr std::array modes{
+    mode{"rpc", "the round trip of a call to a robot", rpc},
+    mode{"send", "from publishing to the arrival in the subscriber's thread", send},
+    mode{"loop", "how late a periodic loop wakes up", loop},
+    mode{"expiry", "what it costs that a message expires among many that wait", expiry},
+    mode{"idle", "what an endpoint costs that has nothing to do", idle},
+    mode{"peer", "the other end, for measuring between two processes or hosts", peer},
+};
+
+std::string overview() {
+  std::string text =
+      "examples:\n"
+      "  rowe bench loop -D 60s --cpu 3 --prio 80         is this machine fit for a loop of 1 kHz\n"
+      "  rowe bench rpc --max 2ms --p99.9 300us           exit code 5 when a call takes longer\n"
+      "\nusage: rowe bench MODE [arguments]    (`rowe bench MODE --help` says which)\n\n"
+      "Measures as a distribution, never as a mean, and says first on which machine. Messages have their\n"
+      "times before the run begins: a stall is charged to every message that it delayed.\n\nmodes:\n";
+  for (const mode& m : modes)
+    text.append("  ").append(m.name).append(9 - m.name.size(), ' ').append(m.meaning) += '\n';
+  return text;
+}
+
+} // namespace
+
+std::optional<exit_code> read_mode(const command& table, argument_list arguments, settings& s, console& to) {
+  if (const auto end = read(table, arguments)) return end;
+  s.mode = table.verb.substr(table.verb.find(' ') + 1);
+  to.be_quiet(s.quiet);
+  std::string wrong;
+  if (!s.url.empty()) {
+    const spelled_url url = read_url(s.url);
+    if (url.url.empty()) return usage_error(table.verb, url.wrong);
+    s.url = url.url;
+  }
+  if (wrong = complete(s); !wrong.empty()) return usage_error(table.verb, wrong);
+  // Before the run, not after it.
+  if (!s.compare.empty()) {
+    const auto before = read_earlier(s.compare, wrong);
+    if (!before) return usage_error(table.verb, wrong);
+    if (before->mode != s.mode)
+      return usage_error(table.verb, joined(quoted(s.compare), " is a result of `rowe bench ",
+                                            printable(before->mode), "`"));
+  }
+  return std::nullopt;
+}
+
+exit_code run(argument_list arguments) {
+  const std::string_view name = arguments.empty() ? "" : arguments[0];
+  if (name == "--help" || name == "-h") return emit(overview()) ? exit_code::done : exit_code::failed;
+  if (name.empty()) return usage_error("bench", "a mode is missing");
+  const auto* const found = std::ranges::find(modes, name, &mode::name);
+  if (found != modes.end()) return found->run(arguments.subspan(1));
+  std::array<std::string_view, modes.size()> names;
+  std::ranges::transform(modes, names.begin(), &mode::name);
+  const std::string_view meant = nearest(name, names);
+  return usage_error("bench", joined("there is no mode ", quoted(name),
+                                     meant.empty() ? "" : joined("; did you mean ", meant, "?")));
+}
+
+} // namespace rowe::tools::bench

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "session.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "../json_values.hpp"
+#include "../remote.hpp"
+#include "compare.hpp"
+#include "plot.hpp"
+#include "probe.hpp"
+
+namespace rowe::tools::bench {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr rt::duration connect_time_min = 1s; // connecting takes what it takes, however little --timeout is
+
+std::vector<std::string> child_arguments(const settings& s, const std::vector<std::string>& extra) {
+  std::vector<std::string> words{"--port",
+                                 "0",
+                                 "--until-eof",
+                                 "--idle",
+                                 std::string{idle_names[s.idle]},
+                                 "--size",
+                                 std::to_string(s.size)};
+  if (s.peer.user) {
+    words.emplace_back("--cpu");
+    words.push_back(joined(*s.peer.user, ",", s.peer.service.value_or(*s.peer.user)));
+  }
+  if (s.peer.priority > 0) {
+    words.emplace_back("--prio");
+    words.push_back(std::to_string(s.peer.priority));
+  }
+  words.insert(words.end(), extra.begin(), extra.end());
+  return words;
+}
+
+// Asks the peer who it is. False: it is no peer of ours.
+bool introduce(link& l, rt::duration patience) {
+  auto ask = l.hub->client<json_text, json_text>(info_service, {.depth = 1});
+  if (!ask) return false;
+  const auto answer = ask->call("{}", patience);
+  if (!answer) return false;
+  const std::string boot_id = plain_text_of(value_at(answer->text(), "boot_id").value_or(""));
+  l.same_clock = boot_id == this_machine({}).boot_id && !boot_id.empty();
+  if (!l.same_clock) l.peer_machine = plain_text_of(value_at(answer->text(), "line").value_or("\"unknown\""));
+  return true;
+}
+
+bool write_file(const std::string& name, const std::string& text, const console& to) {
+  if (name.empty()) return true;
+  if (name == "-") {
+    (void)emit(text); // with nobody to read it, the verdict stands all the same
+    return true;
+  }
+  std::FILE* const file = std::fopen(name.c_str(), "w");
+  const bool written = file != nullptr && std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  if ((file != nullptr && std::fclose(file) != 0) || !written) {
+    to.error("cannot write ", quoted(name));
+    return false;
+  }
+  return true;
+}
+
+std::string hertz(double rate) {
+  std::array<char, 40> room;
+  const int length = std::snprintf(room.data(), room.size(), "%.6g Hz", rate);
+  return {room.data(), static_cast<std::size_t>(length)};
+}
+
+} // namespace
+
+link connect(const settings& s, const console& to, const std::vector<std::string>& extra, bool needed) {
+  link l;
+  l.url = s.url;
+  if (l.url.empty()) {
+    l.started = std::make_unique<child>(child_arguments(s, extra));
+    l.url = l.started->url();
+    if (l.url.empty()) {
+      to.error(l.started->wrong());
+      l.failed = exit_code::failed;
+      return l;
+    }
+    to.note("started a peer, process ", l.started->id(), ", at ", l.url);
+  }
+  auto hub = endpoint::connect(l.url, s.options_of(s.here));
+  if (!hub) {
+    l.failed = cannot_open(l.url, hub.error(), to);
+    return l;
+  }
+  l.hub.emplace(std::move(hub).value());
+  remote there{*l.hub, l.url, to};
+  const rt::duration patience = std::max(s.timeout.value_or(patience_default), connect_time_min);
+  l.failed = there.wait(patience);
+  if (l.failed) return l;
+  const bool known = introduce(l, patience);
+  if (!known && needed) {
+    to.error(l.url, " does not measure: run `rowe bench peer` there");
+    l.failed = exit_code::failed;
+  }
+  if (!known) l.peer_machine = "unknown: it is no `rowe bench peer`";
+  return l;
+}
+
+void add_grants(report& to, const rt::grants& given) {
+  if (given.complete()) return;
+  std::array<char, 256> room;
+  to.where.warnings.push_back(joined("not granted to the measuring thread: ", given.text(room)));
+}
+
+report report_of(const settings& s, std::string what, const link& over, const measured& m,
+                 const recording& samples) {
+  report r;
+  r.mode = s.mode;
+  r.measured = std::move(what);
+  r.where = this_machine(s.cpus());
+  r.peer = over.peer_machine;
+  r.settings = {{"rate", hertz(s.rate_or_default())},
+                {"size", joined(s.size, " bytes")},
+                {"idle", std::string{idle_names[s.idle]}},
+                {"here", joined(s.here.text(), s.spins(s.here) ? ", spins" : ", sleeps")},
+                {"peer", over.started ? joined(s.peer.text(), s.spins(s.peer) ? ", spins" : ", sleeps")
+                                      : joined("at ", over.url)}};
+  r.ran = m.ran;
+  r.counts = m.counts;
+  r.samples = &samples;
+  r.usage = m.usage;
+  r.problem = m.problem;
+  if (samples.times().count() > 0) r.bounds = bounds_of(s, samples.times());
+  add_grants(r, m.grants);
+  return r;
+}
+
+exit_code deliver(const report& r, const settings& s, const console& to) {
+  std::optional<earlier> before;
+  if (!s.compare.empty()) {
+    std::string wrong;
+    before = read_earlier(s.compare, wrong);
+    if (!before) {
+      to.error(wrong);
+      return exit_code::usage;
+    }
+  }
+  if (s.json != "-") (void)emit(text_of(r) + (before ? comparison_of(*before, r) : std::string{}));
+  bool written = write_file(s.json, json_of(r), to);
+  if (r.samples != nullptr) {
+    written = write_file(s.hgrm, hgrm_of(r), to) && written;
+    written = (s.svg.empty() || write_file(s.svg, svg_of(r, before ? &*before : nullptr), to)) && written;
+  }
+  const exit_code verdict = verdict_of(r);
+  return written || verdict != exit_code::done ? verdict : exit_code::failed;
+}
+
+} // namespace rowe::tools::bench
