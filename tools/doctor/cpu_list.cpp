@@ -33,7 +33,7 @@ std::optional<std::pair<int, int>> range_of(std::string_view text) {
 
 cpu_list::cpu_list(std::vector<int> cpus) : cpus_{std::move(cpus)} {
   std::ranges::sort(cpus_);
-  cpus_.erase(std::ranges::unique(cpus_).begin(), cpus_.end());
+  cpus_.erase(std::unique(cpus_.begin(), cpus_.end()), cpus_.end());
 }
 
 std::optional<cpu_list> cpu_list::of_list(std::string_view text) {

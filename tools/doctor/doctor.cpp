@@ -149,8 +149,9 @@ exit_code doctor(argument_list arguments) {
   }
   if (chosen.json) {
     to.note(out.summary());
+    to.note(out.verdict());
   } else if (read_by_somebody) {
-    (void)emit(joined(out.summary(), "\n")); // unread is fine
+    (void)emit(joined("\n", out.summary(), "\n", out.verdict(), "\n")); // unread is fine
   }
   return chosen.strict && out.count(level::fail) != 0 ? exit_code::exceeded : exit_code::done;
 }

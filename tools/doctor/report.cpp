@@ -101,13 +101,15 @@ std::string report::lines_of(const group& in, const check& about, const finding&
 }
 
 std::string report::summary() const {
-  std::string text = joined("\n", count(level::fail), " fail, ", count(level::warn), " warn, ",
-                            count(level::info), " info, ", count(level::ok), " ok");
-  if (unseen_ != 0) text.append(joined("; ", unseen_, " not visible here"));
-  if (count(level::fail) != 0) return text.append("\nnot fit for real time: see what fails");
-  if (vital_unseen_ != 0) return text.append("\ncannot be judged: see what warns and is not visible here");
-  return text.append(count(level::warn) != 0 ? "\nfit for real time, with reservations: see what warns"
-                                             : "\nfit for real time");
+  return joined(count(level::fail), " fail, ", count(level::warn), " warn, ", count(level::info), " info, ",
+                count(level::ok), " ok", unseen_ == 0 ? "" : joined("; ", unseen_, " not visible here"));
+}
+
+std::string_view report::verdict() const {
+  if (count(level::fail) != 0) return "not fit for real time: see what fails";
+  if (vital_unseen_ != 0) return "cannot be judged: see what warns and is not visible here";
+  if (count(level::warn) != 0) return "fit for real time, with reservations: see what warns";
+  return "fit for real time";
 }
 
 } // namespace rowe::tools::fitness

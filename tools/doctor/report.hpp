@@ -30,8 +30,9 @@ class report {
 
   std::size_t count(level of) const { return counts_[static_cast<std::size_t>(of)]; }
 
-  // One sentence for the whole.
+  // How many there were of each kind, and what follows from it: two lines without their ends.
   std::string summary() const;
+  std::string_view verdict() const;
 
  private:
   std::string lines_of(const group& in, const check& about, const finding& found);

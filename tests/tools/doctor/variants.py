@@ -235,3 +235,26 @@ VARIANTS = (
     ("self_test", "fail", "max 1.2 ms", {}, {"wake_ups 3": "wake_ups 3 1 4000 1500 2300 4400 1200000"}),
     ("self_test", "unseen", "could not be tried", {}, {"wake_ups 2": None, "wake_ups 3": None}),
 )
+
+# What more than one check reads; and the folder of the cores, of which one variant takes all away.
+SHARED = ("/proc/version", "/proc/cpuinfo", "/proc/self/", "/proc/2/", IRQ, CPU + "isolated",
+          "/sys/class/net", "/.dockerenv", "/run/")
+
+
+def rounds():
+    """The variants in groups that can share a machine: each changes what only its own check reads."""
+    groups = []
+    for variant in VARIANTS:
+        check, _, _, files, trials = variant
+        alone = CPU in files or any(path.startswith(SHARED) for path in files)
+        for group in groups:
+            if not alone and not group["alone"] and check not in group["checks"]:
+                break
+        else:
+            group = {"alone": alone, "checks": set(), "files": {}, "trials": {}, "variants": []}
+            groups.append(group)
+        group["checks"].add(check)
+        group["files"].update(files)
+        group["trials"].update(trials)
+        group["variants"].append(variant)
+    return groups
