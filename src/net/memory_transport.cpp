@@ -140,7 +140,7 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
 
 void memory_transport::deliver(link& on, connection_id id, service::transport_sink& sink) {
   std::size_t budget = on.sky.arrive_bytes_max;
-  while (budget > 0 && on.reading && !on.asked) {
+  while (budget > 0 && on.reading && !on.asked && sink.wants_bytes(id)) {
     const std::span<const std::byte> there = on.inbound.arrived(now_);
     if (there.empty()) break;
     const std::size_t bytes =

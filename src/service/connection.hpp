@@ -73,9 +73,12 @@ struct connection {
   side ours = side::server;
   bool blocked = false; // the carrier has no room; on_writable() comes
   bool listed = false;  // on the core's list of connections with something to write
+  bool in_turn = false; // on its list of those with something unread
   wire::rosbridge::level status_level = wire::rosbridge::level::error;
   wire::frame_parser parser;
   std::span<std::byte> assembly;
+  std::span<std::byte> aside;  // room for what is read while others are heard,
+  std::span<std::byte> unread; // and what of it is still to be carried out
 
   control_frames control;
   stop_frames stop_out;

@@ -19,6 +19,9 @@ std::size_t assembly_bytes(const limits& bounds) noexcept {
   return bounds.message_bytes_max + transport_sink::tailroom_bytes;
 }
 
+// What one read of a connection takes, when others want to be read too.
+constexpr std::size_t aside_bytes = transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
+
 // A batch of masked frames holds the largest message and its header.
 std::size_t masked_bytes(const limits& bounds) noexcept {
   return wire_slots::large_bytes(bounds) + wire::frame_header_bytes_max;
@@ -65,7 +68,9 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
          arena::bytes_for<std::uint32_t>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // who has to write
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // who has to write,
+         bounds.connections_max * arena::bytes_for(aside_bytes) +                // what was read,
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // and in which order
          arena::bytes_for<lane_view>(bounds.lanes_max) +                         //
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +                  //
          arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) + //
@@ -93,6 +98,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       router_{memory, bounds_},
       connections_{memory.carve<connection>(bounds_.connections_max)},
       listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
+      unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
       letters_{memory, bounds_},
@@ -113,6 +119,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
   const auto advertised =
       memory.carve<std::uint32_t>(connections_.size() * bounds_.advertisements_per_connection_max);
   for (std::size_t i = 0; i < connections_.size(); ++i) {
+    connections_[i].aside = memory.carve_bytes(aside_bytes);
     connections_[i].assembly = memory.carve_bytes(assembly_bytes(bounds_));
     connections_[i].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
                                                     bounds_.advertisements_per_connection_max);
@@ -161,6 +168,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
   carrier_.poll(now, *this);
   turn_stop();
+  read_in_turn();
   place_waiting();
   take_from_lanes();
   take_from_door();
@@ -169,7 +177,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
   // More than one cycle's share was waiting: the next one is needed at once.
-  if (lanes_left_ || listed_count_ != 0) return now_;
+  if (lanes_left_ || listed_count_ != 0 || !unread_.empty()) return now_;
   return std::min(wheel_.next_wake(), next_stop_turn());
 }
 
@@ -243,6 +251,12 @@ void core::close_all(rt::time_point now) noexcept {
 
 // ---- a connection's life
 
+const connection* core::find(connection_id id) const noexcept {
+  if (id.index >= connections_.size()) return nullptr;
+  const connection& c = connections_[id.index];
+  return c.state != connection::phase::free && c.id == id ? &c : nullptr;
+}
+
 connection* core::find(connection_id id) noexcept {
   if (id.index >= connections_.size()) return nullptr;
   connection& c = connections_[id.index];
@@ -252,11 +266,15 @@ connection* core::find(connection_id id) noexcept {
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
   assert(id.index < connections_.size() && connections_[id.index].state == connection::phase::free);
   connection& c = connections_[id.index];
+  const auto aside = c.aside;
   const auto assembly = c.assembly;
   const auto advertised = c.advertised;
-  const bool listed = c.listed; // the list may still have its place from before
+  const bool listed = c.listed; // the lists may still have its place from before
+  const bool in_turn = c.in_turn;
   c = connection{};
   c.listed = listed;
+  c.in_turn = in_turn;
+  c.aside = aside;
   c.assembly = assembly;
   c.advertised = advertised;
   c.id = id;
@@ -324,6 +342,7 @@ void core::forget(connection& c) noexcept {
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
   while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements]);
   disarm(timer::connection, c.id.index);
+  c.unread = {};
   c.state = connection::phase::free;
 }
 

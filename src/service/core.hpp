@@ -9,10 +9,10 @@
 //   expire: messages, throttled subscriptions that are due, peers to ping or cut, the statistics
 //   offer frames to every connection that has something to write, urgent first
 //
-// core.cpp holds the cycle and the life of a connection, inbound.cpp what peers say, outbound.cpp what is
-// written to them, lanes.cpp what this process publishes and takes, talking.cpp what it says to
-// peers, delivering.cpp what it is told, calling.cpp who is asked, answering.cpp how calls end, providing.cpp
-// services, stopping.cpp the stop.
+// core.cpp holds the cycle and the life of a connection, reading.cpp in which order peers are heard,
+// inbound.cpp what they say, outbound.cpp what is written to them, lanes.cpp what this process publishes and
+// takes, talking.cpp what it says to peers, delivering.cpp what it is told, calling.cpp who is asked,
+// answering.cpp how calls end, providing.cpp services, stopping.cpp the stop.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -145,6 +145,7 @@ class core final : public transport_sink {
   // transport_sink
   void on_open(connection_id id, const peer_info& peer) noexcept override;
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override;
+  bool wants_bytes(connection_id id) const noexcept override;
   void on_writable(connection_id id) noexcept override;
   void on_close(connection_id id, close_cause cause) noexcept override;
   void on_refused(const refusal& reason) noexcept override;
@@ -177,6 +178,7 @@ class core final : public transport_sink {
 
   // core.cpp
   connection* find(connection_id id) noexcept;
+  const connection* find(connection_id id) const noexcept;
   void expire() noexcept;
   void show_carrier_memory() noexcept;
   void look_after(connection& c) noexcept;
@@ -186,6 +188,13 @@ class core final : public transport_sink {
   void report(event::kind kind, std::string_view peer, std::string_view what,
               std::string_view remedy = {}) noexcept;
   void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
+
+  // reading.cpp
+  void read_all(connection& c, std::span<std::byte> bytes) noexcept;
+  std::size_t read_one(connection& c) noexcept;
+  void take_turn(connection& c) noexcept;
+  void read_in_turn() noexcept;
+  bool begins_with_stop(const connection& c) const noexcept;
 
   // inbound.cpp
   void take(connection& c, const wire::frame_step& step) noexcept;
@@ -459,6 +468,24 @@ class core final : public transport_sink {
   std::span<connection> connections_;
   std::span<std::uint32_t> listed_; // connections with something to write
   std::uint32_t listed_count_ = 0;
+  // Connections with something that was put aside, each at most once, in their turn.
+  struct turns {
+    std::span<std::uint32_t> places;
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+
+    bool empty() const noexcept { return count == 0; }
+    void push(std::uint32_t one) noexcept {
+      places[(first + count++) % static_cast<std::uint32_t>(places.size())] = one;
+    }
+    std::uint32_t pop() noexcept {
+      const std::uint32_t one = places[first];
+      first = (first + 1) % static_cast<std::uint32_t>(places.size());
+      --count;
+      return one;
+    }
+  };
+  turns unread_;
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
   letters letters_;

@@ -33,29 +33,6 @@ std::uint32_t queue_length_of(const rosbridge::request& asked) noexcept {
 
 } // namespace
 
-void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
-  connection* const c = find(id);
-  if (c == nullptr) return;
-  add(counter::bytes_in, bytes.size());
-  c->heard_at = now_;
-  attempts_failed_ = 0; // a server that says something is alive
-  c->ping_unanswered = false;
-  while (c->open()) {
-    const wire::frame_step step = c->parser.next(bytes);
-    bytes = bytes.subspan(step.consumed);
-    if (step.event == wire::frame_event::need_more) break;
-    const bool ends_message =
-        step.event == wire::frame_event::text || step.event == wire::frame_event::binary;
-    if (ends_message) c->message_began_at = rt::never;
-    take(*c, step);
-  }
-  if (!c->parser.mid_message()) {
-    c->message_began_at = rt::never;
-  } else if (c->message_began_at == rt::never) {
-    c->message_began_at = now_;
-  }
-}
-
 void core::take(connection& c, const wire::frame_step& step) noexcept {
   switch (step.event) {
   case wire::frame_event::text: take_text(c, step.payload); break;

@@ -367,4 +367,21 @@ std::size_t close_payload(std::uint16_t code, std::string_view reason,
   return 2 + bytes;
 }
 
+std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept {
+  constexpr auto whole_text = static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(opcode::text));
+  if (bytes.size() < 2 || bytes[0] != whole_text) return {};
+  const std::size_t header = header_bytes(bytes[1]);
+  const std::size_t count = length_bytes(bytes[1]);
+  if (bytes.size() < header) return {};
+  const std::uint64_t length =
+      count == 0 ? number_of(bytes[1]) & length_bits : read_big_endian(bytes.data() + 2, count);
+  if (length > bytes.size() - header) return {};
+  const std::size_t looked = std::min(static_cast<std::size_t>(length), room.size());
+  mask_key key{};
+  if ((number_of(bytes[1]) & mask_bit) != 0)
+    std::memcpy(key.data(), bytes.data() + header - sizeof(mask_key), sizeof(mask_key));
+  mask_copy(room.first(looked), bytes.subspan(header, looked), key);
+  return {reinterpret_cast<const char*>(room.data()), looked};
+}
+
 } // namespace rowe::wire

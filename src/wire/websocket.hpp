@@ -162,6 +162,10 @@ std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payloa
 std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint64_t payload_bytes,
                                      std::optional<mask_key> key = std::nullopt) noexcept;
 
+// The beginning of the text that a whole unfragmented text frame at the front of `bytes` carries, unmasked
+// into `room` and cut at its end; empty when there is no such frame. Nothing is checked: for a first look.
+std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept;
+
 // Masks or unmasks in place (the operation is its own inverse). `offset` is the position of data[0] in the
 // payload.
 void mask(std::span<std::byte> data, mask_key key, std::size_t offset = 0) noexcept;
