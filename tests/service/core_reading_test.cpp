@@ -13,12 +13,20 @@ using namespace stage;
 
 constexpr const char* stop_call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
+rowe::endpoint_options roomy() {
+  rowe::endpoint_options options = small_options();
+  options.limits.lane_bytes = 8 * 1024 * 1024;
+  return options;
+}
+
 struct reading : testing::Test {
   reading() {
-    on.options.stop.unguarded = true;
     for (int i = 0; i < 4; ++i)
       peers.push_back(
           std::make_unique<peer>(on, rowe::service::side::server, "127.0.0.1:" + std::to_string(i)));
+    // As sockets are read when several have something to say.
+    for (const auto& p : peers)
+      on.net.weather_of(p->id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
     on.cycle();
   }
   ~reading() override { EXPECT_TRUE(on.core.check()); }
@@ -38,7 +46,7 @@ struct reading : testing::Test {
            std::string(bytes, '.') + "\"}}";
   }
 
-  theatre on;
+  theatre on{roomy()};
   std::vector<std::unique_ptr<peer>> peers;
   rowe::detail::lane* heard = nullptr;
 };
