@@ -117,12 +117,12 @@ TEST_F(connection, is_cut_when_the_peer_acknowledges_nothing_for_the_write_deadl
   refill(id);
   int seconds = 0;
   while (!closed() && ++seconds < 100) {
-    drive.skip(990ms);
+    drive.skip(500ms); // the other half is for what a busy machine takes of its own
     drive.turn();
     if (seconds == 1) {
       EXPECT_FALSE(closed());
     }
-    drive.skip(20ms);
+    drive.skip(510ms);
     drive.turn();
   }
   ASSERT_TRUE(closed());
@@ -168,10 +168,10 @@ TEST_F(connection, throws_away_what_arrives_while_it_closes) {
 
 TEST_F(connection, cuts_a_peer_that_does_not_end_a_flushed_close) {
   transport->close(id, close_how::flushed);
-  drive.skip(990ms);
+  drive.skip(500ms); // the other half is for what a busy machine takes of its own
   drive.turn();
   EXPECT_FALSE(closed());
-  drive.skip(20ms);
+  drive.skip(500ms);
   drive.turn();
   ASSERT_TRUE(closed());
   EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
@@ -252,27 +252,35 @@ TEST_F(connection, delivers_one_quantum_a_turn_while_others_are_readable_too) {
 
 TEST(connections, are_not_cut_while_a_slow_peer_still_acknowledges) {
   // Without the kernel's own limit on unsent bytes there are megabytes under way, and room again only when a
-  // third of them is gone.
+  // third of them is gone; or when the kernel makes the buffer longer, which it does a few times at most, and
+  // which is filled then.
   auto transport = listening({.limits = {.unsent_bytes_max = 1U << 30}});
   driver drive{*transport};
   raw_socket client = upgraded(drive, *transport);
   const connection_id id = drive.sink().opens.at(0).id;
   const std::string piece(100'000, 'x');
-  std::size_t under_way = 0;
-  while (const std::size_t taken = write(*transport, id, piece)) under_way += taken;
-  std::size_t seen = 0;
-  for (int i = 0; i < 8; ++i) { // 4.8 s, of which each second brings something
+  std::size_t sent = 0, seen = 0;
+  const auto fill = [&] {
+    while (const std::size_t taken = write(*transport, id, piece)) sent += taken;
+  };
+  fill();
+  int rounds = 0;
+  for (int without_room = 0; without_room < 6; ++without_room) { // 3.6 s: each second brings something
+    ASSERT_LT(++rounds, 100);
     char some[65536];
-    const auto seen_before = seen;
+    const auto enough = seen + (sent - seen) / 40;
     ASSERT_TRUE(drive.until([&] {
       const ssize_t bytes = ::recv(client.fd(), some, sizeof some, 0);
       if (bytes > 0) seen += static_cast<std::size_t>(bytes);
-      return seen > seen_before + under_way / 40;
+      return seen > enough;
     }));
-    EXPECT_EQ(drive.sink().writables, 0);
     drive.skip(600ms);
     drive.turn();
     ASSERT_TRUE(drive.sink().closes.empty());
+    if (std::exchange(drive.sink().writables, 0) > 0) {
+      fill();
+      without_room = -1;
+    }
   }
 }
 
