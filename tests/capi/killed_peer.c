@@ -34,7 +34,7 @@ struct peer {
   int port;
 };
 
-static struct peer start_peer(const char* program, int port) {
+static struct peer start_peer(int port) {
   struct peer started = {.process = -1, .port = -1};
   int ends[2];
   if (pipe(ends) != 0) return started;
@@ -45,7 +45,7 @@ static struct peer start_peer(const char* program, int port) {
     dup2(ends[1], STDOUT_FILENO);
     close(ends[0]);
     close(ends[1]);
-    execl(program, program, argument, (char*)NULL);
+    execl(ROWE_PEER, ROWE_PEER, argument, (char*)NULL); // this program
     _exit(127);
   }
   close(ends[1]);
@@ -82,7 +82,7 @@ static void expect_answer(const struct rowe_endpoint* by, int number) {
 int main(int count, char** arguments) {
   if (count == 2) return be_a_peer(atoi(arguments[1]));
 
-  struct peer peer = start_peer(arguments[0], 0);
+  struct peer peer = start_peer(0);
   CHECK(peer.port > 0);
   if (failures != 0) return 1;
   struct rowe_endpoint* const client = rowe_open_remote_endpoint("127.0.0.1", peer.port);
@@ -106,7 +106,7 @@ int main(int count, char** arguments) {
     }
     CHECK_CODE(rowe_send_to(client, before, letter, -1), rowe_error_peer_lost);
 
-    peer = start_peer(arguments[0], peer.port);
+    peer = start_peer(peer.port);
     expect_answer(client, round);
     CHECK_CODE(rowe_send_to(client, before, letter, -1), rowe_error_peer_lost); // it is another one now
     rowe_object_free(letter);
