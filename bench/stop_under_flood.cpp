@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: Apache-2.0
+// Question: how long does a stop take while other peers flood the robot?
+//
+// Measured, for eight peers that send as fast as the robot takes: messages of 2 bytes, 200 bytes, 64 KB and
+// the deepest ones, and without a flood: a probe calls /rowe/stop every 2 ms, open-loop (from the time it was
+// to be sent), and takes the time to the answer. The robot stands already and its loop has acknowledged, so
+// the answer is the service thread's alone; what a loop adds is one period of its own. p50, p99, p99.9, the
+// largest, and how many of the calls were answered.
+//
+// Robot: a whole endpoint; its service thread is pinned to core --here, idle policy spin, SCHED_FIFO --prio
+// where that is granted (then it naps: the kernel would take it off its core otherwise). Flooders and probe
+// share core
+// --there; the probe is SCHED_FIFO 10 there.
+//
+// The witness: the largest gaps that a thread sees that does nothing but read the clock, on core --here with
+// the same priority and the same naps, before each flood. What the machine does to such a thread it does to
+// the robot's, and no program can be better.
+//
+// What would make it lie: other load; a host that takes cores away (see the witness).
+//
+// Run: bench_stop_under_flood [--rounds=5] [--seconds=2] [--prio=80]
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <benchmark/benchmark.h>
+
+#include <rowe/rowe.hpp>
+#include <rowe/rt/periodic.hpp>
+
+#include "stand.hpp"
+
+namespace rowe::bench {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int flooders = 8;
+constexpr rt::duration probe_period = 2ms;
+
+int priority = 80;
+int seconds = 2;
+
+// A client's text frame, masked with zeros.
+std::string frame_of(const std::string& text) {
+  std::string frame{'\x81'};
+  if (text.size() < 126) {
+    frame += static_cast<char>(0x80 | text.size());
+  } else if (text.size() < 65536) {
+    frame += static_cast<char>(0x80 | 126);
+    frame += static_cast<char>(text.size() >> 8);
+    frame += static_cast<char>(text.size() & 0xff);
+  }
+  frame.append(4, '\0');
+  return frame + text;
+}
+
+std::string deepest() {
+  std::string text = R"({"a":)";
+  const int levels = 62;
+  return text + std::string(levels, '[') + std::string(levels, ']') + "}";
+}
+
+struct flood {
+  const char* name;
+  std::string message; // empty: none
+};
+
+std::vector<flood> floods() {
+  const std::string head = R"({"op":"publish","topic":"/flood","msg":{"data":")";
+  return {{"none", {}},
+          {"2B", "{}"},
+          {"200B", head + std::string(200 - head.size() - 3, 'x') + "\"}}"},
+          {"60KiB", head + std::string(60 * 1024 - head.size() - 3, 'x') + "\"}}"},
+          {"deepest", deepest()}};
+}
+
+class client {
+ public:
+  explicit client(std::uint16_t port) : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)} {
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(port);
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const int yes = 1;
+    (void)::setsockopt(socket_, IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes); // a hint
+    ok_ = ::connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
+    send("GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
+         "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+    std::string head;
+    char c = 0;
+    while (ok_ && head.find("\r\n\r\n") == std::string::npos) {
+      ok_ = ::recv(socket_, &c, 1, 0) == 1;
+      head += c;
+    }
+  }
+  client(const client&) = delete;
+  client& operator=(const client&) = delete;
+  ~client() { ::close(socket_); }
+
+  bool ok() const { return ok_; }
+  void send(const std::string& bytes) {
+    for (std::size_t at = 0; ok_ && at < bytes.size();) {
+      const ssize_t n = ::send(socket_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
+      ok_ = n > 0;
+      if (n > 0) at += static_cast<std::size_t>(n);
+    }
+  }
+  // One frame of a server, at most; false when none comes within a second.
+  bool hear() {
+    std::array<unsigned char, 65536> room;
+    if (!take(room.data(), 2)) return false;
+    std::size_t length = room[1] & 0x7f;
+    if (length == 126) {
+      if (!take(room.data(), 2)) return false;
+      length = static_cast<std::size_t>(room[0]) << 8 | room[1];
+    }
+    return take(room.data(), length);
+  }
+  void give_up_after_a_second() {
+    const timeval second{1, 0};
+    (void)::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &second, sizeof second); // else it waits longer
+  }
+  void shut() { (void)::shutdown(socket_, SHUT_RDWR); } // whoever sends is told
+
+ private:
+  bool take(unsigned char* into, std::size_t bytes) {
+    for (std::size_t at = 0; at < bytes;) {
+      const ssize_t n = ::recv(socket_, into + at, bytes - at, 0);
+      if (n <= 0) return false;
+      at += static_cast<std::size_t>(n);
+    }
+    return true;
+  }
+
+  int socket_;
+  bool ok_ = false;
+};
+
+struct figures {
+  std::vector<double> trips; // of all rounds
+  std::vector<double> gaps;  // the witness's largest of each round
+  std::uint64_t asked = 0, answered = 0;
+};
+
+// What a thread sees of this core that only reads the clock, for half a second.
+double witness(int cpu) {
+  double largest = 0;
+  rt::thread{rt::thread_options{.name = "witness", .cpu = cpu, .priority = priority},
+             [&](const rt::grants&) {
+               const auto end = monotonic_clock::now() + 500ms;
+               auto last = monotonic_clock::now();
+               auto nap = last + 9ms;
+               while (last < end) {
+                 if (last >= nap) { // as the robot's thread does
+                   std::this_thread::sleep_for(600us);
+                   last = monotonic_clock::now();
+                   nap = last + 9ms;
+                 }
+                 const auto now = monotonic_clock::now();
+                 largest = std::max(largest, static_cast<double>((now - last).count()));
+                 last = now;
+               }
+             }}
+      .join();
+  return largest;
+}
+
+bool measure(const flood& with, int cpu, figures& into) {
+  into.gaps.push_back(witness(cpu));
+  endpoint_options options;
+  options.idle_policy = idle::spin;
+  options.service_cpu = cpu;
+  options.service_priority = priority;
+  options.page = false;
+  options.stop.unguarded = true;
+  auto opened = endpoint::listen(0, options);
+  if (!opened) {
+    options.service_priority = 0; // SCHED_FIFO is not granted
+    opened = endpoint::listen(0, options);
+    if (!opened) return false;
+  }
+  endpoint robot = std::move(*opened);
+  auto latch = robot.stop_latch({.loop_timeout = 10s}).value();
+
+  std::vector<std::unique_ptr<client>> peers;
+  for (int i = 0; i < flooders && !with.message.empty(); ++i)
+    peers.push_back(std::make_unique<client>(robot.port()));
+  client probe{robot.port()};
+  if (!probe.ok()) return false;
+  probe.give_up_after_a_second();
+  const std::string stop = frame_of(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
+  std::thread first{[&] {
+    probe.send(stop);
+    (void)probe.hear(); // whether observed or not: from here on it stands
+  }};
+  for (int i = 0; i < 100; ++i) {
+    if (latch.engaged()) latch.acknowledge();
+    std::this_thread::sleep_for(1ms);
+  }
+  first.join();
+
+  std::vector<rt::thread> senders;
+  const std::string frame = frame_of(with.message);
+  std::string batch;
+  while (batch.size() < 16384) batch += frame;
+  for (auto& peer : peers) {
+    senders.push_back(on_the_other_core([&peer, &batch] {
+      while (peer->ok()) peer->send(batch);
+    }));
+  }
+  rt::thread prober{
+      rt::thread_options{.name = "probe", .cpu = there, .priority = 10}, [&](const rt::grants&) {
+        rt::time_point due = monotonic_clock::now() + 50ms;
+        const rt::time_point end = due + std::chrono::seconds{seconds};
+        for (; due < end; due += probe_period) {
+          std::this_thread::sleep_until(std::chrono::steady_clock::time_point{due.time_since_epoch()});
+          ++into.asked;
+          probe.send(stop);
+          if (!probe.hear()) continue;
+          ++into.answered;
+          into.trips.push_back(nanoseconds_since(due));
+        }
+      }};
+  prober.join();
+  for (auto& peer : peers) peer->shut();
+  for (auto& sender : senders) sender.join();
+  return true;
+}
+
+void report(const flood& with, figures& seen) {
+  benchmark::RegisterBenchmark((std::string{"stop_under_flood/"} + with.name).c_str(),
+                               [&seen](benchmark::State& state) {
+                                 for (auto _ : state)
+                                   state.SetIterationTime(quantile(seen.trips, 0.5) * 1e-9);
+                                 const auto us = [&](double q) { return quantile(seen.trips, q) / 1000; };
+                                 state.counters["p99_us"] = us(0.99);
+                                 state.counters["p99.9_us"] = us(0.999);
+                                 state.counters["max_us"] = us(1);
+                                 state.counters["witness_gap_us"] = quantile(seen.gaps, 1) / 1000;
+                                 state.counters["unanswered"] =
+                                     static_cast<double>(seen.asked - seen.answered);
+                               })
+      ->Iterations(1)
+      ->UseManualTime()
+      ->Unit(benchmark::kMicrosecond);
+}
+
+} // namespace
+} // namespace rowe::bench
+
+int main(int count, char** arguments) {
+  using namespace rowe::bench;
+  seconds = number_option(count, arguments, "seconds", seconds);
+  priority = number_option(count, arguments, "prio", priority);
+  const auto cpus = two_cpus();
+  const int here = cpus ? cpus->first : 0;
+  const std::vector<flood> all = floods();
+  std::vector<figures> seen(all.size());
+  return run_on_two_cores("bench_stop_under_flood", count, arguments, [&](int rounds) {
+    (void)rowe::rt::prepare_this_thread({.name = "bench", .cpu = there}); // refused: the bench still runs
+    for (int round = 0; round < rounds; ++round) {
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        if (!measure(all[i], here, seen[i])) return false;
+      }
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) report(all[i], seen[i]);
+    return true;
+  });
+}
