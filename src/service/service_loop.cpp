@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/service_loop.hpp"
 
+#include <time.h>
+
 #include <algorithm>
 
 namespace rowe::service {
@@ -10,6 +12,11 @@ using clock = rt::monotonic_clock;
 
 constexpr rt::duration goodbye_max =
     std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
+
+void sleep_for_a_nap() noexcept {
+  const timespec how_long{.tv_sec = 0, .tv_nsec = nap_budget::nap.count()};
+  (void)::clock_nanosleep(CLOCK_MONOTONIC, 0, &how_long, nullptr); // ended early by a signal: there is a next
+}
 
 } // namespace
 
@@ -35,18 +42,24 @@ void service_loop::run(bool fifo) noexcept {
 
 void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   const rt::time_point now = clock::now();
-  const rt::time_point until = std::min(next, now + core_.patience(poll_period_));
-  switch (policy_) {
-  case idle::poll: return carrier_.wait(now, until);
-  case idle::wake:
-    if (until <= now) return;
-    return bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now, until); });
-  case idle::spin:
-    if (const rt::duration nap = fifo ? naps_.due(now) : rt::duration{0}; nap > rt::duration{0}) {
-      carrier_.wait(now, now + nap);
-      naps_.napped(now, clock::now());
+  if (fifo) {
+    naps_.awake_until(now);
+    if (naps_.overdue()) {
+      sleep_for_a_nap();
+      return naps_.waited_until(clock::now());
     }
   }
+  const rt::time_point until = std::min(next, now + core_.patience(poll_period_));
+  switch (policy_) {
+  case idle::poll: carrier_.wait(now, until); break;
+  case idle::wake:
+    if (until > now) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now, until); });
+    break;
+  case idle::spin:
+    if (!fifo || !naps_.due()) return;
+    carrier_.wait(now, now + nap_budget::nap);
+  }
+  if (fifo) naps_.waited_until(clock::now());
 }
 
 void service_loop::say_goodbye() noexcept {

@@ -2,6 +2,7 @@
 // The service thread: cycles of the core, and how it waits between them. It reads the clock, which the core
 // does not; everything else about time is the core's. One loop runs on one thread; stop() is for others.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 
 #include <rowe/options.hpp>
@@ -14,26 +15,34 @@
 
 namespace rowe::service {
 
-// Naps of a thread that otherwise never sleeps. A SCHED_FIFO thread that runs on without a pause is taken off
-// its core by the kernel for the rest of each second once it has used its share (950 ms by default: a gap of
-// 50 ms), so it gives up the core by itself: 6 % of the time, in naps far shorter than that gap.
+// Naps of a thread that may not run on for ever. A SCHED_FIFO thread that does is taken off its core by the
+// kernel for the rest of each second once it has used its share (950 ms by default: a gap of 50 ms), so it
+// gives up the core by itself: 6 % of the time, in naps far shorter than that gap. A nap is a wait for
+// sockets, as long as something comes of it; under a flood, when each such wait ends at once, the thread
+// sleeps.
 class nap_budget {
  public:
-  static constexpr rt::duration nap_max = std::chrono::microseconds{100};
-  static constexpr rt::duration busy_max = nap_max * 94 / 6; // between two naps
+  static constexpr rt::duration nap = std::chrono::microseconds{100};
+  // Of a wait that has ended at once: no rest, but a system call.
+  static constexpr rt::duration call_cost = std::chrono::microseconds{5};
 
-  // How long to nap now; 0: not yet.
-  rt::duration due(rt::time_point now) const noexcept {
-    return now - awake_since_ >= busy_max ? nap_max : rt::duration{0};
+  // It has been awake until `now`.
+  void awake_until(rt::time_point now) noexcept {
+    if (since_ != rt::time_point{}) owed_ += (now - since_) * 6 / 94;
+    owed_ = std::min(owed_, 8 * nap);
+    since_ = now;
   }
-  // What came of it: a nap that an event cut short buys less busy time.
-  void napped(rt::time_point from, rt::time_point to) noexcept {
-    const rt::duration slept = to - from;
-    awake_since_ = slept >= nap_max ? to : to - (busy_max - slept * 94 / 6);
+  // And has waited since then.
+  void waited_until(rt::time_point now) noexcept {
+    owed_ = std::max(owed_ - std::max(now - since_ - call_cost, rt::duration{0}), rt::duration{0});
+    since_ = now;
   }
+  bool due() const noexcept { return owed_ >= nap; }
+  bool overdue() const noexcept { return owed_ >= 2 * nap; } // waiting did not help
 
  private:
-  rt::time_point awake_since_{};
+  rt::time_point since_{};
+  rt::duration owed_{};
 };
 
 class service_loop {
