@@ -85,6 +85,18 @@ class modes(unittest.TestCase):
             self.assertEqual(told.code, 1)
             self.assertIn("run `rowe bench peer` there", told.stderr[-1])
 
+    def test_stop_measures_the_brake_and_what_it_is_made_of(self):
+        told, ended = measured("stop", "-D", "500ms", "--warm-up", "50ms")
+        self.holds(told, ended, 9)
+        self.assertEqual(set(told["parts"]), {"round_trip", "to_acceptance", "to_brake"})
+        for part in told["parts"].values():
+            self.assertGreaterEqual(part["samples"], told["finished"])
+        self.assertGreater(told["parts"]["round_trip"]["max_ns"], told["parts"]["to_acceptance"]["min_ns"])
+        with standing_peer() as (_, url):  # a peer that has no stop
+            ended = run("bench", "stop", url, "-D", "100ms")
+            self.assertEqual(ended.code, 1, ended.stderr)
+            self.assertIn("the robot cannot be reset", ended.stderr[-1])
+
     def test_loop_measures_how_late_it_wakes(self):
         told, ended = measured("loop", *short, "--rate", "500Hz")
         self.holds(told, ended, 100)
@@ -260,7 +272,7 @@ class arguments(unittest.TestCase):
         self.refused("idle", "--svg", "x", says="unknown option")
 
     def test_help_begins_with_two_examples_and_lists_the_modes(self):
-        for words in (["bench", "--help"], ["help", "bench"], ["bench", "rpc", "-h"], ["bench", "send", "-h"],
+        for words in (["bench", "--help"], ["help", "bench"], ["bench", "rpc", "-h"], ["bench", "send", "-h"], ["bench", "stop", "-h"],
                       ["bench", "loop", "-h"], ["bench", "expiry", "-h"], ["bench", "idle", "-h"],
                       ["bench", "peer", "-h"]):
             ended = run(*words)
@@ -269,7 +281,7 @@ class arguments(unittest.TestCase):
             self.assertRegex(ended.stdout[1], "^  rowe bench ")
             self.assertRegex(ended.stdout[2], "^  rowe bench ")
             self.assertEqual(ended.stdout[3], "")
-        for mode in ("rpc", "send", "loop", "expiry", "idle", "peer"):
+        for mode in ("rpc", "send", "stop", "loop", "expiry", "idle", "peer"):
             self.assertRegex("\n".join(run("bench", "-h").stdout), rf"(?m)^  {mode} ")
         self.assertRegex("\n".join(run("bench", "rpc", "-h").stdout), r"(?m)^  --pN TIME ")
 

@@ -22,6 +22,7 @@ struct mode {
 constexpr std::array modes{
     mode{"rpc", "the round trip of a call to a robot", rpc},
     mode{"send", "from publishing to the arrival in the subscriber's thread", send},
+    mode{"stop", "from asking for a stop to the loop's brake, and what that is made of", stop},
     mode{"loop", "how late a periodic loop wakes up", loop},
     mode{"expiry", "what it costs that a message expires among many that wait", expiry},
     mode{"idle", "what an endpoint costs that has nothing to do", idle},

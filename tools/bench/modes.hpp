@@ -12,6 +12,7 @@ std::optional<exit_code> read_mode(const command& table, argument_list arguments
 
 exit_code rpc(argument_list arguments);
 exit_code send(argument_list arguments);
+exit_code stop(argument_list arguments);
 exit_code loop(argument_list arguments);
 exit_code expiry(argument_list arguments);
 exit_code idle(argument_list arguments);

@@ -31,6 +31,7 @@ struct peer_settings : settings {
   std::string listen;
   bool insecure = false;
   bool until_eof = false;
+  bool stop = false;
 };
 
 command table_of(peer_settings& s) {
@@ -38,7 +39,7 @@ command table_of(peer_settings& s) {
       .verb = "bench peer",
       .examples = {{{"rowe bench peer --listen 0.0.0.0:8080 --insecure --cpu 3 --prio 80", "on the board"},
                     {"rowe bench rpc ws://BOARD:8080", "on the other machine"}}},
-      .description = "The other end of `rowe bench rpc` and `rowe bench send`. Runs until Ctrl-C.\n",
+      .description = "The other end of `rowe bench rpc`, send and stop. Runs until Ctrl-C.\n",
       .operands = {},
       .options = {{"--port", "", "N", "0 takes any free one (default)", integer{&s.port, 0, 65535}},
                   {"--listen", "", "ADDR:PORT", "where to listen, instead of loopback", &s.listen},
@@ -50,6 +51,7 @@ command table_of(peer_settings& s) {
                    choice{&s.idle, idle_names}},
                   {"--size", "", "BYTES", "the largest message (default: any that can be measured)",
                    integer{&s.size, size_min, size_max}},
+                  {"--stop", "", "", "with a loop of 1 kHz that can be stopped: `rowe bench stop`", &s.stop},
                   {"--until-eof", "", "", "end when standard input does", &s.until_eof}}};
 }
 
@@ -109,6 +111,42 @@ class answering {
   publisher<arrived> back_;
 };
 
+// A robot's loop, which brakes when it is stopped, and what lets it run again. There is no guard: what is
+// measured is the stop that somebody asks for.
+class stoppable {
+ public:
+  static result<stoppable> open(endpoint& on) {
+    auto latch = on.stop_latch({.name = "bench"});
+    if (!latch) return latch.error();
+    auto reset = on.serve<json_text, json_text>(reset_service);
+    if (!reset) return reset.error();
+    return stoppable{std::move(*latch), std::move(*reset)};
+  }
+  void run(const std::atomic<bool>& stop) noexcept {
+    rt::periodic loop{1ms};
+    // relaxed: nothing but the flag itself is handed over
+    while (!stop.load(std::memory_order_relaxed)) {
+      const auto now = loop.wait();
+      if (now && latch_.engaged(*now)) latch_.acknowledge(*now);
+    }
+  }
+  void reset_all(endpoint& on) noexcept {
+    for (;;) {
+      auto request = reset_.next(-1ns);
+      if (!request) return;
+      const status done = on.reset_stop(patience_default);
+      (void)(done ? reset_.reply(*request, "{}") : reset_.refuse(*request, sentence_of(done.error())));
+    }
+  }
+
+ private:
+  stoppable(stop_latch latch, responder<json_text, json_text> reset)
+      : latch_{std::move(latch)}, reset_{std::move(reset)} {}
+
+  stop_latch latch_;
+  responder<json_text, json_text> reset_;
+};
+
 bool input_ended() noexcept {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
   char c = 0;
@@ -135,6 +173,7 @@ exit_code peer(argument_list arguments) {
   if (s.cpu.empty()) s.here = s.peer; // away from where the measuring end runs by default
   endpoint_options options = s.options_of(s.here);
   options.insecure = s.insecure;
+  options.stop.unguarded = s.stop;
   auto port = static_cast<std::uint16_t>(s.port);
   if (!s.listen.empty()) {
     const std::string wrong = split_listen(s.listen, options.address, port);
@@ -151,6 +190,15 @@ exit_code peer(argument_list arguments) {
     to.error("cannot answer: ", sentence_of(answers ? info.error() : answers.error()));
     return exit_code::failed;
   }
+  std::optional<stoppable> robot;
+  if (s.stop) {
+    auto opened = stoppable::open(*hub);
+    if (!opened) {
+      to.error("cannot be stopped: ", sentence_of(opened.error()));
+      return exit_code::failed;
+    }
+    robot = std::move(*opened);
+  }
   (void)rt::lock_process_memory(); // where it is refused, the measuring end sees it
   std::atomic<bool> stop{false};
   std::vector<rt::thread> threads;
@@ -159,6 +207,10 @@ exit_code peer(argument_list arguments) {
   } else {
     threads.emplace_back(s.here.user_thread("echo"), [&] { answers->echo_all(); });
     threads.emplace_back(s.here.user_thread("tell"), [&] { answers->tell_all(); });
+  }
+  if (robot) {
+    threads.emplace_back(s.here.user_thread("loop"), [&] { robot->run(stop); });
+    threads.emplace_back(s.here.user_thread("reset"), [&] { robot->reset_all(*hub); });
   }
   for (const rt::thread& one : threads) {
     std::array<char, 256> room;

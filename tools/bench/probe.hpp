@@ -14,10 +14,11 @@
 
 namespace rowe::tools::bench {
 
-inline constexpr std::string_view echo_service = "/bench/echo"; // answers with what it was asked
-inline constexpr std::string_view info_service = "/bench/peer"; // {"boot_id":...,"line":...}
-inline constexpr std::string_view out_topic = "/bench/out";     // probes
-inline constexpr std::string_view back_topic = "/bench/back";   // when each of them arrived
+inline constexpr std::string_view echo_service = "/bench/echo";   // answers with what it was asked
+inline constexpr std::string_view info_service = "/bench/peer";   // {"boot_id":...,"line":...}
+inline constexpr std::string_view reset_service = "/bench/reset"; // lets the robot run again
+inline constexpr std::string_view out_topic = "/bench/out";       // probes
+inline constexpr std::string_view back_topic = "/bench/back";     // when each of them arrived
 
 // A message with a number, made once and then changed in place: the text stays as long as it is.
 class probe_text {

@@ -59,7 +59,8 @@ measured on_measuring_thread(const settings& s, Body body) {
   return m;
 }
 
-// Measures the messages of `target`: the warm-up, which is thrown away, then the run.
+// Measures the messages of `target`: the warm-up, which is thrown away, then the run; target.begin() between
+// the two, where there is one.
 template <measurable Target>
 measured measure_messages(const settings& s, Target& target, recording& into) {
   const rt::duration period = period_of(s.rate_or_default());
@@ -72,6 +73,7 @@ measured measure_messages(const settings& s, Target& target, recording& into) {
   return on_measuring_thread(s, [&](measured& m, const std::atomic<bool>& stop) {
     rt::kernel_clock clock;
     (void)pump({clock.now() + period, period, warm}, 0, target, aside, warm_ended, patience, stop, clock);
+    if constexpr (requires { target.begin(); }) target.begin();
     witness watch;
     const rt::time_point start = clock.now() + period;
     into.begin(start);
