@@ -57,7 +57,7 @@ class modes(unittest.TestCase):
 
     def test_rpc_and_send_measure_with_either_policy(self):
         for mode in ("rpc", "send"):
-            for policy in ("poll", "spin"):
+            for policy in ("poll", "spin", "wake"):
                 told, ended = measured(mode, *short, "--idle", policy, "--size", "300")
                 self.holds(told, ended, 200)
                 self.assertEqual((told["bench"], told["settings"]["idle"]), (mode, policy))
@@ -112,7 +112,7 @@ class modes(unittest.TestCase):
     def test_idle_has_figures_for_each_policy_and_company(self):
         told, ended = measured("idle", "-D", "600ms")
         self.assertEqual(ended.code, 0, ended.stderr)
-        wanted = {f"{policy}_{company}_{what}" for policy in ("poll", "spin")
+        wanted = {f"{policy}_{company}_{what}" for policy in ("poll", "spin", "wake")
                   for company in ("no_peer", "quiet_peer", "listening_peer")
                   for what in ("cpu_percent", "wakeups_per_s")}
         self.assertEqual(set(told["figures"]), wanted)
@@ -272,16 +272,15 @@ class arguments(unittest.TestCase):
         self.refused("idle", "--svg", "x", says="unknown option")
 
     def test_help_begins_with_two_examples_and_lists_the_modes(self):
-        for words in (["bench", "--help"], ["help", "bench"], ["bench", "rpc", "-h"], ["bench", "send", "-h"], ["bench", "stop", "-h"],
-                      ["bench", "loop", "-h"], ["bench", "expiry", "-h"], ["bench", "idle", "-h"],
-                      ["bench", "peer", "-h"]):
+        modes = ("rpc", "send", "stop", "loop", "expiry", "idle", "peer")
+        for words in (["bench", "--help"], ["help", "bench"], *(["bench", mode, "-h"] for mode in modes)):
             ended = run(*words)
             self.assertEqual((ended.code, ended.stderr), (0, []), words)
             self.assertEqual(ended.stdout[0], "examples:")
             self.assertRegex(ended.stdout[1], "^  rowe bench ")
             self.assertRegex(ended.stdout[2], "^  rowe bench ")
             self.assertEqual(ended.stdout[3], "")
-        for mode in ("rpc", "send", "stop", "loop", "expiry", "idle", "peer"):
+        for mode in modes:
             self.assertRegex("\n".join(run("bench", "-h").stdout), rf"(?m)^  {mode} ")
         self.assertRegex("\n".join(run("bench", "rpc", "-h").stdout), r"(?m)^  --pN TIME ")
 

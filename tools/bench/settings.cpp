@@ -80,13 +80,13 @@ std::vector<option> run_options(settings& s) {
 }
 
 std::vector<option> message_options(settings& s) {
-  return {
-      {"--rate", "-r", "HZ", "messages a second (default 1kHz)", rate{&s.rate, rate_max}},
-      {"--size", "", "BYTES", "of a message (default 128)", integer{&s.size, size_min, size_max}},
-      {"--idle", "", "poll|spin", "how the service threads wait (default poll)", choice{&s.idle, idle_names}},
-      {"--peer-cpu", "", "N[,M]", "the CPUs of the peer that is started; without URL only", &s.peer_cpu},
-      {"--warm-up", "", "TIME", "measured and thrown away before (default 200ms)", time_span{&s.warm_up}},
-      {"--timeout", "", "TIME", "how long to wait for an answer (default 1s)", time_span{&s.timeout}}};
+  return {{"--rate", "-r", "HZ", "messages a second (default 1kHz)", rate{&s.rate, rate_max}},
+          {"--size", "", "BYTES", "of a message (default 128)", integer{&s.size, size_min, size_max}},
+          {"--idle", "", "poll|spin|wake", "how the service threads wait (default poll)",
+           choice{&s.idle, idle_names}},
+          {"--peer-cpu", "", "N[,M]", "the CPUs of the peer that is started; without URL only", &s.peer_cpu},
+          {"--warm-up", "", "TIME", "measured and thrown away before (default 200ms)", time_span{&s.warm_up}},
+          {"--timeout", "", "TIME", "how long to wait for an answer (default 1s)", time_span{&s.timeout}}};
 }
 
 std::vector<option> bound_options(settings& s) {

@@ -17,7 +17,7 @@
 
 namespace rowe::tools::bench {
 
-inline constexpr std::array<std::string_view, 2> idle_names{"poll", "spin"};
+inline constexpr std::array<std::string_view, 3> idle_names{"poll", "spin", "wake"}; // in rowe::idle's order
 inline constexpr rt::duration run_time_default = std::chrono::seconds{10};
 inline constexpr rt::duration warm_up_default = std::chrono::milliseconds{200};
 inline constexpr double rate_default = 1000; // Hz
@@ -67,9 +67,11 @@ struct settings {
   rt::duration run_time_or_default() const noexcept { return run_time.value_or(run_time_default); }
   rt::duration warm_up_or_default() const noexcept { return warm_up.value_or(warm_up_default); }
   double rate_or_default() const noexcept { return rate.value_or(rate_default); }
-  rowe::idle idle_policy() const noexcept { return idle == 0 ? rowe::idle::poll : rowe::idle::spin; }
+  rowe::idle idle_policy() const noexcept { return static_cast<rowe::idle>(idle); }
   // Whether a thread that waits for the service thread may do so without sleeping.
-  bool spins(const placement& end) const noexcept { return idle == 1 && end.own_cpus(); }
+  bool spins(const placement& end) const noexcept {
+    return idle_policy() == rowe::idle::spin && end.own_cpus();
+  }
   // What is above this one is kept with its time: --max, else the largest bound on a percentile.
   rt::duration listed_above() const noexcept;
   // Every CPU that is used, for the machine's line.
