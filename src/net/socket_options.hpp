@@ -12,7 +12,8 @@ namespace rowe::net {
 // TCP_NODELAY, which libwebsockets does not set on sockets it is handed.
 void send_at_once(int fd) noexcept;
 
-// The above, TCP_NOTSENT_LOWAT, SO_SNDBUF and, for `vanished_after`, SO_KEEPALIVE, as `limits` say.
+// The above, TCP_RTO_MIN_US where the kernel has it, TCP_NOTSENT_LOWAT, SO_SNDBUF and, for `vanished_after`,
+// SO_KEEPALIVE, as `limits` say.
 void prepare_for_frames(int fd, const socket_limits& limits) noexcept;
 
 // Bytes the peer has not acknowledged, sent or not (SIOCOUTQ).

@@ -33,6 +33,16 @@ TEST_F(prepared, sends_at_once_and_holds_back_what_is_not_sent) {
   EXPECT_EQ(read(IPPROTO_TCP, TCP_NOTSENT_LOWAT), 12345);
 }
 
+TEST_F(prepared, repeats_what_is_lost_soon_where_the_kernel_lets_one_choose) {
+  constexpr int tcp_rto_min_us = 45;
+  int value = 0;
+  socklen_t bytes = sizeof value;
+  if (::getsockopt(socket.get(), IPPROTO_TCP, tcp_rto_min_us, &value, &bytes) != 0)
+    GTEST_SKIP() << "no TCP_RTO_MIN_US: Linux has it since 6.15";
+  prepare_for_frames(socket.get(), {});
+  EXPECT_EQ(read(IPPROTO_TCP, tcp_rto_min_us), 20'000);
+}
+
 TEST_F(prepared, leaves_vanished_peers_to_pings_unless_told) {
   prepare_for_frames(socket.get(), {});
   EXPECT_EQ(read(SOL_SOCKET, SO_KEEPALIVE), 0);
