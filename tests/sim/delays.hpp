@@ -9,8 +9,8 @@
 // that, since messages were sent all the time while it was recorded. What is sent now takes as long as the
 // message that was sent next in the trace, counted from where the trace began; it never arrives before what
 // was sent earlier. So each of a row of messages as far apart as those of the trace meets the fate of one of
-// them; messages closer together share it. The seed chooses where in the trace to begin, and where to go on
-// when its end is reached: there the fates of two stretches meet, and only order is kept.
+// them; messages closer together share it. The seed chooses where in the trace to begin; behind its end comes
+// its beginning.
 #pragma once
 #include <algorithm>
 #include <fstream>
@@ -52,31 +52,23 @@ struct trace {
 class delays {
  public:
   // `of` must outlive it.
-  delays(const trace& of, std::uint64_t seed) : of_{&of}, dice_{seed} {}
+  delays(const trace& of, std::uint64_t seed)
+      : of_{&of}, first_{static_cast<std::size_t>(dice{seed}.below(of.taken.size()))} {}
 
   // When that arrives which is sent at `now`. Not before what was sent earlier; `now` must not go back.
   time_point next(time_point now) {
-    if (now > end_) begin_stretch(now);
+    if (begin_ == time_point::min()) begin_ = now;
     // The message sent then or next.
-    const auto periods = (now - begin_ + of_->period - 1ns) / of_->period;
-    last_ = std::max(last_, now + of_->taken[first_ + static_cast<std::size_t>(periods)]);
+    const auto periods = static_cast<std::size_t>((now - begin_ + of_->period - 1ns) / of_->period);
+    last_ = std::max(last_, now + of_->taken[(first_ + periods) % of_->taken.size()]);
     return last_;
   }
   time_point operator()(time_point now) { return next(now); }
 
  private:
-  void begin_stretch(time_point now) {
-    const std::size_t count = of_->taken.size();
-    first_ = static_cast<std::size_t>(dice_.below(count));
-    begin_ = now;
-    end_ = now + static_cast<std::int64_t>(count - 1 - first_) * of_->period;
-  }
-
   const trace* of_;
-  dice dice_;
-  std::size_t first_ = 0; // where in the trace the stretch begins
-  time_point begin_{};
-  time_point end_ = time_point::min();
+  std::size_t first_; // the message of the trace with which it begins
+  time_point begin_ = time_point::min();
   time_point last_{};
 };
 
