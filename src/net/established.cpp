@@ -181,6 +181,11 @@ void established::close(connection_id id, close_how how) noexcept {
   closing_.arm(*one, now_);
 }
 
+void established::set_near(connection_id id, bool near) noexcept {
+  connection* one = find(id);
+  if (one) limit_send_buffer(one->socket.get(), near ? limits_.near_buffer_bytes : limits_.send_buffer_bytes);
+}
+
 void established::read_enabled(connection_id id, bool enabled) noexcept {
   connection* one = find(id);
   if (!one || one->reading == enabled) return;

@@ -52,6 +52,7 @@ class established {
   // As in service::transport.
   std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept;
   void close(service::connection_id id, service::close_how how) noexcept;
+  void set_near(service::connection_id id, bool near) noexcept;
   void read_enabled(service::connection_id id, bool enabled) noexcept;
 
  private:

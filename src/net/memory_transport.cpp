@@ -181,6 +181,15 @@ void memory_transport::close(connection_id id, close_how how) noexcept {
   if (how == close_how::aborted) on->outbound.clear();
 }
 
+bool memory_transport::near(connection_id id) const noexcept {
+  const link* const on = find(id);
+  return on != nullptr && on->near;
+}
+
+void memory_transport::set_near(connection_id id, bool near) noexcept {
+  if (link* const on = find(id)) on->near = near;
+}
+
 void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {
   if (link* const on = find(id)) on->reading = enabled;
 }

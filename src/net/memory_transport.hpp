@@ -46,6 +46,7 @@ class memory_transport final : public service::transport {
   void peer_closes(service::connection_id id, service::close_cause cause = service::close_cause::peer);
   // The core has closed its side (the peer may still read what was sent).
   bool closed_by_us(service::connection_id id) const noexcept;
+  bool near(service::connection_id id) const noexcept; // as the core said
   weather& weather_of(service::connection_id id) noexcept { return links_[id.index].sky; }
 
   // How attempts to connect end: nothing (they are open until open() or refuse() is called).
@@ -65,6 +66,7 @@ class memory_transport final : public service::transport {
   std::size_t write(service::connection_id id,
                     std::span<const std::span<const std::byte>> pieces) noexcept override;
   void close(service::connection_id id, service::close_how how) noexcept override;
+  void set_near(service::connection_id id, bool near) noexcept override;
   void read_enabled(service::connection_id id, bool enabled) noexcept override;
   void connect() noexcept override { ++attempts_; }
   bool busy() const noexcept override { return false; }
@@ -104,6 +106,7 @@ class memory_transport final : public service::transport {
     pipe inbound, outbound;
     bool refused = false; // write() took less than it was given
     bool reading = true;
+    bool near = false;
     bool asked = false; // we have closed
     service::close_cause cause = service::close_cause::peer;
     bool ending = false;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "net/socket_options.hpp"
 
+#include <linux/socket.h>
 #include <linux/sockios.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -54,8 +55,16 @@ void prepare_for_frames(int fd, const socket_limits& limits) noexcept {
   send_at_once(fd);
   set(fd, IPPROTO_TCP, tcp_rto_min_us, retransmission_us_min);
   set(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(limits.unsent_bytes_max));
-  if (limits.send_buffer_bytes) set(fd, SOL_SOCKET, SO_SNDBUF, static_cast<int>(limits.send_buffer_bytes));
+  if (limits.send_buffer_bytes) limit_send_buffer(fd, limits.send_buffer_bytes);
   notice_vanishing(fd, limits.vanished_after);
+}
+
+void limit_send_buffer(int fd, std::uint32_t bytes) noexcept {
+  if (bytes) return set(fd, SOL_SOCKET, SO_SNDBUF, static_cast<int>(bytes));
+  int locks = 0;
+  socklen_t size = sizeof locks;
+  if (::getsockopt(fd, SOL_SOCKET, SO_BUF_LOCK, &locks, &size) == 0)
+    set(fd, SOL_SOCKET, SO_BUF_LOCK, locks & ~SOCK_SNDBUF_LOCK);
 }
 
 int unacknowledged_bytes(int fd) noexcept {

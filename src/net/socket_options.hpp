@@ -3,6 +3,8 @@
 // that do not wait; what fails on a socket that is already gone is left to the read or write which will say
 // so.
 #pragma once
+#include <cstdint>
+
 #include <sys/types.h>
 
 #include "net/socket_transport.hpp"
@@ -15,6 +17,9 @@ void send_at_once(int fd) noexcept;
 // The above, TCP_RTO_MIN_US where the kernel has it, TCP_NOTSENT_LOWAT, SO_SNDBUF and, for `vanished_after`,
 // SO_KEEPALIVE, as `limits` say.
 void prepare_for_frames(int fd, const socket_limits& limits) noexcept;
+
+// SO_SNDBUF; 0: whatever the kernel finds right from now on, where it can be told so (Linux 5.14).
+void limit_send_buffer(int fd, std::uint32_t bytes) noexcept;
 
 // Bytes the peer has not acknowledged, sent or not (SIOCOUTQ).
 int unacknowledged_bytes(int fd) noexcept;

@@ -13,6 +13,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/calls.hpp"
+#include "service/credit.hpp"
 #include "service/queues.hpp"
 #include "service/stop_frames.hpp"
 #include "service/transport.hpp"
@@ -72,6 +73,9 @@ struct connection {
   phase state = phase::free;
   side ours = side::server;
   bool blocked = false; // the carrier has no room; on_writable() comes
+  bool held = false;    // the credit has none for what is not urgent; a pong comes
+  bool near = false;    // the carrier was told so
+  bool slow = false;    // it answers no pings, and that was counted
   bool listed = false;  // on the core's list of connections with something to write
   bool in_turn = false; // on its list of those with something unread
   wire::rosbridge::level status_level = wire::rosbridge::level::error;
@@ -82,6 +86,7 @@ struct connection {
 
   control_frames control;
   stop_frames stop_out;
+  class credit credit;
   begun_frame begun;
   queue direct;                 // answers to its own requests
   std::array<queue, 3> letters; // by priority
@@ -104,7 +109,6 @@ struct connection {
   rt::time_point opened_at{};
   rt::time_point heard_at{};
   rt::time_point message_began_at = rt::never;
-  bool ping_unanswered = false;
   std::string_view farewell; // why we close it, as far as there is something to say; of static storage
 
   std::array<char, 64> address{};
@@ -112,6 +116,7 @@ struct connection {
 
   std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
   bool open() const noexcept { return state == phase::open; }
+  bool behind() const noexcept { return blocked || held; } // it reads more slowly than we would write
 };
 
 } // namespace rowe::service

@@ -291,6 +291,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
                  c.assembly.first(bounds_.message_bytes_max));
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
+  begin_credit(c);
   arm(timer::connection, id.index, now_ + care_period);
   ++epoch_;
   shown_.set_connection(id.index, id.generation, c.peer());
@@ -375,10 +376,8 @@ void core::look_after(connection& c) noexcept {
     add(counter::silent_peers);
     return close(c, wire::close_code::policy, "nothing was heard for too long");
   }
-  if (silence > options_.ping_period && !c.ping_unanswered) {
-    c.ping_unanswered = true;
-    send_control(c, wire::opcode::ping, {});
-  }
+  if (silence > options_.ping_period) c.credit.ask();
+  look_after_credit(c);
 }
 
 // ---- as a client

@@ -10,9 +10,9 @@
 //   offer frames to every connection that has something to write, urgent first
 //
 // core.cpp holds the cycle and the life of a connection, reading.cpp in which order peers are heard,
-// inbound.cpp what they say, outbound.cpp what is written to them, lanes.cpp what this process publishes and
-// takes, talking.cpp what it says to peers, delivering.cpp what it is told, calling.cpp who is asked,
-// answering.cpp how calls end, providing.cpp services, stopping.cpp the stop.
+// inbound.cpp what they say, outbound.cpp what is written to them, pinging.cpp how much at a time, lanes.cpp what
+// this process publishes and takes, talking.cpp what it says to peers, delivering.cpp what it is told,
+// calling.cpp who is asked, answering.cpp how calls end, providing.cpp services, stopping.cpp the stop.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -232,6 +232,7 @@ class core final : public transport_sink {
   void make_ready(std::uint32_t subscription) noexcept;
   void send_direct(connection& c, std::string_view text) noexcept;
   void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
+  void place_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
   bool drop_dead_front(queue& from) noexcept;
   void drop_front(queue& from) noexcept; // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
@@ -241,7 +242,8 @@ class core final : public transport_sink {
   void list(connection& c) noexcept;
   void offer_all() noexcept;
   void offer(connection& c) noexcept;
-  bool gather(connection& c, batch& into) noexcept;
+  void gather(connection& c, batch& into) noexcept;
+  void gather_messages(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
   bool gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
@@ -261,6 +263,12 @@ class core final : public transport_sink {
   void remove_subscription(connection& c, std::uint32_t index) noexcept;
   void forget_last(topic& on) noexcept;
   void let_go_topic(std::uint32_t topic) noexcept;
+
+  // pinging.cpp
+  void begin_credit(connection& c) noexcept;
+  bool ping_if_wanted(connection& c, std::size_t behind) noexcept;
+  void take_pong(connection& c, std::span<const std::byte> payload) noexcept;
+  void look_after_credit(connection& c) noexcept;
 
   // lanes.cpp
   struct lane_view {

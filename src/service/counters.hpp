@@ -45,6 +45,7 @@ namespace rowe::service {
   X(calls_refused, refusal, "calls answered with an error")                                                  \
   X(nonfinite, flow, "NaN or infinity written as null")                                                      \
   X(peers_joined, flow, "connections established")                                                           \
+  X(slow_peers, flow, "peers that left two pings unanswered: only urgent messages, until they do")           \
   X(refused_handshakes, refusal, "connections refused before they were established")                         \
   X(handshakes_starved, refusal, "handshakes and pages for which handshake_bytes had no room")               \
   X(refused_requests, refusal, "requests answered with a status error")                                      \

@@ -50,7 +50,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     add(counter::violations);
     close(c, step.close_code, step.reason);
     break;
-  case wire::frame_event::pong: // having been heard is all it is for
+  case wire::frame_event::pong: take_pong(c, step.payload); break;
   case wire::frame_event::need_more: break;
   }
 }

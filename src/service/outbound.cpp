@@ -40,7 +40,9 @@ struct core::batch {
   std::size_t count = 0;
   std::size_t bytes = 0;
   std::size_t masked = 0; // bytes of the core's masking room in use
-  bool more = false;      // something was left out because the batch is full
+  std::size_t room = 0;   // what the peer's credit allows at the priority that is being gathered
+  bool more = false;      // something was left out that another batch may take at once
+  bool held = false;      // something was left out until the peer has read more
 
   bool full() const noexcept { return count == pieces_max || bytes >= batch_bytes_max; }
   void add(std::span<const std::byte> piece, const source& of) noexcept {
@@ -79,7 +81,7 @@ void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   while (drop_dead_front(s.waiting)) continue;
   while (s.waiting.count >= s.depth) {
     // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
-    const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].blocked;
+    const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].behind();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
     drop_front(s.waiting);
   }
@@ -112,6 +114,11 @@ void core::send_direct(connection& c, std::string_view text) noexcept {
 }
 
 void core::send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept {
+  place_control(c, what, payload);
+  list(c);
+}
+
+void core::place_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept {
   if (options_.profile != peer_profile::standard) return; // Hop's programs know text frames only
   const wire::role ours = masks(c) ? wire::role::client : wire::role::server;
   const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
@@ -125,7 +132,6 @@ void core::send_control(connection& c, wire::opcode what, std::span<const std::b
     const std::size_t header = wire::write_frame_header(at, what, payload.size());
     if (!payload.empty()) std::memcpy(at + header, payload.data(), payload.size());
   }
-  list(c);
 }
 
 wire::mask_key core::next_mask() noexcept {
@@ -201,7 +207,7 @@ void core::drop_all(queue& from, counter as) noexcept {
 // take all slots away from those that do. Looks at each subscription once at most.
 bool core::reclaim(std::size_t bytes) noexcept {
   for (connection& c : connections_) {
-    if (!c.open() || !c.blocked) continue;
+    if (!c.open() || !c.behind()) continue;
     for (std::uint32_t i = c.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_connection) {
       queue& waiting = router_.subscription_at(i).waiting;
@@ -212,7 +218,7 @@ bool core::reclaim(std::size_t bytes) noexcept {
       for (std::uint32_t k = router_.at(topic).first_subscription; k != no_index;
            k = router_.subscription_at(k).next_on_topic) {
         subscription& same = router_.subscription_at(k);
-        if (!connections_[same.connection].blocked || same.waiting.empty() ||
+        if (!connections_[same.connection].behind() || same.waiting.empty() ||
             entries_.front(same.waiting) != oldest || !slots_.alive(oldest)) {
           continue;
         }
@@ -279,38 +285,50 @@ void core::offer_all() noexcept {
 }
 
 void core::offer(connection& c) noexcept {
-  for (unsigned round = 0; round < batches_max && !c.blocked; ++round) {
+  // What stays, stays for a reason, and whoever lifts it puts the connection on the list.
+  const bool listed = std::exchange(c.listed, true);
+  bool more = true;
+  for (unsigned round = 0; more && round < batches_max && !c.blocked; ++round) {
     batch next;
-    if (!gather(c, next)) return settle_ready(c);
-    const std::size_t taken = carrier_.write(c.id, std::span{next.pieces}.first(next.count));
+    gather(c, next);
+    c.held = next.held;
+    more = next.more;
+    const std::size_t taken =
+        next.count != 0 ? carrier_.write(c.id, std::span{next.pieces}.first(next.count)) : 0;
     add(counter::bytes_out, taken);
+    c.credit.wrote(taken, now_);
     c.blocked = taken < next.bytes;
     settle(c, next, taken);
-    if (!next.more) return;
   }
-  if (!c.blocked) list(c);
+  c.listed = listed;
+  if (more) list(c);
 }
 
-bool core::gather(connection& c, batch& into) noexcept {
-  if (!gather_begun(c, into)) return into.count > 0;
+// What is written next, in the order in which it is: what was begun, control frames, the stop, then messages
+// by their priority.
+void core::gather(connection& c, batch& into) noexcept {
+  if (!gather_begun(c, into)) return;
   // A frame that is begun goes on before any other.
   const bool stop_first = c.stop_out.begun();
   if (stop_first) into.add(c.stop_out.rest(), {.of_stop = true});
+  if (!ping_if_wanted(c, into.bytes)) into.more = true; // then the next batch begins with it
   if (!c.control.rest().empty()) into.add(c.control.rest(), {});
-  if (!stop_first && c.state == connection::phase::open && !c.stop_out.rest().empty())
-    into.add(c.stop_out.rest(), {.of_stop = true});
-  if (c.state != connection::phase::open) return into.count > 0;
+  if (!c.open()) return;
+  if (!stop_first && !c.stop_out.rest().empty()) into.add(c.stop_out.rest(), {.of_stop = true});
+  gather_messages(c, into);
+}
+
+void core::gather_messages(connection& c, batch& into) noexcept {
   // A server must know of a topic before anything is published on it.
   const priority direct = c.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < c.ready.size(); ++p) {
-    if (p == static_cast<std::size_t>(direct) && !gather_queue(c, c.direct, no_index, into)) break;
-    if (!gather_queue(c, c.letters[p], no_index, into)) break;
+    into.room = c.credit.room(static_cast<priority>(p));
+    if (p == static_cast<std::size_t>(direct) && !gather_queue(c, c.direct, no_index, into)) return;
+    if (!gather_queue(c, c.letters[p], no_index, into)) return;
     for (std::uint32_t i = c.ready[p].head; i != no_index; i = router_.subscription_at(i).next_ready) {
-      if (!gather_queue(c, router_.subscription_at(i).waiting, i, into)) break;
+      if (!gather_queue(c, router_.subscription_at(i).waiting, i, into)) return;
     }
-    if (into.more) break;
   }
-  return into.count > 0;
 }
 
 // The rest of the frame that a socket has the beginning of. Nothing may come before it. False when nothing
@@ -321,7 +339,7 @@ bool core::gather_begun(connection& c, batch& into) noexcept {
 }
 
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
-// full.
+// full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
 bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
   while (drop_dead_front(from)) continue;
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
@@ -329,7 +347,13 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
     const slot_ref slot = entries_.at(at);
     if (!slots_.alive(slot) || slots_.expires(slot.index) < now_)
       continue; // dropped when it comes to the front
-    if (into.full() || !gather_frame(c, slot.index, masks(c) ? next_mask() : wire::mask_key{}, 0, into)) {
+    if (into.bytes >= into.room && c.credit.ping_under_way()) {
+      c.credit.held_back();
+      into.held = true;
+      return false;
+    }
+    if (into.full() || into.bytes >= into.room ||
+        !gather_frame(c, slot.index, masks(c) ? next_mask() : wire::mask_key{}, 0, into)) {
       into.more = true;
       return false;
     }

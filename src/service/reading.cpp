@@ -37,7 +37,6 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   add(counter::bytes_in, bytes.size());
   c->heard_at = now_;
   attempts_failed_ = 0; // a server that says something is alive
-  c->ping_unanswered = false;
   if (bytes.size() > c->aside.size() - tailroom_bytes) return read_all(*c, bytes); // it was alone
   assert(c->unread.empty());
   std::memcpy(c->aside.data(), bytes.data(), bytes.size());

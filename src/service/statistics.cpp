@@ -112,7 +112,7 @@ void core::write_connections(json::writer& into) noexcept {
     into.key("queued");
     into.number(queued);
     into.key("blocked");
-    into.boolean(c.blocked);
+    into.boolean(c.behind());
     into.key("subscriptions");
     into.number(c.subscriptions);
     into.key("calls");

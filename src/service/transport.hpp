@@ -131,6 +131,10 @@ class transport {
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 
+  // Whether the peer is so near that what the carrier itself holds matters more than what it needs to keep
+  // the way there filled. Not near, until this is called.
+  virtual void set_near(connection_id connection, bool near) noexcept = 0;
+
   // Stops (false) or resumes reading from a connection.
   virtual void read_enabled(connection_id connection, bool enabled) noexcept = 0;
 

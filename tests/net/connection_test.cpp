@@ -295,5 +295,18 @@ TEST(connections, clamp_the_send_buffer_when_asked) {
   EXPECT_LT(taken, 100'000U); // unclamped: megabytes on loopback
 }
 
+TEST(connections, clamp_the_send_buffer_of_whoever_is_near) {
+  auto transport = listening({.limits = {.unsent_bytes_max = 1U << 30}});
+  driver drive{*transport};
+  raw_socket client = upgraded(drive, *transport, 4096);
+  const connection_id id = drive.sink().opens.at(0).id;
+  transport->set_near(id, true);
+  std::size_t taken = 0;
+  const std::string piece(1000, 'x');
+  while (const std::size_t now = write(*transport, id, piece)) taken += now;
+  EXPECT_LT(taken, 100'000U);                               // unclamped: megabytes on loopback
+  transport->set_near({id.index, id.generation + 1}, true); // of nobody
+}
+
 } // namespace
 } // namespace rowe::net

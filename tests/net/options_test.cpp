@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is asked of the kernel for a connection, read back from a socket of the test's own.
+#include <linux/socket.h>
 #include <netinet/tcp.h>
 
 #include "net/socket_options.hpp"
@@ -41,6 +42,18 @@ TEST_F(prepared, repeats_what_is_lost_soon_where_the_kernel_lets_one_choose) {
     GTEST_SKIP() << "no TCP_RTO_MIN_US: Linux has it since 6.15";
   prepare_for_frames(socket.get(), {});
   EXPECT_EQ(read(IPPROTO_TCP, tcp_rto_min_us), 20'000);
+}
+
+TEST_F(prepared, limits_the_send_buffer_and_lets_it_grow_again) {
+  limit_send_buffer(socket.get(), 16384);
+  EXPECT_EQ(read(SOL_SOCKET, SO_SNDBUF), 2 * 16384); // the kernel's own doubling
+  int locks = 0;
+  socklen_t bytes = sizeof locks;
+  if (::getsockopt(socket.get(), SOL_SOCKET, SO_BUF_LOCK, &locks, &bytes) != 0)
+    GTEST_SKIP() << "this kernel is older than 5.14 and keeps a limit once it is set";
+  EXPECT_EQ(locks, SOCK_SNDBUF_LOCK);
+  limit_send_buffer(socket.get(), 0);
+  EXPECT_EQ(read(SOL_SOCKET, SO_BUF_LOCK), 0);
 }
 
 TEST_F(prepared, leaves_vanished_peers_to_pings_unless_told) {

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/credit.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace rowe::service {
+namespace {
+
+constexpr double growth = 1.5; // of the bound in a round trip, at most
+
+double seconds(rt::duration time) noexcept { return std::chrono::duration<double>(time).count(); }
+
+} // namespace
+
+void credit::begin(std::uint64_t nonce) noexcept {
+  *this = {};
+  begun_ = true;
+  nonce_ = nonce;
+}
+
+// The first ping goes early: what it measures decides about the rest.
+std::size_t credit::ping_every() const noexcept {
+  return rtt_min_ == rt::for_ever ? first_ping_after : bound_ / 2;
+}
+
+std::size_t credit::room(priority of) const noexcept {
+  if (!begun_) return SIZE_MAX;
+  const auto left = [&](std::uint64_t most, std::uint64_t of_it) {
+    return static_cast<std::size_t>(most - std::min(of_it, most));
+  };
+  if (of == priority::urgent) return left(bound_ + bytes_min, in_flight());
+  if (now_ != phase::steady) return 0;
+  const std::size_t within_bound = left(bound_, in_flight());
+  return pings_ != 0 ? within_bound : std::min(within_bound, left(ping_every(), written_ - pinged_));
+}
+
+bool credit::late(rt::time_point now) const noexcept {
+  return now - under_way_[pings_ - 1U].at > 2 * rtt_ + patience;
+}
+
+bool credit::wants_ping(rt::time_point now) const noexcept {
+  if (!begun_ || pings_ == under_way_.size()) return false;
+  if (pings_ != 0) return late(now);
+  return asked_ || now_ != phase::steady || written_ - pinged_ >= ping_every();
+}
+
+credit::ping_payload credit::ping(std::size_t end, rt::time_point now) noexcept {
+  asked_ = false;
+  pinged_ = written_ + end;
+  under_way_[pings_++] = {pinged_, now};
+  ping_payload payload;
+  std::memcpy(payload.data(), &pinged_, sizeof pinged_);
+  std::memcpy(payload.data() + sizeof pinged_, &nonce_, sizeof nonce_);
+  return payload;
+}
+
+void credit::wrote(std::size_t bytes, rt::time_point now) noexcept {
+  if (written_ == read_) busy_since_ = now;
+  written_ += bytes;
+}
+
+bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) noexcept {
+  std::uint64_t end = 0;
+  std::uint64_t nonce = 0;
+  if (payload.size() != ping_bytes) return false;
+  std::memcpy(&end, payload.data(), sizeof end);
+  std::memcpy(&nonce, payload.data() + sizeof end, sizeof nonce);
+  std::uint8_t which = 0;
+  while (which < pings_ && under_way_[which].end != end) ++which;
+  // Nor was it read before it was written.
+  if (which == pings_ || nonce != nonce_ || end > written_) return false;
+
+  const rt::duration round_trip = now - under_way_[which].at;
+  // The first one goes too early to say how fast the peer reads, and a lone one has nothing to say of it.
+  if (now_ != phase::measuring && rtt_min_ != rt::for_ever)
+    note_rate(end - read_, now - busy_since_, round_trip);
+  read_ = end;
+  busy_since_ = now;
+  // What was asked before this one will not be answered any more (RFC 6455 5.5.3).
+  pings_ = static_cast<std::uint8_t>(pings_ - which - 1);
+  under_way_[0] = under_way_[1];
+  note_round_trip(round_trip, now);
+  update_bound(round_trip);
+  return true;
+}
+
+void credit::note_round_trip(rt::duration took, rt::time_point now) noexcept {
+  const bool first = rtt_min_ == rt::for_ever;
+  rtt_ = took;
+  confirmed_ = confirmed_ || took <= rtt_min_;
+  rtt_min_ = std::min(rtt_min_, took);
+  switch (now_) {
+  case phase::draining: now_ = phase::measuring; return;
+  case phase::measuring:
+    now_ = phase::steady;
+    rtt_min_ = took;
+    break;
+  case phase::steady:
+    if (!first && (now < window_ends_ || pings_ != 0)) return;
+    if (!limited_ || confirmed_) break;
+    now_ = phase::draining;
+    return;
+  }
+  window_ends_ = now + window;
+  limited_ = confirmed_ = false;
+}
+
+// What was written to a peer that has nothing else to read says how fast we write, not how fast it reads; so
+// does all that is slower than what was seen before, unless the round trip says that there was a queue.
+void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration round_trip) noexcept {
+  const double known = rate_;
+  double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);
+  if (seen <= known) {
+    if (round_trip <= rtt_min_ + queue_time) return;
+    seen = std::min(known, static_cast<double>(bytes) / seconds(round_trip));
+    // It has become so much slower that it would take long to forget how fast it was.
+    if (round_trip > 2 * (2 * rtt_min_ + queue_time)) rates_.fill(0);
+  }
+  rates_[next_rate_] = seen;
+  next_rate_ = static_cast<std::uint8_t>((next_rate_ + 1U) % rates_.size());
+  rate_ = *std::max_element(rates_.begin(), rates_.end());
+}
+
+void credit::update_bound(rt::duration round_trip) noexcept {
+  double bytes = rate_ * seconds(2 * rtt_min_ + queue_time);
+  // Nothing waited at the peer, and something here: the bound itself is what keeps the rate low.
+  const bool starved = std::exchange(held_, false) && round_trip <= rtt_min_ + queue_time / 4;
+  if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
+  bound_ = static_cast<std::size_t>(
+      std::clamp(bytes, static_cast<double>(bytes_min), static_cast<double>(bytes_max)));
+}
+
+} // namespace rowe::service

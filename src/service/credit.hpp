@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much may be on its way to one peer: written, and not known to be read. The bound is one of time, so
+// that what is urgent never waits long behind what is not: what the peer reads in two round trips and 20 ms,
+// between 16 KiB and 1 MiB. How fast it reads, and how long a round trip takes, is known from pings: each
+// carries how many bytes were written up to its own end, and since a peer answers in the order in which it
+// reads, its pong says that all of these have been read.
+//
+// One ping is under way at a time, so a pong is a round trip old when the next ping goes, and what was
+// written in between is not acknowledged yet although it may be read: hence two round trips in the bound
+// (docs/decisions, on credit). It goes in the middle of what the bound allows, so that there is as much to
+// read before it as behind it.
+//
+// The shortest round trip counts, and it may become longer. But where messages are held back the queue that
+// we keep at the peer is part of every round trip, and a bound that followed those would grow with its own
+// queue. So every ten seconds in which that was so, and none was as short as the shortest, nothing is written
+// for once until all is read, and a lone ping measures the way itself.
+//
+// Pure: no clock, no socket. Service thread; the core asks before it writes and says what was taken.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <rowe/options.hpp>
+#include <rowe/rt/clock.hpp>
+
+namespace rowe::service {
+
+class credit {
+ public:
+  static constexpr std::size_t bytes_min = 16 * 1024; // of the bound
+  static constexpr std::size_t bytes_max = 1024 * 1024;
+  static constexpr rt::duration queue_time = std::chrono::milliseconds{20};
+  static constexpr rt::duration near_below = std::chrono::milliseconds{2};
+  static constexpr rt::duration window = std::chrono::seconds{10};
+  static constexpr rt::duration patience = std::chrono::milliseconds{100}; // and two round trips, for a pong
+  static constexpr std::size_t first_ping_after = 1024;                    // bytes
+  static constexpr std::size_t ping_bytes = 16;
+  using ping_payload = std::array<std::byte, ping_bytes>;
+
+  // A new connection. Until then, and for peers that must not be pinged, there is no bound.
+  void begin(std::uint64_t nonce) noexcept;
+
+  // ---- before writing
+
+  // How many bytes may be written before the last frame of the priority is begun. What is urgent has more
+  // room, and does not wait for a ping's place.
+  std::size_t room(priority of) const noexcept;
+  // Whether a ping should go in front of what is written next.
+  bool wants_ping(rt::time_point now) const noexcept;
+  // The ping that will be written next, when its frame ends `end` bytes behind what was written so far.
+  ping_payload ping(std::size_t end, rt::time_point now) noexcept;
+  // Something had to stay for want of room, with a ping under way.
+  void held_back() noexcept { limited_ = held_ = true; }
+  // Ask as soon as possible whether the peer is alive.
+  void ask() noexcept { asked_ = pings_ == 0; }
+
+  // ---- afterwards
+
+  void wrote(std::size_t bytes, rt::time_point now) noexcept;
+  // False when it answers no ping of ours: ignored.
+  bool take_pong(std::span<const std::byte> payload, rt::time_point now) noexcept;
+
+  // ---- what is known
+
+  bool begun() const noexcept { return begun_; }
+  bool ping_under_way() const noexcept { return pings_ != 0; }
+  bool settling() const noexcept { return now_ != phase::steady; }
+  // Neither a ping nor the one after it was answered in time.
+  bool slow(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
+  bool near() const noexcept { return rtt_min_ < near_below; }
+  std::uint64_t in_flight() const noexcept { return written_ - read_; }
+  std::size_t bound() const noexcept { return bound_; }
+  rt::duration shortest_round_trip() const noexcept { return rtt_min_; } // for_ever: not known yet
+  double bytes_per_second() const noexcept { return rate_; }
+
+ private:
+  enum class phase : std::uint8_t {
+    steady,
+    draining,  // nothing but what is urgent is written until a ping behind all of it is answered
+    measuring, // nor until a lone one is
+  };
+  struct question {
+    std::uint64_t end = 0; // of its frame in all that is written
+    rt::time_point at{};
+  };
+
+  bool late(rt::time_point now) const noexcept;
+  std::size_t ping_every() const noexcept;
+  void note_round_trip(rt::duration took, rt::time_point now) noexcept;
+  void note_rate(std::uint64_t bytes, rt::duration took, rt::duration round_trip) noexcept;
+  void update_bound(rt::duration round_trip) noexcept;
+
+  bool begun_ = false;
+  bool asked_ = false;
+  bool held_ = false;      // something was held back since the last pong
+  bool limited_ = false;   // in this window
+  bool confirmed_ = false; // in this window: the shortest round trip is as short as it was
+  phase now_ = phase::steady;
+  std::uint8_t pings_ = 0; // under way
+  std::uint8_t next_rate_ = 0;
+  std::array<question, 2> under_way_{}; // the older one first
+  std::uint64_t nonce_ = 0;
+  std::uint64_t written_ = 0;
+  std::uint64_t read_ = 0;             // of these, at least
+  std::uint64_t pinged_ = 0;           // where the last ping ends
+  rt::time_point busy_since_{};        // something was on its way all the time from here
+  rt::duration rtt_ = rt::duration{0}; // the last one
+  rt::duration rtt_min_ = rt::for_ever;
+  rt::time_point window_ends_{};
+  std::array<double, 4> rates_{}; // bytes a second, of the last rounds that say something
+  double rate_ = 0;               // the highest of these
+  std::size_t bound_ = bytes_min;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is in flight to a peer, and the pings that say so.
+#include "core_stage.hpp"
+
+#include "service/credit.hpp"
+
+namespace stage {
+namespace {
+
+using rowe::service::credit;
+
+struct pinging : testing::Test {
+  explicit pinging(rowe::endpoint_options options = roomy()) : on{options} {}
+  ~pinging() override { EXPECT_TRUE(on.core.check()); }
+
+  static rowe::endpoint_options roomy() {
+    auto options = small_options();
+    options.limits.small_slots = 256;
+    options.limits.queue_depth_max = 200;
+    return options;
+  }
+
+  theatre on;
+  std::deque<peer> viewers;
+  rowe::detail::lane& telemetry = offer("/telemetry", rowe::priority::normal);
+  rowe::detail::lane& alarm = offer("/alarm", rowe::priority::urgent);
+
+  peer& viewer() {
+    auto& p = viewers.emplace_back(on);
+    p.say(R"({"op":"subscribe","topic":"/telemetry"})");
+    p.say(R"({"op":"subscribe","topic":"/alarm"})");
+    on.cycle();
+    return p;
+  }
+  // More than may be in flight to somebody who does not read.
+  void saturate() {
+    for (int i = 0; i < 100; ++i) {
+      ASSERT_TRUE(publish_text(on, telemetry, R"({"x":")" + std::string(400, 'x') + "\"}"));
+      if (i % 50 == 49) on.cycle(100us);
+    }
+  }
+
+  rowe::detail::lane& offer(std::string_view topic, rowe::priority priority) {
+    return on.offer(rowe::detail::lane_kind::publish_text, topic, 500, {.priority = priority});
+  }
+};
+
+struct pinging_hop : pinging {
+  static rowe::endpoint_options hop() {
+    auto options = roomy();
+    options.profile = rowe::peer_profile::hop;
+    return options;
+  }
+  pinging_hop() : pinging{hop()} {}
+};
+
+TEST_F(pinging, holds_back_telemetry_that_is_not_read_and_lets_an_urgent_message_overtake_it) {
+  peer& p = viewer();
+  saturate();
+  const std::size_t telemetry_in_flight = on.net.sent(p.id()).size();
+  EXPECT_GE(telemetry_in_flight, credit::bytes_min);
+  EXPECT_LE(telemetry_in_flight, credit::bytes_min + 500);
+  ASSERT_TRUE(publish_text(on, alarm, R"({"stop":1})"));
+  on.cycle();
+  EXPECT_GT(on.net.sent(p.id()).size(), telemetry_in_flight);
+  EXPECT_LT(on.net.sent(p.id()).size(), telemetry_in_flight + 100);
+  const texts heard = p.hear();
+  EXPECT_LT(heard.size(), 50U); // of a hundred
+  EXPECT_NE(heard.back().find("stop"), std::string::npos);
+  on.cycle(); // the pong; the rest follows
+  on.cycle();
+  EXPECT_FALSE(p.hear().empty());
+}
+
+TEST_F(pinging, needs_no_cycles_while_it_waits_for_a_pong) {
+  viewer();
+  saturate();
+  on.cycle();
+  EXPECT_GT(on.next_wake, on.now);
+}
+
+TEST_F(pinging, loses_nothing_to_a_reader_that_is_slow_but_reads) {
+  peer& p = viewer();
+  saturate();
+  std::size_t heard = 0;
+  for (int i = 0; i < 2000; ++i) {
+    heard += p.hear(100).size();
+    on.cycle();
+  }
+  EXPECT_EQ(heard, 100U);
+  EXPECT_EQ(on.count(counter::messages_out), 100U);
+}
+
+TEST_F(pinging, counts_a_peer_that_answers_neither_of_two_pings_until_it_does) {
+  peer& p = viewer();
+  saturate();
+  on.cycles(2, 500ms);
+  EXPECT_EQ(on.count(counter::slow_peers), 0U);
+  on.cycles(2, 500ms);
+  EXPECT_EQ(on.count(counter::slow_peers), 1U);
+  on.cycles(2, 500ms);
+  EXPECT_EQ(on.count(counter::slow_peers), 1U);
+  for (int i = 0; i < 3; ++i) { // the last of these round trips is short
+    (void)p.hear();
+    on.cycle();
+  }
+  on.cycles(14, 500ms); // silence, by now
+  EXPECT_EQ(on.count(counter::slow_peers), 2U);
+}
+
+TEST_F(pinging, takes_no_foreign_pong_for_an_answer) {
+  peer& p = viewer();
+  saturate();
+  const std::size_t before = on.net.sent(p.id()).size();
+  for (const char* text : {"", "sixteen bytes  !", "anything else, and longer"}) {
+    p.send(rowe::wire::opcode::pong, text);
+    on.cycle();
+  }
+  EXPECT_EQ(on.net.sent(p.id()).size(), before);
+}
+
+TEST_F(pinging, tells_the_transport_who_is_near) {
+  peer& p = viewer();
+  saturate();
+  (void)p.hear();
+  on.cycle(1ms);
+  EXPECT_TRUE(on.net.near(p.id()));
+  peer& far = viewer();
+  saturate();
+  (void)far.hear();
+  on.cycle(2ms);
+  EXPECT_FALSE(on.net.near(far.id()));
+}
+
+TEST_F(pinging, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it) {
+  auto& large = on.offer(rowe::detail::lane_kind::publish_text, "/telemetry", 8000, {.depth = 2});
+  peer& p = viewer();
+  for (int i = 0; i < 8; ++i) {
+    (void)publish_text(on, large,
+                       R"({"x":")" + std::string(7000, 'x') + "\"}"); // what finds no slot is counted
+    on.cycle();
+  }
+  EXPECT_GE(on.net.sent(p.id()).size(), credit::bytes_min);
+  EXPECT_LE(on.net.sent(p.id()).size(), credit::bytes_min + 7100);
+}
+
+TEST_F(pinging, puts_no_ping_into_a_short_exchange) {
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"no slash?","throttle_rate":"x"})");
+  on.cycle();
+  EXPECT_EQ(p.hear().size(), 1U);
+  on.cycles(2, 500ms);
+  (void)p.hear();
+  EXPECT_EQ(p.pings, 0);
+}
+
+TEST_F(pinging_hop, neither_pings_nor_bounds) {
+  peer& p = viewer();
+  saturate();
+  EXPECT_EQ(p.hear().size(), 100U);
+  on.cycles(20, 500ms);
+  (void)p.hear();
+  EXPECT_EQ(p.pings, 0);
+}
+
+} // namespace
+} // namespace stage
