@@ -73,9 +73,10 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   if (which == pings_ || nonce != nonce_ || end > written_) return false;
 
   const rt::duration round_trip = now - under_way_[which].at;
+  // The pongs of two pings may come at once after a stall: what lies between was not read in no time.
+  const rt::duration took = std::max(now - busy_since_, round_trip);
   // The first one goes too early to say how fast the peer reads, and a lone one has nothing to say of it.
-  if (now_ != phase::measuring && rtt_min_ != rt::for_ever)
-    note_rate(end - read_, now - busy_since_, round_trip);
+  if (now_ != phase::measuring && rtt_min_ != rt::for_ever) note_rate(end - read_, took, round_trip);
   read_ = end;
   busy_since_ = now;
   // What was asked before this one will not be answered any more (RFC 6455 5.5.3).

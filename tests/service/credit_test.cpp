@@ -155,6 +155,19 @@ TEST_F(credit_test, asks_once_more_and_then_calls_the_peer_slow) {
   EXPECT_EQ(of.in_flight(), 0U);
 }
 
+TEST_F(credit_test, does_not_believe_that_what_lies_between_two_pongs_was_read_in_no_time) {
+  round(1024, 1ms);
+  write(8192);
+  ASSERT_TRUE(ping());
+  write(8192);
+  now += 500ms;
+  ASSERT_TRUE(ping());
+  now += 500ms;
+  ASSERT_TRUE(pong());
+  ASSERT_TRUE(pong());
+  EXPECT_LT(of.bytes_per_second(), 20'000);
+}
+
 TEST_F(credit_test, takes_a_late_pong_for_what_it_acknowledges) {
   round(1024, 10ms);
   write(credit::bytes_min);

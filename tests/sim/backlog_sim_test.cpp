@@ -68,7 +68,7 @@ class saturated {
   }
 
   void publish() {
-    for (int i = 0; i < 40; ++i) {
+    for (int i = 0; i < 16; ++i) {
       const std::string text = R"({"x":")" + std::string(dice_.below(text_bytes_max_ - 8), 'x') + "\"}";
       ASSERT_TRUE(stage::publish_text(on_, telemetry_, text));
     }
@@ -108,8 +108,8 @@ void expect_kept(saturated& all) {
 }
 
 TEST(backlog_sim, bounds_what_is_in_flight_in_time_and_keeps_the_reader_busy) {
-  for (const duration round_trip : {1ms, 20ms, 100ms, 200ms}) {
-    for (const double rate : {20e3, 200e3, 2e6}) {
+  for (const duration round_trip : {1ms, 20ms, 200ms}) {
+    for (const double rate : {20e3, 2e6}) {
       SCOPED_TRACE(std::to_string(round_trip / 1ms) + " ms, " + std::to_string(rate) + " B/s");
       saturated all{1, {.round_trip = round_trip, .bytes_per_second = rate}};
       all.run(6s);
