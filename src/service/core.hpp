@@ -10,8 +10,8 @@
 //   offer frames to every connection that has something to write, urgent first
 //
 // core.cpp holds the cycle and the life of a connection, reading.cpp in which order peers are heard,
-// inbound.cpp what they say, outbound.cpp what is written to them, pinging.cpp how much at a time, lanes.cpp what
-// this process publishes and takes, talking.cpp what it says to peers, delivering.cpp what it is told,
+// inbound.cpp what they say, outbound.cpp what is written to them, pinging.cpp how much at a time, lanes.cpp
+// what this process publishes and takes, talking.cpp what it says to peers, delivering.cpp what it is told,
 // calling.cpp who is asked, answering.cpp how calls end, providing.cpp services, stopping.cpp the stop.
 #pragma once
 #include <algorithm>

@@ -138,7 +138,7 @@ TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
   peer p{on};
   on.net.weather_of(p.id()).chunk_bytes_max = 1;
   p.say(R"({"op":"subscribe","topic":"/pose"})");
-  on.cycle();
+  on.cycles(60); // a byte in each
   EXPECT_TRUE(publish(on, lane, {1, 0}));
 }
 
