@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// The life of a lane and the end of an endpoint, as far as threads meet there. The sources are not written
+// against the atomics policy, so this is what they do with the words they share, statement by statement;
+// lane_life_test.cpp compares: every access here must still stand in the file that its function names. Rings
+// and notifications are the real ones.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/rt/notification.hpp>
+#include <rowe/rt/spsc_ring.hpp>
+
+#include "model/atomics.hpp"
+
+namespace rowe::model {
+
+using detail::audience;
+using detail::lane_state;
+using number_ring = rt::spsc_ring<std::uint32_t, atomics>;
+
+// A path of a lane.
+struct path {
+  std::array<number_ring::entry, 4> entries;
+  number_ring queue{entries};
+  number_ring::producer& in{*queue.take_producer()};
+  number_ring::consumer& out{*queue.take_consumer()};
+};
+
+struct modelled_lane {
+  atomics::variable<lane_state> state{lane_state::free};
+  atomics::plain<std::uint32_t> answer; // why it was refused
+  atomics::plain<std::uint32_t> built;  // all that set-up writes: name, slots, codecs; here the life's number
+  atomics::variable<audience> heard_by{audience::nobody};
+  rt::notification<atomics, futex> news;
+  path to_service;
+  path to_handle;
+};
+
+// ---- endpoint_state.cpp
+
+// settle_lanes()
+inline void settle(modelled_lane& one) {
+  if (one.state.load(std::memory_order_acquire) != lane_state::closing) return;
+  one.news.wait_until(rt::never, [&] {
+    return one.state.load(std::memory_order_acquire) == lane_state::free; // pairs with detach()
+  });
+}
+
+// open_lane(), with find_lane() and build_lane(). Nothing when no lane is free; else why it was refused, or
+// 0.
+inline std::optional<std::uint32_t> open_lane(modelled_lane& built, bell& service, std::uint32_t life) {
+  settle(built);
+  if (built.state.load(std::memory_order_acquire) != lane_state::free) return std::nullopt; // find_lane()
+  built.built.store(life);
+  built.state.store(lane_state::offered, std::memory_order_release);
+  service.ring();
+  lane_state answered = lane_state::offered;
+  built.news.wait_until(rt::never, [&] {
+    answered = built.state.load(std::memory_order_acquire);
+    return answered != lane_state::offered;
+  });
+  if (answered == lane_state::active) return 0;
+  const std::uint32_t why = built.answer.load();
+  built.state.store(lane_state::free, std::memory_order_release);
+  return why;
+}
+
+// close_lane()
+inline void close_lane(modelled_lane& gone, bell& service) {
+  gone.state.store(lane_state::closing, std::memory_order_release);
+  service.ring();
+}
+
+// close(), when the service thread is joined.
+inline void close_handles(modelled_lane& one) {
+  one.heard_by.store(audience::closed, std::memory_order_release);
+  one.news.notify();
+}
+
+// ---- lane.hpp, calls.hpp
+
+// publish_into()
+inline bool publish(modelled_lane& on, std::uint32_t value) {
+  if (on.heard_by.load(std::memory_order_relaxed) != audience::somebody) return false;
+  (void)on.built.load();
+  return on.to_service.in.try_push(value);
+}
+
+// closed()
+inline bool closed(const modelled_lane& on) {
+  return on.heard_by.load(std::memory_order_acquire) == audience::closed;
+}
+
+// subscriber::take(), lane::receive(): wait_next() with a try_next() that looks whether it is over first.
+inline std::optional<std::uint32_t> take_or_closed(modelled_lane& on) {
+  std::optional<std::uint32_t> taken;
+  bool over = false;
+  on.news.wait_until(rt::never, [&] {
+    over = closed(on);
+    taken = on.to_handle.out.try_pop();
+    return taken || over;
+  });
+  return taken;
+}
+
+// ---- lanes.cpp
+
+// core::take_from_lanes() with attach(), take_from() and detach(). True when a lane went back.
+template <class Take>
+bool turn_lane(modelled_lane& lane, std::uint32_t refuse_with, Take take) {
+  const auto take_all = [&] {
+    (void)lane.built.load();
+    while (const auto value = lane.to_service.out.try_pop()) take(*value);
+  };
+  switch (lane.state.load(std::memory_order_acquire)) {
+  case lane_state::free:
+  case lane_state::refused: return false;
+  case lane_state::offered:
+    (void)lane.built.load();
+    if (refuse_with != 0) {
+      lane.answer.store(refuse_with);
+    } else {
+      lane.heard_by.store(audience::somebody, std::memory_order_relaxed);
+    }
+    lane.state.store(refuse_with != 0 ? lane_state::refused : lane_state::active, std::memory_order_release);
+    lane.news.notify();
+    return false;
+  case lane_state::active: take_all(); return false;
+  case lane_state::closing: break;
+  }
+  take_all();
+  lane.heard_by.store(audience::nobody, std::memory_order_relaxed);
+  lane.state.store(lane_state::free, std::memory_order_release);
+  lane.news.notify();
+  return true;
+}
+
+// ---- service_loop.cpp
+
+struct modelled_loop {
+  atomics::variable<std::int64_t> drain_until_ns{INT64_MAX};
+  bell wakes;
+
+  // run(): cycles until it was told to stop. `idle` waits.
+  template <class Cycle>
+  void run(Cycle cycle) {
+    for (;;) {
+      const bool stops = drain_until_ns.load(std::memory_order_acquire) != INT64_MAX;
+      cycle();
+      if (stops) return;
+      wakes.wait();
+    }
+  }
+  // stop()
+  void stop() {
+    drain_until_ns.store(0, std::memory_order_release);
+    wakes.ring();
+  }
+};
+
+} // namespace rowe::model

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// Lanes that are opened, refused, used, closed and opened again, and endpoints that are closed while somebody
+// waits, under the explorer: see lane_life.hpp.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cctype>
+#include <cstdint>
+#include <fstream>
+#include <iterator>
+#include <string>
+#include <string_view>
+
+#include "model/expect.hpp"
+#include "model/lane_life.hpp"
+#include "model/mutation.hpp"
+
+namespace rowe::model {
+namespace {
+
+// One thread opens, publishes, closes, and opens again in the same memory.
+struct two_lives {
+  static constexpr std::uint32_t lives = 2;
+  modelled_lane lane;
+  bell service;
+  std::uint32_t taken = 0;
+
+  std::array<actor, 2> actors() {
+    return {{{"handle",
+              [this] {
+                for (std::uint32_t life = 1; life <= lives; ++life) {
+                  const auto opened = open_lane(lane, service, life);
+                  require(opened && *opened == 0, "a lane that was closed is free again");
+                  require(publish(lane, life), "an active lane takes what is published");
+                  close_lane(lane, service);
+                }
+              }},
+             {"service", [this] {
+                for (std::uint32_t gone = 0; gone != lives;) {
+                  service.wait();
+                  gone += turn_lane(lane, 0, [this](std::uint32_t v) {
+                    require(v == ++taken, "what was published comes in order, each once");
+                  });
+                }
+              }}}};
+  }
+  void afterwards() { require(taken == lives, "closing loses nothing"); }
+};
+
+// It is refused with a reason, and then, in the same memory, taken.
+struct refused_first {
+  modelled_lane lane;
+  bell service;
+
+  std::array<actor, 2> actors() {
+    return {{{"handle",
+              [this] {
+                const auto first = open_lane(lane, service, 1);
+                require(first && *first == 7, "who is refused is told why");
+                const auto second = open_lane(lane, service, 2);
+                require(second && *second == 0, "and may ask again");
+                close_lane(lane, service);
+              }},
+             {"service", [this] {
+                std::uint32_t why = 7;
+                for (bool gone = false; !gone;) {
+                  service.wait();
+                  gone = turn_lane(lane, why, [](std::uint32_t) {});
+                  why = 0; // the bell is rung once for each offer
+                }
+              }}}};
+  }
+};
+
+// The handle is used and destroyed on a thread of its own, while set-up opens another lane, for which there
+// is only the same memory: it may be taken at any moment, or not yet be free.
+struct two_threads {
+  modelled_lane lane;
+  bell service;
+  bell handed_over; // the handle, to its thread
+  std::array<atomics::variable<bool>, 2> ended;
+  std::uint32_t taken = 0;
+
+  void end(std::size_t who) {
+    ended[who].store(true, order::seq_cst);
+    service.ring();
+  }
+  std::array<actor, 3> actors() {
+    return {{{"set-up",
+              [this] {
+                require(open_lane(lane, service, 1) == 0U, "the first lane is free");
+                handed_over.ring();
+                service.ring(); // it turns for many reasons, and finds what it finds
+                if (open_lane(lane, service, 2)) close_lane(lane, service);
+                end(0);
+              }},
+             {"handle",
+              [this] {
+                handed_over.wait();
+                require(publish(lane, 5), "an active lane takes what is published");
+                close_lane(lane, service);
+                end(1);
+              }},
+             {"service", [this] {
+                for (bool last = false; !last;) {
+                  service.wait();
+                  last = ended[0].load(order::seq_cst) && ended[1].load(order::seq_cst);
+                  (void)turn_lane(lane, 0, [this](std::uint32_t) { ++taken; });
+                }
+              }}}};
+  }
+  void afterwards() { require(taken == 1, "closing loses nothing"); }
+};
+
+// The endpoint closes while a handle waits: it gets what was delivered, and then is told.
+struct closes_a_waiter {
+  modelled_lane lane;
+  modelled_loop loop;
+  bell joined; // the service thread has ended
+  bool delivers = true;
+
+  explicit closes_a_waiter(bool something = true) : delivers{something} {
+    lane.heard_by.store(audience::somebody, order::relaxed);
+  }
+  std::array<actor, 3> actors() {
+    return {{{"handle",
+              [this] {
+                if (delivers)
+                  require(take_or_closed(lane) == 9U, "what was delivered is there after closing");
+                require(!take_or_closed(lane), "and then a wait ends because it is over");
+              }},
+             {"service",
+              [this] {
+                bool delivered = !delivers;
+                loop.run([&] {
+                  if (std::exchange(delivered, true)) return;
+                  require(lane.to_handle.in.try_push(9), "there is a place");
+                  lane.news.notify();
+                });
+                joined.ring();
+              }},
+             {"closer", [this] {
+                loop.stop();
+                joined.wait();
+                close_handles(lane);
+              }}}};
+  }
+};
+struct closes_who_gets_nothing : closes_a_waiter {
+  closes_who_gets_nothing() : closes_a_waiter{false} {}
+};
+
+// What was published before stop() is taken, and nobody is left waiting.
+struct takes_before_it_ends {
+  modelled_lane lane;
+  modelled_loop loop;
+  bell joined;
+  std::uint32_t taken = 0;
+
+  takes_before_it_ends() { lane.heard_by.store(audience::somebody, order::relaxed); }
+  std::array<actor, 2> actors() {
+    return {{{"closer",
+              [this] {
+                require(publish(lane, 1), "it is taken");
+                loop.stop();
+                joined.wait();
+                close_handles(lane);
+                require(!publish(lane, 2) && closed(lane), "nothing is taken afterwards");
+              }},
+             {"service", [this] {
+                loop.run([this] {
+                  while (lane.to_service.out.try_pop()) ++taken;
+                });
+                joined.ring();
+              }}}};
+  }
+  void afterwards() { require(taken == 1, "what was published before the end is taken"); }
+};
+
+TEST(lane_life, hands_the_lane_over_and_back_each_time) { expect_passes<two_lives>(); }
+
+TEST(lane_life, tells_why_a_lane_is_refused) { expect_passes<refused_first>(); }
+
+// Two changes of thread where the running one could go on: of three threads that is enough to catch what can
+// be caught here.
+template <class Scenario>
+report explore_two(options o) {
+  o.preemptions_max = 2;
+  return explore<Scenario>(o);
+}
+
+TEST(lane_life, gives_memory_to_the_next_lane_only_when_nobody_uses_it) {
+  EXPECT_EQ(explore_two<two_threads>({}).failure, "");
+}
+
+TEST(closing, ends_every_wait_and_loses_nothing_that_was_delivered) {
+  expect_passes<closes_a_waiter>();
+  expect_passes<closes_who_gets_nothing>();
+}
+
+TEST(closing, takes_what_was_published_before) {
+  expect_passes_in_every_interleaving<takes_before_it_ends>();
+}
+
+// Without spaces, line breaks and comments.
+std::string code_of(const std::string& path) {
+  std::ifstream file{ROWE_SOURCE_DIR "/" + path};
+  std::string code;
+  for (std::string line; std::getline(file, line);) {
+    line.resize(std::min(line.find("//"), line.size()));
+    for (const char c : line) {
+      if (c != ' ') code += c;
+    }
+  }
+  return code;
+}
+std::size_t count_of(std::string_view what, const std::string& in) {
+  std::size_t count = 0;
+  for (std::size_t at = 0; (at = in.find(what, at)) != std::string::npos; at += what.size()) ++count;
+  return count;
+}
+
+// What is modelled is what the sources do: each access stands there as it does here, and there are no others.
+TEST(lane_life, has_the_accesses_that_the_sources_have) {
+  struct access {
+    std::string file;
+    std::string_view code;
+    std::size_t times;
+  };
+  const std::string set_up = "src/api/endpoint_state.cpp", taking = "src/service/lanes.cpp",
+                    talking = "src/service/providing.cpp", loop = "src/service/service_loop.cpp",
+                    publishing = "include/rowe/detail/lane.hpp", waiting = "include/rowe/detail/calls.hpp";
+  const access expected[] = {
+      {set_up, "one.state.load(std::memory_order_acquire)!=lane_state::closing", 1},
+      {set_up, "returnone.state.load(std::memory_order_acquire)==lane_state::free;", 2}, // and find_lane()
+      {set_up, "built.state.store(lane_state::offered,std::memory_order_release);", 1},
+      {set_up, "answered=built.state.load(std::memory_order_acquire);", 1},
+      {set_up, "built.state.store(lane_state::free,std::memory_order_release);", 1},
+      {set_up, "gone.state.store(lane_state::closing,std::memory_order_release);", 1},
+      {set_up, "one.state.load(std::memory_order_acquire)==lane_state::free||", 1},    // find_lane_memory()
+      {set_up, "one.state.load(std::memory_order_acquire)!=lane_state::free)left", 1}, // for an error's text
+      {set_up, "in.state.load(std::memory_order_acquire)==lane_state::free", 1},       // count_left(), joined
+      {set_up, "state.load(", 7},
+      {set_up, "state.store(", 3},
+      {set_up, "one.heard_by.store(audience::closed,std::memory_order_release);", 1},
+      {set_up, "heard_by.", 1},
+      {taking, "switch(lanes_[i].state.load(std::memory_order_acquire))", 1},
+      {taking, "lane.state.store(state,std::memory_order_release);lane.news.notify();", 1},
+      {taking, "lane.state.store(lane_state::free,std::memory_order_release);lane.news.notify();", 1},
+      {taking, "lane.heard_by.store(audience::nobody,std::memory_order_relaxed);", 1},
+      {taking, ".state.", 3},
+      {talking, "lane.state.store(state,std::memory_order_release);lane.news.notify();", 1},
+      {talking, "lane.heard_by.store(detail::audience::somebody,std::memory_order_relaxed);", 1},
+      {talking, ".state.", 1},
+      {loop, "drain_until_ns_.load(std::memory_order_acquire)", 1},
+      {loop,
+       "drain_until_ns_.store(std::min(rt::nanoseconds_of(drain_until),rt::nanoseconds_of(rt::never)-1),"
+       "std::memory_order_release);carrier_.wake();",
+       1},
+      {loop, "drain_until_ns_.", 2},
+      {publishing, "switch(on.heard_by.load(std::memory_order_relaxed))", 1},
+      {publishing, "heard_by.", 1},
+      {waiting, "returnon.heard_by.load(std::memory_order_acquire)==audience::closed;", 1},
+      {waiting, "heard_by.", 1},
+  };
+  for (const access& one : expected)
+    EXPECT_EQ(count_of(one.code, code_of(one.file)), one.times) << one.code << " in " << one.file;
+}
+
+TEST(lane_life, needs_every_memory_order_it_asks_for) {
+  const std::array scenarios{named_scenario{"two_lives", explore_two<two_lives>},
+                             named_scenario{"refused_first", explore_two<refused_first>},
+                             named_scenario{"takes_before_it_ends", explore_two<takes_before_it_ends>},
+                             named_scenario{"closes_a_waiter", explore_two<closes_a_waiter>},
+                             named_scenario{"two_threads", explore_two<two_threads>}};
+  constexpr const char* looked_at_again = "whoever is to have the lane looks at it again, in find_lane()";
+  const std::array listed{
+      stronger_than_needed{"settle", "lane_state::closing", order::relaxed, looked_at_again},
+      stronger_than_needed{"settle", "lane_state::free", order::relaxed, looked_at_again},
+      stronger_than_needed{"open_lane", "lane_state::free, ", order::relaxed,
+                           "only set-up looks for free lanes, and its mutex orders that"}};
+  EXPECT_EQ((mutation_test{"model/lane_life.hpp", scenarios, listed}.findings()), "");
+}
+
+} // namespace
+} // namespace rowe::model
