@@ -245,7 +245,7 @@ struct bench_machine : testing::Test {
     std::filesystem::create_directories((root / name).parent_path());
     std::ofstream{root / name} << text;
   }
-  machine look() { return machine_at(root.string() + "/", {2, 3}); }
+  machine look() { return machine_at(root.string(), {2, 3}); }
   void TearDown() override { std::filesystem::remove_all(root); }
 };
 

@@ -4,38 +4,22 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
-#include <fstream>
-#include <iterator>
 #include <set>
 
 #include <rowe/rt/clock.hpp>
 
 #include "../console.hpp"
+#include "../doctor/facts.hpp"
 
 namespace rowe::tools::bench {
 namespace {
-
-// Not more than the facts need; files of /proc have no size to ask for.
-std::string text_of(const std::string& path) {
-  std::ifstream file{path};
-  return {std::istreambuf_iterator<char>{file}, {}};
-}
-
-// Of a file with one value; empty where there is none.
-std::string value_of(const std::string& path) {
-  std::ifstream file{path};
-  std::string line;
-  std::getline(file, line);
-  while (!line.empty() && (line.back() == '\n' || line.back() == ' ' || line.back() == '\0')) line.pop_back();
-  return line;
-}
 
 std::string or_else(std::string text, std::string_view otherwise) {
   return text.empty() ? std::string{otherwise} : text;
 }
 
-std::string real_time_of(const std::string& root, std::string_view version) {
-  if (value_of(root + "sys/kernel/realtime") == "1") return "PREEMPT_RT";
+std::string real_time_of(const fitness::facts& files, std::string_view version) {
+  if (files.read("/sys/kernel/realtime").text == "1") return "PREEMPT_RT";
   // The longer names first: PREEMPT is a part of both.
   for (const std::string_view kind : {"PREEMPT_RT", "PREEMPT_DYNAMIC", "PREEMPT"}) {
     if (version.find(kind) != std::string_view::npos) return std::string{kind};
@@ -43,24 +27,24 @@ std::string real_time_of(const std::string& root, std::string_view version) {
   return "not preemptible";
 }
 
-std::string hypervisor_of(const std::string& root) {
-  if (const std::string xen = value_of(root + "sys/hypervisor/type"); !xen.empty()) return xen;
-  const std::string tree = value_of(root + "proc/device-tree/hypervisor/compatible");
+std::string hypervisor_of(const fitness::facts& files) {
+  if (const std::string xen = files.read("/sys/hypervisor/type").text; !xen.empty()) return xen;
+  const std::string tree = files.read("/proc/device-tree/hypervisor/compatible").text;
   if (!tree.empty()) return tree.substr(0, tree.find('\0'));
-  const std::string cpus = text_of(root + "proc/cpuinfo");
+  const std::string cpus = files.read("/proc/cpuinfo").text;
   const auto flags = cpus.find("\nflags");
   if (flags == std::string::npos) return "none";
   const std::string line = cpus.substr(flags + 1, cpus.find('\n', flags + 1) - flags - 1) + " ";
   if (line.find(" hypervisor ") == std::string::npos) return "none";
-  return or_else(value_of(root + "sys/class/dmi/id/sys_vendor"), "yes");
+  return or_else(files.read("/sys/class/dmi/id/sys_vendor").text, "yes");
 }
 
 // Of the CPUs that are used, all different ones.
-std::string governor_of(const std::string& root, const std::vector<int>& cpus) {
+std::string governor_of(const fitness::facts& files, const std::vector<int>& cpus) {
   std::set<std::string> found;
   for (const int cpu : cpus) {
     const std::string name =
-        value_of(joined(root, "sys/devices/system/cpu/cpu", cpu, "/cpufreq/scaling_governor"));
+        files.read(joined("/sys/devices/system/cpu/cpu", cpu, "/cpufreq/scaling_governor")).text;
     if (!name.empty()) found.insert(name);
   }
   std::string all;
@@ -68,23 +52,23 @@ std::string governor_of(const std::string& root, const std::vector<int>& cpus) {
   return or_else(all, "none");
 }
 
-std::string cpu_name_of(const std::string& root) {
-  const std::string board = value_of(root + "proc/device-tree/model");
+std::string cpu_name_of(const fitness::facts& files) {
+  const std::string board = files.read("/proc/device-tree/model").text;
   if (!board.empty()) return board.substr(0, board.find('\0'));
-  const std::string cpus = text_of(root + "proc/cpuinfo");
+  const std::string cpus = files.read("/proc/cpuinfo").text;
   const auto name = cpus.find("model name");
   if (name == std::string::npos) return {};
   const auto begin = cpus.find(": ", name);
   return begin == std::string::npos ? "" : cpus.substr(begin + 2, cpus.find('\n', begin) - begin - 2);
 }
 
-void add_warnings(machine& m, const std::string& root) {
+void add_warnings(machine& m, const fitness::facts& files) {
   const auto warn = [&m](auto&&... text) { m.warnings.push_back(joined(text...)); };
   if (!m.is_real_time()) warn("the kernel is not a real-time one: the largest samples are its own");
   if (m.hypervisor != "none") warn("a virtual machine: the host may take a CPU away at any time");
   if (m.governor != "none" && m.governor != "performance")
     warn("the governor is ", m.governor, ": the clock rate changes while we measure");
-  const std::string share = value_of(root + "proc/sys/kernel/sched_rt_runtime_us");
+  const std::string share = files.read("/proc/sys/kernel/sched_rt_runtime_us").text;
   if (!share.empty() && share != "-1")
     warn("sched_rt_runtime_us is ", share,
          ": SCHED_FIFO threads that never sleep lose their CPU each second");
@@ -101,30 +85,31 @@ std::string machine::line() const {
 }
 
 machine machine_at(const std::string& root, const std::vector<int>& cpus) {
+  const fitness::facts files{root};
   machine m;
   utsname names{};
   (void)::uname(&names);
   // A tree of its own brings these along, too: they stand in /proc as well.
-  m.host = or_else(value_of(root + "proc/sys/kernel/hostname"), names.nodename);
-  m.boot_id = value_of(root + "proc/sys/kernel/random/boot_id");
-  m.kernel = or_else(value_of(root + "proc/sys/kernel/osrelease"), names.release);
-  m.real_time = real_time_of(root, or_else(value_of(root + "proc/sys/kernel/version"), names.version));
-  const std::string name = cpu_name_of(root);
+  m.host = or_else(files.read("/proc/sys/kernel/hostname").text, names.nodename);
+  m.boot_id = files.read("/proc/sys/kernel/random/boot_id").text;
+  m.kernel = or_else(files.read("/proc/sys/kernel/osrelease").text, names.release);
+  m.real_time = real_time_of(files, or_else(files.read("/proc/sys/kernel/version").text, names.version));
+  const std::string name = cpu_name_of(files);
   m.processor = joined(name, name.empty() ? "" : ", ", static_cast<const char*>(names.machine), ", ",
                        ::sysconf(_SC_NPROCESSORS_ONLN), " CPUs");
-  m.governor = governor_of(root, cpus);
-  m.isolated = or_else(value_of(root + "sys/devices/system/cpu/isolated"), "none");
+  m.governor = governor_of(files, cpus);
+  m.isolated = or_else(files.read("/sys/devices/system/cpu/isolated").text, "none");
   m.clock =
-      or_else(value_of(root + "sys/devices/system/clocksource/clocksource0/current_clocksource"), "unknown");
-  m.hypervisor = hypervisor_of(root);
-  const std::string load = value_of(root + "proc/loadavg");
+      or_else(files.read("/sys/devices/system/clocksource/clocksource0/current_clocksource").text, "unknown");
+  m.hypervisor = hypervisor_of(files);
+  const std::string load = files.read("/proc/loadavg").text;
   m.load = or_else(load.substr(0, load.find(' ')), "unknown");
-  add_warnings(m, root);
+  add_warnings(m, files);
   return m;
 }
 
 machine this_machine(const std::vector<int>& cpus) {
-  machine m = machine_at("/", cpus);
+  machine m = machine_at("", cpus);
   m.clock.append(joined(", ", rt::clock_is_cheap().read.count(), " ns"));
   return m;
 }

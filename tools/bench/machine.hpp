@@ -27,7 +27,7 @@ struct machine {
   std::string line() const;
 };
 
-// Reads it below `root` ("/": this machine; tests bring a tree of their own). `cpus`: those that are used.
+// Reads it below `root` (empty: this machine; tests bring a tree of their own). `cpus`: those that are used.
 machine machine_at(const std::string& root, const std::vector<int>& cpus);
 machine this_machine(const std::vector<int>& cpus);
 
