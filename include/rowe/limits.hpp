@@ -14,7 +14,7 @@ struct limits {
   std::uint32_t connections_max = 64;            // established connections; one more is answered 503
   std::uint32_t connections_per_address_max = 8; // from one address that is not loopback
   std::uint32_t handshakes_max = 32;             // sockets not yet upgraded; one more is answered 503
-  std::size_t handshake_bytes = 128 * 1024;      // all the memory for answering them, and for pages
+  std::size_t handshake_bytes = 96 * 1024;       // all the memory for answering them, and for pages
   std::uint32_t message_bytes_max = 60 * 1024; // one inbound message; a larger one ends its connection (1009)
   std::uint32_t fragments_max = 1024;          // of one inbound message
   std::uint32_t depth_max = 64;                // nesting of one inbound message
@@ -29,7 +29,7 @@ struct limits {
   // Messages on their way out.
   std::uint32_t small_slots = 512; // encoded messages of up to small_slot_bytes that may exist at once
   std::uint32_t small_slot_bytes = 2 * 1024;
-  std::uint32_t large_slots = 16;       // encoded messages of up to message_bytes_max
+  std::uint32_t large_slots = 12;       // encoded messages of up to message_bytes_max
   std::uint32_t queue_depth_max = 256;  // messages queued for one peer on one topic; the oldest is dropped
   std::uint32_t queued_max = 16 * 1024; // entries of all those queues together
 

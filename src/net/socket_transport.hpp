@@ -36,7 +36,7 @@ struct socket_limits {
   std::uint32_t handshakes_max = 32;
   // All memory libwebsockets gets: some 12 KiB for itself, up to 24 KiB for the handshake that is being
   // answered, and copies of what slow readers have not taken of a page. Beyond it 503. 64 KiB to 64 MiB.
-  std::size_t handshake_bytes = std::size_t{128} << 10;
+  std::size_t handshake_bytes = std::size_t{96} << 10;
   // The whole header of a request (server) or of the answer to ours (client). 256 to 4096.
   std::uint32_t header_bytes_max = 4096;
   // What one connection may deliver in a turn while others are readable too, and while it is alone. A stop
