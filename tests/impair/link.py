@@ -35,7 +35,8 @@ def _ip(*arguments):
 
 
 # Runs a command in a user namespace, where everybody may do what is done here.
-own_user_namespace = ("unshare", "-Urmn", "sh", "-c", 'mount -t tmpfs none /run && exec "$0" "$@"')
+own_user_namespace = ("unshare", "-Urmn", "sh", "-c",
+                      'mount -t tmpfs none /run && ip link set lo up && exec "$0" "$@"')
 clone_newnet, clone_newns = 0x40000000, 0x20000
 _libc = ctypes.CDLL(None, use_errno=True)
 
