@@ -110,7 +110,7 @@ void credit::note_round_trip(rt::duration took, rt::time_point now) noexcept {
     now_ = phase::draining;
     return;
   }
-  window_ends_ = now + window;
+  window_ends_ = now + (first ? first_window : window); // telemetry may have been faster than the first ping
   limited_ = confirmed_ = false;
 }
 

@@ -34,6 +34,7 @@ class credit {
   static constexpr rt::duration queue_time = std::chrono::milliseconds{20};
   static constexpr rt::duration near_below = std::chrono::milliseconds{2};
   static constexpr rt::duration window = std::chrono::seconds{10};
+  static constexpr rt::duration first_window = std::chrono::seconds{1};
   static constexpr rt::duration patience = std::chrono::milliseconds{100}; // and two round trips, for a pong
   static constexpr std::size_t first_ping_after = 1024;                    // bytes
   static constexpr std::size_t ping_bytes = 16;
