@@ -4,16 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <cctype>
 #include <cstdint>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <string_view>
 
 #include "model/expect.hpp"
 #include "model/lane_life.hpp"
 #include "model/mutation.hpp"
+#include "model/source_text.hpp"
 
 namespace rowe::model {
 namespace {
@@ -202,35 +200,12 @@ TEST(closing, takes_what_was_published_before) {
   expect_passes_in_every_interleaving<takes_before_it_ends>();
 }
 
-// Without spaces, line breaks and comments.
-std::string code_of(const std::string& path) {
-  std::ifstream file{ROWE_SOURCE_DIR "/" + path};
-  std::string code;
-  for (std::string line; std::getline(file, line);) {
-    line.resize(std::min(line.find("//"), line.size()));
-    for (const char c : line) {
-      if (c != ' ') code += c;
-    }
-  }
-  return code;
-}
-std::size_t count_of(std::string_view what, const std::string& in) {
-  std::size_t count = 0;
-  for (std::size_t at = 0; (at = in.find(what, at)) != std::string::npos; at += what.size()) ++count;
-  return count;
-}
-
 // What is modelled is what the sources do: each access stands there as it does here, and there are no others.
 TEST(lane_life, has_the_accesses_that_the_sources_have) {
-  struct access {
-    std::string file;
-    std::string_view code;
-    std::size_t times;
-  };
   const std::string set_up = "src/api/endpoint_state.cpp", taking = "src/service/lanes.cpp",
                     talking = "src/service/providing.cpp", loop = "src/service/service_loop.cpp",
                     publishing = "include/rowe/detail/lane.hpp", waiting = "include/rowe/detail/calls.hpp";
-  const access expected[] = {
+  const source_access expected[] = {
       {set_up, "one.state.load(std::memory_order_acquire)!=lane_state::closing", 1},
       {set_up, "returnone.state.load(std::memory_order_acquire)==lane_state::free;", 2}, // and find_lane()
       {set_up, "built.state.store(lane_state::offered,std::memory_order_release);", 1},
@@ -263,8 +238,7 @@ TEST(lane_life, has_the_accesses_that_the_sources_have) {
       {waiting, "returnon.heard_by.load(std::memory_order_acquire)==audience::closed;", 1},
       {waiting, "heard_by.", 1},
   };
-  for (const access& one : expected)
-    EXPECT_EQ(count_of(one.code, code_of(one.file)), one.times) << one.code << " in " << one.file;
+  expect_in_sources(expected);
 }
 
 TEST(lane_life, needs_every_memory_order_it_asks_for) {
