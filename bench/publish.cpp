@@ -10,6 +10,7 @@
 //   gives slots
 //             home as the service thread does
 //   newest    publish_into() of a lane that keeps the newest: the four-slot window
+//   told      as all, under idle::wake while the service thread is awake: the handshake, and no system call
 //   mutex     the same struct through a std::deque under a mutex with a condition variable, whose reader
 //   sleeps
 // and `line`: half of the time a word needs to the other core and back, which is one transfer of a cache
@@ -91,15 +92,16 @@ class bare {
   ring::consumer& out_ = *shared_.take_consumer();
 };
 
-template <keep Kept>
+template <keep Kept, bool Tells = false>
 class lane_way {
  public:
-  static constexpr const char* name = Kept == keep::all ? "all" : "newest";
+  static constexpr const char* name = Tells ? "told" : Kept == keep::all ? "all" : "newest";
   lane_way()
       : memory_{detail::path_bytes(Kept, depth, sizeof(odometry)) + (1 << 12), rt::page_lock::attempted} {
     detail::build_path(memory_.carve_bytes(detail::path_bytes(Kept, depth, sizeof(odometry))), Kept, depth,
                        sizeof(odometry), lane_->user.out, lane_->service.out);
     lane_->heard_by.store(detail::audience::somebody, std::memory_order_seq_cst);
+    if (Tells) lane_->bell = &bell_;
   }
   bool publish(const odometry& value, rt::time_point now) {
     return detail::publish_into(*lane_, sizeof value, now,
@@ -123,6 +125,7 @@ class lane_way {
 
  private:
   std::unique_ptr<detail::lane> lane_ = std::make_unique<detail::lane>();
+  rt::wake_bell<> bell_{rt::eventfd_bell{}}; // nobody sleeps
   rt::arena memory_;
 };
 
@@ -209,7 +212,7 @@ void report(const series& each) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  std::vector<series> all(4);
+  std::vector<series> all(5);
   return run_on_two_cores("bench_publish", count, arguments, [&](int rounds) {
     std::vector<double> lines;
     for (int round = 0; round < rounds; ++round) {
@@ -219,7 +222,8 @@ int main(int count, char** arguments) {
       enter<bare>(all[0], least, line);
       enter<lane_way<rowe::keep::all>>(all[1], least, line);
       enter<lane_way<rowe::keep::newest>>(all[2], least, line);
-      enter<mutex_condvar>(all[3], least, line);
+      enter<lane_way<rowe::keep::all, true>>(all[3], least, line);
+      enter<mutex_condvar>(all[4], least, line);
     }
     benchmark::AddCustomContext("line transfer, ns", std::to_string(median(lines)));
     for (const series& each : all) report(each);
