@@ -512,6 +512,7 @@ class core final : public transport_sink {
   std::uint32_t stops_awaited_ = 0;
   std::uint32_t stop_topic_ = no_index; // of the state; from the first latch on
   std::uint64_t stop_version_shown_ = 0;
+  bool stop_reported_running_ = false; // as of the last event
   rt::time_point stop_state_due_ = rt::never;
   rt::time_point stop_delivered_at_{};
 

@@ -41,7 +41,8 @@ stop_rules::stop_rules(const stop_options& options, rt::time_point start, std::u
     : options_{options},
       start_{start},
       first_tick_{dice & tick_dice_mask},
-      number_{static_cast<latch_number>(1 + (dice >> 48) % detail::latch_number_max)} {}
+      number_{static_cast<latch_number>(1 + (dice >> 48) % detail::latch_number_max)},
+      since_{start} {}
 
 bool stop_rules::good_name(std::string_view name) noexcept {
   const auto good = [](char c) {
@@ -80,7 +81,7 @@ std::uint32_t stop_rules::add_loop(std::string_view name, rt::duration timeout,
     loop& l = loops_[i];
     if (l.words != nullptr) continue;
     // A loop that comes while others move has seen no stop; it begins as they did.
-    if (running_) stop(stop_cause::start, name);
+    if (running_) stop(stop_cause::start, name, now);
     l = {.words = &words, .timeout = timeout, .since = now};
     l.name_bytes = static_cast<std::uint8_t>(copy_cut(name, l.name_room));
     in_use_ = true;
@@ -94,7 +95,7 @@ std::uint32_t stop_rules::add_loop(std::string_view name, rt::duration timeout,
 void stop_rules::remove_loop(std::uint32_t index, rt::time_point now) noexcept {
   turn(now);
   loop& gone = loops_[index];
-  if (running_) stop(stop_cause::loop, gone.name());
+  if (running_) stop(stop_cause::loop, gone.name(), now);
   gone.words = nullptr;
   ++version_;
 }
@@ -156,7 +157,7 @@ stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, 
   if (!good_name(name)) return refusal::name;
   if (resigns) {
     if (known == nullptr) return refusal::none;
-    if (running_) stop(stop_cause::lease, name);
+    if (running_) stop(stop_cause::lease, name, now);
     *known = {};
     ++version_;
     return refusal::none;
@@ -184,7 +185,7 @@ void stop_rules::peer_gone(std::uint64_t peer, rt::time_point now) noexcept {
     if (g.name_bytes == 0 || g.peer != peer) continue;
     g.peer = 0;
     g.until = std::min(g.until, now);
-    if (running_) stop(stop_cause::lease, g.name());
+    if (running_) stop(stop_cause::lease, g.name(), now);
     ++version_;
   }
 }
@@ -193,8 +194,9 @@ void stop_rules::peer_gone(std::uint64_t peer, rt::time_point now) noexcept {
 
 void stop_rules::set_source(std::string_view source) noexcept { source_bytes_ = copy_cut(source, source_); }
 
-void stop_rules::stop(stop_cause cause, std::string_view source) noexcept {
+void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept {
   running_ = false;
+  since_ = now;
   cause_ = cause;
   set_source(source);
   asker_count_ = 0;
@@ -203,7 +205,8 @@ void stop_rules::stop(stop_cause cause, std::string_view source) noexcept {
   ++version_;
 }
 
-void stop_rules::raise_number() noexcept {
+void stop_rules::raise_number(rt::time_point now) noexcept {
+  since_ = now;
   number_ = detail::next_latch_number(number_);
   permit_changed_ = true;
   ++version_;
@@ -219,11 +222,11 @@ bool stop_rules::is_new(std::uint64_t asker) noexcept {
 void stop_rules::request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept {
   turn(now);
   const bool was_running = running_;
-  if (was_running) stop(stop_cause::request, source);
+  if (was_running) stop(stop_cause::request, source, now);
   if (!is_new(hash_of(source, peer)) || was_running) return;
   cause_ = stop_cause::request;
   set_source(source);
-  raise_number();
+  raise_number(now);
 }
 
 stop_rules::refusal stop_rules::reset(std::int64_t number, std::int64_t tick, bool role,
@@ -235,7 +238,7 @@ stop_rules::refusal stop_rules::reset(std::int64_t number, std::int64_t tick, bo
   if (when == rt::never || now - when > reset_tick_age_max) return refusal::tick;
   if (!loops_ready(now)) return refusal::loops;
   if (!guarded(now)) return refusal::guards;
-  raise_number();
+  raise_number(now);
   running_ = true;
   source_bytes_ = 0;
   until_ = run_until(now);
@@ -258,7 +261,7 @@ bool stop_rules::find_trouble(rt::time_point now) noexcept {
                         [&](const guard& g) { return g.name_bytes != 0 && g.until <= at; });
   };
   if (const auto g = lapsed(now); g != guards_.end()) {
-    stop(stop_cause::lease, g->name());
+    stop(stop_cause::lease, g->name(), now);
     return true;
   }
   for (const loop& l : loops_) {
@@ -267,11 +270,11 @@ bool stop_rules::find_trouble(rt::time_point now) noexcept {
       // It found the permit over, a moment ago: a lease, or this thread was late.
       const auto g = lapsed(last_look(l) + rt::duration{std::int64_t{1} << detail::permit::unit_shift});
       const bool by_lease = g != guards_.end();
-      stop(by_lease ? stop_cause::lease : stop_cause::service, by_lease ? g->name() : l.name());
+      stop(by_lease ? stop_cause::lease : stop_cause::service, by_lease ? g->name() : l.name(), now);
       return true;
     }
     if (now - last_look(l) > l.timeout) {
-      stop(stop_cause::loop, l.name());
+      stop(stop_cause::loop, l.name(), now);
       return true;
     }
   }
@@ -325,6 +328,8 @@ void stop_rules::write_state(json::writer& into, rt::time_point now) const noexc
   into.number(number_);
   text_or_null("cause", cause_name());
   text_or_null("source", source());
+  into.key("since_ms");
+  into.number(milliseconds(now - since_));
   into.key("tick");
   into.number(tick(now));
   into.key("unguarded");

@@ -105,8 +105,8 @@ class stop_rules {
     std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
   };
 
-  void stop(stop_cause cause, std::string_view source) noexcept;
-  void raise_number() noexcept;
+  void stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept;
+  void raise_number(rt::time_point now) noexcept;
   void set_source(std::string_view source) noexcept;
   bool is_new(std::uint64_t asker) noexcept;
   // When a tick was issued; never for one that was not.
@@ -128,6 +128,7 @@ class stop_rules {
   bool running_ = false;
   stop_cause cause_ = stop_cause::start;
   latch_number number_;
+  rt::time_point since_; // of this number: when it was stopped or reset
   std::array<char, source_bytes_max> source_{};
   std::size_t source_bytes_ = 0;
   std::uint64_t version_ = 1;

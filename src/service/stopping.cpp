@@ -112,7 +112,6 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;
-  const bool was_running = stop_.running();
   auto refused = stop_rules::refusal::none;
   switch (which) {
   case stop_service::stop: {
@@ -135,7 +134,8 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
   case stop_service::none: break;
   }
   stop_.write_permit(shown_.permit); // before anything else
-  if (stop_.running() != was_running) report_stop(which == stop_service::stop ? text_of("reason") : "");
+  if (stop_.running() != stop_reported_running_)
+    report_stop(which == stop_service::stop ? text_of("reason") : "");
   if (refused != stop_rules::refusal::none) add(counter::stop_refusals);
   if (asker.silent) return;
   if (which == stop_service::stop) return await_observed(asker);
@@ -143,6 +143,7 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
 }
 
 void core::report_stop(std::string_view reason) noexcept {
+  stop_reported_running_ = stop_.running();
   std::array<char, 224> text;
   auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
     at += piece.copy(text.data() + at, std::min(piece.size(), text.size() - at));
@@ -245,10 +246,9 @@ void core::answer_stop(stop_service which, const stop_asker& asker, rt::time_poi
 // those who are due.
 void core::turn_stop() noexcept {
   if (!stop_.in_use()) return;
-  const bool was_running = stop_.running();
   stop_.turn(now_);
   stop_.write_permit(shown_.permit);
-  if (was_running && !stop_.running()) report_stop({});
+  if (stop_.running() != stop_reported_running_) report_stop({}); // a guard or a loop may have gone, too
   answer_observed();
   show_stop_state();
 }
