@@ -80,12 +80,18 @@ std::optional<int> core_besides(int other) noexcept {
 
 } // namespace
 
+stop_options demo::stop_of(bool guarded) noexcept {
+  return {.lease = 1s, .service_timeout = 500ms, .unguarded = !guarded};
+}
+
 result<demo::handles> demo::open(endpoint& on) {
   auto odom = on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64});
   if (!odom) return odom.error();
   auto speed = on.serve<speed_setting, speed_setting>(service);
   if (!speed) return speed.error();
-  return handles{std::move(*odom), std::move(*speed)};
+  auto latch = on.stop_latch({.name = "robot", .loop_timeout = loop_timeout});
+  if (!latch) return latch.error();
+  return handles{std::move(*odom), std::move(*speed), std::move(*latch)};
 }
 
 demo::demo(handles through, int service_cpu)
@@ -117,7 +123,10 @@ void demo::run() noexcept {
     if (stopping_.load(std::memory_order_acquire)) break;
     const auto due = static_cast<std::int64_t>(loop.cycles() + loop.overruns() - steps);
     answer(moving, *now);
-    for (std::int64_t left = std::min(due, steps_per_cycle_max); left > 0; --left) moving.step();
+    const bool stopped = through_.latch.engaged(*now);
+    for (std::int64_t left = std::min(due, steps_per_cycle_max); left > 0; --left)
+      stopped ? moving.brake() : moving.step();
+    if (stopped) through_.latch.acknowledge(*now); // the brakes are on
     steps += static_cast<std::uint64_t>(due);
 
     describe(moving, message);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// `rowe serve --demo`: a real-time loop of 1 kHz that steps the simulated robot, publishes where it is and
-// lets its speed be set, as a real one would: a thread of its own with a priority, a core and locked memory
-// as far as the machine grants them, absolute deadlines, and nothing in a cycle but arithmetic, one look for
-// a request, and one publish.
+// `rowe serve --demo`: a real-time loop of 1 kHz that steps the simulated robot, publishes where it is, lets
+// its speed be set, and obeys the stop, as a real one would: a thread of its own with a priority, a core and
+// locked memory as far as the machine grants them, absolute deadlines, and nothing in a cycle but arithmetic,
+// one look at the stop, one for a request, and one publish.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -47,10 +47,16 @@ class demo {
   static constexpr std::string_view topic = "/odom";
   static constexpr std::string_view service = "/robot/set_speed";
 
+  // The stop of such a robot: it drives on ordinary machines, busy laptops among them, and phones guard it
+  // over their Wi-Fi; so its limits are wider than a real robot's.
+  static constexpr rt::duration loop_timeout = std::chrono::milliseconds{500};
+  static stop_options stop_of(bool guarded) noexcept;
+
   // What the loop speaks through.
   struct handles {
     publisher<ros::odometry> odom; // every value is wanted, but none that is older than a tenth of a second
     responder<speed_setting, speed_setting> speed;
+    stop_latch latch;
   };
   static result<handles> open(endpoint& on);
 

@@ -50,8 +50,10 @@ planar_twist tracking(const motion& wanted, const planar_pose& is) noexcept {
                   wanted.twist.forward * (across_gain * across + heading_gain * std::sin(off))};
 }
 
+constexpr double change_max = robot::wheel_acceleration_max * robot::period; // m/s, of a command in a step
+constexpr double standing = 1e-6;                                            // m/s
+
 double limited(double wanted, double last) noexcept {
-  constexpr double change_max = robot::wheel_acceleration_max * robot::period;
   const double speed = std::clamp(wanted, -robot::wheel_speed_max, robot::wheel_speed_max);
   return std::clamp(speed, last - change_max, last + change_max);
 }
@@ -76,6 +78,20 @@ void robot::step() noexcept {
   const planar_twist wanted = tracking(figure_of_eight(time_, pace_), pose_);
   commanded_ = {limited(wanted.forward - wanted.turn * track / 2, commanded_.left),
                 limited(wanted.forward + wanted.turn * track / 2, commanded_.right)};
+  move(pace_ * period);
+}
+
+void robot::brake() noexcept {
+  // Both wheels slow down in one proportion, so that it does not turn off its curve. The reference goes only
+  // as far as the robot still rolls; otherwise it would have to catch up, or to back up, afterwards.
+  const double fastest = std::max(std::abs(commanded_.left), std::abs(commanded_.right));
+  const double kept = std::max(fastest - change_max, 0.0) / std::max(fastest, change_max);
+  commanded_ = {commanded_.left * kept, commanded_.right * kept};
+  move(twist().forward / figure_of_eight(time_, 1).twist.forward * period);
+  if (kept == 0 && std::abs(wheels_.left) + std::abs(wheels_.right) < standing) wheels_ = {};
+}
+
+void robot::move(double time) noexcept {
   wheels_.left += lag_share * (commanded_.left - wheels_.left);
   wheels_.right += lag_share * (commanded_.right - wheels_.right);
 
@@ -85,8 +101,9 @@ void robot::step() noexcept {
   pose_.y += moved.forward * period * std::sin(halfway);
   pose_.heading = wrapped(pose_.heading + moved.turn * period);
 
-  time_ += pace_ * period;
+  time_ += time;
   if (time_ >= lap) time_ -= lap;
+  if (time_ < 0) time_ += lap; // it rolled back a little
 }
 
 } // namespace rowe::tools

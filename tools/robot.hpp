@@ -48,8 +48,11 @@ class robot {
   // Its speed where the figure is fastest, from here on, in m/s; 0 lets it stand. From 0 to speed_max.
   void set_speed(double speed) noexcept;
 
-  // Lets one period pass.
+  // Lets one period pass: drives on.
   void step() noexcept;
+  // The same with the brakes on: slows down as fast as it may, along its curve, and stands. step() drives on
+  // from there.
+  void brake() noexcept;
 
   const planar_pose& pose() const noexcept { return pose_; }
   const wheel_speeds& wheels() const noexcept { return wheels_; }
@@ -58,6 +61,9 @@ class robot {
   planar_pose reference() const noexcept;
 
  private:
+  // The wheels follow their commands, the pose follows the wheels, and `time` passes for the reference.
+  void move(double time) noexcept;
+
   double time_ = 0; // within the lap
   double pace_ = 1; // how fast it passes
   planar_pose pose_;

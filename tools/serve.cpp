@@ -30,8 +30,9 @@ using namespace std::chrono_literals;
 
 constexpr std::int64_t port_default = 8080;
 constexpr std::int64_t port_max = 65535;
-constexpr rt::duration event_period = 50ms;                // how late an event is printed at most
-constexpr rt::duration goodbye_time = 250ms;               // for what is queued when we are told to end
+constexpr rt::duration event_period = 50ms;  // how late an event is printed at most
+constexpr rt::duration let_go_time = 5s;     // for the loop to acknowledge that it starts stopped
+constexpr rt::duration goodbye_time = 250ms; // for what is queued when we are told to end
 constexpr int demo_service_priority = demo::priority - 10; // below the loop it serves
 constexpr std::array<std::string_view, 3> idle_names{"poll", "spin", "wake"}; // in rowe::idle's order
 
@@ -39,6 +40,7 @@ struct serve_options {
   std::int64_t port = -1; // as given; -1: not
   std::string listen;     // ADDR:PORT as given, or empty
   bool demo = false;
+  bool guarded = false;
   bool insecure = false;
   std::vector<std::string> allow_origins;
   std::vector<std::string> allow_hosts;
@@ -67,6 +69,8 @@ command table_of(serve_options& o) {
           {"--listen", "", "ADDR:PORT", "listen elsewhere; beyond loopback only with --insecure", &o.listen},
           {"--demo", "", "", "drive a simulated robot at 1 kHz: topic /odom, service /robot/set_speed",
            &o.demo},
+          {"--guarded", "", "", "the demo's robot stands until a page guards it and resets its stop",
+           &o.guarded},
           {"--insecure", "", "", "whoever reaches the port may read and publish everything", &o.insecure},
           {"--allow-origin", "", "O", "let pages of this origin connect, http://HOST[:PORT]; repeatable",
            &o.allow_origins},
@@ -94,6 +98,7 @@ endpoint_options endpoint_options_of(const serve_options& o) {
   to.insecure = o.insecure;
   to.allow_origins = o.allow_origins;
   to.allow_hosts = o.allow_hosts;
+  if (o.demo) to.stop = demo::stop_of(o.guarded);
   return to;
 }
 
@@ -160,6 +165,14 @@ void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_re
           driven->refused);
 }
 
+// A robot starts stopped. Whoever starts the demo wants to see it drive, so it is let go once, and no more.
+void let_go(endpoint& hub, bool guarded, const console& to) {
+  if (guarded) return to.note("the robot stands until a page guards it and resets its stop (--guarded)");
+  if (const status done = hub.reset_stop(let_go_time); !done)
+    return to.error("the robot stands: its stop cannot be reset: ", sentence_of(done.error()));
+  to.note("the robot drives unguarded: it stops when asked to, not when nobody watches (see --guarded)");
+}
+
 // Serves until a signal comes.
 exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_options& o, const console& to) {
   const auto begin = rt::monotonic_clock::now();
@@ -181,6 +194,7 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   if (const std::string refused = refused_settings(hub, loop ? &*loop : nullptr, locked); !refused.empty()) {
     to.error(refused);
   }
+  if (loop) let_go(hub, o.guarded, to);
   if (o.insecure) to.error("warning: --insecure: whoever reaches this port may read and publish everything");
 
   const std::string authority = joined(host_for_here(asked.address), ":", hub.port(), "/");
@@ -211,6 +225,7 @@ exit_code serve(argument_list arguments) {
   to.be_quiet(chosen.quiet);
 
   endpoint_options options = endpoint_options_of(chosen);
+  if (chosen.guarded && !chosen.demo) return usage_error("serve", "--guarded is for --demo");
   auto port = static_cast<std::uint16_t>(chosen.port < 0 ? port_default : chosen.port);
   if (!chosen.listen.empty()) {
     if (chosen.port >= 0) return usage_error("serve", "--port and --listen exclude each other");

@@ -61,6 +61,46 @@ TEST(robot, respects_the_limits_of_its_wheels) {
   }
 }
 
+TEST(robot, brakes_within_its_limits_along_its_curve_and_stands) {
+  for (const int driven : {3, 7, 11, 16, 22}) {
+    robot moving;
+    for (int i = 0; i < driven * steps_a_second; ++i) moving.step();
+    const double speed = moving.twist().forward;
+    const planar_pose begin = moving.pose();
+    wheel_speeds before = moving.wheels();
+    for (int i = 0; i < 2 * steps_a_second; ++i) {
+      moving.brake();
+      const wheel_speeds now = moving.wheels();
+      constexpr double change_max = robot::wheel_acceleration_max * robot::period * (1 + 1e-9);
+      ASSERT_LE(std::abs(now.left - before.left), change_max) << "step " << i;
+      ASSERT_LE(std::abs(now.right - before.right), change_max) << "step " << i;
+      before = now;
+    }
+    EXPECT_EQ(moving.twist().forward, 0);
+    EXPECT_EQ(moving.twist().turn, 0);
+    // Half the square of its speed by what it may brake with, and what the wheels' lag adds.
+    const double rolled = speed * speed / 2 / robot::wheel_acceleration_max + speed * robot::wheel_lag;
+    EXPECT_NEAR(distance(begin, moving.pose()), rolled, 0.02);
+    EXPECT_LT(distance(moving.pose(), moving.reference()), 0.1);
+    const planar_pose stands = moving.pose();
+    for (int i = 0; i < steps_a_second; ++i) moving.brake();
+    EXPECT_EQ(distance(stands, moving.pose()), 0);
+  }
+}
+
+TEST(robot, drives_on_along_its_path_after_it_stood) {
+  robot moving;
+  for (int i = 0; i < 5 * steps_a_second; ++i) moving.step();
+  for (int i = 0; i < 5 * steps_a_second; ++i) moving.brake();
+  double worst = 0;
+  for (int i = 0; i < 60 * steps_a_second; ++i) {
+    moving.step();
+    ASSERT_GE(moving.twist().forward, -1e-3) << "it backs up in step " << i;
+    if (i > 5 * steps_a_second) worst = std::max(worst, distance(moving.pose(), moving.reference()));
+  }
+  EXPECT_LT(worst, 0.05);
+}
+
 TEST(robot, integrates_its_pose_along_the_heading_halfway_through_each_step) {
   robot moving;
   for (int i = 0; i < 30 * steps_a_second; ++i) {
