@@ -26,6 +26,8 @@ constexpr std::array verbs{
     verb{"pub", "publish a message, or the lines of stdin", pub},
     verb{"echo", "print the messages of topics", echo},
     verb{"call", "ask a service", call},
+    verb{"stop", "stop a robot, and say whether it acknowledged", stop},
+    verb{"reset", "let a stopped robot go again", reset},
     verb{"peers", "who is connected to an endpoint, and what was lost", peers},
     verb{"replay", "publish a recorded trajectory at its own pace", replay},
     verb{"doctor", "whether this machine is fit for real time, and what is in the way", doctor},

@@ -10,6 +10,8 @@ exit_code serve(argument_list arguments);
 exit_code pub(argument_list arguments);
 exit_code echo(argument_list arguments);
 exit_code call(argument_list arguments);
+exit_code stop(argument_list arguments);
+exit_code reset(argument_list arguments);
 exit_code peers(argument_list arguments);
 exit_code replay(argument_list arguments);
 exit_code doctor(argument_list arguments);

@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`rowe stop` and `rowe reset`: of the demo robot, of robots that do not acknowledge, do not answer, have no
+stop or are not there; what each says, and the exit code that means the same."""
+import contextlib
+import json
+import re
+import signal
+import threading
+import unittest
+
+from program import hub, program, run
+from websocket import closed, listener, peer
+
+acknowledged = re.compile(r"^stop acknowledged by \S+ in \d+(\.\d)? (µs|ms|s)"
+                          r" \(send [\d.]+ (µs|ms), service [\d.]+ (µs|ms), return [\d.]+ (µs|ms)\)$")
+
+
+def state_of(url):
+    ended = run("call", url, "/rowe/stop/state")
+    assert ended.code == 0, ended.stderr
+    return json.loads(ended.stdout[0])
+
+
+class answering:
+    """A rosbridge server that answers each service as it is told: a function from a call's arguments to
+    values, or None for no answer. What is not named does not exist."""
+
+    def __init__(self, there, services):
+        self.there, self.services, self.asked = there, services, []
+        self.thread = threading.Thread(target=self.serve, daemon=True)
+
+    def __enter__(self):
+        self.thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.thread.join()
+
+    def serve(self):
+        with contextlib.suppress(closed, OSError), self.there.accept() as p:
+            while True:
+                call = p.receive_until(lambda m: m.get("op") == "call_service")
+                self.asked.append(call)
+                name = call["service"]
+                answer = self.services.get(name)
+                values = answer(call.get("args", {})) if answer else f"Service {name} does not exist"
+                if values is not None:
+                    p.send({"op": "service_response", "service": name, "id": call["id"], "values": values,
+                            "result": answer is not None})
+
+
+def stopped(**more):
+    return lambda _: {"state": "stopped", "number": 8, "cause": "request", "source": "x",
+                      "accepted_ns": "1000000", "observed_ns": "1340000", **more}
+
+
+class the_demo_robot(unittest.TestCase):
+    def test_stops_and_acknowledges(self):
+        with hub("--demo") as robot:
+            robot.line("the robot drives unguarded")
+            self.assertEqual(state_of(robot.url)["state"], "running")
+            ended = run("stop", robot.url, "--source", "a \"test\"", "--reason", "to see it stand")
+            self.assertEqual((ended.code, len(ended.stdout)), (0, 1), ended.stderr)
+            self.assertRegex(ended.stdout[0], acknowledged)
+            robot.line('stopped: request, to see it stand')
+            state = state_of(robot.url)
+            self.assertEqual((state["state"], state["cause"], state["source"]),
+                             ("stopped", "request", 'a "test"'))
+            self.assertGreaterEqual(state["since_ms"], 0)
+            with program("echo", robot.url, "/odom", "--json", "--field", "twist.twist.linear.x") as echo:
+                count = 1
+                while float(echo.lines(count)[count - 1]) != 0:
+                    count += 100
+                echo.end(signal.SIGINT)
+
+    def test_is_let_go_by_the_number_that_was_shown(self):
+        with hub("--demo") as robot:
+            robot.line("the robot drives unguarded")
+            ended = run("stop", robot.url, "--source", "first")
+            (number,) = re.findall(rf"rowe reset {robot.url} (\d+)$", ended.stderr[-1])
+            shown = run("reset", robot.url)
+            self.assertEqual(shown.code, 1, shown.stderr)
+            self.assertRegex(shown.stdout[0], rf"^stopped by first .* ago, number {number}$")
+            self.assertEqual(run("stop", robot.url, "--source", "second", "-q").code, 0)
+            late = run("reset", robot.url, number)
+            self.assertEqual((late.code, late.stdout), (1, []))
+            self.assertIn("NOT reset: ", late.stderr[-1])
+            self.assertIn("stopped by second", late.stderr[-1])
+            (newest,) = re.findall(r"number (\d+)$", late.stderr[-1])
+            done = run("reset", robot.url, newest)
+            self.assertEqual((done.code, done.stdout), (0, ["reset: the robot may move"]), done.stderr)
+            running = run("reset", robot.url)
+            self.assertEqual(running.code, 0)
+            self.assertRegex(running.stdout[0], r"^running, number \d+$")
+
+    def test_stands_where_it_is_to_be_guarded_and_nobody_does(self):
+        with hub("--demo", "--guarded") as robot:
+            robot.line("stands until a page guards it")
+            state = state_of(robot.url)
+            self.assertEqual((state["state"], state["cause"], state["unguarded"], state["guards"]),
+                             ("stopped", "start", False, []))
+            ended = run("reset", robot.url, str(state["number"]))
+            self.assertEqual(ended.code, 1)
+            self.assertIn("NOT reset: nobody guards the robot", ended.stderr[-1])
+            self.assertRegex(run("reset", robot.url).stdout[0], r"^stopped since it started, .* ago, number ")
+
+    def test_tells_programs(self):
+        members = ["robot", "acknowledged", "number", "round_trip_ns", "send_ns", "service_ns", "return_ns",
+                   "error", "text"]
+        with hub("--demo", "--name", "ang-01") as robot:
+            robot.line("the robot drives unguarded")
+            ended = run("stop", robot.url, "--json", "-q")
+            self.assertEqual((ended.code, ended.stderr, len(ended.stdout)), (0, [], 1))
+            told = json.loads(ended.stdout[0])
+            self.assertEqual(list(told), members)
+            self.assertEqual((told["robot"], told["acknowledged"], told["error"]), ("ang-01", True, None))
+            self.assertEqual(told["send_ns"] + told["service_ns"] + told["return_ns"], told["round_trip_ns"])
+            self.assertTrue(all(value >= 0 for name, value in told.items() if name.endswith("_ns")))
+            self.assertEqual(told["number"], state_of(robot.url)["number"])
+
+    def test_is_asked_again_and_again_and_never_reset(self):
+        members = ["robot", "stops", "acknowledged", "not_observed", "timed_out", "failed", "over_max",
+                   "min_ns", "p50_ns", "p99_ns", "max_ns", "max_at_utc"]
+        with hub("--demo") as robot:
+            robot.line("the robot drives unguarded")
+            ended = run("stop", robot.url, "--repeat", "200", "--max", "1h", "--json", "-q")
+            self.assertEqual((ended.code, ended.stderr), (0, []))
+            told = json.loads(ended.stdout[0])
+            self.assertEqual(list(told), members)
+            self.assertEqual(list(told.values())[1:7], [200, 200, 0, 0, 0, 0])
+            times = list(told.values())[7:11]
+            self.assertEqual(times, sorted(times))
+            self.assertRegex(told["max_at_utc"], r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z$")
+            state = state_of(robot.url)
+            self.assertEqual(state["state"], "stopped")
+            self.assertEqual(int(robot.summary()["stops"]), 200)
+
+    def test_that_took_too_long_is_5_with_the_worst_one_and_when_it_was(self):
+        with hub("--demo", "--name", "ang-01") as robot:
+            robot.line("the robot drives unguarded")
+            ended = run("stop", robot.url, "--repeat", "20", "--max", "1us")
+            self.assertEqual(ended.code, 5, ended.stderr)
+            self.assertRegex(ended.stdout[0], r"^20 stops: 20 acknowledged by ang-01, 0 accepted only, 0 not "
+                                              r"answered, 0 failed; min .*, max .* at \d{4}-.*Z$")
+            self.assertRegex("\n".join(ended.stderr),
+                             r"20 of 20 took longer than 1 µs; the worst, the \d+\. of them, .* at \d{4}-.*Z")
+            self.assertEqual(run("stop", robot.url, "--max", "1us", "-q").code, 5)
+
+
+class robots(unittest.TestCase):
+    def stop(self, services, *arguments):
+        with listener() as there, program("stop", there.url, *arguments) as asking:
+            with answering(there, services) as robot:
+                asking.code = asking.end()
+        asking.asked = robot.asked
+        return asking
+
+    def test_whose_clock_is_another_tell_only_what_it_took_inside(self):
+        ended = self.stop({"/rowe/stop": stopped(), "/rowe/stats": lambda _: {"name": "far"}})
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertRegex(ended.stdout[0], r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
+
+    def test_that_do_not_say_their_name_are_told_by_their_url(self):
+        ended = self.stop({"/rowe/stop": stopped()}, "--json")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertIsNone(json.loads(ended.stdout[0])["robot"])
+
+    def test_whose_loops_do_not_acknowledge_are_1_and_the_loops_are_named(self):
+        def state(_):
+            return {"state": "stopped", "number": 8, "loops": [{"name": "base", "acknowledged": 8},
+                                                               {"name": "arm", "acknowledged": 7}]}
+        services = {"/rowe/stop": stopped(observed_ns=None), "/rowe/stop/state": state}
+        ended = self.stop(services)
+        self.assertEqual(ended.code, 1, ended.stderr)
+        self.assertRegex(ended.stdout[0],
+                         r"^stop NOT acknowledged within .*: ws://\S+ accepted it, but not its loops: arm$")
+        self.assertIn("use its wired emergency stop", ended.stderr[-1])
+        ended = self.stop(services, "--json")
+        told = json.loads(ended.stdout[0])
+        self.assertEqual((ended.code, told["acknowledged"], told["error"]), (1, False, "not_observed"))
+        ended = self.stop(services, "--repeat", "5")
+        self.assertEqual(ended.code, 1)
+        self.assertRegex(ended.stdout[0], "^5 stops: 0 acknowledged by .*, 5 accepted only, ")
+
+    def test_that_do_not_answer_are_4(self):
+        ended = self.stop({"/rowe/stop": lambda _: None}, "--timeout", "20ms")
+        self.assertEqual(ended.code, 4)
+        self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged within 20 ms: ws://\S+ is connected, but does "
+                                          r"not answer$")
+
+    def test_without_a_stop_are_1(self):
+        with hub() as none:
+            for arguments in (), ("--repeat", "2", "--json"):
+                ended = run("stop", none.url, *arguments)
+                self.assertEqual(ended.code, 1)
+                told = ended.stdout[0] if not arguments else ended.stderr[0]
+                self.assertIn(f"stop NOT acknowledged: {none.url} has no stop configured", told)
+            ended = run("reset", none.url)
+            self.assertEqual((ended.code, ended.stdout), (1, []))
+            self.assertIn("has no stop configured", ended.stderr[-1])
+
+    def test_that_are_not_there_are_3_and_never_silent(self):
+        ended = run("stop", "127.0.0.1:1", "--timeout", "20ms")
+        self.assertEqual(ended.code, 3)
+        self.assertRegex(ended.stdout[0],
+                         r"^stop NOT acknowledged within 20 ms: ws://127\.0\.0\.1:1 unreachable since [\d.]+ m?s$")
+        told = json.loads(run("stop", "127.0.0.1:1", "--json").stdout[0])
+        self.assertEqual((told["acknowledged"], told["error"]), (False, "unreachable"))
+        self.assertEqual(run("reset", "127.0.0.1:1", "--timeout", "300ms").code, 3)
+
+    def test_that_go_away_meanwhile_are_3(self):
+        with listener() as there, program("stop", there.url, "--timeout", "50s") as asking:
+            with there.accept() as p:
+                p.receive_until(lambda m: m.get("op") == "call_service")
+            self.assertEqual(asking.end(), 3)
+            self.assertIn("was lost before the answer came", asking.stdout[0])
+
+    def test_of_a_stranger_do_not_reach_the_terminal_as_control_characters(self):
+        hostile = {"/rowe/stop": stopped(number="8\x1b[2J", observed_ns=None),
+                   "/rowe/stop/state": lambda _: {"loops": [{"name": "\x1b[2J", "acknowledged": 1}]},
+                   "/rowe/stats": lambda _: {"name": "\x1b\x9b"}}
+        for how in (), ("--json",):
+            ended = self.stop(hostile, *how)
+            self.assertEqual(ended.code, 1)
+            self.assertIsNone(re.search("[\x1b\x9b]", "\n".join(ended.stdout + ended.stderr)))
+
+    def test_are_told_who_stops_and_why(self):
+        ended = self.stop({"/rowe/stop": stopped()}, "--source", "CI", "--reason", "nightly")
+        self.assertEqual(ended.asked[0]["args"], {"source": "CI", "reason": "nightly"})
+
+
+class guards(unittest.TestCase):
+    def test_that_went_away_are_named(self):
+        with hub("--demo") as robot:
+            robot.line("the robot drives unguarded")
+            with peer(robot.port) as guard:
+                tick = state_of(robot.url)["tick"]
+                guard.send({"op": "call_service", "id": "1", "service": "/rowe/stop/lease",
+                            "args": {"guard": "desk", "tick": tick}})
+                answer = guard.receive_until(lambda m: m.get("op") == "service_response")
+                self.assertIsNone(answer["values"]["refused"], answer)
+            robot.line("stopped: lease")
+            shown = run("reset", robot.url)
+            self.assertRegex(shown.stdout[0], r"^stopped: the guard desk fell silent or went away .* ago, number ")
+            number = shown.stdout[0].split()[-1]
+            ended = run("reset", robot.url, number)
+            self.assertEqual(ended.code, 1)
+            self.assertIn("NOT reset: a guard is silent: desk", ended.stderr[-1])
+
+
+class arguments(unittest.TestCase):
+    def test_that_make_no_sense_are_named(self):
+        for words, says in ((("stop",), "the argument URL is missing"),
+                            (("stop", "ws://127.0.0.1:1", "--max", "5"), "--max"),
+                            (("stop", "ws://127.0.0.1:1", "--repeat", "0"), "out of range"),
+                            (("reset", "ws://127.0.0.1:1", "x"), "NUMBER is a whole number, not 'x'"),
+                            (("serve", "--guarded"), "--guarded is for --demo")):
+            ended = run(*words)
+            self.assertEqual((ended.code, ended.stdout), (2, []), words)
+            self.assertIn(says, "\n".join(ended.stderr))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe stop: asks a robot to stop, and says whether its loops acknowledged it: one sentence on stdout, and an
+// exit code that means the same.
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <rowe/endpoint.hpp>
+
+#include "command_line.hpp"
+#include "console.hpp"
+#include "interrupt.hpp"
+#include "json_values.hpp"
+#include "remote.hpp"
+#include "stop_report.hpp"
+#include "stop_words.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr rt::duration timeout_default = 1s;
+constexpr rt::duration connect_time_min = 1s;  // connecting takes what it takes, however little --timeout is
+constexpr rt::duration words_time = 500ms;     // for the robot's name and its state, after the stop
+constexpr std::uint32_t text_bytes_max = 4096; // what is said of a stop
+constexpr std::uint32_t calls_max = 4; // one that timed out here keeps its place until its end is known
+
+struct stop_settings {
+  std::string url;
+  std::string source;
+  std::string reason;
+  std::optional<rt::duration> timeout;
+  std::int64_t repeat = 0; // 0: one stop, told in one sentence
+  std::optional<rt::duration> max;
+  bool json = false;
+  bool quiet = false;
+};
+
+command table_of(stop_settings& o) {
+  return {
+      .verb = "stop",
+      .examples = {{{"rowe stop ws://10.0.0.7:8080", "the robot stops, and stays so until `rowe reset`"},
+                    {"rowe stop 10.0.0.7:8080 --repeat 1000 --max 5ms",
+                     "how long its answer takes, for CI"}}},
+      .description =
+          "Stops all loops of a robot and says whether they acknowledged it (0). 1: they did not, or it has\n"
+          "no stop. 3: it was not reached. 4: it did not answer in time. 5: an answer took longer than "
+          "--max.\n"
+          "With --repeat it is asked again and again and never reset, so all but the first find it stopped.\n"
+          "A software stop, not a safety-rated emergency stop.\n",
+      .operands = {url_operand(o.url)},
+      .options = {
+          {"--source", "", "S", "who stops it, as everyone is shown (default: our address)", &o.source},
+          {"--reason", "", "R", "why, for the robot's events", &o.reason},
+          {"--timeout", "", "TIME", "for each answer (default 1s); connecting has 1s at least",
+           time_span{&o.timeout}},
+          {"--repeat", "", "N", "ask so often, one after another", integer{&o.repeat, 1, INT64_MAX}},
+          {"--max", "", "TIME", "what an answer may take", time_span{&o.max}},
+          {"--json", "", "", "one JSON object, times in nanoseconds", &o.json},
+          {"--quiet", "-q", "", "no hints on stderr", &o.quiet},
+      }};
+}
+
+std::string request_of(const stop_settings& o) {
+  std::string request = "{}";
+  if (!o.reason.empty()) request = with_member(request, "reason", json_string_of(o.reason));
+  if (!o.source.empty()) request = with_member(request, "source", json_string_of(o.source));
+  return request;
+}
+
+using service = caller<json_text, json_text>;
+
+stop_outcome stop_once(service& by, watcher& waits, const std::string& request, rt::duration timeout) {
+  rt::time_point asked, answered;
+  const auto reply = waits.during([&] {
+    asked = rt::monotonic_clock::now();
+    auto got = by.call(request, timeout);
+    answered = rt::monotonic_clock::now();
+    return got;
+  });
+  using end = stop_outcome::end;
+  if (reply) return stop_outcome::of_answer(reply->text(), asked, answered);
+  switch (reply.code()) {
+  case errc::timed_out: return {.how = end::timed_out};
+  case errc::no_service:
+  case errc::refused: return {.how = end::no_stop};
+  case errc::no_peer:
+  case errc::peer_lost: return {.how = end::lost};
+  default: return {.how = end::failed};
+  }
+}
+
+exit_code stop_from(endpoint hub, const stop_settings& o, const std::string& url, const console& to) {
+  const auto open = [&](std::string_view name, std::uint32_t calls, std::uint32_t bytes) {
+    return hub.client<json_text, json_text>(name, {.depth = calls, .text_bytes_max = bytes});
+  };
+  auto stopping = open("/rowe/stop", calls_max, text_bytes_max);
+  auto stating = open("/rowe/stop/state", 1, text_bytes_max);
+  auto stats = open("/rowe/stats", 1, limits{}.message_bytes_max);
+  for (const auto* one : {&stopping, &stating, &stats}) {
+    if (*one) continue;
+    to.error("cannot ask ", url, ": ", sentence_of(one->error()));
+    return exit_code::failed;
+  }
+  stop_story story{.url = url, .limit = o.timeout.value_or(timeout_default)};
+  const rt::duration connect_time = std::max(story.limit, connect_time_min);
+  const std::string request = request_of(o);
+
+  stop_tally all;
+  stop_outcome last;
+  const auto begin = rt::monotonic_clock::now();
+  remote connection{hub, url, to};
+  watcher waits{connection};
+  const auto answer_of = [&](service& from) {
+    const auto answer = waits.during([&] { return from.call("{}", words_time); });
+    return answer ? std::string{answer->text()} : std::string{"{}"};
+  };
+
+  auto ended = connection.wait(connect_time);
+  if (ended == exit_code::no_connection) {
+    last = {.how = stop_outcome::end::unreachable, .took = rt::monotonic_clock::now() - begin};
+    all.count(last, {});
+  }
+  std::string said; // the same failure again and again is told once
+  for (std::int64_t left = std::max<std::int64_t>(o.repeat, 1); left > 0 && !ended; --left) {
+    if (interrupt::seen()) break;
+    const stop_outcome now = stop_once(*stopping, waits, request, story.limit);
+    if (!now.answered() && interrupt::seen()) break; // given up
+    last = now;
+    connection.report();
+    all.count(last, o.max);
+    if (last.how == stop_outcome::end::acknowledged) continue;
+    if (last.how == stop_outcome::end::accepted) story.more = late_loops(answer_of(*stating));
+    if (o.repeat > 0) {
+      const std::string text = sentence_of(last, story);
+      if (text != said) to.error(text);
+      said = text;
+    }
+    if (last.how == stop_outcome::end::lost && left > 1) ended = connection.wait(connect_time);
+  }
+  if (all.empty()) return exit_code::interrupted;
+
+  if (last.answered()) story.robot = printable(text_member(answer_of(*stats), "name"));
+  const std::string& who = story.robot.empty() ? url : story.robot;
+  if (o.repeat > 0) {
+    (void)emit(o.json ? all.json(story.robot) : all.line(who));
+  } else {
+    (void)emit(o.json ? json_of(last, story) : sentence_of(last, story) + '\n');
+  }
+  if (const std::string beyond = all.beyond(); !beyond.empty()) to.error(beyond);
+  if (last.number) to.note("it stays stopped; to let it go: rowe reset ", url, " ", *last.number);
+  if (last.how != stop_outcome::end::acknowledged) to.note("if it moves, use its wired emergency stop");
+  return all.verdict();
+}
+
+} // namespace
+
+exit_code stop(argument_list arguments) {
+  stop_settings chosen;
+  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  console to{"stop"};
+  to.be_quiet(chosen.quiet);
+  const spelled_url url = read_url(chosen.url);
+  if (url.url.empty()) return usage_error("stop", url.wrong);
+  endpoint_options options;
+  options.poll_period = 50us; // the least: this process lives for moments
+  options.limits.lane_bytes = std::size_t{8} * limits{}.message_bytes_max;
+  auto hub = endpoint::connect(url.url, options);
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  return stop_from(std::move(hub).value(), chosen, url.url, to);
+}
+
+} // namespace rowe::tools
