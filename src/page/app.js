@@ -11,7 +11,9 @@ import { link, moment, since_ms } from "./link.js";
 import { path_view } from "./path.js";
 import { is_pose_type, pose_of } from "./pose.js";
 import { loss_table, rate_table, real_time_words, write } from "./stats.js";
-import { fixed, losses, metres, states, text, thinned } from "./text.js";
+import { stop } from "./stop.js";
+import { stop_panel } from "./stop_panel.js";
+import { fixed, latch, losses, metres, states, text, thinned } from "./text.js";
 
 const default_topic = "/odom";
 const stats_topic = "/rowe/stats";
@@ -45,6 +47,8 @@ const rates = new rate_table(element("rates"));
 const lost = [new loss_table(element("losses"), losses), new loss_table(element("thinned"), thinned)];
 const protocol = location.protocol === "https:" ? "wss:" : "ws:";
 const robot = new link(`${protocol}//${location.host}/`, { opened, received });
+const brake = new stop(robot, `page-${Math.random().toString(36).slice(2, 6)}`);
+const panel = new stop_panel(brake);
 
 function topic_of_hash() {
   try {
@@ -63,11 +67,13 @@ function subscribe(topic, id, throttle_rate) {
 function opened() {
   seen.looking = null;
   seen.stats_at = null;
+  brake.opened();
   subscribe(stats_topic, "stats", 100);
   subscribe(seen.topic, "pose", throttle_ms);
 }
 
 function received(message) {
+  brake.received(message);
   if (message.op === "status") {
     element("note").textContent = text.says(String(message.msg));
     element("note").hidden = message.level !== "error" && message.level !== "warning";
@@ -173,7 +179,9 @@ function write_state() {
   }
   write(element("mark"), mark);
   write(element("name"), name);
-  write(document.querySelector("title"), text.title(mark, name, word));
+  const shown = panel.stopped ? latch.stopped : { mark, word };
+  write(document.querySelector("title"), text.title(shown.mark, name, shown.word));
+  panel.show(name);
   write_about(state.name);
   if (!changed) return;
   document.body.dataset.state = state.name;
@@ -223,6 +231,7 @@ function write_follow() {
 
 function tick() {
   robot.turn();
+  brake.turn();
   write_state();
   write_pose();
   write_stats();
@@ -244,7 +253,8 @@ element("follow").onclick = element("path").onclick = toggle_follow;
 element("topic").onchange = (event) => (location.hash = encodeURI(event.target.value));
 addEventListener("hashchange", () => select(topic_of_hash() ?? default_topic));
 addEventListener("online", () => robot.turn(true));
-document.addEventListener("visibilitychange", () => document.hidden || robot.turn(true));
+document.addEventListener("visibilitychange", () => document.hidden ? brake.hide() : robot.turn(true));
+addEventListener("pagehide", () => brake.hide());
 matchMedia("(prefers-color-scheme: dark)").onchange = () => view.recolour();
 still.onchange = () => (view.still = still.matches);
 

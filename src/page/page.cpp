@@ -17,6 +17,8 @@
   X(path_js, "/path.js", javascript)                                                                         \
   X(pose_js, "/pose.js", javascript)                                                                         \
   X(stats_js, "/stats.js", javascript)                                                                       \
+  X(stop_js, "/stop.js", javascript)                                                                         \
+  X(stop_panel_js, "/stop_panel.js", javascript)                                                             \
   X(text_js, "/text.js", javascript)                                                                         \
   X(favicon_svg, "/favicon.svg", svg)
 

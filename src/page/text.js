@@ -31,6 +31,17 @@ export function rate(value) {
   return value > 0 ? fixed(value, 1) : "0";
 }
 
+// How long something short took: "0.34 ms", "4.2 ms", "120 ms", "1.2 s".
+export function short(ms) {
+  return ms < 99.95 ? `${ms.toFixed(ms < 0.995 ? 2 : 1)}\u00a0ms` : age(ms);
+}
+
+// An address without its port, which changes with each connection; anything else as it is.
+const address = (source) => String(source).replace(/^(\d+(?:\.\d+){3}|\[[^\]]*\]):\d+$/, "$1");
+
+// The calendar's time of day: "07:39:05".
+export const clock = (at) => new Date(at).toTimeString().slice(0, 8);
+
 // How old something is: "18 ms", "2.4 s", "3 min".
 export function age(ms) {
   if (ms < 1000) return `${Math.round(ms)} ms`;
@@ -70,7 +81,68 @@ export const states = {
   live: { mark: "\u25cf", word: "live", sentence: (link) => `live, ${age(link.age_ms)} old` },
 };
 
+// The same of the robot's stop; `source` is who stopped it, `name` that of a guard or a loop.
+export const latch = {
+  running: { mark: "\u25b6", word: "running" },
+  stopped: { mark: "\u25a0", word: "STOPPED" },
+  unknown: { mark: "?", word: "unknown" },
+};
+
+// Why the robot stopped, by what the robot calls it.
+export const causes = {
+  start: () => "it starts stopped, a reset lets it move",
+  request: () => "it was asked to stop",
+  lease: (name) => `its guard ${name} fell silent or went away`,
+  loop: (name) => `its loop ${name} was late or ended`,
+  service: (name) => `its loop ${name} heard nothing from the service thread`,
+};
+
+// What the robot did not do, and why.
+export const refusals = {
+  reset_number: "not reset: it was stopped once more meanwhile",
+  reset_tick: "not reset: the request was too late, try again",
+  reset_role: "not reset: only from the robot's own machine",
+  reset_guards: "not reset: a guard is missing",
+  reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",
+  lease_role: "not guarding: only from the robot's own machine",
+  lease_guards: "not guarding: it has as many guards as it can have",
+  lease_name: "not guarding: another guard has this name",
+  lease_tick: "not guarding: the request was too late, try again",
+};
+
 export const text = {
+  stop: "STOP",
+  stop_label: "Stop",
+  permit_label: "Guard and reset",
+  stop_print: "a software stop, not a safety-rated emergency stop",
+  no_stop: "no stop configured",
+  stopped_by: (source) => `STOPPED by ${address(source)}`,
+  stopped_at: (time) => ` at ${time}`,
+  stopping: "stopping\u2026",
+  acknowledged: (name, { took_ms, own_ms }) =>
+    `acknowledged in ${short(took_ms)} by ${name} ` +
+    (own_ms < 0 ? "(it had stopped before)" : `(its own time ${short(own_ms)})`),
+  not_acknowledged: (ms) => `NOT ACKNOWLEDGED for ${duration(ms / 1000)}, asking again and again`,
+  not_observed: (ms, loops) =>
+    `NOT ACKNOWLEDGED for ${duration(ms / 1000)} by its loop ${loops}, asking again and again`,
+  not_sent: "NOT ACKNOWLEDGED: not connected; it is asked again once it can be reached",
+  stop_unreachable: "not connected: this button cannot reach the robot",
+  stop_asking: "asking whether the robot has a stop",
+  stop_silent: "nothing is heard of its stop any more",
+  moves_unguarded: "UNGUARDED: it may move though nobody watches",
+  moves_guarded: "it stops when a guard falls silent",
+  guard: "Guard this robot",
+  guarding: "Guarding: let go",
+  guards_none: "no guard: it cannot move",
+  guards_unguarded: "UNGUARDED: it moves without a guard",
+  guards: (names) => `guarded by ${names.join(", ")}`,
+  guard_this: (name) => `${name} (this page)`,
+  guard_silent: (name) => `${name} (silent)`,
+  guard_hidden: "this page was hidden, and guards no more",
+  dismiss: (name) => `forget ${name}`,
+  reset: "Hold 2 s to reset",
+  reset_hold: "keep holding",
+
   path_label: "The path driven, seen from above. The numbers beside it say where it ends.",
   topic_label: "topic shown",
   numbers: "Last pose",

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program under test, `rowe serve --demo`, on a port of its own; and how to hurt it.
+// The program under test, `rowe serve`, with its demo robot or with what a test asks for, on a port of its own;
+// and how to hurt it.
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
@@ -20,8 +21,9 @@ async function free_port() {
 
 export class robot {
   // Starts the program and resolves when it answers.
-  static async start() {
+  static async start(...how) {
     const made = new robot();
+    made.how = how.length > 0 ? how : ["--demo"];
     made.port = await free_port();
     made.origin = `http://127.0.0.1:${made.port}`;
     made.url = `ws://127.0.0.1:${made.port}/`;
@@ -30,7 +32,7 @@ export class robot {
   }
 
   async restart() {
-    const child = spawn(process.env.ROWE_BIN, ["serve", "--demo", "--port", String(this.port)], {
+    const child = spawn(process.env.ROWE_BIN, ["serve", ...this.how, "--port", String(this.port)], {
       stdio: ["ignore", "pipe", "pipe"],
     });
     this.child = child;

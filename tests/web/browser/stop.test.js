@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+// The stop on the page, in Chromium, of the demo robot: pressing it, seeing it, guarding and resetting.
+import assert from "node:assert/strict";
+import { writeFileSync } from "node:fs";
+import { after, afterEach, before, beforeEach, test } from "node:test";
+import { artefact, desk, new_page, phone, start_browser } from "../support/browser.js";
+import { robot } from "../support/robot.js";
+import { rosbridge_client } from "../support/rosbridge.js";
+import { until } from "../support/watchdog.js";
+
+const limit = { timeout: 180000 };
+let browser, server, guarded, open;
+
+before(async () => {
+  browser = await start_browser();
+  server = await robot.start("--demo");
+  guarded = await robot.start("--demo", "--guarded");
+});
+after(async () => {
+  await browser?.close();
+  await server?.kill();
+  await guarded?.kill();
+});
+beforeEach(() => (open = []));
+afterEach(async () => {
+  for (const page of open) await page.context().close();
+});
+
+const shown = (page, id, pattern) =>
+  page.waitForFunction(([of, wanted]) => new RegExp(wanted).test(document.getElementById(of).innerText),
+    [id, pattern.source]);
+const stop_is = (page, name) =>
+  page.waitForFunction((wanted) => document.body.dataset.stop === wanted, name);
+
+async function page_of(of = server, options) {
+  const page = await new_page(browser, options);
+  open.push(page);
+  await page.goto(`${of.origin}/`);
+  await page.waitForFunction(() => document.body.dataset.state === "live");
+  return page;
+}
+
+async function hold(page, what, ms) {
+  const { x, y, width, height } = await page.locator(what).boundingBox();
+  await page.mouse.move(x + width / 2, y + height / 2);
+  await page.mouse.down();
+  await page.waitForTimeout(ms);
+  await page.mouse.up();
+}
+
+// A page of a robot that runs, whatever the tests before left.
+async function running_page(options) {
+  const page = await page_of(server, options);
+  await page.waitForFunction(() => /^(stopped|running)$/.test(document.body.dataset.stop));
+  if ((await page.getAttribute("body", "data-stop")) === "stopped") await hold(page, "#reset", 2500);
+  await stop_is(page, "running");
+  return page;
+}
+
+async function speed_of(of) {
+  const client = await rosbridge_client.connect(of.url);
+  client.send({ op: "subscribe", topic: "/odom" });
+  const { msg } = await client.first("a pose", ({ op }) => op === "publish");
+  client.close();
+  return msg.twist.twist.linear.x;
+}
+
+test("pressing STOP stops the robot and shows how long that took", limit, async () => {
+  const page = await running_page();
+  await until("it drives", async () => (await speed_of(server)) > 0.1);
+  await page.tap("#stop");
+  await shown(page, "stop_says", /^acknowledged in \d+(\.\d+)?\sm?s by \S+ \(its own time \d+(\.\d+)?\sm?s\)$/);
+  await stop_is(page, "stopped");
+  await shown(page, "latch", /^STOPPED by 127\.0\.0\.1$/);
+  await shown(page, "latch_at", /at \d\d:\d\d:\d\d$/);
+  await until("it stands", async () => (await speed_of(server)) === 0);
+  await page.waitForFunction(() => document.title.endsWith(" STOPPED"));
+  writeFileSync(artefact("stopped.png"), await page.screenshot());
+  assert.deepEqual(page.faults, []);
+});
+
+test("all pages say who stopped the robot, the one opened later too", limit, async () => {
+  const first = await running_page();
+  const second = await page_of();
+  await first.tap("#stop");
+  const third = await page_of();
+  for (const page of [first, second, third]) {
+    await stop_is(page, "stopped");
+    await shown(page, "latch", /^STOPPED by 127\.0\.0\.1$/);
+  }
+  const [at, ...others] = await Promise.all([second, third].map((page) => page.innerText("#latch_at")));
+  const seconds = (words) => words.match(/\d+/g).reduce((sum, part) => sum * 60 + Number(part), 0);
+  assert.ok(Math.abs(seconds(at) - seconds(others[0])) <= 1, `${at} and ${others}`);
+  await shown(second, "stop_says", /^it was asked to stop$/);
+});
+
+test("the reset is to be held; a short press lets nothing go", limit, async () => {
+  const page = await running_page();
+  await page.tap("#stop");
+  await stop_is(page, "stopped");
+  const number = () => page.locator("#latch_at").textContent();
+  const stopped = await number();
+  await hold(page, "#reset", 700);
+  await page.waitForTimeout(2000);
+  assert.equal(await page.getAttribute("body", "data-stop"), "stopped");
+  assert.equal(await number(), stopped);
+  await hold(page, "#reset", 2500);
+  await stop_is(page, "running");
+});
+
+test("keys do both", limit, async () => {
+  const page = await running_page({ size: desk });
+  for (const key of ["Space", "Enter"]) {
+    await page.focus("#stop");
+    await page.keyboard.press(key);
+    await stop_is(page, "stopped");
+    await page.focus("#reset");
+    await page.keyboard.press(key);
+    await page.waitForTimeout(2200);
+    assert.equal(await page.getAttribute("body", "data-stop"), "stopped");
+    await page.keyboard.down(key);
+    await stop_is(page, "running");
+    await page.keyboard.up(key);
+  }
+});
+
+test("STOP is the first thing that the keyboard reaches", limit, async () => {
+  const page = await running_page();
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement.id), "stop");
+});
+
+test("STOP is as wide as a phone, high enough for a thumb, and never scrolled away", limit, async () => {
+  for (const size of [phone, { width: 740, height: 360 }, desk]) {
+    const page = await page_of(server, { size });
+    const { width, height } = await page.locator("#stop").boundingBox();
+    assert.ok(height >= 64);
+    if (size === phone) assert.ok(width >= phone.width - 24, `${width}`);
+    await page.evaluate(() => scrollTo(0, 1e6));
+    const below = await page.evaluate(() => {
+      const { left, top, right, bottom } = document.getElementById("stop").getBoundingClientRect();
+      const seen = document.elementFromPoint((left + right) / 2, (top + bottom) / 2);
+      return { seen: seen?.id, top, bottom, high: innerHeight };
+    });
+    assert.equal(below.seen, "stop");
+    assert.ok(below.top >= 0 && below.bottom <= below.high, JSON.stringify(below));
+  }
+});
+
+test("nothing jumps when the robot is stopped and let go", limit, async () => {
+  const page = await running_page();
+  await page.evaluate(() => {
+    window.jumped = [];
+    new PerformanceObserver((list) => {
+      for (const { sources } of list.getEntries()) {
+        for (const { node } of sources) window.jumped.push(node?.id || node?.parentElement?.id || node?.nodeName);
+      }
+    }).observe({ type: "layout-shift" });
+  });
+  await page.tap("#stop");
+  await stop_is(page, "stopped");
+  await hold(page, "#reset", 2500);
+  await stop_is(page, "running");
+  assert.deepEqual(await page.evaluate(() => window.jumped), []);
+});
+
+test("a robot that may move without a guard is shown to be UNGUARDED", limit, async () => {
+  const page = await running_page();
+  await shown(page, "guards", /^UNGUARDED/);
+  await shown(page, "stop_says", /^.*UNGUARDED/);
+});
+
+test("a robot that does not answer makes STOP say so until it does", limit, async () => {
+  const page = await running_page();
+  await page.evaluate(() => (navigator.vibrate = (how) => (window.shaken = how)));
+  server.pause();
+  try {
+    await page.tap("#stop");
+    await shown(page, "stop_says", /^NOT ACKNOWLEDGED for \d+ s, asking again and again$/);
+    assert.ok((await page.evaluate(() => window.shaken)).length > 1);
+    writeFileSync(artefact("not-acknowledged.png"), await page.screenshot());
+  } finally {
+    server.resume();
+  }
+  await stop_is(page, "stopped");
+  await shown(page, "stop_says", /^acknowledged in /);
+});
+
+test("STOP says why it cannot be used while the robot is not reached", limit, async () => {
+  const page = await page_of();
+  await server.kill();
+  try {
+    await stop_is(page, "unreachable");
+    assert.equal(await page.getAttribute("#stop", "aria-disabled"), "true");
+    await shown(page, "stop_says", /^not connected: this button cannot reach the robot$/);
+  } finally {
+    await server.restart();
+  }
+  await stop_is(page, "running");
+  assert.equal(await page.getAttribute("#stop", "aria-disabled"), "false");
+});
+
+test("a robot without a stop has no STOP, and the page says so", limit, async () => {
+  const hub = await robot.start("--name", "none");
+  const page = await new_page(browser);
+  open.push(page);
+  await page.goto(`${hub.origin}/`);
+  await stop_is(page, "none");
+  assert.ok(await page.locator("#stop").isHidden());
+  assert.ok(await page.getByText("no stop configured").isVisible());
+  assert.deepEqual(page.faults, []);
+  await hub.kill();
+});
+
+// A page that guards the robot, which runs.
+async function guarding_page() {
+  const page = await page_of(guarded);
+  await stop_is(page, "stopped");
+  const gone = page.locator("#dismiss");
+  if (await gone.isVisible()) await gone.tap();  // a guard of the test before
+  await page.tap("#guard");
+  await shown(page, "guards", /^guarded by page-\w+ \(this page\)$/);
+  await hold(page, "#reset", 2500);
+  await stop_is(page, "running");
+  return page;
+}
+
+test("a guarded robot does not move until a page guards it, and stops when that closes", limit, async () => {
+  const watching = await page_of(guarded);
+  await stop_is(watching, "stopped");
+  await shown(watching, "stop_says", /^it starts stopped, a reset lets it move$/);
+  await shown(watching, "guards", /^no guard: it cannot move$/);
+  await hold(watching, "#reset", 2500);
+  await shown(watching, "stop_says", /^not reset: a guard is missing$/);
+  const page = await guarding_page();
+  await stop_is(watching, "running");
+  await until("it drives", async () => (await speed_of(guarded)) > 0.1);
+  await page.context().close();
+  open = open.filter((each) => each !== page);
+  await stop_is(watching, "stopped");
+  await shown(watching, "stop_says", /^its guard page-\w+ fell silent or went away$/);
+  await until("it stands", async () => (await speed_of(guarded)) === 0);
+});
+
+test("a guard whose process dies is waited for until somebody says not to", limit, async () => {
+  const watching = await page_of(guarded);
+  const page = await guarding_page();
+  await stop_is(watching, "running");
+  await page.context().setOffline(true).catch(() => {});
+  const client = await page.context().newCDPSession(page);
+  client.send("Page.crash").catch(() => {});
+  await stop_is(watching, "stopped");
+  await shown(watching, "guards", /\(silent\)$/);
+  await hold(watching, "#reset", 2500);
+  await shown(watching, "stop_says", /^not reset: a guard is missing$/);
+  await watching.tap("#dismiss");
+  await shown(watching, "guards", /^no guard/);
+});
+
+test("a page that is hidden lets go of the robot, and says so", limit, async () => {
+  const watching = await page_of(guarded);
+  const page = await guarding_page();
+  await stop_is(watching, "running");
+  await page.evaluate(() => {  // Chromium has no way to hide a page without a screen
+    Object.defineProperty(document, "hidden", { get: () => true });
+    document.dispatchEvent(new Event("visibilitychange"));
+  });
+  await stop_is(watching, "stopped");
+  await shown(watching, "guards", /^no guard/);
+  await shown(page, "guards", /^this page was hidden, and guards no more$/);
+  assert.equal(await page.getAttribute("#guard", "aria-pressed"), "false");
+});
