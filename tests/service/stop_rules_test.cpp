@@ -136,6 +136,25 @@ TEST(stop_rules, let_an_unguarded_robot_move_only_if_it_may) {
   EXPECT_NE(free.state().find(R"("unguarded":true)"), std::string::npos);
 }
 
+TEST(stop_rules, say_for_how_long_the_robot_is_what_it_is) {
+  robot r{unguarded()};
+  r.add_loop();
+  const auto says = [&](std::string_view since) { return r.state().find(since) != std::string::npos; };
+  r.pass(1s);
+  EXPECT_TRUE(says(R"("since_ms":1000,)")) << r.state();
+  EXPECT_EQ(r.reset(), refusal::none);
+  r.pass(2s);
+  EXPECT_TRUE(says(R"("since_ms":2000,)")) << r.state();
+  r.stop();
+  r.pass(300ms);
+  EXPECT_TRUE(says(R"("since_ms":300,)")) << r.state();
+  r.stop(); // a repeat
+  r.pass(300ms);
+  EXPECT_TRUE(says(R"("since_ms":600,)")) << r.state();
+  r.stop("another", operator_b);
+  EXPECT_TRUE(says(R"("since_ms":0,)")) << r.state();
+}
+
 TEST(stop_rules, let_it_move_while_its_guard_is_there) {
   moving_robot r;
   r.pass(10s);

@@ -34,6 +34,11 @@ export class scripted_page {
       this.asked.push(message);
       if (message.op === "subscribe") wanted.set(message.id, message.topic);
       if (message.op === "unsubscribe") wanted.delete(message.id);
+      if (message.op === "call_service") {
+        const { id, service } = message;
+        const values = `Service ${service} does not exist`;
+        this.say({ op: "service_response", id, service, values, result: false });
+      }
     });
     this.timer = setInterval(() => {
       for (const topic of new Set(wanted.values())) {
