@@ -102,8 +102,8 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
     to.note("to let it go: rowe reset ", url, " ", printable(text_member(state, "number")));
     return exit_code::failed;
   }
-  const std::string answer =
-      ask(*resetting, joined(R"({"number":)", o.number, R"(,"tick":)", integer_member(state, "tick").value_or(-1), "}"));
+  const std::string answer = ask(*resetting, joined(R"({"number":)", o.number, R"(,"tick":)",
+                                                    integer_member(state, "tick").value_or(-1), "}"));
   if (failed) return *failed;
   if (const std::string why = text_member(answer, "refused"); !why.empty()) {
     to.error("NOT reset: ", refusal_words(why, state, o.number));

@@ -66,7 +66,8 @@ export class stop_panel {
   #state() {
     const { of } = this;
     const connected = of.robot.state === "open";
-    if (of.configured === null && of.robot.attempt === 0 && performance.now() < unknown_ms_max) return "blank";
+    const early = of.robot.attempt === 0 && performance.now() < unknown_ms_max;
+    if (of.configured === null && early) return "blank";
     if (of.configured === false) return "none";
     if (!connected) return "unreachable";
     if (!of.known) return "unknown";

@@ -95,6 +95,41 @@ class add_two_numbers(unittest.TestCase):
             self.assertEqual(asking.stderr, ["nobody provides the service"])
 
 
+class stop(unittest.TestCase):
+    def check(self, *how):
+        with example(*how) as robot:
+            url = "ws://127.0.0.1:" + robot.line(r"listening on port (\d+)", "stdout")[1]
+            robot.line("braking", "stdout")  # it starts stopped
+            number = run("reset", url).stdout[0].split()[-1]
+            released = run("reset", url, number)
+            self.assertEqual(released.code, 0, released.stderr)
+            robot.line("driving", "stdout")
+            stopped = run("stop", url)
+            self.assertEqual(stopped.code, 0, stopped.stderr)
+            self.assertIn("stop acknowledged by ", stopped.stdout[0])
+            robot.line("braking", "stdout", 2)
+            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+
+    def test_is_obeyed_by_a_loop(self):
+        self.check("stop", "0", "unguarded")
+
+    def test_is_obeyed_by_a_loop_in_c(self):
+        self.check("stop_in_c", "0")
+
+    def test_of_a_robot_that_nobody_guards_is_not_reset(self):
+        with example("stop", "0") as robot:
+            url = "ws://127.0.0.1:" + robot.line(r"listening on port (\d+)", "stdout")[1]
+            robot.line("braking", "stdout")
+            number = run("reset", url).stdout[0].split()[-1]
+            self.assertEqual(run("reset", url, number).code, 1)
+            self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
+
+    def test_says_how_it_is_used(self):
+        for name, usage in (("stop", "usage: stop PORT [unguarded]"), ("stop_in_c", "usage: stop_in_c PORT")):
+            with example(name) as without:
+                self.assertEqual((without.end(), without.stderr), (2, [usage]))
+
+
 class robot(unittest.TestCase):
     def test_two_of_them_talk_and_add(self):
         with example("robot", "0") as server:

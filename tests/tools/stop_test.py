@@ -158,7 +158,8 @@ class robots(unittest.TestCase):
     def test_whose_clock_is_another_tell_only_what_it_took_inside(self):
         ended = self.stop({"/rowe/stop": stopped(), "/rowe/stats": lambda _: {"name": "far"}})
         self.assertEqual(ended.code, 0, ended.stderr)
-        self.assertRegex(ended.stdout[0], r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
+        self.assertRegex(ended.stdout[0],
+                         r"^stop acknowledged by far in .* \(service 340 µs, there and back .*\)$")
 
     def test_that_do_not_say_their_name_are_told_by_their_url(self):
         ended = self.stop({"/rowe/stop": stopped()}, "--json")
@@ -241,7 +242,8 @@ class guards(unittest.TestCase):
                 self.assertIsNone(answer["values"]["refused"], answer)
             robot.line("stopped: lease")
             shown = run("reset", robot.url)
-            self.assertRegex(shown.stdout[0], r"^stopped: the guard desk fell silent or went away .* ago, number ")
+            self.assertRegex(shown.stdout[0],
+                             r"^stopped: the guard desk fell silent or went away .* ago, number ")
             number = shown.stdout[0].split()[-1]
             ended = run("reset", robot.url, number)
             self.assertEqual(ended.code, 1)

@@ -69,7 +69,8 @@ test("pressing STOP stops the robot and shows how long that took", limit, async 
   const page = await running_page();
   await until("it drives", async () => (await speed_of(server)) > 0.1);
   await page.tap("#stop");
-  await shown(page, "stop_says", /^acknowledged in \d+(\.\d+)?\sm?s by \S+ \(its own time \d+(\.\d+)?\sm?s\)$/);
+  await shown(page, "stop_says",
+    /^acknowledged in \d+(\.\d+)?\sm?s by \S+ \(its own time \d+(\.\d+)?\sm?s\)$/);
   await stop_is(page, "stopped");
   await shown(page, "latch", /^STOPPED by 127\.0\.0\.1$/);
   await shown(page, "latch_at", /at \d\d:\d\d:\d\d$/);
@@ -153,7 +154,7 @@ test("nothing jumps when the robot is stopped and let go", limit, async () => {
     window.jumped = [];
     new PerformanceObserver((list) => {
       for (const { sources } of list.getEntries()) {
-        for (const { node } of sources) window.jumped.push(node?.id || node?.parentElement?.id || node?.nodeName);
+        for (const { node } of sources) window.jumped.push(node?.id || node?.parentElement?.id || "?");
       }
     }).observe({ type: "layout-shift" });
   });
