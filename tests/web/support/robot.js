@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program under test, `rowe serve`, with its demo robot or as a test asks for it, on a port of its own; and
-// how to hurt it.
+// The program under test, `rowe serve`, with its demo robot or as a test asks for it, on a port of its own;
+// and how to hurt it.
 
 import { spawn } from "node:child_process";
 import { once } from "node:events";
