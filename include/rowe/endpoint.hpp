@@ -89,9 +89,10 @@ class endpoint {
   result<rowe::stop_latch> stop_latch(const latch_options& options = {});
 
   // Stops all loops of this endpoint, as a peer does that calls /rowe/stop; for another thread of this
-  // process that knows of a danger. Returns when the loops have acknowledged. Errors: timed_out (they have
-  // not within `patience` or the option observe_timeout, but they are stopped), no_service (there is no
-  // latch), closed.
+  // process that knows of a danger. Needs no free slot, queue or call, and works while the endpoint closes.
+  // Returns when the loops have acknowledged. Errors: no_service (there is no latch); all others mean that
+  // they are stopped, and that it is not known whether they have acknowledged: timed_out (not within
+  // `patience` or the option observe_timeout), full, too_many_calls, too_big (the source), closed.
   status stop(std::string_view source, duration patience);
 
   // Lets the loops go again, as a person at the robot would; for a program that has a button of its own, or

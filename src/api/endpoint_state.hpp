@@ -47,6 +47,11 @@ class endpoint_state {
 
   result<lane*> open_lane(const lane_request& asked);
   void close_lane(lane& gone) noexcept;
+  // Stops the loops, whatever is full. Any thread.
+  void ask_to_stop() noexcept {
+    board_->ask_to_stop();
+    carrier_->wake();
+  }
   // Has the service thread look at lanes and front door now. Any thread.
   void wake_service() noexcept { carrier_->wake(); }
 

@@ -2,11 +2,13 @@
 // The stop for threads of this process that have no loop: calls of the endpoint's own services, as a peer's.
 #include <rowe/endpoint.hpp>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <string_view>
 #include <thread>
 
+#include "api/endpoint_state.hpp"
 #include "json/reader.hpp"
 
 namespace rowe {
@@ -31,6 +33,7 @@ bool is_null(std::string_view answer, std::string_view member) noexcept {
 } // namespace
 
 status endpoint::stop(std::string_view source, duration patience) {
+  state_->ask_to_stop(); // first, and without any room; what follows is for the source and the answer
   const auto answer = invoke(message{"service", "/rowe/stop", "source", source}, patience);
   if (!answer) return answer.error();
   if (!is_null(answer->text(), "observed_ns")) return {};
@@ -39,9 +42,13 @@ status endpoint::stop(std::string_view source, duration patience) {
 
 status endpoint::reset_stop(duration patience) {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), patience);
+  const auto left = [&] {
+    if (deadline == rt::never) return rt::for_ever;
+    return std::max(deadline - rt::monotonic_clock::now(), look_again_after);
+  };
   std::int64_t number = -1; // of the stop that is reset: another one that comes meanwhile stays
   for (;;) {
-    const auto state = invoke(message{"service", "/rowe/stop/state"}, patience);
+    const auto state = invoke(message{"service", "/rowe/stop/state"}, left());
     if (!state) return state.error();
     if (number < 0) {
       if (says(state->text(), "state", "running")) return {};
@@ -49,7 +56,7 @@ status endpoint::reset_stop(duration patience) {
     }
     const auto answer = invoke(
         message{"service", "/rowe/stop/reset", "number", number, "tick", integer_in(state->text(), "tick")},
-        patience);
+        left());
     if (!answer) return answer.error();
     if (is_null(answer->text(), "refused")) return {};
     if (says(answer->text(), "refused", "number") || says(answer->text(), "refused", "guards"))

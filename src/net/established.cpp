@@ -69,7 +69,7 @@ connection_id established::open(descriptor socket, const socket_address& peer) n
   one.peer = peer;
   one.now = phase::open;
   one.reading = true;
-  one.refused = false;
+  one.refused = one.broken = false;
   prepare_for_frames(one.socket.get(), limits_);
   watch(one);
   return id_of(one);
@@ -119,7 +119,7 @@ void established::on_event(const socket_event& event, std::span<std::byte> buffe
 void established::read(connection& one, std::span<std::byte> buffer, transport_sink& sink) noexcept {
   const ssize_t bytes = ::recv(one.socket.get(), buffer.data(), buffer.size(), MSG_DONTWAIT);
   if (bytes > 0) return sink.on_bytes(id_of(one), buffer.first(static_cast<std::size_t>(bytes)));
-  if (bytes == 0) return finish(one, close_cause::peer, sink);
+  if (bytes == 0) return finish(one, one.broken ? one.cause : close_cause::peer, sink);
   if (!would_block(errno)) finish(one, cause_of(errno), sink);
 }
 
@@ -146,9 +146,12 @@ std::size_t established::write(connection_id id,
     message.msg_iovlen = count;
     const ssize_t sent = ::sendmsg(one->socket.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (sent < 0) {
-      if (has_no_room(errno)) return refuse(*one, taken);
-      end(*one, cause_of(errno));
-      return taken;
+      // A broken connection may still hold what its peer said before; its event reads that to the end.
+      if (!has_no_room(errno)) {
+        one->broken = true;
+        one->cause = cause_of(errno);
+      }
+      return refuse(*one, taken);
     }
     taken += static_cast<std::size_t>(sent);
     if (static_cast<std::size_t>(sent) < offered) return refuse(*one, taken);

@@ -68,7 +68,8 @@ class established {
     std::uint32_t generation = 0;
     phase now = phase::free;
     bool reading = true;
-    bool refused = false;   // a write was cut short; EPOLLOUT is awaited
+    bool refused = false;
+    bool broken = false;    // a write said so, and `cause` why; there may be something to read still
     int unacknowledged = 0; // bytes, when it was
     service::close_cause cause = service::close_cause::asked;
   };

@@ -75,6 +75,19 @@ class board {
     generations_[index].store(generation, std::memory_order_release);
   }
 
+  // Any thread: stops the loops; needs no room anywhere. The service thread is to be woken.
+  void ask_to_stop() noexcept {
+    // release: pairs with the exchange in take_stop_asked(); the wake that follows has it looked at
+    stops_asked_.store(1, std::memory_order_release);
+  }
+  // Service thread: whether somebody has asked since the last call.
+  bool take_stop_asked() noexcept {
+    // relaxed: a look in each cycle, which only decides whether to exchange
+    if (stops_asked_.load(std::memory_order_relaxed) == 0) return false;
+    // acquire: pairs with the release in ask_to_stop()
+    return stops_asked_.exchange(0, std::memory_order_acquire) != 0;
+  }
+
   // One other thread at a time.
   std::optional<event> try_event() noexcept { return reader_->try_pop(); }
 
@@ -125,6 +138,7 @@ class board {
   events::producer* writer_;
   events::consumer* reader_;
   rt::std_atomics::variable<std::uint32_t> peers_{0};
+  rt::std_atomics::variable<std::uint32_t> stops_asked_{0};
 };
 
 // A counter with the part of it that user threads count in their lanes. Any thread.

@@ -85,7 +85,15 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
                       rt::time_point began, rt::time_point deadline) noexcept {
   const auto fails = [&](const error& why) { tell(asker, own, why); };
   if (closing_) return fails({errc::closed});
+  // A stop needs neither time nor a place: only its answer does.
+  const auto stop_anyway = [&] {
+    const bool named = stop_service_named(service) == stop_service::stop;
+    const bool object = what.is == asking::form::object && check_text(what.text);
+    if (stop_.in_use() && (named || (object && what.to.generation == 0 && asks_to_stop(what.text))))
+      carry_out_stop(stop_service::stop, {.who = asker, .silent = true}, {});
+  };
   if (deadline < now_) {
+    stop_anyway();
     add(counter::calls_timed_out);
     return fails({errc::timed_out, 0, (deadline - began).count()});
   }
@@ -107,6 +115,7 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
   }
   const std::uint32_t index = calls_.open(asker, {}, service);
   if (index == no_index) {
+    stop_anyway();
     return fails({errc::too_many_calls, calls_.in_flight(), bounds_.calls_max});
   }
   calls_.at(index).own = own;

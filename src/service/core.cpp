@@ -173,6 +173,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   take_from_lanes();
   take_from_door();
   expire();
+  show_stop_state();
   offer_all();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
@@ -233,10 +234,7 @@ bool core::drained() const noexcept {
 void core::close_all(rt::time_point now) noexcept {
   now_ = now;
   closing_ = true;
-  if (stop_.in_use()) {
-    stop_.request("the endpoint is closing", 0, now_);
-    stop_.write_permit(shown_.permit);
-  }
+  stop_loops(now);
   disarm(timer::reconnect, 0);
   while (letters_.waiting() != 0) {
     add(counter::lost_at_close);
@@ -328,10 +326,7 @@ void core::on_writable(connection_id id) noexcept {
 void core::forget(connection& c) noexcept {
   c.state = connection::phase::closing; // what it had been given goes to others from here on
   end_calls_of(c);
-  if (stop_.in_use()) {
-    stop_.peer_gone(std::uint64_t{c.id.generation} << 32 | c.id.index, now_);
-    stop_.write_permit(shown_.permit);
-  }
+  leave_stop(c);
   if (c.begun.slot != no_index) {
     slots_.end(c.begun.slot);
     release(c.begun.slot);
@@ -350,6 +345,7 @@ void core::forget(connection& c) noexcept {
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
+  leave_stop(c);                        // nor is anything heard: a guard has gone
   c.farewell = reason;
   // A close frame cannot stand in the middle of another one, and Hop's programs know none.
   if (c.begun.slot == no_index && options_.profile == peer_profile::standard) {

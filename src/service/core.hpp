@@ -4,7 +4,9 @@
 // seconds from one seed, a fuzzer can feed it bytes, and sockets are one transport among others.
 //
 // One cycle, in this order:
-//   transport events in: requests are carried out as they are read, inbound before outbound
+//   transport events in: of each peer, what it said is put aside; a stop is carried out as it is read
+//   the stop's own turn: loops, guards, answers
+//   what was put aside, one message of each peer in turn: inbound before outbound
 //   take from lanes, a stated budget each, then from the front door
 //   expire: messages, throttled subscriptions that are due, peers to ping or cut, the statistics
 //   offer frames to every connection that has something to write, urgent first
@@ -139,6 +141,8 @@ class core final : public transport_sink {
   std::uint32_t peers() const noexcept { return peers_; }
   // True when nothing that was published waits to be written.
   bool drained() const noexcept;
+  // Stops the loops: the endpoint is about to close.
+  void stop_loops(rt::time_point now) noexcept;
   // Says goodbye to every peer (close code 1001) and refuses further work.
   void close_all(rt::time_point now) noexcept;
 
@@ -157,8 +161,9 @@ class core final : public transport_sink {
 
  private:
   static constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
-  // How long the next cycle may wait while a loop is to acknowledge a stop.
-  static constexpr rt::duration acknowledgment_rest = std::chrono::microseconds{50};
+  // How long the next cycle may wait while a loop is to acknowledge a stop: not long at first.
+  static constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
+  static constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};
   static constexpr rt::duration idle_rest = std::chrono::milliseconds{250}; // set-up and sockets wake earlier
 
   // One node of the wheel for each thing that has a time.
@@ -194,7 +199,8 @@ class core final : public transport_sink {
   std::size_t read_one(connection& c) noexcept;
   void take_turn(connection& c) noexcept;
   void read_in_turn() noexcept;
-  bool begins_with_stop(const connection& c) const noexcept;
+  std::size_t end_of_stops(const connection& c) const noexcept;
+  void read_stops(connection& c) noexcept;
 
   // inbound.cpp
   void take(connection& c, const wire::frame_step& step) noexcept;
@@ -434,9 +440,11 @@ class core final : public transport_sink {
   void detach_latch(std::uint32_t lane) noexcept;
   void take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
                       std::string_view args) noexcept;
+  bool asks_to_stop(std::string_view text) const noexcept;
   void take_silent_stop(connection& c, std::string_view args) noexcept;
   void carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept;
   void report_stop(std::string_view reason) noexcept;
+  void leave_stop(const connection& c) noexcept;
   void await_observed(const stop_asker& asker) noexcept;
   void answer_observed() noexcept;
   void answer_stop(stop_service which, const stop_asker& asker, rt::time_point accepted,
@@ -445,6 +453,7 @@ class core final : public transport_sink {
                          stop_rules::refusal refused) noexcept;
   void turn_stop() noexcept;
   void show_stop_state() noexcept;
+  void show_stop_to_hop(bool changed) noexcept;
   rt::time_point next_stop_turn() const noexcept;
 
   // statistics.cpp
@@ -510,6 +519,7 @@ class core final : public transport_sink {
   stop_rules stop_;
   std::span<stop_waiter> stop_waiters_;
   std::uint32_t stops_awaited_ = 0;
+  rt::time_point stop_awaited_since_{}; // of the newest that waits
   std::uint32_t stop_topic_ = no_index; // of the state; from the first latch on
   std::uint64_t stop_version_shown_ = 0;
   bool stop_reported_running_ = false; // as of the last event

@@ -78,6 +78,7 @@ void core::take_rosbridge(connection& c, std::string_view text) noexcept {
   rosbridge::request asked;
   const rosbridge::name_limits names{.topic_bytes_max = bounds_.topic_bytes_max};
   if (const auto refusal = rosbridge::decode(text, scratch_, names, asked)) {
+    if (asks_to_stop(text)) take_silent_stop(c, text);
     std::array<char, rosbridge::refusal_text_bytes_max> why;
     return refuse(c, asked.id_raw, refusal->text(why));
   }
@@ -93,6 +94,7 @@ void core::take_bare(connection& c, std::string_view text, bool has_op) noexcept
   bare::envelope said;
   const auto refusal = bare::decode(text, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
   if (refusal || has_op) {
+    if (asks_to_stop(text)) take_silent_stop(c, text);
     std::array<char, bare::refusal_text_bytes_max> room;
     const std::string_view why = refusal ? refusal->text(room) : "the member \"op\" must be a string";
     report(event::kind::refused_request, c.peer(), why);
@@ -106,11 +108,7 @@ void core::take_bare(connection& c, std::string_view text, bool has_op) noexcept
                      said.ttl_ns);
   case bare::kind::message: break;
   }
-  if (stop_.in_use()) {
-    const auto service = json::find(json::root(text).raw, "service");
-    if (service && (json::text_is(*service, "/rowe/stop") || json::text_is(*service, "rowe/stop")))
-      return take_silent_stop(c, text);
-  }
+  if (asks_to_stop(text)) return take_silent_stop(c, text);
   // What finds no room is counted there.
   (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
                          .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),

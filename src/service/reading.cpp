@@ -41,7 +41,7 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   assert(c->unread.empty());
   std::memcpy(c->aside.data(), bytes.data(), bytes.size());
   c->unread = c->aside.first(bytes.size());
-  while (begins_with_stop(*c)) read_one(*c);
+  read_stops(*c);
   take_turn(*c);
 }
 
@@ -80,19 +80,39 @@ void core::read_in_turn() noexcept {
     connection& c = connections_[unread_.pop()];
     c.in_turn = false;
     work += read_one(c);
-    while (begins_with_stop(c)) work += read_one(c);
     take_turn(c);
   }
 }
 
-// Whether the next frame is here whole and begins like a request to stop. A frame that only looks like one is
-// carried out a little earlier than its turn; one whose service stands further behind waits for its turn.
-bool core::begins_with_stop(const connection& c) const noexcept {
-  if (!stop_.in_use() || c.unread.empty() || c.parser.mid_message()) return false;
-  std::array<char, look_bytes> room;
-  const std::string_view text = wire::look_at_text(c.unread, std::as_writable_bytes(std::span{room}));
-  return std::any_of(std::begin(stop_marks), std::end(stop_marks),
-                     [&](std::string_view mark) { return text.find(mark) != std::string_view::npos; });
+// Carries out everything up to the last stop that is here whole: what stands before it is its peer's own, and
+// not more than was read at once.
+void core::read_stops(connection& c) noexcept {
+  const std::size_t end = end_of_stops(c);
+  const std::size_t left = c.unread.size() - end;
+  while (end != 0 && c.unread.size() > left) read_one(c);
+}
+
+// Where the last frame ends that begins like a request to stop; 0: there is none. A frame that only looks
+// like one is carried out a little earlier than its turn; a stop whose service or topic stands further
+// behind, or that came in pieces, waits for its turn.
+std::size_t core::end_of_stops(const connection& c) const noexcept {
+  if (!stop_.in_use()) return 0;
+  const auto begun = c.parser.rest_of_frame();
+  if (!begun) return 0; // in the middle of a header
+  std::size_t found = 0;
+  for (std::size_t at = *begun; at < c.unread.size();) {
+    const auto frame = c.unread.subspan(at);
+    const std::size_t bytes = wire::whole_frame_bytes(frame);
+    if (bytes == 0) break;
+    std::array<char, look_bytes> room;
+    const std::string_view text = wire::look_at_text(frame, std::as_writable_bytes(std::span{room}));
+    const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
+      return text.find(mark) != std::string_view::npos;
+    });
+    at += bytes;
+    if (marked) found = at;
+  }
+  return found;
 }
 
 } // namespace rowe::service

@@ -31,6 +31,7 @@ void service_loop::run(bool fifo) noexcept {
     // acquire: pairs with the release in stop(). Looked at before the cycle, so that whatever was published
     // before stop() is taken in a cycle that comes after.
     const rt::time_point drain_until{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
+    if (drain_until != rt::never) core_.stop_loops(clock::now());
     cycle();
     if (drain_until != rt::never) {
       drained_ = core_.drained();

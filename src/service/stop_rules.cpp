@@ -196,13 +196,11 @@ void stop_rules::set_source(std::string_view source) noexcept { source_bytes_ = 
 
 void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept {
   running_ = false;
-  since_ = now;
   cause_ = cause;
   set_source(source);
   asker_count_ = 0;
   until_ = {};
-  permit_changed_ = true;
-  ++version_;
+  raise_number(now); // what was shown while running names no stop
 }
 
 void stop_rules::raise_number(rt::time_point now) noexcept {

@@ -29,6 +29,8 @@ static_assert(answer_bytes_max + wire::frame_header_bytes_max <= stop_frames::ro
 // How often the state is shown to whoever is no guard.
 constexpr int ticks_for_others = 10;
 constexpr std::uint64_t this_process = 1; // a peer's key is never so small
+// Stops of one peer that wait for the loops; more of them are answered at once.
+constexpr int waiting_per_peer_max = 2;
 
 std::uint64_t key_of(connection_id id) noexcept { return std::uint64_t{id.generation} << 32 | id.index; }
 
@@ -97,6 +99,30 @@ void core::take_stop_call(connection& c, dialect in, std::string_view id_raw, st
   carry_out_stop(which, {.who = party::of(c.id, in), .id_raw = too_long ? std::string_view{} : id_raw}, args);
 }
 
+// Whether a validated text names the stop, whatever else is wrong with it: then it is a stop.
+bool core::asks_to_stop(std::string_view text) const noexcept {
+  if (!stop_.in_use()) return false;
+  for (const std::string_view member : {"service", "topic"}) {
+    const auto found = json::find(json::root(text).raw, member);
+    if (found && (json::text_is(*found, stop_name) || json::text_is(*found, stop_name.substr(1))))
+      return true;
+  }
+  return false;
+}
+
+// A connection is heard no more: what it guarded stops.
+void core::leave_stop(const connection& c) noexcept {
+  if (!stop_.in_use()) return;
+  stop_.peer_gone(key_of(c.id), now_);
+  stop_.write_permit(shown_.permit);
+}
+
+void core::stop_loops(rt::time_point now) noexcept {
+  if (!stop_.in_use()) return;
+  stop_.request("the endpoint is closing", 0, now);
+  stop_.write_permit(shown_.permit);
+}
+
 // A stop that wants no answer: published, or a bare message without an id.
 void core::take_silent_stop(connection& c, std::string_view args) noexcept {
   carry_out_stop(stop_service::stop, {.who = party::of(c.id, dialect::bare), .silent = true}, args);
@@ -105,7 +131,7 @@ void core::take_silent_stop(connection& c, std::string_view args) noexcept {
 void core::carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept {
   connection* const c = asker.who.who == party::kind::peer ? find(asker.who.connection()) : nullptr;
   const std::uint64_t peer = c != nullptr ? key_of(c->id) : this_process;
-  const bool role = c == nullptr || c->local;
+  const bool role = asker.who.who != party::kind::peer || (c != nullptr && c->local);
   const auto text_of = [&](std::string_view member) -> std::string_view {
     const auto found = json::find(args, member);
     const auto text = found ? json::to_string(*found, scratch_) : std::nullopt;
@@ -162,13 +188,17 @@ void core::report_stop(std::string_view reason) noexcept {
 void core::await_observed(const stop_asker& asker) noexcept {
   const auto free = std::find_if(stop_waiters_.begin(), stop_waiters_.end(),
                                  [](const stop_waiter& w) { return w.who.who == party::kind::nobody; });
+  const auto same = std::count_if(stop_waiters_.begin(), stop_waiters_.end(), [&](const stop_waiter& w) {
+    return asker.who.who == party::kind::peer && w.who.is(asker.who.connection());
+  });
   const bool known = stop_.observed(now_) != rt::never;
-  if (known || free == stop_waiters_.end())
+  if (known || free == stop_waiters_.end() || same >= waiting_per_peer_max)
     return answer_stop(stop_service::stop, asker, now_, stop_rules::refusal::none);
   *free = {.who = asker.who, .call = asker.call, .accepted = now_};
   free->until = now_ + options_.stop.observe_timeout;
   free->id_bytes = static_cast<std::uint16_t>(asker.id_raw.copy(free->id.data(), free->id.size()));
   ++stops_awaited_;
+  stop_awaited_since_ = now_;
 }
 
 void core::answer_observed() noexcept {
@@ -242,18 +272,19 @@ void core::answer_stop(stop_service which, const stop_asker& asker, rt::time_poi
 
 // ---- the state
 
-// In each cycle, after what peers said: looks at loops, guards and the clock, answers, and shows the state to
-// those who are due.
+// In each cycle, after what was read: looks at loops, guards and the clock, and answers.
 void core::turn_stop() noexcept {
   if (!stop_.in_use()) return;
+  if (shown_.take_stop_asked()) carry_out_stop(stop_service::stop, {.silent = true}, {});
   stop_.turn(now_);
   stop_.write_permit(shown_.permit);
   if (stop_.running() != stop_reported_running_) report_stop({}); // a guard or a loop may have gone, too
   answer_observed();
-  show_stop_state();
 }
 
+// At the end of each cycle: shows the state to those who are due.
 void core::show_stop_state() noexcept {
+  if (!stop_.in_use()) return;
   const bool changed = std::exchange(stop_version_shown_, stop_.version()) != stop_.version();
   topic& on = router_.at(stop_topic_);
   std::array<char, answer_bytes_max> room;
@@ -289,21 +320,50 @@ void core::show_stop_state() noexcept {
     }
     stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
   }
+  if (options_.profile != peer_profile::standard) show_stop_to_hop(changed);
   if (on.first_inbox == no_index) return;
-  if (changed || now_ - stop_delivered_at_ >= slow) {
+  const rt::duration here = stop_.guards_include(this_process) ? options_.stop.tick : slow;
+  if (changed || now_ - stop_delivered_at_ >= here) {
     stop_delivered_at_ = now_;
     const std::span<const char> whole = text();
     for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
       deliver_inbox(i, whole.subspan(body_at, bytes - body_at - rosbridge::publish_tail.size()));
   }
-  stop_state_due_ = std::min(stop_state_due_, stop_delivered_at_ + slow);
+  stop_state_due_ = std::min(stop_state_due_, stop_delivered_at_ + here);
+}
+
+// Hop's programs know no topics and no pings: to them the state goes as a bare message, which also tells that
+// the robot is there.
+void core::show_stop_to_hop(bool changed) noexcept {
+  const rt::duration period = ticks_for_others * options_.stop.tick;
+  for (connection& c : connections_) {
+    if (!c.open() || !c.bare) continue;
+    if (changed || now_ - c.stop_shown_at >= period) {
+      c.stop_shown_at = now_;
+      std::array<char, body_bytes_max> room;
+      json::writer text{room};
+      stop_.write_state(text, now_);
+      wire::mask_key key;
+      if (masks(c)) key = next_mask();
+      if (!text.overflowed() &&
+          c.stop_out.add_state({room.data(), text.bytes()}, masks(c) ? &key : nullptr)) {
+        add(counter::messages_out);
+        ++c.messages_out;
+        list(c);
+      }
+    }
+    stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
+  }
 }
 
 // When turn_stop() is needed at the latest.
 rt::time_point core::next_stop_turn() const noexcept {
   if (!stop_.in_use()) return rt::never;
   rt::time_point next = std::min(stop_.next_turn(now_), stop_state_due_);
-  if (stops_awaited_ != 0) next = std::min(next, now_ + acknowledgment_rest);
+  if (stops_awaited_ != 0) {
+    next = std::min(next, now_ + std::clamp((now_ - stop_awaited_since_) / 8, acknowledgment_rest_min,
+                                            acknowledgment_rest_max));
+  }
   return next;
 }
 

@@ -367,20 +367,40 @@ std::size_t close_payload(std::uint16_t code, std::string_view reason,
   return 2 + bytes;
 }
 
-std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept {
-  constexpr auto whole_text = static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(opcode::text));
-  if (bytes.size() < 2 || bytes[0] != whole_text) return {};
+namespace {
+
+// The header's bytes and the payload's of the frame at the front; nothing when it is not here whole.
+struct frame_extent {
+  std::size_t header;
+  std::size_t payload;
+};
+std::optional<frame_extent> extent_of(std::span<const std::byte> bytes) noexcept {
+  if (bytes.size() < 2) return std::nullopt;
   const std::size_t header = header_bytes(bytes[1]);
   const std::size_t count = length_bytes(bytes[1]);
-  if (bytes.size() < header) return {};
+  if (bytes.size() < header) return std::nullopt;
   const std::uint64_t length =
       count == 0 ? number_of(bytes[1]) & length_bits : read_big_endian(bytes.data() + 2, count);
-  if (length > bytes.size() - header) return {};
-  const std::size_t looked = std::min(static_cast<std::size_t>(length), room.size());
+  if (length > bytes.size() - header) return std::nullopt;
+  return frame_extent{header, static_cast<std::size_t>(length)};
+}
+
+} // namespace
+
+std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept {
+  const auto frame = extent_of(bytes);
+  return frame ? frame->header + frame->payload : 0;
+}
+
+std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept {
+  constexpr auto whole_text = static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(opcode::text));
+  const auto frame = extent_of(bytes);
+  if (!frame || bytes[0] != whole_text) return {};
+  const std::size_t looked = std::min(frame->payload, room.size());
   mask_key key{};
   if ((number_of(bytes[1]) & mask_bit) != 0)
-    std::memcpy(key.data(), bytes.data() + header - sizeof(mask_key), sizeof(mask_key));
-  mask_copy(room.first(looked), bytes.subspan(header, looked), key);
+    std::memcpy(key.data(), bytes.data() + frame->header - sizeof(mask_key), sizeof(mask_key));
+  mask_copy(room.first(looked), bytes.subspan(frame->header, looked), key);
   return {reinterpret_cast<const char*>(room.data()), looked};
 }
 

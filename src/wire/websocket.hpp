@@ -101,6 +101,13 @@ class frame_parser {
   // True while a frame or a fragmented message has begun and is not complete: what a message deadline asks.
   bool mid_message() const noexcept;
 
+  // How many bytes of the frame that has begun are still to come; 0 between two frames; nothing in the middle
+  // of a header.
+  std::optional<std::size_t> rest_of_frame() const noexcept {
+    if (header_have_ > 0) return std::nullopt;
+    return in_frame_ ? static_cast<std::size_t>(frame_.payload_bytes - payload_done_) : 0;
+  }
+
   // True when the state is one that bytes can lead to; for tests and fuzzers.
   bool check() const noexcept;
 
@@ -165,6 +172,9 @@ std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint6
 // The beginning of the text that a whole unfragmented text frame at the front of `bytes` carries, unmasked
 // into `room` and cut at its end; empty when there is no such frame. Nothing is checked: for a first look.
 std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept;
+
+// The length of the frame at the front of `bytes`; 0 when it is not here whole. Nothing is checked.
+std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept;
 
 // Masks or unmasks in place (the operation is its own inverse). `offset` is the position of data[0] in the
 // payload.

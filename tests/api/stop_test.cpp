@@ -103,6 +103,38 @@ TEST(stop, without_guards_is_not_reset) {
   EXPECT_FALSE(loop.moving());
 }
 
+TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
+  rowe::endpoint_options options = unguarded();
+  options.limits.door_slots = 4;
+  auto robot = endpoint::listen(0, options).value();
+  obedient loop{robot.stop_latch().value()};
+  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(loop.becomes(true));
+  EXPECT_FALSE(robot.stop("no time", 0ms));
+  EXPECT_TRUE(loop.becomes(false));
+
+  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(loop.becomes(true));
+  while (robot.try_send(rowe::message{"waits", "for a peer"}, rowe::rt::for_ever)) continue; // all slots
+  EXPECT_FALSE(robot.stop("no room", 10ms));
+  EXPECT_TRUE(loop.becomes(false));
+}
+
+TEST(stop, comes_when_the_endpoint_begins_to_close) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{robot.stop_latch().value()};
+  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(loop.becomes(true));
+  ASSERT_TRUE(
+      robot.try_send(rowe::message{"waits", "for a peer"}, rowe::rt::for_ever)); // so it drains for long
+  std::thread closing{[&] { (void)robot.close(2s); }};
+  const auto began = rowe::rt::monotonic_clock::now();
+  EXPECT_TRUE(loop.becomes(false));
+  const bool while_draining = rowe::rt::monotonic_clock::now() < began + 2s;
+  closing.join();
+  if (!while_draining) GTEST_SKIP() << "the machine was too slow to see it";
+}
+
 TEST(stop, of_a_robot_without_a_latch_is_no_service) {
   auto robot = endpoint::listen(0).value();
   EXPECT_EQ(robot.stop("test", patience).code(), errc::no_service);

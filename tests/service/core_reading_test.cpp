@@ -128,6 +128,33 @@ TEST_F(reading, finds_a_stop_behind_other_messages_of_its_own_peer) {
   EXPECT_EQ(order(), "aaaaaaaaaabbbbbbbbbb");
 }
 
+TEST_F(reading, finds_it_there_although_others_flood) {
+  listen();
+  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  on.cycle();
+  rowe::stop_latch latch{theatre::handle_of(lane)};
+  for (std::size_t who = 1; who < 4; ++who)
+    for (int i = 0; i < 60; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  for (int i = 0; i < 40; ++i) peers[0]->say("{}");
+  peers[0]->say(stop_call);
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 1U);
+}
+
+TEST_F(reading, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
+  listen();
+  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  on.cycle();
+  rowe::stop_latch latch{theatre::handle_of(lane)};
+  for (std::size_t who = 1; who < 4; ++who)
+    for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who), 3000));
+  peers[0]->say(say('a', 4200)); // more than one read
+  peers[0]->say(stop_call);
+  on.cycle();
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 1U);
+}
+
 TEST_F(reading, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
   listen();
   for (int i = 0; i < 300; ++i) peers[0]->say(say('a'));

@@ -295,6 +295,59 @@ TEST_F(stopping, takes_members_of_wrong_types_as_missing) {
   EXPECT_EQ(member(inside(heard[heard.size() - 1]), "refused"), "\"name\"");
 }
 
+TEST_F(stopping, is_carried_out_whatever_else_is_wrong_with_its_request) {
+  for (const char* text :
+       {R"({"service":"/rowe/stop","message_id":12.5})", R"({"service":"/rowe/stop","ttl_ms":-1})",
+        R"({"op":"call_service","service":"/rowe/stop","timeout":"x"})",
+        R"({"op":7,"service":"/rowe/stop"})"}) {
+    peer operator_{on};
+    start(operator_);
+    operator_.say(text);
+    on.cycle();
+    EXPECT_FALSE(look()) << text;
+    EXPECT_EQ(operator_.hear().size(), 1U) << text; // what was wrong
+    operator_.leave();
+    on.cycle();
+  }
+}
+
+TEST_F(stopping, of_one_peer_does_not_keep_others_from_waiting_for_their_answer) {
+  peer noisy{on};
+  peer operator_{on, rowe::service::side::server, "127.0.0.1:50001"};
+  start(operator_);
+  for (int i = 0; i < 100; ++i) noisy.say(R"({"service":"/rowe/stop","message_id":1})");
+  operator_.say(stop_call);
+  on.cycles(2, 10us);
+  look();
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(member(inside(heard[0]), "observed_ns"), "null");
+}
+
+TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
+  peer operator_{on};
+  start(operator_);
+  on.board.ask_to_stop();
+  on.cycle();
+  EXPECT_FALSE(look());
+}
+
+TEST_F(stopping, shows_a_change_in_the_cycle_in_which_it_happens) {
+  peer watcher{on};
+  peer operator_{on, rowe::service::side::server, "127.0.0.1:50001"};
+  start(operator_);
+  watcher.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
+  on.cycle();
+  EXPECT_EQ(watcher.hear().size(), 1U);
+  operator_.say(stop_call);
+  on.cycle();
+  EXPECT_EQ(watcher.hear().size(), 1U);
+  look();
+  (void)watcher.hear();
+  ASSERT_EQ(reset(operator_), "null");
+  EXPECT_EQ(member(inside(watcher.hear().back()), "state"), "\"running\"");
+}
+
 TEST_F(stopping, is_never_refused_for_too_many_that_wait) {
   peer operator_{on};
   start(operator_);
@@ -334,6 +387,22 @@ TEST_F(stopping_guarded, guard_keeps_it_moving_by_echoing_ticks_and_stops_it_by_
   EXPECT_TRUE(latch->engaged(on.now));
 }
 
+TEST_F(stopping_guarded, guard_stops_it_by_saying_goodbye) {
+  peer page{on};
+  look();
+  page.say(R"({"service":"/rowe/stop/lease","guard":"g","message_id":1})");
+  on.cycle();
+  page.say(R"({"service":"/rowe/stop/lease","guard":"g","tick":)" + member(page.hear().back(), "tick") +
+           R"(,"message_id":1})");
+  on.cycle();
+  ASSERT_EQ(reset(page), "null");
+  ASSERT_TRUE(look());
+  const std::string_view normal{"\x03\xe8", 2};
+  page.send(rowe::wire::opcode::close, normal); // and keeps its side of the stream open
+  on.cycle();
+  EXPECT_TRUE(latch->engaged(on.now));
+}
+
 TEST_F(stopping_guarded, guard_is_told_the_newest_tick_by_each_answer) {
   peer page{on};
   look();
@@ -369,6 +438,20 @@ TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_EQ(server.violated, "");
   EXPECT_NE(member(inside(heard[0]), "observed_ns"), "null");
+}
+
+TEST(stopping_hop, is_shown_to_programs_that_know_no_topics) {
+  rowe::endpoint_options options = with_stop();
+  options.profile = rowe::peer_profile::hop;
+  theatre on{options};
+  (void)on.offer(rowe::detail::latch_request({}));
+  peer hop{on};
+  on.cycle();
+  (void)hop.hear();
+  on.cycles(1000);
+  const auto heard = hop.hear();
+  EXPECT_NEAR(static_cast<double>(heard.size()), 5, 1);
+  EXPECT_EQ(member(heard.back(), "state"), "\"stopped\"");
 }
 
 TEST(stopping_without_a_latch, is_no_service) {

@@ -99,16 +99,16 @@ class latch_words {
     latch_number number = 0;
     time_point at{};
   };
-  // `now` completes the time, of which the word has the low 48 bits (78 hours).
+  // `now` completes the time, of which the word has the low 48 bits: right for three days. A loop's clock may
+  // be ahead of the reader's `now` by the length of a cycle.
   acknowledgment acknowledged(time_point now) const noexcept {
     // acquire: pairs with the release in acknowledge()
     const std::uint64_t word = acknowledged_.load(std::memory_order_acquire);
     const auto reference = static_cast<std::uint64_t>(rt::nanoseconds_of(now));
-    // The nearest time with these low bits.
-    constexpr std::uint64_t half = (permit::time_mask >> 1) + 1;
-    const std::uint64_t ahead = (permit::time_of(word) - reference + half) & permit::time_mask;
-    return {permit::number_of(word),
-            time_point{duration{static_cast<std::int64_t>(reference + ahead - half)}}};
+    // The latest time with these low bits that is not more than an hour ahead.
+    constexpr std::uint64_t hour = 3'600'000'000'000;
+    const std::uint64_t ago = (reference + hour - permit::time_of(word)) & permit::time_mask;
+    return {permit::number_of(word), time_point{duration{static_cast<std::int64_t>(reference + hour - ago)}}};
   }
 
   // Set-up: before the words are shared.
