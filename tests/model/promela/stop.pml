@@ -2,7 +2,7 @@
  * The stop (docs/stop.md, src/service/stop_rules.cpp, rowe/detail/stop_permit.hpp): two loops of any speed, a
  * service thread of any speed that may die, a guard whose heartbeats lie in the network as long as it likes
  * and whose connection may end and come again, two sources of stops, and somebody who resets whatever he has
- * seen stopped, as late as he likes. Time goes on whenever it likes.
+ * seen, stopped or not yet, as late as he likes. Time goes on whenever it likes.
  *
  * What must hold whenever a loop decides to move:
  *   no stop was accepted that this loop has not met (also not by a reset that came too soon);
@@ -14,7 +14,7 @@
  *
  * variants: RACES
  * mutants: RACES+RESET_WITHOUT_LOOPS RACES+RESET_OF_ANY_NUMBER RACES+SECOND_SOURCE_KEEPS_NUMBER
- * mutants: RACES+RESET_KEEPS_NUMBER
+ * mutants: RACES+STOP_KEEPS_NUMBER
  * mutants: LEASE_FROM_ARRIVAL NO_SERVICE_TIMEOUT NO_MEMORY_OF_TRIPS IGNORES_SLOW_LOOPS GUARD_LOSS_IGNORED
  */
 #ifdef RACES                                   /* of stops and resets, in one moment */
@@ -78,6 +78,9 @@ inline accept_stop() {
 inline stop() {                                /* stop_rules::stop() */
   running = false;
   asked_by = 0;
+#ifndef STOP_KEEPS_NUMBER
+  number++;                                    /* what was shown while running names no stop */
+#endif
   permit_number = number;
   permit_until = 0;
   accept_stop()
@@ -139,9 +142,7 @@ inline take_reset(asked, seen) {               /* reset(), loops_ready(), guarde
   if
   :: !running && NAMED(asked) && LOOPS_READY && guard_until > now ->
     assert(seen == stops_accepted);
-#ifndef RESET_KEEPS_NUMBER
-    number++;
-#endif
+    number++;                                  /* else no loop that stood would ever move: safe, and useless */
     running = true;
     stood[0] = false;
     stood[1] = false;
@@ -263,6 +264,6 @@ active proctype resetter() {
   byte sent = 0;
 end:
   do
-  :: atomic { sent < RESETS && !running -> resets!number, stops_accepted; sent++ }
+  :: atomic { sent < RESETS -> resets!number, stops_accepted; sent++ }
   od
 }
