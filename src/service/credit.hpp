@@ -7,7 +7,7 @@
 //
 // One ping is under way at a time, so a pong is a round trip old when the next ping goes, and what was
 // written in between is not acknowledged yet although it may be read: hence two round trips in the bound
-// (decision 0013). It goes in the middle of what the bound allows, so that there is as much to
+// (decision 0015). It goes in the middle of what the bound allows, so that there is as much to
 // read before it as behind it.
 //
 // The shortest round trip counts, and it may become longer. But where messages are held back the queue that

@@ -142,7 +142,7 @@ inline take_reset(asked, seen) {               /* reset(), loops_ready(), guarde
   if
   :: !running && NAMED(asked) && LOOPS_READY && guard_until > now ->
     assert(seen == stops_accepted);
-    number++;                                  /* else no loop that stood would ever move: safe, and useless */
+    number++;                                  /* else no loop that stood would ever move again */
     running = true;
     stood[0] = false;
     stood[1] = false;
