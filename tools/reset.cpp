@@ -107,6 +107,10 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   if (failed) return *failed;
   if (const std::string why = text_member(answer, "refused"); !why.empty()) {
     to.error("NOT reset: ", refusal_words(why, state, o.number));
+    if (why == "guards" && !silent_guards(state).empty()) {
+      to.note("to wait for a guard no more: rowe call ", url,
+              R"( /rowe/stop/lease '{"guard":"NAME","resign":true}')");
+    }
     return exit_code::failed;
   }
   (void)emit("reset: the robot may move\n");

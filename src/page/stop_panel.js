@@ -91,7 +91,8 @@ export class stop_panel {
     if (of.refused) return [refusals[of.refused] ?? of.refused, true];
     if (asked) return [text.acknowledged(this.name, asked.answer), false];
     if (state === "stopped") return [causes[of.state.cause]?.(of.state.source) ?? of.state.cause, false];
-    return [of.state.unguarded ? text.moves_unguarded : text.moves_guarded, of.state.unguarded];
+    const alone = of.state.unguarded && of.guards.length === 0;
+    return [alone ? text.moves_unguarded : text.moves_guarded, alone];
   }
 
   #write_says(state) {

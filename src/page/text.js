@@ -101,10 +101,10 @@ export const causes = {
 export const refusals = {
   reset_number: "not reset: it was stopped once more meanwhile",
   reset_tick: "not reset: the request was too late, try again",
-  reset_role: "not reset: only from the robot's own machine",
+  reset_role: "not reset: that takes the robot's own machine, its page there or rowe reset",
   reset_guards: "not reset: a guard is missing",
   reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",
-  lease_role: "not guarding: only from the robot's own machine",
+  lease_role: "not guarding: that takes the robot's own machine",
   lease_guards: "not guarding: it has as many guards as it can have",
   lease_name: "not guarding: another guard has this name",
   lease_tick: "not guarding: the request was too late, try again",

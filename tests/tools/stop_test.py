@@ -247,7 +247,11 @@ class guards(unittest.TestCase):
             number = shown.stdout[0].split()[-1]
             ended = run("reset", robot.url, number)
             self.assertEqual(ended.code, 1)
-            self.assertIn("NOT reset: a guard is silent: desk", ended.stderr[-1])
+            self.assertIn("NOT reset: a guard is silent: desk", ended.stderr[0])
+            self.assertIn("/rowe/stop/lease", ended.stderr[-1])
+            resigned = run("call", robot.url, "/rowe/stop/lease", '{"guard":"desk","resign":true}')
+            self.assertEqual(resigned.code, 0, resigned.stderr)
+            self.assertEqual(run("reset", robot.url, number).code, 0)
 
 
 class arguments(unittest.TestCase):
