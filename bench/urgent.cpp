@@ -17,8 +17,7 @@
 // Excluded: what an application does not read although its WebSocket layer has; networks.
 //
 // What would make it lie: other load. A reader that is preempted reads more slowly for both, and a service
-// thread that is woken late finds round trips longer than they are. On two cores with a load of 20 the median
-// was 20 to 26 ms, 1/56 to 1/80 of default: the 20 ms of the bound itself, not the target.
+// thread that is woken late finds round trips longer than they are.
 //
 // Run: bench_urgent [--rounds=11] [--microseconds=30]
 #include <array>

@@ -120,10 +120,10 @@ void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration roun
   const double known = rate_;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);
   if (seen <= known) {
-    if (round_trip <= rtt_min_ + queue_time) return;
+    if (round_trip <= rtt_min_ + queue_time()) return;
     seen = std::min(known, static_cast<double>(bytes) / seconds(round_trip));
     // It has become so much slower that it would take long to forget how fast it was.
-    if (round_trip > 2 * (2 * rtt_min_ + queue_time)) rates_.fill(0);
+    if (round_trip > 2 * (2 * rtt_min_ + queue_time())) rates_.fill(0);
   }
   rates_[next_rate_] = seen;
   next_rate_ = static_cast<std::uint8_t>((next_rate_ + 1U) % rates_.size());
@@ -131,9 +131,9 @@ void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration roun
 }
 
 void credit::update_bound(rt::duration round_trip) noexcept {
-  double bytes = rate_ * seconds(2 * rtt_min_ + queue_time);
+  double bytes = rate_ * seconds(2 * rtt_min_ + queue_time());
   // Nothing waited at the peer, and something here: the bound itself is what keeps the rate low.
-  const bool starved = std::exchange(held_, false) && round_trip <= rtt_min_ + queue_time / 4;
+  const bool starved = std::exchange(held_, false) && round_trip <= rtt_min_ + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
   bound_ = static_cast<std::size_t>(
       std::clamp(bytes, static_cast<double>(bytes_min), static_cast<double>(bytes_max)));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much may be on its way to one peer: written, and not known to be read. The bound is one of time, so
-// that what is urgent never waits long behind what is not: what the peer reads in two round trips and 20 ms,
-// between 16 KiB and 1 MiB. How fast it reads, and how long a round trip takes, is known from pings: each
-// carries how many bytes were written up to its own end, and since a peer answers in the order in which it
-// reads, its pong says that all of these have been read.
+// that what is urgent never waits long behind what is not: what the peer reads in two round trips and 20 ms
+// (1 ms where the round trip is less than 2 ms), between 16 KiB and 1 MiB. How fast it reads, and how
+// long a round trip takes, is known from pings: each carries how many bytes were written up to its own end,
+// and since a peer answers in the order in which it reads, its pong says that all of these have been read.
 //
 // One ping is under way at a time, so a pong is a round trip old when the next ping goes, and what was
 // written in between is not acknowledged yet although it may be read: hence two round trips in the bound
@@ -31,8 +31,9 @@ class credit {
  public:
   static constexpr std::size_t bytes_min = 16 * 1024; // of the bound
   static constexpr std::size_t bytes_max = 1024 * 1024;
-  static constexpr rt::duration queue_time = std::chrono::milliseconds{20};
+  static constexpr rt::duration queue_time_far = std::chrono::milliseconds{20};
   static constexpr rt::duration near_below = std::chrono::milliseconds{2};
+  static constexpr rt::duration queue_time_near = std::chrono::milliseconds{1};
   static constexpr rt::duration window = std::chrono::seconds{10};
   static constexpr rt::duration first_window = std::chrono::seconds{1};
   static constexpr rt::duration patience = std::chrono::milliseconds{100}; // and two round trips, for a pong
@@ -87,6 +88,7 @@ class credit {
     rt::time_point at{};
   };
 
+  rt::duration queue_time() const noexcept { return near() ? queue_time_near : queue_time_far; }
   bool late(rt::time_point now) const noexcept;
   std::size_t ping_every() const noexcept;
   void note_round_trip(rt::duration took, rt::time_point now) noexcept;

@@ -94,7 +94,7 @@ class saturated {
 // What may be in flight to a reader that takes so much: with the noise of a rate that is measured, and of
 // time that passes in steps.
 double bound(const line::nature& is) {
-  const double time = seconds(2 * (is.round_trip + 2 * step) + credit::queue_time);
+  const double time = seconds(2 * (is.round_trip + 2 * step) + credit::queue_time_far);
   return std::clamp(1.3 * is.bytes_per_second * time, double{credit::bytes_min}, double{credit::bytes_max});
 }
 
