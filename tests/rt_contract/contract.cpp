@@ -47,10 +47,52 @@ class clock_put_into_the_kernel {
   ~clock_put_into_the_kernel() { put_clock_into_the_kernel(false); }
 };
 
+// The starter of one real-time thread: main() does what ask() brings, until end().
+class starting_main_thread final : public starter {
+ public:
+  void fork_a_child() override {
+    ask([this] { child_.start(); });
+    if (!child_.alive()) throw std::runtime_error{"no child could be forked"};
+  }
+  void start_a_thread(std::function<void()> body) override {
+    ask([&] { other_ = rt::thread{{.name = "other"}, std::move(body)}; });
+    if (other_.error() != 0) throw std::runtime_error{std::strerror(other_.error())};
+  }
+  void join_the_thread() override {
+    ask([this] { other_.join(); });
+  }
+  void end() { proceed(stage::over); }
+
+  void serve() {
+    for (now_.wait(stage::running); now_ != stage::over; now_.wait(stage::running)) {
+      asked_();
+      proceed(stage::running);
+    }
+  }
+
+ private:
+  enum class stage { running, asking, over };
+
+  void proceed(stage next) {
+    now_ = next;
+    now_.notify_all();
+  }
+  void ask(std::function<void()> errand) {
+    asked_ = std::move(errand);
+    proceed(stage::asking);
+    now_.wait(stage::asking);
+  }
+
+  std::atomic<stage> now_{stage::running};
+  std::function<void()> asked_;
+  idle_child child_;
+  rt::thread other_;
+};
+
 } // namespace
 
-real_time::real_time(circumstance under, std::function<void()> fork_a_child, int bell)
-    : memory_{memory_bytes, rt::page_lock::none}, under_{under}, fork_a_child_{std::move(fork_a_child)} {
+real_time::real_time(circumstance under, starter& by, int bell)
+    : memory_{memory_bytes, rt::page_lock::none}, under_{under}, starter_{by}, shared_{make<words>()} {
   if (bell >= 0) bell_.emplace(rt::eventfd_bell{bell});
   rt::tripwire::expect_writes_to(bell);
   pthread_attr_t attributes;
@@ -62,6 +104,22 @@ real_time::real_time(circumstance under, std::function<void()> fork_a_child, int
   stack_end_ = static_cast<char*>(lowest) + bytes;
 }
 
+real_time::other_thread::other_thread(real_time& of) : of_{of} {
+  if (!of.other_turn_) return;
+  of.starter_.start_a_thread([&of] {
+    while (!of.shared_.stop) {
+      of.other_turn_();
+      of.shared_.turns.fetch_add(1, std::memory_order_relaxed); // relaxed: only counted
+    }
+  });
+}
+
+real_time::other_thread::~other_thread() {
+  if (!of_.other_turn_) return;
+  of_.shared_.stop = true;
+  of_.starter_.join_the_thread();
+}
+
 std::uint64_t real_time::handed_over() const noexcept {
   std::uint64_t all = 0;
   for (const rt::counter* const one : handed_over_) all += one->get();
@@ -70,7 +128,7 @@ std::uint64_t real_time::handed_over() const noexcept {
 
 void real_time::before_measuring() {
   if (under_ == circumstance::beside_a_forked_child) {
-    fork_a_child_();
+    starter_.fork_a_child();
     write_to_own_stack();
   }
   (void)rt::tripwire::arm().disarm(); // the scope's own first faults
@@ -92,14 +150,8 @@ void real_time::write_to_own_stack() noexcept {
 }
 
 outcome perform(const exercise& one, circumstance under) {
-  enum class stage { running, wants_a_child, has_a_child, done };
-  std::atomic<stage> now{stage::running};
-  const auto proceed = [&](stage next) {
-    now = next;
-    now.notify_all();
-  };
   outcome result;
-  idle_child child;
+  starting_main_thread main;
   const clock_put_into_the_kernel clock{under == circumstance::with_a_clock_in_the_kernel};
   const bool tells = under == circumstance::beside_a_sleeping_service_thread ||
                      under == circumstance::beside_one_that_is_told_and_awake;
@@ -108,12 +160,7 @@ outcome perform(const exercise& one, circumstance under) {
                             try {
                               if (!rt::tripwire::watch_system_calls())
                                 throw std::runtime_error{std::strerror(errno)};
-                              real_time here{under,
-                                             [&] {
-                                               proceed(stage::wants_a_child);
-                                               now.wait(stage::wants_a_child);
-                                             },
-                                             bell.get()};
+                              real_time here{under, main, bell.get()};
                               one.run(here);
                               result.seen = here.seen();
                               result.told = here.told();
@@ -121,16 +168,10 @@ outcome perform(const exercise& one, circumstance under) {
                             } catch (const std::exception& e) {
                               result.trouble = e.what();
                             }
-                            proceed(stage::done);
+                            main.end();
                           }};
   if (thread.error() != 0) return {{}, 0, std::strerror(thread.error())};
-  now.wait(stage::running);
-  if (now == stage::wants_a_child) {
-    child.start();
-    if (!child.alive()) result.trouble = "no child could be forked";
-    proceed(stage::has_a_child);
-    now.wait(stage::has_a_child);
-  }
+  main.serve();
   return result;
 }
 
@@ -140,7 +181,7 @@ std::vector<exercise> all_exercises() {
        {exercises_of_rings(), exercises_of_slots(), exercises_of_time(), exercises_of_the_wheel(),
         exercises_of_values(), exercises_of_handles(), exercises_of_messages(), exercises_of_lanes(),
         exercises_of_callers(), exercises_of_responders(), exercises_of_typed_subscribers(), exercises_of_c(),
-        exercises_of_the_stop()}) {
+        exercises_of_c_in_trouble(), exercises_of_the_stop(), exercises_between_two_threads()}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

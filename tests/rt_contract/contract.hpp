@@ -9,6 +9,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -31,6 +32,8 @@ inline constexpr std::uint64_t calls_made = 1'000'000;
 inline constexpr std::uint64_t slow_calls_made = 100'000;
 // Of those that may each enter the kernel, through the trap.
 inline constexpr std::uint64_t told_calls_made = 5'000;
+// Of another thread meanwhile, at least.
+inline constexpr std::uint64_t other_turns_made = 1'000;
 
 // What the calls are made under.
 enum class circumstance : std::uint8_t {
@@ -52,11 +55,23 @@ void use(T&& value) noexcept {
   asm volatile("" : : "r"(&value) : "memory");
 }
 
+// What the real-time thread, which may start nothing itself, has the main thread do for it. They return when
+// it is done.
+class starter {
+ public:
+  virtual void fork_a_child() = 0;
+  virtual void start_a_thread(std::function<void()> body) = 0;
+  virtual void join_the_thread() = 0;
+
+ protected:
+  ~starter() = default;
+};
+
 // The memory of an exercise, and the measured calls. Lives in the real-time thread.
 class real_time {
  public:
   // `bell`: a descriptor that may be written to; -1: none.
-  real_time(circumstance under, std::function<void()> fork_a_child, int bell);
+  real_time(circumstance under, starter& by, int bell);
 
   // In memory as the library's own: shared, present, never destroyed.
   template <class T, class... Arguments>
@@ -71,6 +86,10 @@ class real_time {
     if (made.size() != count) throw std::length_error{"the exercise's memory is too small"};
     return made;
   }
+
+  // Another thread that does `turn` again and again while the calls are made; they go on until it has done so
+  // a thousand times. Before calls().
+  void beside(std::function<void()> turn) { other_turn_ = std::move(turn); }
 
   // Makes the calls: call(i) for i from 0 on.
   template <class Call>
@@ -100,6 +119,7 @@ class real_time {
 
   template <class Call>
   void make_calls(Call& call, std::uint64_t count) {
+    const other_thread other{*this};
     std::uint64_t i = 0;
     for (; i < warming_calls; ++i) call(i);
     if (!bell_) return measure(call, i, count);
@@ -112,10 +132,25 @@ class real_time {
   template <class Call>
   void measure(Call& call, std::uint64_t i, std::uint64_t count) {
     before_measuring();
+    const std::uint64_t turns_enough = other_turn_ ? turns() + other_turns_made : 0;
     auto wire = rt::tripwire::arm();
-    for (const std::uint64_t end = i + count; i < end; ++i) call(i);
+    for (const std::uint64_t end = i + count; i < end || turns() < turns_enough; ++i) call(i);
     seen_ = wire.disarm();
     measured_ = true;
+  }
+  // Runs as long as this lives, if there is one: what it uses is the exercise's.
+  class other_thread {
+   public:
+    explicit other_thread(real_time& of);
+    ~other_thread();
+    other_thread(const other_thread&) = delete;
+    other_thread& operator=(const other_thread&) = delete;
+
+   private:
+    real_time& of_;
+  };
+  std::uint64_t turns() const noexcept {
+    return shared_.turns.load(std::memory_order_relaxed); // relaxed: only counted
   }
   std::uint64_t handed_over() const noexcept;
   void before_measuring();
@@ -123,7 +158,13 @@ class real_time {
 
   rt::arena memory_;
   circumstance under_;
-  std::function<void()> fork_a_child_;
+  starter& starter_;
+  struct words {
+    std::atomic<std::uint64_t> turns{0};
+    std::atomic<bool> stop{false};
+  };
+  words& shared_;
+  std::function<void()> other_turn_;
   char* stack_end_ = nullptr;
   std::optional<rt::wake_bell<>> bell_;
   std::vector<const rt::counter*> handed_over_;
@@ -153,6 +194,8 @@ std::span<const exercise> exercises_of_responders();
 std::span<const exercise> exercises_of_typed_subscribers();
 std::span<const exercise> exercises_of_the_stop();
 std::span<const exercise> exercises_of_c();
+std::span<const exercise> exercises_of_c_in_trouble();
+std::span<const exercise> exercises_between_two_threads();
 std::vector<exercise> all_exercises();
 
 // Runs one in a real-time thread of its own. `seen` is meaningless where `trouble` says what went wrong.

@@ -14,6 +14,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdio>
 #include <mutex>
 #include <string>
@@ -147,6 +148,18 @@ TEST(rt_contract, catches_private_memory_beside_a_forked_child) {
   EXPECT_TRUE(before.seen.clean()) << text(before.seen);
   EXPECT_EQ(planted(write_to_it, circumstance::beside_a_forked_child).page_faults, 1u);
   ::munmap(memory, 4096);
+}
+
+TEST(rt_contract, catches_a_breach_that_only_another_thread_brings_about) {
+  static std::atomic<bool> disturbed;
+  const auto seen = planted([](real_time& rt) {
+    disturbed = false;
+    rt.beside([] { disturbed = true; });
+    rt.calls([](std::uint64_t) {
+      if (disturbed.exchange(false)) use(std::make_unique<int>(1));
+    });
+  });
+  EXPECT_GT(seen.allocations, 0u);
 }
 
 TEST(rt_contract, catches_an_exercise_that_measures_nothing) {

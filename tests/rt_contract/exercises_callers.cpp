@@ -116,6 +116,25 @@ constexpr exercise list[] = {
      [](real_time& rt) { finish_what_was_set_aside(rt, texts_in(rt)); }},
     {"caller::cancel", "of structs", [](real_time& rt) { cancel_each(rt, structs_in(rt)); }},
     {"caller::cancel", "of texts", [](real_time& rt) { cancel_each(rt, texts_in(rt)); }},
+    {"caller::cancel", "of calls in flight, when it closed",
+     [](real_time& rt) {
+       auto with = structs_in(rt);
+       const auto begun = start(with.calls);
+       close(with.on);
+       rt.calls([&](std::uint64_t) {
+         with.calls.cancel(*begun);
+         use(with.calls.try_finish());
+       });
+     }},
+    {"caller::try_finish", "when the peer is gone, or the time is over",
+     [](real_time& rt) {
+       auto with = texts_in(rt);
+       rt.calls([&](std::uint64_t i) {
+         use(start(with.calls));
+         serve(with.on, i % 2 == 0 ? errc::peer_lost : errc::timed_out);
+         use(with.calls.try_finish());
+       });
+     }},
     {"caller::refusal", "of structs",
      [](real_time& rt) {
        auto& calls = structs_in(rt).calls;

@@ -42,7 +42,7 @@ void publish_each_in_turn(real_time& rt, rowe::keep kept) {
   auto& odom = publisher_on(rt, on);
   rt.calls([&](std::uint64_t i) {
     use(odom.publish({static_cast<double>(i), 1, 2, 3, 4}, now));
-    if (i % 50 == 0) serve(on);
+    if (i % (2 * depth) == 0) serve(on);
   });
 }
 
@@ -153,6 +153,27 @@ constexpr exercise list[] = {
          if (i % 50 == 0) serve(on);
        });
      }},
+    {"publisher::publish", "a text to nobody, and to a closed endpoint",
+     [](real_time& rt) {
+       auto& to_nobody = text_publisher_on(rt, publishing_lane(rt, audience::nobody));
+       auto& closed = text_publisher_on(rt, publishing_lane(rt, audience::closed));
+       rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? to_nobody : closed).publish(text, now)); });
+     }},
+    {"publisher::publish", "a text of which the newest is kept",
+     [](real_time& rt) {
+       lane& on = publishing_lane(rt, audience::somebody, rowe::keep::newest);
+       auto& said = text_publisher_on(rt, on);
+       rt.calls([&](std::uint64_t i) {
+         use(said.publish(text, now));
+         if (i % 3 == 0) serve(on);
+       });
+     }},
+    {"publisher::publish", "a text when the queue is full",
+     [](real_time& rt) {
+       auto& said = text_publisher_on(rt, publishing_lane(rt, audience::somebody));
+       while (said.publish(text, now)) continue;
+       rt.calls([&](std::uint64_t) { use(said.publish(text, now)); });
+     }},
     {"publisher::publish", "a text by an empty handle",
      [](real_time& rt) {
        auto& empty = rt.make<publisher<json_text>>();
@@ -221,6 +242,23 @@ constexpr exercise list[] = {
        rt.slow_calls([&](std::uint64_t) {
          for (std::uint32_t i = 0; i < depth; ++i) arrive(on);
          use(seen.latest());
+       });
+     }},
+    {"subscriber::latest", "from a closed endpoint, and by an empty handle",
+     [](real_time& rt) {
+       auto& seen = subscriber_on(rt, subscribing_lane(rt, audience::closed));
+       auto& empty = rt.make<subscriber<json_text>>();
+       rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? seen : empty).latest()); });
+     }},
+    {"message_view::~message_view", "when it closed meanwhile",
+     [](real_time& rt) {
+       lane& on = subscribing_lane(rt, audience::somebody);
+       auto& seen = subscriber_on(rt, on);
+       rt.calls([&](std::uint64_t) {
+         arrive(on);
+         const auto taken = seen.try_take(); // what came before it closed is still there
+         close(on);
+         use(taken->text().front());
        });
      }},
     {"message_view::message_view", "from what has arrived",

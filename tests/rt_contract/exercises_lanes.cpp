@@ -85,6 +85,25 @@ constexpr exercise list[] = {
        rt.calls(
            [&, &talk = talk](std::uint64_t i) { use((i % 2 == 0 ? talk : empty).try_send(text, ttl, now)); });
      }},
+    {"lane::try_send", "when nobody is there to have it",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       // release: as the service thread stores it; one thread here
+       on.heard_by.store(audience::nobody, std::memory_order_release);
+       rt.calls([&, &on = on, &talk = talk](std::uint64_t i) {
+         use(talk.try_send(text, ttl, now));
+         if (i % (2 * depth) == 0) serve(on);
+       });
+     }},
+    {"lane::try_send", "for no time, for ever, and too late",
+     [](real_time& rt) {
+       auto [on, talk] = talk_in(rt);
+       constexpr duration times[] = {duration{0}, rt::for_ever, -1s};
+       rt.calls([&, &on = on, &talk = talk](std::uint64_t i) {
+         use(talk.try_send(text, times[i % std::size(times)], now));
+         serve(on);
+       });
+     }},
     {"lane::try_send", "reading the time",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);

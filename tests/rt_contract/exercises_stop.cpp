@@ -10,8 +10,9 @@ struct stop_stage {
   detail::permit_word<>& permit;
   stop_latch latch;
 
-  explicit stop_stage(real_time& rt) : permit{rt.make<detail::permit_word<>>()} {
-    detail::lane& on = lane_for(rt, detail::latch_request({}));
+  explicit stop_stage(real_time& rt, audience heard_by = audience::somebody)
+      : permit{rt.make<detail::permit_word<>>()} {
+    detail::lane& on = lane_for(rt, detail::latch_request({}), heard_by);
     on.granted = &permit;
     latch = stop_latch{handle_of(on)};
   }
@@ -45,6 +46,30 @@ constexpr exercise list[] = {
          i % 2 == 0 ? on.permit.grant(number, rt::never) : on.permit.withdraw(number);
          use(on.latch.engaged(now));
        });
+     }},
+    {"stop_latch::engaged", "when its lease has run out",
+     [](real_time& rt) {
+       stop_stage on{rt};
+       rt.calls([&](std::uint64_t i) {
+         on.permit.grant(static_cast<detail::latch_number>(1 + i / 2 % 1000),
+                         i % 2 == 0 ? now + 1s : now - 1s);
+         use(on.latch.engaged(now));
+       });
+     }},
+    {"stop_latch::engaged", "when the endpoint is closed, which withdraws for ever",
+     [](real_time& rt) {
+       stop_stage on{rt, audience::closed};
+       on.permit.withdraw(1);
+       rt.calls([&](std::uint64_t) {
+         use(on.latch.engaged(now));
+         on.latch.acknowledge(now);
+       });
+     }},
+    {"stop_latch::acknowledge", "before any stop, and by an empty handle",
+     [](real_time& rt) {
+       stop_stage on{rt};
+       stop_latch empty;
+       rt.calls([&](std::uint64_t i) { (i % 2 == 0 ? on.latch : empty).acknowledge(now); });
      }},
     {"stop_latch::engaged", "of an empty handle",
      [](real_time& rt) {

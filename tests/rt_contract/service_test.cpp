@@ -36,9 +36,10 @@ struct endpoint_with_a_listener {
   subscriber<json_text> seen = robot.subscribe<json_text>("/pose", {.depth = 64}).value();
 };
 
-// Calls cycle(i) from a watched real-time thread, which may write to `bell`.
-template <class Cycle>
-rt::tripwire::report watch_a_loop(std::uint64_t cycles, Cycle cycle, int bell = -1) {
+// Calls cycle(i) from a watched real-time thread, which may write to `bell`, and meanwhile() from this one.
+template <class Cycle, class Meanwhile = void (*)()>
+rt::tripwire::report watch_a_loop(
+    std::uint64_t cycles, Cycle cycle, int bell = -1, Meanwhile meanwhile = [] {}) {
   rt::tripwire::report report;
   std::string trouble;
   {
@@ -53,6 +54,7 @@ rt::tripwire::report watch_a_loop(std::uint64_t cycles, Cycle cycle, int bell = 
                             report = wire.disarm();
                           }};
     EXPECT_EQ(loop.error(), 0);
+    if (loop.error() == 0) meanwhile();
   }
   EXPECT_EQ(trouble, "");
   return report;
@@ -155,6 +157,44 @@ TEST(rt_contract, is_kept_by_a_loop_that_calls_and_answers_beside_a_working_serv
     loop.cycle(2);
     std::this_thread::yield();
   }
+}
+
+// The endpoint closes between two steps of the loop's calls.
+TEST(rt_contract, is_kept_by_a_loop_whose_endpoint_closes) {
+  const tests::watchdog guard{"a loop whose endpoint closes"};
+  loop_that_calls loop;
+  auto odom = loop.robot.advertise<pose>("/pose").value();
+  auto seen = loop.robot.subscribe<json_text>("/pose").value();
+  auto latch = loop.robot.stop_latch().value();
+  std::atomic<std::uint64_t> cycles{0};
+  std::atomic<bool> is_closed{false};
+  std::uint64_t cycles_after = 0;
+  const auto every_call = [&](std::uint64_t i) {
+    const auto now = rt::monotonic_clock::now();
+    if (is_closed) ++cycles_after;
+    loop.cycle(i);
+    use(odom.publish({static_cast<double>(i), 1, 2}, now));
+    use(seen.try_take());
+    if (latch.engaged(now)) latch.acknowledge(now);
+    ++cycles;
+  };
+  const auto report = watch_a_loop(
+      1,
+      [&](std::uint64_t i) {
+        every_call(i);
+        // The thousand cycles before what is watched have been made: from now on until it is closed.
+        for (std::uint64_t next = i; cycles > 1000 && cycles_after < 1000; ++next) every_call(next);
+      },
+      -1,
+      [&] {
+        while (cycles < 3000) std::this_thread::yield();
+        use(loop.robot.close()); // what nobody has taken is lost: timed_out
+        is_closed = true;
+      });
+  EXPECT_TRUE(report.clean()) << text(report);
+  const auto now = rt::monotonic_clock::now();
+  EXPECT_EQ(odom.publish({}, now).code(), errc::closed);
+  EXPECT_TRUE(latch.engaged(now));
 }
 
 TEST(rt_contract, needs_no_allocation_per_message_in_the_whole_process) {
