@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Question: how many instructions does a loop's call take?
+//
+// Each function of namespace steps makes one call, and is called a thousand times in a steady state: what it
+// needs is there, the other side has done its part in between and is not counted. A struct has 40 bytes, a
+// text 16.
+//
+// What would make it lie: another compiler or processor, and preset dev, which does not optimise. Nothing
+// else: instructions are the same on a busy machine. They are no time: two of the publish to the newest value
+// wait for a cache line each.
+//
+// Run: valgrind --tool=callgrind --callgrind-out-file=counts '--toggle-collect=steps::*' bench_instructions
+//      callgrind_annotate --inclusive=yes counts | grep steps::          # a thousand calls of each
+#include <cstring>
+#include <string_view>
+
+#include <rowe/detail/lane_request.hpp>
+#include <rowe/rowe.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "api/lane_memory.hpp"
+
+struct counted_odometry {
+  double stamp, x, y, heading, speed;
+};
+template <>
+inline constexpr auto rowe::schema<counted_odometry> =
+    rowe::fields<&counted_odometry::stamp, &counted_odometry::x, &counted_odometry::y,
+                 &counted_odometry::heading, &counted_odometry::speed>{};
+
+using odometry = counted_odometry;
+using rowe::json_text;
+
+namespace steps {
+
+using rowe::rt::time_point;
+constexpr time_point now{std::chrono::seconds{1000}};
+constexpr auto ttl = std::chrono::milliseconds{20};
+constexpr std::string_view text = R"({"data":"hello"})";
+
+template <class T>
+void use(T&& value) {
+  asm volatile("" : : "r"(&value) : "memory");
+}
+
+#define COUNTED [[gnu::noinline]] static void
+COUNTED publish_all(rowe::publisher<odometry>& to, const odometry& v) { use(to.publish(v, now)); }
+COUNTED publish_newest(rowe::publisher<odometry>& to, const odometry& v) { use(to.publish(v, now)); }
+COUNTED publish_to_nobody(rowe::publisher<odometry>& to, const odometry& v) { use(to.publish(v, now)); }
+COUNTED publish_when_full(rowe::publisher<odometry>& to, const odometry& v) { use(to.publish(v, now)); }
+COUNTED publish_text(rowe::publisher<json_text>& to) { use(to.publish(text, now)); }
+COUNTED take_and_release(rowe::subscriber<odometry>& from) { use(from.try_take()); }
+COUNTED take_nothing(rowe::subscriber<odometry>& from) { use(from.try_take()); }
+COUNTED send(rowe::lane& by) { use(by.try_send(text, ttl, now)); }
+COUNTED receive_and_release(rowe::lane& by) { use(by.try_receive(now)); }
+COUNTED call_start(rowe::lane& by) { use(by.start(text, ttl, now)); }
+COUNTED call_finish(rowe::lane& by) { use(by.try_finish()); }
+COUNTED request_next_and_reply(rowe::responder<odometry, odometry>& by) {
+  auto asked = by.try_next(now);
+  use(by.reply(*asked, asked->body, now));
+}
+COUNTED latch_engaged(rowe::stop_latch& latch) { use(latch.engaged(now)); }
+COUNTED latch_trips_and_acknowledges(rowe::stop_latch& latch) {
+  use(latch.engaged(now));
+  latch.acknowledge(now);
+}
+COUNTED read_the_clock() { use(rowe::rt::monotonic_clock::now()); }
+#undef COUNTED
+
+} // namespace steps
+
+namespace rowe::bench {
+namespace {
+
+constexpr std::uint32_t depth = 64;
+
+// A lane as an endpoint builds it, and this thread in the service thread's place.
+class stage {
+ public:
+  explicit stage(const detail::lane_request& asked)
+      : memory_{detail::lane_bytes(asked) + (1 << 12), rt::page_lock::none} {
+    on.memory = memory_.carve_bytes(detail::lane_bytes(asked));
+    detail::build_lane(on, asked, {});
+    on.heard_by.store(detail::audience::somebody, std::memory_order_seq_cst);
+  }
+  detail::lane_handle handle() { return {nullptr, on}; }
+
+  // What the service thread puts into a path.
+  void fill(const detail::filling_end& path, detail::value_header header) {
+    const std::uint32_t slot = *path.home->try_take();
+    header.bytes = steps::text.size();
+    *path.slots.header(slot) = header;
+    std::memcpy(path.slots.value(slot), steps::text.data(), steps::text.size());
+    steps::use(path.out->try_push(slot));
+  }
+  void arrive(detail::entry what = detail::entry::message) {
+    detail::value_header header;
+    header.what = what;
+    header.expires_ns = rt::nanoseconds_of(rt::never);
+    fill(on.service.in, header);
+  }
+  // Takes what was sent; calls end.
+  void serve() {
+    on.service.out.out->drain(
+        [&](std::uint32_t slot) {
+          detail::value_header header = *on.service.out.slots.header(slot);
+          on.service.out.home->give(slot);
+          if (header.own.generation == 0) return;
+          header.what = detail::entry::end;
+          fill(on.service.ends, header);
+        },
+        depth);
+  }
+
+  detail::lane on;
+
+ private:
+  rt::arena memory_;
+};
+
+template <class Call>
+void a_thousand_times(Call&& call) {
+  for (int i = 0; i < 1000; ++i) call();
+}
+
+void publishing() {
+  const odometry value{1, 2, 3, 4, 5};
+  stage all{detail::advertise_request<odometry>("/odom", {.depth = depth})};
+  stage newest{detail::advertise_request<odometry>("/odom", {.keep = keep::newest})};
+  stage nobody{detail::advertise_request<odometry>("/odom", {.depth = depth})};
+  stage full{detail::advertise_request<odometry>("/odom", {.depth = depth})};
+  stage texts{detail::advertise_request<json_text>("/said", {.depth = depth})};
+  nobody.on.heard_by.store(detail::audience::nobody, std::memory_order_seq_cst);
+  publisher<odometry> to_all{all.handle()}, to_newest{newest.handle()}, to_nobody{nobody.handle()};
+  publisher<odometry> to_full{full.handle()};
+  publisher<json_text> of_texts{texts.handle()};
+  while (to_full.publish(value, steps::now)) continue;
+  a_thousand_times([&] {
+    steps::publish_all(to_all, value);
+    all.serve();
+    steps::publish_newest(to_newest, value);
+    steps::use(newest.on.service.out.newest->begin_read());
+    steps::publish_to_nobody(to_nobody, value);
+    steps::publish_when_full(to_full, value);
+    steps::publish_text(of_texts);
+    texts.serve();
+  });
+}
+
+void taking() {
+  stage seen{detail::subscribe_request<odometry>("/odom", {.depth = depth})};
+  subscriber<odometry> from{seen.handle()};
+  a_thousand_times([&] {
+    seen.arrive();
+    steps::take_and_release(from);
+    steps::take_nothing(from);
+  });
+}
+
+void talking() {
+  stage one{detail::talk_request({.depth = depth, .inbox_depth = depth, .calls = 16})};
+  lane by{one.handle()};
+  a_thousand_times([&] {
+    steps::send(by);
+    one.serve();
+    one.arrive();
+    steps::receive_and_release(by);
+    steps::call_start(by);
+    one.serve();
+    steps::call_finish(by);
+  });
+}
+
+void answering() {
+  stage one{detail::serve_request<odometry, odometry>("/same", {.depth = depth})};
+  responder<odometry, odometry> by{one.handle()};
+  a_thousand_times([&] {
+    one.arrive(detail::entry::invocation);
+    steps::request_next_and_reply(by);
+    one.serve();
+  });
+}
+
+void stopping() {
+  detail::permit_word<> permit;
+  stage one{detail::latch_request({})};
+  one.on.granted = &permit;
+  stop_latch latch{one.handle()};
+  detail::latch_number number = 1;
+  a_thousand_times([&] {
+    permit.grant(++number, rt::never);
+    steps::latch_engaged(latch);
+    permit.withdraw(number);
+    steps::latch_trips_and_acknowledges(latch);
+    steps::read_the_clock();
+  });
+}
+
+} // namespace
+} // namespace rowe::bench
+
+int main() {
+  rowe::bench::publishing();
+  rowe::bench::taking();
+  rowe::bench::talking();
+  rowe::bench::answering();
+  rowe::bench::stopping();
+}
