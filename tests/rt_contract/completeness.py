@@ -2,10 +2,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Fails when a function marked ROWE_RT has no exercise in tests/rt_contract, or an exercise names none.
 
-    completeness.py PROGRAM FOLDER...    PROGRAM --functions prints one name for each exercise; the headers
-                                         are all *.hpp and *.h below the folders. Where a function has
-                                         several overloads, as many exercises must carry its name.
+    completeness.py PROGRAM PAGE FOLDER...    PROGRAM --functions prints one name for each exercise; the
+                                              headers are all *.hpp and *.h below the folders. Where a
+                                              function has several overloads, as many exercises must carry
+                                              its name.
     completeness.py --self-test
+
+It fails as well when PAGE, the documentation, does not name a class that has such functions (or the function
+itself, where it has no class) in `code`. C is named by its header; namespace detail, which users do not see,
+is what the others consist of.
 
 A function's name is qualified by its classes and namespaces, without rowe:: and rt::, for example
 histogram::record. It is found by reading the tokens of a header: enough of C++ to know which braces belong
@@ -144,6 +149,24 @@ def compare(declared, exercised):
     return faults
 
 
+def subject(name):
+    """What the page has to name for a function; None: nothing."""
+    if name.startswith("rowe_"):
+        return "rowe/loop.h"
+    if name.startswith("detail::"):
+        return None
+    scope = name.split("::operator")[0] if "::operator" in name else name.rpartition("::")[0]
+    return scope or name
+
+
+def unnamed(declared, page):
+    """Sentences about what the page lacks."""
+    named = {word for code in re.findall(r"`([^`\n]+)`", page) for word in re.split(r"[^\w/.]+", code)}
+    wanted = {subject(name) for name in declared} - {None}
+    return [f"{name} has functions marked {MARK}, and the documentation does not name it"
+            for name in sorted(wanted) if name.rpartition("::")[2] not in named]
+
+
 SAMPLE = r'''
 #define ROWE_RT
 // ROWE_RT void in_a_comment();
@@ -193,13 +216,17 @@ def self_test():
         "free_one is marked ROWE_RT and has no exercise",
         "ring::operator* has 2 overloads marked ROWE_RT and only 1 exercises",
         "gone is exercised, but no header marks it"], compare(declared, without)
+    page = "The `ring` (its `ring::producer`: `try_push`); free_one; `rowe/loop.h`."
+    faults = unnamed(list(declared) + ["rowe_now_ns"], page)
+    assert faults == ["free_one has functions marked ROWE_RT, and the documentation does not name it"], faults
+    assert unnamed(declared, page + " `free_one`") == []
 
 
 def main():
     if sys.argv[1:] == ["--self-test"]:
         self_test()
         return 0
-    program, *folders = sys.argv[1:]
+    program, page, *folders = sys.argv[1:]
     declared = collections.Counter()
     for folder in folders:
         for header in sorted(p for p in pathlib.Path(folder).rglob("*") if p.suffix in (".hpp", ".h")):
@@ -209,6 +236,7 @@ def main():
                 raise SystemExit(f"{header}: {fault}") from fault
     listed = subprocess.run([program, "--functions"], check=True, capture_output=True, text=True).stdout
     faults = compare(declared, collections.Counter(listed.split("\n")[:-1]))
+    faults += unnamed(declared, pathlib.Path(page).read_text(encoding="utf-8"))
     for fault in faults:
         print(fault)
     print(f"{len(declared)} functions marked {MARK}, {sum(declared.values())} with their overloads")

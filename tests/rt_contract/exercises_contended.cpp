@@ -182,7 +182,7 @@ constexpr exercise list[] = {
      }},
     {"ring_consumer::try_pop", "beside a producer",
      [](real_time& rt) { take_from_a_ring(rt, [](auto& out) { return out.try_pop(); }); }},
-    {"ring_consumer::drain", "beside a producer, who must not keep it busy for ever",
+    {"ring_consumer::drain", "beside a producer",
      [](real_time& rt) {
        take_from_a_ring(rt, [](auto& out) { return out.drain([](auto item) { use(item); }, places); });
      }},
@@ -270,16 +270,16 @@ constexpr exercise list[] = {
      [](real_time& rt) { take_values_beside(rt, keep::all, [](auto& s) { return s.try_take(); }); }},
     {"subscriber::try_take", "of structs, beside a service thread that brings the newest",
      [](real_time& rt) { take_values_beside(rt, keep::newest, [](auto& s) { return s.try_take(); }); }},
-    {"subscriber::latest", "of structs, beside a service thread, which must not keep it busy for ever",
+    {"subscriber::latest", "of structs, beside a service thread",
      [](real_time& rt) { take_values_beside(rt, keep::all, [](auto& s) { return s.latest(); }); }},
     {"subscriber::try_take", "of texts, beside a service thread",
      [](real_time& rt) { take_texts_beside(rt, [](auto& s) { return s.try_take(); }); }},
-    {"subscriber::latest", "of texts, beside a service thread, which must not keep it busy for ever",
+    {"subscriber::latest", "of texts, beside a service thread",
      [](real_time& rt) { take_texts_beside(rt, [](auto& s) { return s.latest(); }); }},
 
     {"lane::try_send", "beside a service thread",
      [](real_time& rt) { talk_beside(rt, [](auto& talk, auto) { use(talk.try_send(text, 20ms, now)); }); }},
-    {"lane::try_receive", "beside a service thread, which must not keep it busy for ever",
+    {"lane::try_receive", "beside a service thread",
      [](real_time& rt) { talk_beside(rt, [](auto& talk, auto) { use(talk.try_receive(now)); }); }},
     {"lane::start", "and finish and cancel, beside a service thread",
      [](real_time& rt) {
