@@ -134,7 +134,11 @@ class real_time {
     before_measuring();
     const std::uint64_t turns_enough = other_turn_ ? turns() + other_turns_made : 0;
     auto wire = rt::tripwire::arm();
-    for (const std::uint64_t end = i + count; i < end || turns() < turns_enough; ++i) call(i);
+    bool enough = false;
+    for (const std::uint64_t end = i + count; i < end || !enough; ++i) {
+      enough = turns() >= turns_enough; // before the call: the last one has seen what they brought
+      call(i);
+    }
     seen_ = wire.disarm();
     measured_ = true;
   }
