@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe pub`: what it sends, on topics and as plain messages, and how it ends."""
+import concurrent.futures
 import json
 import signal
 import subprocess
@@ -60,8 +61,10 @@ class on_topics(unittest.TestCase):
 
     def test_publishes_the_lines_of_stdin(self):
         messages = [{"i": i, "text": "ä\n"} for i in range(1000)]
-        self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-r", "5kHz"), 1000)
-        self.assertEqual(self.arrived(1000), messages)
+        with concurrent.futures.ThreadPoolExecutor(1) as reader: # who reads late would miss some
+            arrived = reader.submit(self.arrived, 1000)
+            self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-r", "5kHz"), 1000)
+            self.assertEqual(arrived.result(), messages)
         self.check(fed(b'\r\n  \n{"a":1}\r\n\n{"a":2}', self.serving.url, "/t", "-"), 2)
         self.assertEqual(self.arrived(2), [{"a": 1}, {"a": 2}])
         self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-n", "3"), 3)
