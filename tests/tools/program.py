@@ -21,6 +21,11 @@ for one in (signal.SIGINT, signal.SIGHUP):
 patience = 60.0  # seconds; far above what anything here takes, sanitizers included
 
 
+def of_the_machine(line):
+    """Said where the clock source is a dear one, or under an emulator; no test asks for that."""
+    return "reading the clock enters the kernel on this machine" in line
+
+
 class program:
     """One run. Its output is gathered line by line while it runs."""
 
@@ -37,9 +42,12 @@ class program:
             reader.start()
 
     def gather(self, name):
-        for line in getattr(self.process, name):
+        for raw in getattr(self.process, name):
+            line = raw.decode(errors="replace").rstrip("\n")
+            if of_the_machine(line):
+                continue
             with self.changed:
-                self.said[name].append(line.decode(errors="replace").rstrip("\n"))
+                self.said[name].append(line)
                 self.changed.notify_all()
         with self.changed:
             self.changed.notify_all()
