@@ -369,8 +369,11 @@ void core::look_after(connection& c) noexcept {
   if (options_.profile != peer_profile::standard) return; // Hop's programs answer no pings
   const rt::duration silence = now_ - c.heard_at;
   if (silence > options_.silence_max) {
-    add(counter::silent_peers);
-    return close(c, wire::close_code::policy, "nothing was heard for too long");
+    // It answers no ping, and something waits for it.
+    const bool unread = c.slow && c.held;
+    add(unread ? counter::stalled_peers : counter::silent_peers);
+    return close(c, wire::close_code::policy,
+                 unread ? "the peer does not read" : "nothing was heard for too long");
   }
   if (silence > options_.ping_period) c.credit.ask();
   look_after_credit(c);
