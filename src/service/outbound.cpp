@@ -228,6 +228,17 @@ bool core::reclaim(std::size_t bytes) noexcept {
       if (slots_.has_free(bytes)) return true;
     }
   }
+  // Then answers, the oldest of each peer; not those whose sender waits to hear of them.
+  for (connection& c : connections_) {
+    if (!c.open() || !c.behind()) continue;
+    while (drop_dead_front(c.direct)) continue;
+    if (c.direct.empty()) continue;
+    const std::uint32_t oldest = entries_.front(c.direct).index;
+    if (letters_.under_way(oldest) || slots_.room(oldest).size() < bytes) continue;
+    add(counter::outbox_full);
+    drop_front(c.direct);
+    if (slots_.has_free(bytes)) return true;
+  }
   return false;
 }
 

@@ -8,6 +8,9 @@
 namespace rowe::service {
 
 inline constexpr std::uint32_t direct_depth = 64; // answers to one peer that it has not read yet
+// The same of a peer that reads more slowly than it is written to: a few that ask and do not read must not
+// take the slots of all.
+inline constexpr std::uint32_t direct_depth_behind = 16;
 
 // The whole text of one message, which `write_text(json::writer&)` writes, in a slot with one reference;
 // no_index, counted, when there is no slot or none is large enough. Tried in a small slot first; what peers
@@ -39,8 +42,9 @@ template <class WriteText>
 std::uint32_t core::answer(connection& c, WriteText&& write_text, rt::time_point expires) noexcept {
   if (!c.open()) return no_index;
   while (drop_dead_front(c.direct)) continue;
-  const std::uint32_t slot = c.direct.count < direct_depth ? compose(expires, write_text) : no_index;
-  if (c.direct.count >= direct_depth) add(counter::outbox_full);
+  const bool has_place = c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
+  const std::uint32_t slot = has_place ? compose(expires, write_text) : no_index;
+  if (!has_place) add(counter::outbox_full);
   if (slot == no_index) return no_index;
   if (entries_.push(c.direct, slots_.ref(slot))) {
     list(c);
