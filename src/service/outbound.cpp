@@ -230,9 +230,9 @@ bool core::reclaim(std::size_t bytes) noexcept {
   }
   // Then answers, the oldest of each peer; not those whose sender waits to hear of them.
   for (connection& c : connections_) {
-    if (!c.open() || !c.behind()) continue;
+    if (!c.open()) continue;
     while (drop_dead_front(c.direct)) continue;
-    if (c.direct.empty()) continue;
+    if (c.direct.count <= (c.behind() ? 0 : direct_depth_behind)) continue;
     const std::uint32_t oldest = entries_.front(c.direct).index;
     if (letters_.under_way(oldest) || slots_.room(oldest).size() < bytes) continue;
     add(counter::outbox_full);
