@@ -20,9 +20,8 @@ using rt::monotonic_clock;
 
 inline int there = 1; // the other thread's core
 
-inline double nanoseconds_since(rt::time_point begin) {
-  return static_cast<double>((monotonic_clock::now() - begin).count());
-}
+inline double nanoseconds(rt::duration span) { return static_cast<double>(span.count()); }
+inline double nanoseconds_since(rt::time_point begin) { return nanoseconds(monotonic_clock::now() - begin); }
 
 // What timing a single call costs by itself.
 inline double clock_cost() {

@@ -14,7 +14,10 @@
 //
 // The witness: the largest gaps that a thread sees that does nothing but read the clock, on core --here with
 // the same priority and the same naps, before each flood. What the machine does to such a thread it does to
-// the robot's, and no program can be better.
+// the robot's, and no program can be better. On core --there the probe is its own witness: `woke_late` is by
+// how much it woke after its time, and `robot` counts from its waking where the robot had answered what came
+// before in time, so that what the machine does to the probe is not the robot's; all other figures count from
+// the time it was to be sent.
 //
 // What would make it lie: other load; a host that takes cores away (see the witness).
 //
@@ -151,8 +154,10 @@ class client {
 };
 
 struct figures {
-  std::vector<double> trips; // of all rounds
-  std::vector<double> gaps;  // the witness's largest of each round
+  std::vector<double> trips;     // of all rounds
+  std::vector<double> woke_late; // the probe, by its own core
+  std::vector<double> robot;     // the trips without that
+  std::vector<double> gaps;      // the witness's largest of each round
   std::uint64_t asked = 0, answered = 0;
 };
 
@@ -226,13 +231,20 @@ bool measure(const flood& with, int cpu, figures& into) {
       rt::thread_options{.name = "probe", .cpu = there, .priority = 10}, [&](const rt::grants&) {
         rt::time_point due = monotonic_clock::now() + 50ms;
         const rt::time_point end = due + std::chrono::seconds{seconds};
+        rt::time_point heard = due;
         for (; due < end; due += probe_period) {
           std::this_thread::sleep_until(std::chrono::steady_clock::time_point{due.time_since_epoch()});
+          const auto woke = monotonic_clock::now();
+          const bool behind = heard > due; // the robot's answer before this one was late: that is charged
           ++into.asked;
           probe.send(stop);
-          if (!probe.hear()) continue;
+          const bool answered = probe.hear();
+          heard = monotonic_clock::now();
+          if (!answered) continue;
           ++into.answered;
-          into.trips.push_back(nanoseconds_since(due));
+          into.trips.push_back(nanoseconds(heard - due));
+          into.robot.push_back(nanoseconds(heard - (behind ? due : woke)));
+          if (!behind) into.woke_late.push_back(nanoseconds(woke - due));
         }
       }};
   prober.join();
@@ -251,6 +263,10 @@ void report(const flood& with, figures& seen) {
                                  state.counters["p99.9_us"] = us(0.999);
                                  state.counters["max_us"] = us(1);
                                  state.counters["witness_gap_us"] = quantile(seen.gaps, 1) / 1000;
+                                 state.counters["robot_p99.9_us"] = quantile(seen.robot, 0.999) / 1000;
+                                 state.counters["robot_max_us"] = quantile(seen.robot, 1) / 1000;
+                                 state.counters["woke_late_p99.9_us"] =
+                                     quantile(seen.woke_late, 0.999) / 1000;
                                  state.counters["unanswered"] =
                                      static_cast<double>(seen.asked - seen.answered);
                                })
