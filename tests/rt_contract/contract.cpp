@@ -89,10 +89,20 @@ class starting_main_thread final : public starter {
   rt::thread other_;
 };
 
+std::uint64_t count_for(const exercise& one, circumstance under) {
+  const bool trapped = under == circumstance::beside_a_sleeping_service_thread ||
+                       (under == circumstance::with_a_clock_in_the_kernel && one.reads_clock);
+  return trapped ? trapped_calls_made : calls_made;
+}
+
 } // namespace
 
-real_time::real_time(circumstance under, starter& by, int bell)
-    : memory_{memory_bytes, rt::page_lock::none}, under_{under}, starter_{by}, shared_{make<words>()} {
+real_time::real_time(circumstance under, std::uint64_t count, starter& by, int bell)
+    : memory_{memory_bytes, rt::page_lock::none},
+      under_{under},
+      count_{count},
+      starter_{by},
+      shared_{make<words>()} {
   if (bell >= 0) bell_.emplace(rt::eventfd_bell{bell});
   rt::tripwire::expect_writes_to(bell);
   pthread_attr_t attributes;
@@ -160,7 +170,7 @@ outcome perform(const exercise& one, circumstance under) {
                             try {
                               if (!rt::tripwire::watch_system_calls())
                                 throw std::runtime_error{std::strerror(errno)};
-                              real_time here{under, main, bell.get()};
+                              real_time here{under, count_for(one, under), main, bell.get()};
                               one.run(here);
                               result.seen = here.seen();
                               result.told = here.told();

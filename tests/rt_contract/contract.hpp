@@ -8,7 +8,6 @@
 #pragma once
 #include <pthread.h>
 
-#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -28,10 +27,8 @@
 namespace rowe::contract {
 
 inline constexpr std::uint64_t calls_made = 1'000'000;
-// Of functions that take microseconds, and under all circumstances but the ordinary one.
-inline constexpr std::uint64_t slow_calls_made = 100'000;
-// Of those that may each enter the kernel, through the trap.
-inline constexpr std::uint64_t told_calls_made = 5'000;
+// Where each call enters the kernel, through the trap, which takes microseconds.
+inline constexpr std::uint64_t trapped_calls_made = 10'000;
 // Of another thread meanwhile, at least.
 inline constexpr std::uint64_t other_turns_made = 1'000;
 
@@ -71,7 +68,7 @@ class starter {
 class real_time {
  public:
   // `bell`: a descriptor that may be written to; -1: none.
-  real_time(circumstance under, starter& by, int bell);
+  real_time(circumstance under, std::uint64_t count, starter& by, int bell);
 
   // In memory as the library's own: shared, present, never destroyed.
   template <class T, class... Arguments>
@@ -94,11 +91,13 @@ class real_time {
   // Makes the calls: call(i) for i from 0 on.
   template <class Call>
   void calls(Call&& call) {
-    make_calls(call, under_ == circumstance::ordinary ? calls_made : slow_calls_made);
-  }
-  template <class Call>
-  void slow_calls(Call&& call) {
-    make_calls(call, slow_calls_made);
+    const other_thread other{*this};
+    std::uint64_t i = 0;
+    for (; i < warming_calls; ++i) call(i);
+    if (under_ != circumstance::beside_a_sleeping_service_thread) return measure(call, i);
+    const std::uint64_t before = handed_over();
+    bell_->sleep([] { return true; }, [&] { measure(call, i); });
+    told_ = handed_over() - before;
   }
 
   // What a lane rings, and its counter of what was handed over by it. Null but under idle::wake.
@@ -118,24 +117,12 @@ class real_time {
       16; // code and constants are paged in by them; not an exercise's data
 
   template <class Call>
-  void make_calls(Call& call, std::uint64_t count) {
-    const other_thread other{*this};
-    std::uint64_t i = 0;
-    for (; i < warming_calls; ++i) call(i);
-    if (!bell_) return measure(call, i, count);
-    count = std::min(count, told_calls_made);
-    if (under_ != circumstance::beside_a_sleeping_service_thread) return measure(call, i, count);
-    const std::uint64_t before = handed_over();
-    bell_->sleep([] { return true; }, [&] { measure(call, i, count); });
-    told_ = handed_over() - before;
-  }
-  template <class Call>
-  void measure(Call& call, std::uint64_t i, std::uint64_t count) {
+  void measure(Call& call, std::uint64_t i) {
     before_measuring();
     const std::uint64_t turns_enough = other_turn_ ? turns() + other_turns_made : 0;
     auto wire = rt::tripwire::arm();
     bool enough = false;
-    for (const std::uint64_t end = i + count; i < end || !enough; ++i) {
+    for (const std::uint64_t end = i + count_; i < end || !enough; ++i) {
       enough = turns() >= turns_enough; // before the call: the last one has seen what they brought
       call(i);
     }
@@ -162,6 +149,7 @@ class real_time {
 
   rt::arena memory_;
   circumstance under_;
+  std::uint64_t count_;
   starter& starter_;
   struct words {
     std::atomic<std::uint64_t> turns{0};

@@ -35,7 +35,7 @@ void expect_all_to_keep_the_contract(circumstance under) {
     const outcome result = perform(one, under);
     ASSERT_EQ(result.trouble, "");
     if (under == circumstance::with_a_clock_in_the_kernel && one.reads_clock) {
-      EXPECT_EQ(result.seen.system_calls, slow_calls_made)
+      EXPECT_EQ(result.seen.system_calls, trapped_calls_made)
           << "reads the clock once a call, and was seen doing so";
       EXPECT_EQ(result.seen.last_system_call, SYS_clock_gettime);
     } else {
@@ -45,7 +45,7 @@ void expect_all_to_keep_the_contract(circumstance under) {
     told += result.told;
   }
   if (under == circumstance::beside_a_sleeping_service_thread) {
-    EXPECT_GT(told, 50 * told_calls_made) << "dozens of exercises hand something over";
+    EXPECT_GT(told, 50 * trapped_calls_made) << "dozens of exercises hand something over";
   } else {
     EXPECT_EQ(told, 0u);
   }
@@ -99,9 +99,9 @@ TEST(rt_contract, catches_one_malloc_in_a_million_calls) {
 TEST(rt_contract, catches_an_uncontended_mutex) {
   const auto seen = planted([](real_time& rt) {
     std::mutex mutex;
-    rt.slow_calls([&](std::uint64_t) { const std::lock_guard lock{mutex}; });
+    rt.calls([&](std::uint64_t) { const std::lock_guard lock{mutex}; });
   });
-  EXPECT_EQ(seen.locks, slow_calls_made);
+  EXPECT_EQ(seen.locks, calls_made);
   EXPECT_EQ(seen.system_calls, 0u);
 }
 
@@ -119,7 +119,7 @@ TEST(rt_contract, catches_a_write_that_is_not_the_bells) {
   const auto seen = planted(
       [](real_time& rt) {
         rt.calls([](std::uint64_t i) {
-          if (i == told_calls_made / 2) use(::write(-1, "", 0));
+          if (i == trapped_calls_made / 2) use(::write(-1, "", 0));
         });
       },
       circumstance::beside_a_sleeping_service_thread);

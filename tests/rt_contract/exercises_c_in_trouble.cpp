@@ -70,7 +70,7 @@ void without_peers(real_time& rt, Call call) {
 template <class Call>
 void out_of_date(real_time& rt, Call call) {
   all_handles all{rt};
-  rt.slow_calls([&](std::uint64_t i) {
+  rt.calls([&](std::uint64_t i) {
     all.permit.grant(static_cast<detail::latch_number>(i), now - 1s);
     for (int waiting = 0; waiting < 4; ++waiting) ask(all.talks, now);
     call(all);

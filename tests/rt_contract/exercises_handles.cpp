@@ -239,7 +239,7 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        lane& on = subscribing_lane(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
-       rt.slow_calls([&](std::uint64_t) {
+       rt.calls([&](std::uint64_t) {
          for (std::uint32_t i = 0; i < depth; ++i) arrive(on);
          use(seen.latest());
        });

@@ -130,7 +130,7 @@ constexpr exercise list[] = {
     {"lane::try_receive", "when its inbox is full of what is out of date",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
-       rt.slow_calls([&on = on, &talk = talk](std::uint64_t) {
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
          for (std::uint32_t i = 0; i < depth; ++i) arrive(on, now);
          use(talk.try_receive(now));
        });
@@ -204,7 +204,7 @@ constexpr exercise list[] = {
     {"lane::try_finish", "when all ends are of calls that were cancelled",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
-       rt.slow_calls([&on = on, &talk = talk](std::uint64_t) {
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
          for (std::uint32_t i = 0; i < calls_max; ++i) talk.cancel(*talk.start(text, ttl, now));
          serve(on);
          use(talk.try_finish());
@@ -213,7 +213,7 @@ constexpr exercise list[] = {
     {"lane::try_finish", "when ends were set aside, cancelled ones among them",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
-       rt.slow_calls([&on = on, &talk = talk](std::uint64_t) {
+       rt.calls([&on = on, &talk = talk](std::uint64_t) {
          call_id last;
          for (std::uint32_t i = 0; i < calls_max; ++i) {
            last = *talk.start(text, ttl, now);

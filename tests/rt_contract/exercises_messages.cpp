@@ -42,7 +42,7 @@ constexpr exercise list[] = {
      }},
     {"message_of::message_of", "of every kind of value",
      [](real_time& rt) {
-       rt.slow_calls([](std::uint64_t i) {
+       rt.calls([](std::uint64_t i) {
          const double d = std::ldexp(static_cast<double>(i), static_cast<int>(i % 64) - 32);
          use(message{"d", d,
                      "f", static_cast<float>(d),

@@ -109,7 +109,7 @@ void answer_when_closed(real_time& rt, answering<Responder> with, Answer answer)
 // Those who asked have all given up.
 template <class Responder>
 void next_of_what_is_too_late(real_time& rt, answering<Responder> with) {
-  rt.slow_calls([&](std::uint64_t) {
+  rt.calls([&](std::uint64_t) {
     for (std::uint32_t i = 0; i < options.depth; ++i) ask(with.on, now);
     use(with.answers.try_next(now));
   });

@@ -117,7 +117,7 @@ constexpr exercise list[] = {
     {"ring_consumer::drain", "a full ring",
      [](real_time& rt) {
        const auto r = ring_with(rt, 0);
-       rt.slow_calls([&](std::uint64_t) {
+       rt.calls([&](std::uint64_t) {
          for (std::uint64_t item = 0; item < 64; ++item) use(r.in.try_push(item));
          use(r.out.drain([](std::uint64_t item) { use(item); }, places));
        });

@@ -74,13 +74,13 @@ constexpr exercise list[] = {
     {"histogram::clear", "a filled one",
      [](real_time& rt) {
        histogram& h = histogram_with(rt, 1000);
-       rt.slow_calls([&](std::uint64_t) { h.clear(); });
+       rt.calls([&](std::uint64_t) { h.clear(); });
      }},
     {"histogram::add", "one of the same precision",
      [](real_time& rt) {
        histogram& h = histogram_with(rt, 1000);
        const histogram& other = histogram_with(rt, 1000);
-       rt.slow_calls([&](std::uint64_t) { use(h.add(other)); });
+       rt.calls([&](std::uint64_t) { use(h.add(other)); });
      }},
     {"histogram::add", "one of another precision",
      [](real_time& rt) {
@@ -91,12 +91,12 @@ constexpr exercise list[] = {
     {"histogram::percentile", "of an empty one",
      [](real_time& rt) {
        const histogram& h = histogram_with(rt, 0);
-       rt.slow_calls([&](std::uint64_t) { use(h.percentile(99.9)); });
+       rt.calls([&](std::uint64_t) { use(h.percentile(99.9)); });
      }},
     {"histogram::percentile", "of a filled one",
      [](real_time& rt) {
        const histogram& h = histogram_with(rt, 1000);
-       rt.slow_calls([&](std::uint64_t i) { use(h.percentile(static_cast<double>(i % 101))); });
+       rt.calls([&](std::uint64_t i) { use(h.percentile(static_cast<double>(i % 101))); });
      }},
     {"histogram::count", "always",
      [](real_time& rt) {

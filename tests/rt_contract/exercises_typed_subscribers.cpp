@@ -66,7 +66,7 @@ constexpr exercise list[] = {
     {"subscriber::latest", "of structs, when its queue is full",
      [](real_time& rt) {
        auto with = subscriber_in(rt);
-       rt.slow_calls([&](std::uint64_t) {
+       rt.calls([&](std::uint64_t) {
          for (std::uint32_t i = 0; i < depth; ++i) decode(with.on);
          use(with.seen.latest());
        });

@@ -80,7 +80,7 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        auto& wheel = wheel_with(rt, entries);
        time_point now = start;
-       rt.slow_calls([&](std::uint64_t i) {
+       rt.calls([&](std::uint64_t i) {
          now += ttl_of(i) / 1000;
          for (std::uint32_t node; (node = wheel.expire(now)) != timer_wheel::none;)
            wheel.insert(node, now + ttl_of(i));

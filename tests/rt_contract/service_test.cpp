@@ -151,7 +151,7 @@ struct loop_that_calls {
 TEST(rt_contract, is_kept_by_a_loop_that_calls_and_answers_beside_a_working_service_thread) {
   const tests::watchdog guard{"a loop that calls beside the service thread"};
   loop_that_calls loop;
-  const auto report = watch_a_loop(slow_calls_made, [&](std::uint64_t i) { loop.cycle(i); });
+  const auto report = watch_a_loop(calls_made, [&](std::uint64_t i) { loop.cycle(i); });
   EXPECT_TRUE(report.clean()) << text(report);
   while (loop.replies == 0) { // the last ones may still be on their way
     loop.cycle(2);
