@@ -115,7 +115,8 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
 
   ASSERT_TRUE(robot.reset_stop(patience));
   ASSERT_TRUE(loop.becomes(true));
-  for (std::size_t taken = 0; taken < options.limits.door_slots;) { // all; the reset's may still be coming back
+  // All slots: that of the reset may still be coming back.
+  for (std::size_t taken = 0; taken < options.limits.door_slots;) {
     if (robot.try_send(rowe::message{"waits", "for a peer"}, rowe::rt::for_ever)) ++taken;
   }
   EXPECT_FALSE(robot.stop("no room", 10ms));
