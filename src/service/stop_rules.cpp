@@ -114,13 +114,12 @@ bool stop_rules::loops_ready(rt::time_point now) const noexcept {
   return any;
 }
 
-rt::time_point stop_rules::observed(rt::time_point now) const noexcept {
+rt::time_point stop_rules::observed() const noexcept {
   rt::time_point last{};
   for (const loop& l : loops_) {
     if (l.words == nullptr) continue;
-    const auto answer = l.words->acknowledged(now);
-    if (answer.number != number_) return rt::never;
-    last = std::max(last, answer.at);
+    if (l.answered.number != number_) return rt::never;
+    last = std::max(last, l.answered.at);
   }
   return running_ || last == rt::time_point{} ? rt::never : last;
 }
@@ -192,7 +191,14 @@ void stop_rules::peer_gone(std::uint64_t peer, rt::time_point now) noexcept {
 
 // ---- stop and reset
 
-void stop_rules::set_source(std::string_view source) noexcept { source_bytes_ = copy_cut(source, source_); }
+// What does not fit is cut between characters.
+void stop_rules::set_source(std::string_view source) noexcept {
+  source_bytes_ = copy_cut(source, source_);
+  const auto continues = [&](std::size_t at) {
+    return at < source.size() && (static_cast<unsigned char>(source[at]) & 0xc0) == 0x80;
+  };
+  while (source_bytes_ != 0 && continues(source_bytes_)) --source_bytes_;
+}
 
 void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept {
   running_ = false;
@@ -282,8 +288,10 @@ bool stop_rules::find_trouble(rt::time_point now) noexcept {
 void stop_rules::turn(rt::time_point now) noexcept {
   for (loop& l : loops_) {
     if (l.words == nullptr) continue;
-    const latch_number answered = l.words->acknowledged(now).number;
-    if (std::exchange(l.answered, answered) != answered) ++version_;
+    const auto answered = l.words->acknowledged(now);
+    if (answered.number == l.answered.number) continue; // its time was complete when it was new
+    l.answered = answered;
+    ++version_;
   }
   if (!running_ || find_trouble(now)) return;
   // Renewed in steps, so that the loops' copy of the word stays theirs for a while.

@@ -78,8 +78,9 @@ class stop_rules {
   // Raised by everything that peers are shown, but for ticks and ages.
   std::uint64_t version() const noexcept { return version_; }
   std::uint64_t tick(rt::time_point now) const noexcept;
-  // When the last loop acknowledged this stop; never, as long as one has not, or there is none.
-  rt::time_point observed(rt::time_point now) const noexcept;
+  // When the last loop acknowledged this stop, as of the last turn(); never, as long as one has not, or there
+  // is none.
+  rt::time_point observed() const noexcept;
   // {"state":…} as docs/stop.md has it.
   void write_state(json::writer& into, rt::time_point now) const noexcept;
   static std::string_view name_of(refusal why) noexcept; // empty for none
@@ -99,8 +100,8 @@ class stop_rules {
     std::array<char, name_bytes_max> name_room{};
     std::uint8_t name_bytes = 0;
     rt::duration timeout{};
-    rt::time_point since{};    // it counts as having looked then
-    latch_number answered = 0; // the acknowledgment seen last
+    rt::time_point since{};                           // it counts as having looked then
+    detail::latch_words<>::acknowledgment answered{}; // the one that turn() saw last
 
     std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
   };

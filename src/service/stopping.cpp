@@ -138,6 +138,10 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;
+  // Who waits for the loops is told what they did until now, before this raises the number: those who stop
+  // more often than a loop looks would leave everyone without an answer.
+  stop_.turn(now_);
+  answer_observed();
   auto refused = stop_rules::refusal::none;
   switch (which) {
   case stop_service::stop: {
@@ -191,7 +195,7 @@ void core::await_observed(const stop_asker& asker) noexcept {
   const auto same = std::count_if(stop_waiters_.begin(), stop_waiters_.end(), [&](const stop_waiter& w) {
     return asker.who.who == party::kind::peer && w.who.is(asker.who.connection());
   });
-  const bool known = stop_.observed(now_) != rt::never;
+  const bool known = stop_.observed() != rt::never;
   if (known || free == stop_waiters_.end() || same >= waiting_per_peer_max)
     return answer_stop(stop_service::stop, asker, now_, stop_rules::refusal::none);
   *free = {.who = asker.who, .call = asker.call, .accepted = now_};
@@ -203,7 +207,7 @@ void core::await_observed(const stop_asker& asker) noexcept {
 
 void core::answer_observed() noexcept {
   if (stops_awaited_ == 0) return;
-  const bool observed = stop_.observed(now_) != rt::never || stop_.running();
+  const bool observed = stop_.observed() != rt::never || stop_.running();
   for (stop_waiter& w : stop_waiters_) {
     if (w.who.who == party::kind::nobody || (!observed && now_ < w.until)) continue;
     const stop_waiter answered = std::exchange(w, {});
@@ -228,7 +232,7 @@ void core::write_stop_answer(json::writer& into, stop_service which, rt::time_po
     write_text(into, "cause", stop_.cause_name());
     write_text(into, "source", stop_.source());
     write_time(into, "accepted_ns", accepted);
-    write_time(into, "observed_ns", stop_.observed(now_));
+    write_time(into, "observed_ns", stop_.observed());
     break;
   case stop_service::lease:
     into.key("lease_ms");

@@ -120,6 +120,21 @@ TEST_F(stopping, is_answered_with_null_when_no_loop_acknowledges_in_time) {
   EXPECT_EQ(member(inside(heard[0]), "state"), "\"stopped\"");
 }
 
+TEST_F(stopping, is_answered_as_observed_though_others_stop_more_often_than_the_loop_looks) {
+  peer operator_{on};
+  peer other{on};
+  start(operator_);
+  operator_.say(stop_call);
+  on.cycle();
+  ASSERT_TRUE(latch->engaged(on.now));
+  latch->acknowledge(on.now);
+  other.say(R"({"service":"/rowe/stop","source":"other"})");
+  on.cycle();
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(member(inside(heard[0]), "observed_ns"), "null");
+}
+
 TEST_F(stopping, takes_a_publish_and_a_bare_message_without_an_id_too) {
   for (const char* text : {R"({"op":"publish","topic":"/rowe/stop","msg":{"source":"joystick"}})",
                            R"({"service":"/rowe/stop","source":"joystick"})", R"({"service":"rowe/stop"})"}) {

@@ -307,7 +307,27 @@ TEST(stop_rules, stop_every_loop_when_somebody_asks) {
   r.stop();
   r.look_all();
   EXPECT_FALSE(arm.moving || r.base().moving);
-  EXPECT_EQ(r.rules.observed(r.now), r.now);
+  r.turn();
+  EXPECT_EQ(r.rules.observed(), r.now);
+}
+
+TEST(stop_rules, remember_when_loops_acknowledged_for_longer_than_their_words_do) {
+  moving_robot r;
+  r.stop();
+  r.look_all();
+  r.turn();
+  const time_point acknowledged = r.now;
+  r.now += 100h;
+  r.stop(); // a repeat
+  EXPECT_EQ(r.rules.observed(), acknowledged);
+}
+
+TEST(stop_rules, cut_a_long_source_between_characters) {
+  moving_robot r;
+  r.stop(std::string(62, 'a') + "\u00e9");
+  EXPECT_EQ(r.rules.source(), std::string(62, 'a'));
+  r.stop(std::string(61, 'b') + "\u00e9");
+  EXPECT_EQ(r.rules.source(), std::string(61, 'b') + "\u00e9");
 }
 
 TEST(stop_rules, keep_the_number_for_repeats_and_raise_it_for_another_source) {
