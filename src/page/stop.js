@@ -115,8 +115,16 @@ export class stop {
     }
     this.state = state;
     this.heard = moment();
-    if (!this.stopped && this.asked?.answer && this.asked.answer.number !== state.number) this.asked = null;
+    this.#forget_acknowledged();
     if (this.guarding) this.#beat();
+  }
+
+  // What was acknowledged is told of that stop alone: not of the next one, nor of a robot that started anew.
+  #forget_acknowledged() {
+    const { answer } = this.asked ?? {};
+    if (!answer) return;
+    if (answer.number === this.state.number) answer.shown = true;
+    else if (answer.shown || !this.stopped) this.asked = null;
   }
 
   // --- what goes

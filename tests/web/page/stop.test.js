@@ -94,6 +94,20 @@ test("an acknowledgment is forgotten once the robot runs again, not by what was 
   assert.equal(made.asked, null);
 });
 
+test("an acknowledgment is not told of another stop, of a robot that started anew for one", () => {
+  says({ state: "stopped", number: 7, cause: "lease" });
+  made.press();
+  answer(sent("/rowe/stop")[0], acknowledged);
+  says({ state: "stopped", number: 7, cause: "lease" });
+  assert.ok(made.asked, "a state from before the press");
+  says({ state: "stopped", number: 8, cause: "request" });
+  assert.ok(made.asked);
+  says({ state: "stopped", number: 8, cause: "request" });
+  assert.ok(made.asked);
+  says({ state: "stopped", number: 900, cause: "start" });
+  assert.equal(made.asked, null);
+});
+
 test("what the robot said last does not hold once it is silent", () => {
   says({ state: "stopped" });
   assert.ok(made.known && made.stopped);
