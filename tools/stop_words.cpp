@@ -40,7 +40,9 @@ std::string time_words(rt::duration time) {
   const double us = std::chrono::duration<double, std::micro>(time).count();
   std::array<char, 40> room;
   int length = 0;
-  if (us < 999.5) {
+  if (us < 0.9995) {
+    length = std::snprintf(room.data(), room.size(), "%.0f ns", us * 1e3);
+  } else if (us < 999.5) {
     length = std::snprintf(room.data(), room.size(), "%.0f µs", us);
   } else if (us < 999.5e3) {
     length = std::snprintf(room.data(), room.size(), us < 9950 ? "%.1f ms" : "%.0f ms", us / 1e3);

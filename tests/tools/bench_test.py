@@ -242,7 +242,11 @@ class files(unittest.TestCase):
 
     def test_that_cannot_be_written_are_a_failure(self):
         ended = run("bench", "loop", *short, "--svg", self.path("no/folder.svg"))
+        self.assertEqual((ended.code, ended.stdout), (1, []))  # before the run, not after it
+        self.assertIn("cannot write", ended.stderr[-1])
+        ended = run("bench", "loop", *short, "--svg", "/dev/full")
         self.assertEqual(ended.code, 1)
+        self.assertTrue(ended.stdout)
         self.assertIn("cannot write", ended.stderr[-1])
 
 

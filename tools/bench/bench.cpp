@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe bench MODE [arguments]: finds the mode.
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <string>
 
 #include "../console.hpp"
@@ -42,6 +45,14 @@ std::string overview() {
   return text;
 }
 
+// As far as can be told without touching it.
+bool may_be_written(const std::string& file) {
+  if (file.empty() || file == "-" || access(file.c_str(), W_OK) == 0) return true;
+  const auto slash = file.rfind('/');
+  const std::string folder = slash == std::string::npos ? "." : file.substr(0, slash + 1);
+  return errno == ENOENT && access(folder.c_str(), W_OK | X_OK) == 0;
+}
+
 } // namespace
 
 std::optional<exit_code> read_mode(const command& table, argument_list arguments, settings& s, console& to) {
@@ -62,6 +73,12 @@ std::optional<exit_code> read_mode(const command& table, argument_list arguments
     if (before->mode != s.mode)
       return usage_error(table.verb, joined(quoted(s.compare), " is a result of `rowe bench ",
                                             printable(before->mode), "`"));
+  }
+  for (const std::string* file : {&s.json, &s.hgrm, &s.svg}) {
+    if (!may_be_written(*file)) {
+      to.error("cannot write ", quoted(*file));
+      return exit_code::failed;
+    }
   }
   return std::nullopt;
 }
