@@ -17,7 +17,7 @@
 // the robot's, and no program can be better. On core --there the probe is its own witness: `woke_late` is by
 // how much it woke after its time, and `robot` counts from its waking where the robot had answered what came
 // before in time, so that what the machine does to the probe is not the robot's; all other figures count from
-// the time it was to be sent.
+// the time it was to be sent. `cycle_max` is the robot's own longest cycle, whatever held it up.
 //
 // What would make it lie: other load; a host that takes cores away (see the witness).
 //
@@ -158,6 +158,7 @@ struct figures {
   std::vector<double> woke_late; // the probe, by its own core
   std::vector<double> robot;     // the trips without that
   std::vector<double> gaps;      // the witness's largest of each round
+  double longest_cycle = 0;      // of the robot's service thread
   std::uint64_t asked = 0, answered = 0;
 };
 
@@ -248,6 +249,10 @@ bool measure(const flood& with, int cpu, figures& into) {
         }
       }};
   prober.join();
+  for (const rowe::count& one : robot.counts()) {
+    if (one.name == "cycle_ns_max")
+      into.longest_cycle = std::max(into.longest_cycle, static_cast<double>(one.value));
+  }
   for (auto& peer : peers) peer->shut();
   for (auto& sender : senders) sender.join();
   return true;
@@ -265,6 +270,7 @@ void report(const flood& with, figures& seen) {
                                  state.counters["witness_gap_us"] = quantile(seen.gaps, 1) / 1000;
                                  state.counters["robot_p99.9_us"] = quantile(seen.robot, 0.999) / 1000;
                                  state.counters["robot_max_us"] = quantile(seen.robot, 1) / 1000;
+                                 state.counters["cycle_max_us"] = seen.longest_cycle / 1000;
                                  state.counters["woke_late_p99.9_us"] =
                                      quantile(seen.woke_late, 0.999) / 1000;
                                  state.counters["unanswered"] =

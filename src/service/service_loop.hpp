@@ -17,18 +17,18 @@ namespace rowe::service {
 
 // Naps of a thread that may not run on for ever. A SCHED_FIFO thread that does is taken off its core by the
 // kernel for the rest of each second once it has used its share (950 ms by default: a gap of 50 ms), so it
-// gives up the core by itself: 6 % of the time, in naps far shorter than that gap. A nap is a wait for
+// gives up the core by itself: 8 % of the time, in naps far shorter than that gap. A nap is a wait for
 // sockets, as long as something comes of it; under a flood, when each such wait ends at once, the thread
-// sleeps.
+// sleeps. docs/decisions/0016 has the measurements.
 class nap_budget {
  public:
   static constexpr rt::duration nap = std::chrono::microseconds{100};
-  // Of a wait that has ended at once: no rest, but a system call.
-  static constexpr rt::duration call_cost = std::chrono::microseconds{5};
+  // What the kernel needs of each to leave the core and come back: no rest for others.
+  static constexpr rt::duration call_cost = std::chrono::microseconds{15};
 
   // It has been awake until `now`.
   void awake_until(rt::time_point now) noexcept {
-    if (since_ != rt::time_point{}) owed_ += (now - since_) * 6 / 94;
+    if (since_ != rt::time_point{}) owed_ += (now - since_) * 8 / 92;
     owed_ = std::min(owed_, 8 * nap);
     since_ = now;
   }

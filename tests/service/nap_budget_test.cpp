@@ -36,23 +36,23 @@ struct run {
   }
 };
 
-TEST(nap_budget, sleeps_six_percent_of_every_ten_milliseconds_when_each_wait_ends_at_once) {
+TEST(nap_budget, sleeps_a_twelfth_of_every_ten_milliseconds_when_each_wait_ends_at_once) {
   run r;
   for (int window = 0; window < 200; ++window) {
     const time_point end = r.now + 10ms;
     const duration before = r.slept;
     while (r.now < end) r.turn(30us, 1us);
     if (window == 0) continue; // the debt grows first
-    EXPECT_GE(r.slept - before, 500us) << window;
+    EXPECT_GE(r.slept - before, 700us) << window;
   }
-  EXPECT_GE(r.slept * 100 / (r.now - time_point{1000s}), 5.9);
+  EXPECT_GE(r.slept * 100 / (r.now - time_point{1000s}), 8);
 }
 
 TEST(nap_budget, only_waits_when_waiting_is_rest_enough) {
   run r;
   for (int i = 0; i < 100'000; ++i) r.turn(30us, 1s);
   EXPECT_EQ(r.forced, 0);
-  EXPECT_GE(r.waited * 100 / (r.now - time_point{1000s}), 5.9);
+  EXPECT_GE(r.waited * 100 / (r.now - time_point{1000s}), 8);
 }
 
 TEST(nap_budget, owes_no_more_than_a_few_naps_after_a_long_turn) {
