@@ -4,10 +4,13 @@
 Every wait has an end (`patience`), so a program that hangs fails a test instead of hanging it. ROWE_BIN names
 the program. Nothing here sleeps to synchronise: a test waits for the line that says so.
 """
+import contextlib
 import os
 import queue
+import random
 import re
 import signal
+import socket
 import subprocess
 import threading
 import time
@@ -19,6 +22,13 @@ for one in (signal.SIGINT, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
 
 patience = 60.0  # seconds; far above what anything here takes, sanitizers included
+asking = ("call", "peers", "reset", "stop")  # verbs that give up by themselves after a second or two
+
+
+def with_patience(arguments):
+    """Who asks is given as much time as the tests have, where a test does not say how much."""
+    gives_up = arguments and arguments[0] in asking and "--timeout" not in arguments
+    return (*arguments, "--timeout", f"{patience:.0f}s") if gives_up else arguments
 
 
 def of_the_machine(line):
@@ -32,7 +42,7 @@ class program:
     def __init__(self, *arguments, command=(ROWE,), stdin=subprocess.DEVNULL, environment=None, **options):
         env = {key: value for key, value in os.environ.items() if key != "ROWE_URL"}
         env.update(environment or {})
-        self.arguments = arguments
+        self.arguments = arguments = with_patience(arguments)
         self.process = subprocess.Popen([*command, *arguments], stdin=stdin, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, env=env, **options)
         self.said = {"stdout": [], "stderr": []}
@@ -110,6 +120,39 @@ def run(*arguments, **options):
     with program(*arguments, **options) as running:
         running.code = running.end()
         return running
+
+
+def given_time(attempt, came_to_it, seconds=0.2):
+    """What attempt(TIME) returns, which has something run with `--timeout TIME` that passes in vain: again with
+    four times the time until `came_to_it(it)`. How long a busy machine takes to start, to connect and the
+    like, before the wait that the test is about, nobody knows."""
+    while True:
+        ended = attempt(f"{seconds * 1000:.0f}ms")
+        if came_to_it(ended) or seconds >= patience:
+            return ended
+        seconds *= 4
+
+
+def nobody_at(*arguments, **options):
+    """A run that finds nobody at 127.0.0.1:1, to its end."""
+    return given_time(lambda time: run(*arguments, "--timeout", time, **options),
+                      lambda ended: "nobody listens" in "\n".join(ended.stderr))
+
+
+@contextlib.contextmanager
+def kept_port():
+    """A port that nobody gets by chance while it is kept, whether anybody listens there or not: below those
+    that the kernel gives out. Elsewhere a program that tries to connect to a port that is free for the moment
+    may even be given that port itself, and meets itself."""
+    with open("/proc/sys/net/ipv4/ip_local_port_range", encoding="ascii") as file:
+        first = int(file.read().split()[0])
+    with socket.socket() as kept:
+        for port in random.SystemRandom().sample(range(10_000, max(first, 12_000)), 1000):
+            with contextlib.suppress(OSError):
+                kept.bind(("127.0.0.1", port))
+                break
+        kept.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # from now on one may listen there
+        yield kept.getsockname()[1]
 
 
 class hub(program):

@@ -1,13 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe pub`: what it sends, on topics and as plain messages, and how it ends."""
-import concurrent.futures
 import json
 import signal
 import subprocess
 import time
 import unittest
 
-from program import hub, program, run
+from program import given_time, hub, nobody_at, program, run
 from websocket import closed, listener, peer, settle
 
 
@@ -61,10 +60,14 @@ class on_topics(unittest.TestCase):
 
     def test_publishes_the_lines_of_stdin(self):
         messages = [{"i": i, "text": "ä\n"} for i in range(1000)]
-        with concurrent.futures.ThreadPoolExecutor(1) as reader: # who reads late would miss some
-            arrived = reader.submit(self.arrived, 1000)
-            self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-r", "5kHz"), 1000)
-            self.assertEqual(arrived.result(), messages)
+        with program("pub", self.serving.url, "/t", "-", "-r", "5kHz", stdin=subprocess.PIPE) as pub:
+            for first in range(0, 1000, 100):  # fewer at a time than wait for a reader that is late
+                pub.process.stdin.write(lines_of(*messages[first:first + 100]))
+                pub.process.stdin.flush()
+                self.assertEqual(self.arrived(100), messages[first:first + 100])
+            pub.process.stdin.close()
+            pub.code = pub.end()
+            self.check(pub, 1000)
         self.check(fed(b'\r\n  \n{"a":1}\r\n\n{"a":2}', self.serving.url, "/t", "-"), 2)
         self.assertEqual(self.arrived(2), [{"a": 1}, {"a": 2}])
         self.check(fed(lines_of(*messages), self.serving.url, "/t", "-", "-n", "3"), 3)
@@ -195,7 +198,7 @@ class as_plain_messages(unittest.TestCase):
 class ending(unittest.TestCase):
     def test_nobody_there_is_3(self):
         for arguments in (("/t", "{}"), ("--bare", "{}")):
-            ended = run("pub", "127.0.0.1:1", *arguments, "--timeout", "300ms")
+            ended = nobody_at("pub", "127.0.0.1:1", *arguments)
             self.assertEqual((ended.code, ended.stdout), (3, []))
             self.assertIn("nobody listens at 127.0.0.1:1", ended.stderr[-1])
 
