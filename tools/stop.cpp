@@ -24,7 +24,7 @@ using namespace std::chrono_literals;
 
 constexpr rt::duration timeout_default = 1s;
 constexpr rt::duration connect_time_min = 1s;  // connecting takes what it takes, however little --timeout is
-constexpr rt::duration words_time = 500ms;     // for the robot's name and its state, after the stop
+constexpr rt::duration words_time_min = 500ms; // for the robot's name and its state, after the stop
 constexpr std::uint32_t text_bytes_max = 4096; // what is said of a stop
 constexpr std::uint32_t calls_max = 4; // one that timed out here keeps its place until its end is known
 
@@ -107,6 +107,7 @@ exit_code stop_from(endpoint hub, const stop_settings& o, const std::string& url
   }
   stop_story story{.url = url, .limit = o.timeout.value_or(timeout_default)};
   const rt::duration connect_time = std::max(story.limit, connect_time_min);
+  const rt::duration words_time = std::max(o.timeout.value_or(words_time_min), words_time_min);
   const std::string request = request_of(o);
 
   stop_tally all;

@@ -23,9 +23,20 @@ def let_pass(seconds):
     threading.Event().wait(seconds)
 
 
+def given_time(attempt, measured_enough):
+    """What attempt(SECONDS) returns, which interrupts a measurement after so long: again with more of them
+    until that was enough. When a busy machine lets it begin to measure, nobody knows."""
+    for seconds in (0.5, 2, 8, 20):
+        got = attempt(seconds)
+        if measured_enough(got):
+            break
+    return got
+
+
 def measured(*arguments):
     """Runs a mode with --json -; returns its object, and the program."""
-    ended = run("bench", *arguments, "--json", "-")
+    patience = ("--timeout", "60s") if arguments[0] in ("rpc", "send", "stop") else ()
+    ended = run("bench", *arguments, *patience, "--json", "-")
     if len(ended.stdout) != 1:
         raise AssertionError((arguments, ended.code, ended.stdout, ended.stderr))
     return json.loads(ended.stdout[0]), ended
@@ -81,7 +92,7 @@ class modes(unittest.TestCase):
             told, ended = measured("rpc", url, *short, "--service", "/nope")
             self.assertEqual((ended.code, told["exit_code"]), (1, 1))
             self.assertIn("no", told["problem"])
-            told = run("bench", "send", url, *short)
+            told = run("bench", "send", url, *short, "--timeout", "60s")
             self.assertEqual(told.code, 1)
             self.assertIn("run `rowe bench peer` there", told.stderr[-1])
 
@@ -93,7 +104,7 @@ class modes(unittest.TestCase):
             self.assertGreaterEqual(part["samples"], told["finished"])
         self.assertGreater(told["parts"]["round_trip"]["max_ns"], told["parts"]["to_acceptance"]["min_ns"])
         with standing_peer() as (_, url):  # a peer that has no stop
-            ended = run("bench", "stop", url, "-D", "100ms")
+            ended = run("bench", "stop", url, "-D", "100ms", "--timeout", "60s")
             self.assertEqual(ended.code, 1, ended.stderr)
             self.assertIn("the robot cannot be reset", ended.stderr[-1])
 
@@ -110,37 +121,49 @@ class modes(unittest.TestCase):
         self.assertGreater(told["parts"]["move"]["p50_ns"], 0)
 
     def test_idle_has_figures_for_each_policy_and_company(self):
-        told, ended = measured("idle", "-D", "600ms")
-        self.assertEqual(ended.code, 0, ended.stderr)
+        for _ in range(10):
+            told, ended = measured("idle", "-D", "600ms")
+            self.assertEqual(ended.code, 0, ended.stderr)
+            # With poll it has to look at a listener's lane, and without one it does not; if it gets to run.
+            if told["figures"]["poll_listening_peer_wakeups_per_s"] > \
+               told["figures"]["poll_no_peer_wakeups_per_s"]:
+                break
+        else:
+            self.fail(told["figures"])
         wanted = {f"{policy}_{company}_{what}" for policy in ("poll", "spin", "wake")
                   for company in ("no_peer", "quiet_peer", "listening_peer")
                   for what in ("cpu_percent", "wakeups_per_s")}
         self.assertEqual(set(told["figures"]), wanted)
-        # With poll it has to look at a listener's lane, and without one it does not.
-        self.assertGreater(told["figures"]["poll_listening_peer_wakeups_per_s"],
-                           told["figures"]["poll_no_peer_wakeups_per_s"])
         self.assertGreater(told["figures"]["spin_no_peer_cpu_percent"], 0)
 
 
 class stalls(unittest.TestCase):
     def test_are_charged_to_the_messages_that_they_delayed(self):
         for mode in ("rpc", "send"):
-            with standing_peer() as (peer, url):
-                with program("bench", mode, url, "-D", "30s", "--warm-up", "10ms", "--timeout", "20s",
-                             "--max", "80ms", "--json", "-") as bench:
-                    bench.line("measuring for")
-                    let_pass(0.3)
-                    peer.process.send_signal(signal.SIGSTOP)
-                    let_pass(0.1)
-                    peer.process.send_signal(signal.SIGCONT)
-                    let_pass(0.2)
-                    self.assertEqual(bench.end(signal.SIGINT), 5, (bench.stdout, bench.stderr))
-                told = json.loads(bench.stdout[0])
-                self.assertGreaterEqual(told["max_ns"], 90e6, mode)
-                self.assertGreaterEqual(told["over"], 5, mode)  # at 1 kHz some 20 of 80 to 100 ms
-                self.assertEqual(len(told["over_samples"]), min(told["over"], 1000))
-                self.assertFalse(told["bounds"][0]["held"])
-                self.assertEqual(told["over_limit_ns"], 80_000_000)
+            def stalled(seconds, mode=mode):
+                with standing_peer() as (peer, url):
+                    with program("bench", mode, url, "-D", "1h", "--rate", "1kHz", "--warm-up", "10ms",
+                                 "--timeout", "60s", "--max", "80ms", "--json", "-") as bench:
+                        bench.line("measuring for")
+                        let_pass(seconds)
+                        peer.process.send_signal(signal.SIGSTOP)
+                        let_pass(0.1)
+                        peer.process.send_signal(signal.SIGCONT)
+                        let_pass(0.2)
+                        bench.code = bench.end(signal.SIGINT)
+                return bench
+
+            def was_measuring(bench):
+                return bench.code == 5 and json.loads(bench.stdout[0])["max_ns"] >= 90e6
+
+            bench = given_time(stalled, was_measuring)
+            self.assertEqual(bench.code, 5, (bench.stdout, bench.stderr))
+            told = json.loads(bench.stdout[0])
+            self.assertGreaterEqual(told["max_ns"], 90e6, mode)
+            self.assertGreaterEqual(told["over"], 5, mode)  # at 1 kHz some 20 of 80 to 100 ms
+            self.assertEqual(len(told["over_samples"]), min(told["over"], 1000))
+            self.assertFalse(told["bounds"][0]["held"])
+            self.assertEqual(told["over_limit_ns"], 80_000_000)
 
 
 class ends(unittest.TestCase):
@@ -156,14 +179,20 @@ class ends(unittest.TestCase):
 
     def test_on_ctrl_c_with_a_summary_and_the_verdict(self):
         for bound, code in (("1ns", 5), ("50s", 0)):
-            with program("bench", "rpc", "-D", "1h", "--rate", "100Hz", "--max", bound) as bench:
-                bench.line("measuring for")
-                let_pass(0.5)
-                self.assertEqual(bench.end(signal.SIGINT), code, (bench.stdout, bench.stderr))
-                self.assertRegex(bench.stdout[0], "^machine +Linux ")
+            def interrupted(seconds, bound=bound):
+                with program("bench", "rpc", "-D", "1h", "--rate", "100Hz", "--timeout", "60s", "--max",
+                             bound) as bench:
+                    bench.line("measuring for")
+                    let_pass(seconds)
+                    bench.code = bench.end(signal.SIGINT)
+                return bench
+
+            bench = given_time(interrupted, lambda bench: bench.code != 130)  # 130: before the first sample
+            self.assertEqual(bench.code, code, (bench.stdout, bench.stderr))
+            self.assertRegex(bench.stdout[0], "^machine +Linux ")
 
     def test_its_peer_with_itself_however_it_ends(self):
-        with program("bench", "rpc", "-D", "1h") as bench:
+        with program("bench", "rpc", "-D", "1h", "--timeout", "60s") as bench:
             child = int(bench.line(r"started a peer, process (\d+)")[1])
             bench.line("measuring for")
             handle = os.pidfd_open(child)
@@ -174,7 +203,7 @@ class ends(unittest.TestCase):
 
     def test_with_1_when_the_peer_goes_away(self):
         for mode in ("rpc", "send"):
-            with program("bench", mode, "-D", "1h", "--timeout", "200ms") as bench:
+            with program("bench", mode, "-D", "1h", "--timeout", "60s") as bench:
                 child = int(bench.line(r"started a peer, process (\d+)")[1])
                 bench.line("measuring for")
                 let_pass(0.4)

@@ -5,6 +5,7 @@ Every wait has an end (`patience`), so a program that hangs fails a test instead
 the program. Nothing here sleeps to synchronise: a test waits for the line that says so.
 """
 import contextlib
+import functools
 import os
 import queue
 import random
@@ -39,6 +40,8 @@ def of_the_machine(line):
 class program:
     """One run. Its output is gathered line by line while it runs."""
 
+    begun = []  # all of them
+
     def __init__(self, *arguments, command=(ROWE,), stdin=subprocess.DEVNULL, environment=None, **options):
         env = {key: value for key, value in os.environ.items() if key != "ROWE_URL"}
         env.update(environment or {})
@@ -46,6 +49,7 @@ class program:
         self.process = subprocess.Popen([*command, *arguments], stdin=stdin, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, env=env, **options)
         self.said = {"stdout": [], "stderr": []}
+        program.begun.append(self)
         self.changed = threading.Condition()
         self.readers = [threading.Thread(target=self.gather, args=(name,), daemon=True) for name in self.said]
         for reader in self.readers:
@@ -123,9 +127,9 @@ def run(*arguments, **options):
 
 
 def given_time(attempt, came_to_it, seconds=0.2):
-    """What attempt(TIME) returns, which has something run with `--timeout TIME` that passes in vain: again with
-    four times the time until `came_to_it(it)`. How long a busy machine takes to start, to connect and the
-    like, before the wait that the test is about, nobody knows."""
+    """What attempt(TIME) returns, which has something run with `--timeout TIME` that passes in vain: again
+    with four times the time until `came_to_it(it)`. How long a busy machine takes to start, to connect and
+    the like, before the wait that the test is about, nobody knows."""
     while True:
         ended = attempt(f"{seconds * 1000:.0f}ms")
         if came_to_it(ended) or seconds >= patience:
@@ -134,9 +138,31 @@ def given_time(attempt, came_to_it, seconds=0.2):
 
 
 def nobody_at(*arguments, **options):
-    """A run that finds nobody at 127.0.0.1:1, to its end."""
+    """A run that finds nobody at 127.0.0.1:1."""
     return given_time(lambda time: run(*arguments, "--timeout", time, **options),
                       lambda ended: "nobody listens" in "\n".join(ended.stderr))
+
+
+# What is said where a loop, or a service thread, had to wait for longer than the robot bears.
+kept_waiting = re.compile(r'stopped: (loop|service)|accepted it, but not its loops|"not_observed"(,|:[1-9])')
+
+
+def undisturbed(test):
+    """A test of the demo robot: again, where the machine kept that from running for so long that it stopped
+    by itself or was late to acknowledge a stop, as it is to do then; skipped where that happens again and
+    again."""
+    @functools.wraps(test)
+    def attempts(self):
+        for _ in range(5):
+            program.begun = []
+            try:
+                return test(self)
+            except AssertionError:
+                said = [line for one in program.begun for line in (*one.stdout, *one.stderr)]
+                if not kept_waiting.search("\n".join(said)):
+                    raise
+        return self.skipTest("this machine keeps the demo robot from running for half a second at a time")
+    return attempts
 
 
 @contextlib.contextmanager

@@ -10,7 +10,7 @@ import signal
 import socket
 import unittest
 
-from program import ROWE, hub, program, run
+from program import ROWE, hub, kept_port, program, run, undisturbed
 from websocket import get, peer, refused
 
 
@@ -70,7 +70,7 @@ class serving(unittest.TestCase):
             self.assertIn("--port", second.stderr[0])
 
     def test_the_port_can_be_used_again_at_once(self):
-        with hub() as first:
+        with hub(port=self.enterContext(kept_port())) as first:
             with peer(first.port):
                 first.end(signal.SIGTERM)
         with hub(port=first.port):
@@ -195,6 +195,7 @@ class the_demo(unittest.TestCase):
             self.assertEqual((m["header"]["frame_id"], m["child_frame_id"]), ("odom", "base_link"))
             self.assertGreater(m["pose"]["covariance"][0], 0)
 
+    @undisturbed
     def test_drives_and_publishes_odometry(self):
         with hub("--demo") as serving:
             poses = self.watch(serving, 1500)
