@@ -82,7 +82,7 @@ class endings(unittest.TestCase):
         with s.socket:
             self.send(s, one, "send")
             before, code, _ = s.until_close()
-            self.assertEqual([event for event in before if event[0] != TEXT],
+            self.assertEqual([event for event in before if event[0] not in (TEXT, PING)],
                              [reply for reply in one.replies if reply[0] == PONG])
             self.assertIn(code, one.code if isinstance(one.code, tuple) else (one.code,))
             s.until_end()
@@ -318,7 +318,9 @@ class handshakes(unittest.TestCase):
         s = here.open()
         with s.socket:
             s.send(frame(PING, b"?"))
-            events = [s.event(), s.event()]
+            events = []
+            while len(events) < 2:
+                events += [event for event in [s.event()] if event[0] != PING]  # for a long silence
             self.assertIn((PONG, b"?"), events)
             self.assertEqual({opcode for opcode, _ in events}, {TEXT, PONG})
             s.send(frame(CLOSE, close_body(1000)))

@@ -3,6 +3,7 @@
 import base64
 import contextlib
 import faulthandler
+import functools
 import hashlib
 import os
 import queue
@@ -13,6 +14,7 @@ import socket
 import struct
 import subprocess
 import threading
+import time
 import traceback
 
 import frames
@@ -36,6 +38,24 @@ def give_up():
 watchdog = threading.Timer(240, give_up)
 watchdog.daemon = True
 watchdog.start()
+
+
+def within(seconds):
+    """A test with which the server must not lose patience: tried again where it took longer than `seconds`,
+    what the server bears, and skipped where it always does."""
+    def decorated(test):
+        @functools.wraps(test)
+        def attempts(self, *arguments):
+            for _ in range(4):
+                begin = time.monotonic()
+                try:
+                    return test(self, *arguments)
+                except Exception as failure:
+                    if time.monotonic() - begin < seconds or "Sanitizer" in str(failure):
+                        raise
+            return self.skipTest(f"this machine is too slow to be done before {seconds} s are over")
+        return attempts
+    return decorated
 
 
 class program:

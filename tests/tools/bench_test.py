@@ -15,6 +15,7 @@ import xml.etree.ElementTree
 from program import program, run
 
 short = ("-D", "200ms", "--warm-up", "10ms")
+patient = ("--timeout", "20s")  # what a starved machine loses is waited for until then
 latencies = ["min_ns", "p50_ns", "p90_ns", "p99_ns", "p99_9_ns", "p99_99_ns", "max_ns"]
 
 
@@ -35,7 +36,7 @@ def given_time(attempt, measured_enough):
 
 def measured(*arguments):
     """Runs a mode with --json -; returns its object, and the program."""
-    patience = ("--timeout", "60s") if arguments[0] in ("rpc", "send", "stop") else ()
+    patience = patient if arguments[0] in ("rpc", "send", "stop") else ()
     ended = run("bench", *arguments, *patience, "--json", "-")
     if len(ended.stdout) != 1:
         raise AssertionError((arguments, ended.code, ended.stdout, ended.stderr))
@@ -92,7 +93,7 @@ class modes(unittest.TestCase):
             told, ended = measured("rpc", url, *short, "--service", "/nope")
             self.assertEqual((ended.code, told["exit_code"]), (1, 1))
             self.assertIn("no", told["problem"])
-            told = run("bench", "send", url, *short, "--timeout", "60s")
+            told = run("bench", "send", url, *short, *patient)
             self.assertEqual(told.code, 1)
             self.assertIn("run `rowe bench peer` there", told.stderr[-1])
 
@@ -104,7 +105,7 @@ class modes(unittest.TestCase):
             self.assertGreaterEqual(part["samples"], told["finished"])
         self.assertGreater(told["parts"]["round_trip"]["max_ns"], told["parts"]["to_acceptance"]["min_ns"])
         with standing_peer() as (_, url):  # a peer that has no stop
-            ended = run("bench", "stop", url, "-D", "100ms", "--timeout", "60s")
+            ended = run("bench", "stop", url, "-D", "100ms", *patient)
             self.assertEqual(ended.code, 1, ended.stderr)
             self.assertIn("the robot cannot be reset", ended.stderr[-1])
 
@@ -143,7 +144,7 @@ class stalls(unittest.TestCase):
             def stalled(seconds, mode=mode):
                 with standing_peer() as (peer, url):
                     with program("bench", mode, url, "-D", "1h", "--rate", "1kHz", "--warm-up", "10ms",
-                                 "--timeout", "60s", "--max", "80ms", "--json", "-") as bench:
+                                 *patient, "--max", "80ms", "--json", "-") as bench:
                         bench.line("measuring for")
                         let_pass(seconds)
                         peer.process.send_signal(signal.SIGSTOP)
@@ -180,7 +181,7 @@ class ends(unittest.TestCase):
     def test_on_ctrl_c_with_a_summary_and_the_verdict(self):
         for bound, code in (("1ns", 5), ("50s", 0)):
             def interrupted(seconds, bound=bound):
-                with program("bench", "rpc", "-D", "1h", "--rate", "100Hz", "--timeout", "60s", "--max",
+                with program("bench", "rpc", "-D", "1h", "--rate", "100Hz", *patient, "--max",
                              bound) as bench:
                     bench.line("measuring for")
                     let_pass(seconds)
@@ -192,7 +193,7 @@ class ends(unittest.TestCase):
             self.assertRegex(bench.stdout[0], "^machine +Linux ")
 
     def test_its_peer_with_itself_however_it_ends(self):
-        with program("bench", "rpc", "-D", "1h", "--timeout", "60s") as bench:
+        with program("bench", "rpc", "-D", "1h", *patient) as bench:
             child = int(bench.line(r"started a peer, process (\d+)")[1])
             bench.line("measuring for")
             handle = os.pidfd_open(child)
@@ -203,7 +204,7 @@ class ends(unittest.TestCase):
 
     def test_with_1_when_the_peer_goes_away(self):
         for mode in ("rpc", "send"):
-            with program("bench", mode, "-D", "1h", "--timeout", "60s") as bench:
+            with program("bench", mode, "-D", "1h", *patient) as bench:
                 child = int(bench.line(r"started a peer, process (\d+)")[1])
                 bench.line("measuring for")
                 let_pass(0.4)

@@ -87,7 +87,8 @@ class program:
 
     @property
     def stderr(self):
-        return self.said["stderr"]
+        """But what it says of connecting where that takes a while; line() finds that, too."""
+        return [line for line in self.said["stderr"] if ": waiting for ws://" not in line]
 
     def line(self, pattern, stream="stderr", count=1):
         """Waits for the `count`-th line that matches; returns the match."""
@@ -157,9 +158,9 @@ def undisturbed(test):
             program.begun = []
             try:
                 return test(self)
-            except AssertionError:
+            except AssertionError as failure:
                 said = [line for one in program.begun for line in (*one.stdout, *one.stderr)]
-                if not kept_waiting.search("\n".join(said)):
+                if not kept_waiting.search("\n".join(said)) or "Sanitizer" in str(failure):
                     raise
         return self.skipTest("this machine keeps the demo robot from running for half a second at a time")
     return attempts
