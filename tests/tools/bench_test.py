@@ -15,7 +15,7 @@ import xml.etree.ElementTree
 from program import program, run
 
 short = ("-D", "200ms", "--warm-up", "10ms")
-patient = ("--timeout", "20s")  # what a starved machine loses is waited for until then
+patient = ("--timeout", "10s")  # what a starved machine loses is waited for until then
 latencies = ["min_ns", "p50_ns", "p90_ns", "p99_ns", "p99_9_ns", "p99_99_ns", "max_ns"]
 
 
@@ -188,7 +188,8 @@ class ends(unittest.TestCase):
                     bench.code = bench.end(signal.SIGINT)
                 return bench
 
-            bench = given_time(interrupted, lambda bench: bench.code != 130)  # 130: before the first sample
+            # 130: before the first sample; 4: what was under way did not come back at once
+            bench = given_time(interrupted, lambda bench: bench.code not in (130, 4))
             self.assertEqual(bench.code, code, (bench.stdout, bench.stderr))
             self.assertRegex(bench.stdout[0], "^machine +Linux ")
 

@@ -3,6 +3,7 @@
 // machine both ends read the same clock, and the difference is the way there. Between machines it is not:
 // there the report of the arrival is timed here, and half of the round trip is what is shown, under that
 // name.
+#include <algorithm>
 #include <optional>
 #include <string>
 
@@ -107,7 +108,7 @@ exit_code send(argument_list arguments) {
     to.note(
         "the peer's clock is not comparable with ours: measuring the round trip / 2, of value and report");
   values target{std::move(*out), std::move(*back), s, over.same_clock};
-  if (!target.heard(1s)) {
+  if (!target.heard(std::max<rt::duration>(s.timeout.value_or(patience_default), 1s))) {
     to.error("nobody takes what is published");
     return exit_code::failed;
   }

@@ -56,7 +56,7 @@ test("a loop that died behind an endpoint that answers is STALE, and said to be 
   delete shown.messages["/odom"];
   await shown.says("about", "/odom is silent, the endpoint still answers");
   assert.match(await shown.text("state"), /^STALE /);
-  assert.equal(await shown.page.locator("body").getAttribute("data-stats"), "live");
+  await shown.page.waitForFunction(() => document.body.dataset.stats === "live");
   await shown.close();
 });
 

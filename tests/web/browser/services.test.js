@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { start_browser } from "../support/browser.js";
-import { rowe } from "../support/program.js";
+import { rowe, until_connected } from "../support/program.js";
 import { robot } from "../support/robot.js";
 import { rosbridge_client } from "../support/rosbridge.js";
 import { roslib_page } from "../support/roslib_page.js";
@@ -126,7 +126,8 @@ test("what one page provides is called by a program, another page and a plain cl
   const refused = await rowe("call", server.url, "/page/add", '{"no":true}');
   assert.equal(refused.code, 1);
   assert.match(refused.stderr, /the page says no/);
-  const silent = await rowe("call", server.url, "/page/add", '{"never":true}', "--timeout", "200ms");
+  const silent = await until_connected(
+    (time) => rowe("call", server.url, "/page/add", '{"never":true}', "--timeout", time));
   assert.equal(silent.code, 4);
 
   // Each call was asked once, and none of them by another name.

@@ -3,7 +3,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { bare_server } from "../support/bare.js";
-import { program, rowe } from "../support/program.js";
+import { free_port } from "../support/port.js";
+import { program, rowe, until_connected } from "../support/program.js";
 import { until } from "../support/watchdog.js";
 
 const limit = { timeout: 60000 };
@@ -95,7 +96,7 @@ test("a refusal, silence and a lost connection are told apart", limit, async () 
   await with_server({ on_message: unknown }, async ({ url }) =>
     fails(await paper_call(url), 1, /nobody provides it/));
   await with_server({}, async ({ url }) =>
-    fails(await paper_call(url, "--timeout", "200ms"), 4, /no answer within/));
+    fails(await until_connected((time) => paper_call(url, "--timeout", time)), 4, /no answer within/));
   for (const leave of [(socket) => socket.terminate(), (socket) => socket.close(1011, "it broke")]) {
     await with_server({ on_message: (_, { socket }) => leave(socket) }, async ({ url }) =>
       fails(await paper_call(url, "--timeout", "30s"), 1, /went away/));
@@ -103,7 +104,7 @@ test("a refusal, silence and a lost connection are told apart", limit, async () 
 });
 
 test("what it says is printed, across a restart", limit, async () => {
-  let server = await bare_server.start();
+  let server = await bare_server.start({ port: await free_port() });
   const echo = program.rowe("echo", server.url, "--bare", "--json", "-n", "4");
   const said = ['{"n":1}', '{"n":2.0,"text":"\u00e9"}', '{"n":3}', '{"n":4}'];
   const first = await server.peer();
@@ -130,7 +131,7 @@ test("it gets what is published, while it is not too old", limit, async () => {
   });
 
   // Nobody is there in time; then somebody is, who gets what has no end and not what is over.
-  const gone = await bare_server.start();
+  const gone = await bare_server.start({ port: await free_port() });
   await gone.close();
   const late = await rowe("pub", gone.url, '{"late":1}', "--bare", "--once", "--ttl", "50ms");
   assert.notEqual(late.code, 0);

@@ -57,9 +57,19 @@ export class program {
   }
 }
 
-// Runs `rowe ARGUMENTS...` to its end.
+// What attempt(TIME) resolves with, which runs something with `--timeout TIME` that passes in vain: with more
+// of it until it gets so far as to be connected.
+export async function until_connected(attempt) {
+  for (let time_ms = 200; ; time_ms *= 4) {
+    const ended = await attempt(`${time_ms}ms`);
+    if (ended.code !== 3 || time_ms > watchdog_ms) return ended;
+  }
+}
+
+// Runs `rowe ARGUMENTS...` to its end. Calls are given time unless they say how much.
 export async function rowe(...args) {
-  const run = program.rowe(...args);
+  const patient = args[0] === "call" && !args.includes("--timeout") ? ["--timeout", "30s"] : [];
+  const run = program.rowe(...args, ...patient);
   const code = await run.end();
   return { code, stdout: run.stdout, stderr: run.stderr };
 }
