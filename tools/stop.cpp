@@ -26,6 +26,7 @@ constexpr rt::duration timeout_default = 1s;
 constexpr rt::duration connect_time_min = 1s;  // connecting takes what it takes, however little --timeout is
 constexpr rt::duration words_time_min = 500ms; // for the robot's name and its state, after the stop
 constexpr std::uint32_t text_bytes_max = 4096; // what is said of a stop
+constexpr std::size_t said_bytes_max = 250;    // of its source, and of its reason
 constexpr std::uint32_t calls_max = 4; // one that timed out here keeps its place until its end is known
 
 struct stop_settings {
@@ -64,16 +65,29 @@ command table_of(stop_settings& o) {
       }};
 }
 
+// The beginning, which is all that robots show: no text may be too long for the stop that it comes with.
+std::string_view beginning_of(std::string_view text) {
+  std::size_t bytes = std::min(text.size(), said_bytes_max);
+  const auto continues = [&] { return (static_cast<unsigned char>(text[bytes]) & 0xc0) == 0x80; };
+  while (bytes != 0 && bytes < text.size() && continues()) --bytes; // between characters
+  return text.substr(0, bytes);
+}
+
+// Whatever bytes these are, it is JSON that fits.
 std::string request_of(const stop_settings& o) {
-  std::string request = "{}";
-  if (!o.reason.empty()) request = with_member(request, "reason", json_string_of(o.reason));
-  if (!o.source.empty()) request = with_member(request, "source", json_string_of(o.source));
-  return request;
+  constexpr std::size_t escaped = 6; // bytes of one, at most
+  static_assert(2 * escaped * said_bytes_max + 64 <= text_bytes_max);
+  message_of<text_bytes_max> request;
+  if (!o.source.empty()) request.add("source", beginning_of(o.source));
+  if (!o.reason.empty()) request.add("reason", beginning_of(o.reason));
+  return std::string{request.text()};
 }
 
 using service = caller<json_text, json_text>;
 
-stop_outcome stop_once(service& by, watcher& waits, const std::string& request, rt::duration timeout) {
+// `why`: what else went wrong.
+stop_outcome stop_once(service& by, watcher& waits, const std::string& request, rt::duration timeout,
+                       std::string& why) {
   rt::time_point asked, answered;
   const auto reply = waits.during([&] {
     asked = rt::monotonic_clock::now();
@@ -89,7 +103,7 @@ stop_outcome stop_once(service& by, watcher& waits, const std::string& request, 
   case errc::refused: return {.how = end::no_stop};
   case errc::no_peer:
   case errc::peer_lost: return {.how = end::lost};
-  default: return {.how = end::failed};
+  default: why = sentence_of(reply.error()); return {.how = end::failed};
   }
 }
 
@@ -128,7 +142,7 @@ exit_code stop_from(endpoint hub, const stop_settings& o, const std::string& url
   std::string said; // the same failure again and again is told once
   for (std::int64_t left = std::max<std::int64_t>(o.repeat, 1); left > 0 && !ended; --left) {
     if (interrupt::seen()) break;
-    const stop_outcome now = stop_once(*stopping, waits, request, story.limit);
+    const stop_outcome now = stop_once(*stopping, waits, request, story.limit, story.more);
     if (!now.answered() && interrupt::seen()) break; // given up
     last = now;
     connection.report();

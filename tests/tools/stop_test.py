@@ -236,6 +236,16 @@ class robots(unittest.TestCase):
         ended = self.stop({"/rowe/stop": stopped()}, "--source", "CI", "--reason", "nightly")
         self.assertEqual(ended.asked[0]["args"], {"source": "CI", "reason": "nightly"})
 
+    def test_are_asked_whatever_is_said_of_it(self):
+        ended = self.stop({"/rowe/stop": stopped()}, "--source", b"\xff" * 5000, "--reason", "\u00e9" * 5000)
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertEqual(ended.asked[0]["args"], {"source": "\ufffd" * 250, "reason": "\u00e9" * 125})
+
+    def test_that_answer_too_much_are_1_and_it_is_said_why(self):
+        ended = self.stop({"/rowe/stop": stopped(source="x" * 8000)})
+        self.assertEqual(ended.code, 1)
+        self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged: .*\d")
+
 
 class guards(unittest.TestCase):
     def ask(self, who, service, **what):
