@@ -47,13 +47,12 @@ class listening:
 
     def messages(self, count):
         """Waits until `count` messages that are no probes were printed; returns them."""
-        lines = 0
         while True:
-            found = [m for m in map(json.loads, list(self.echo.stdout)) if "probe" not in m]
+            lines = list(self.echo.stdout)
+            found = [m for m in map(json.loads, lines) if "probe" not in m]
             if len(found) >= count:
                 return found
-            lines = max(lines, len(self.echo.stdout)) + 1
-            self.echo.lines(lines)
+            self.echo.lines(len(lines) + 1)
 
 
 class replaying(unittest.TestCase):
