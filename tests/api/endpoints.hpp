@@ -58,6 +58,17 @@ bool eventually(Ready&& ready) {
   return true;
 }
 
+// Makes a call that is to run out of time, until its request has gone out: what the service thread takes up
+// when the time is over already never does.
+template <class Call>
+bool goes_out(const rowe::endpoint& by, Call&& call) {
+  const std::uint64_t before = count_of(by, "calls_out");
+  return eventually([&] {
+    call();
+    return count_of(by, "calls_out") > before;
+  });
+}
+
 // Answers calls on a thread of its own until destroyed: `answer(received)` for each.
 template <class Answer>
 class answering_thread {

@@ -121,7 +121,7 @@ error no_peer() {
 error closed() {
   auto endpoint = alone();
   (void)endpoint.close(); // nothing is there to be written
-  return of(endpoint.send("{}", 1s));
+  return of(endpoint.send("{}", patience));
 }
 error timed_out() {
   auto endpoint = alone();
@@ -190,7 +190,7 @@ error no_thread() {
 error expired() { return of_sending("{}"); }
 error peer_lost() {
   auto endpoint = alone();
-  return of(endpoint.send("{}", 1s, {0, 1}));
+  return of(endpoint.send("{}", patience, {0, 1}));
 }
 error no_service() {
   auto endpoint = alone();

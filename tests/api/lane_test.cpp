@@ -291,7 +291,7 @@ TEST_F(talking, waits_until_a_message_was_written_or_will_not_be) {
         return;
       }
     }};
-    const auto sent = talk.send("{}", 1s);
+    const auto sent = talk.send("{}", 20s);
     service.join();
     EXPECT_EQ(sent.has_value(), outcome == errc::misuse);
     if (!sent) {
@@ -335,7 +335,7 @@ TEST_F(talking, waits_until_a_reply_was_written) {
       return;
     }
   }};
-  EXPECT_TRUE(talk.reply(*call, "{}", 1s));
+  EXPECT_TRUE(talk.reply(*call, "{}", 20s));
   service.join();
   EXPECT_EQ(talk.reply(*call, std::string(201, ' '), 1s).code(), errc::too_big);
 }

@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 using rowe::endpoint;
 using rowe::errc;
 
-constexpr auto patience = 10s;
+using endpoints::patience;
 
 // A loop that obeys, in a thread of its own.
 class obedient {
@@ -26,6 +26,7 @@ class obedient {
           while (!over_) {
             const bool engaged = latch_.engaged();
             moving_ = !engaged;
+            if (!engaged) has_moved_ = true;
             if (engaged && acknowledges) latch_.acknowledge();
             std::this_thread::yield();
           }
@@ -35,6 +36,7 @@ class obedient {
     thread_.join();
   }
   bool moving() const { return moving_; }
+  bool has_moved() const { return has_moved_; }
   bool becomes(bool moving) const {
     const auto until = rowe::rt::monotonic_clock::now() + patience;
     while (moving_ != moving && rowe::rt::monotonic_clock::now() < until) std::this_thread::yield();
@@ -45,18 +47,29 @@ class obedient {
   rowe::stop_latch latch_;
   std::atomic<bool> over_ = false;
   std::atomic<bool> moving_ = false;
+  std::atomic<bool> has_moved_ = false;
   std::thread thread_;
 };
+
+// None of the stop's times runs out by itself, however late a thread of a busy machine is run; a test that is
+// about one of them sets it.
+constexpr auto out_of_the_way = 10s;
 
 rowe::endpoint_options unguarded() {
   rowe::endpoint_options options;
   options.stop.unguarded = true;
+  options.stop.service_timeout = out_of_the_way;
+  options.stop.observe_timeout = out_of_the_way;
   return options;
+}
+
+rowe::stop_latch latch(endpoint& of, std::string_view name = "loop") {
+  return of.stop_latch({.name = name, .loop_timeout = out_of_the_way}).value();
 }
 
 TEST(stop, holds_at_the_start_until_it_is_reset) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   EXPECT_TRUE(loop.becomes(false));
   ASSERT_TRUE(robot.reset_stop(patience));
   EXPECT_TRUE(loop.becomes(true));
@@ -64,7 +77,7 @@ TEST(stop, holds_at_the_start_until_it_is_reset) {
 
 TEST(stop, asked_for_in_this_process_is_acknowledged) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   ASSERT_TRUE(robot.reset_stop(patience));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(robot.stop("a button", patience));
@@ -75,7 +88,7 @@ TEST(stop, asked_for_in_this_process_is_acknowledged) {
 
 TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   ASSERT_TRUE(robot.reset_stop(patience));
   ASSERT_TRUE(loop.becomes(true));
   auto peer = endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port())).value();
@@ -89,8 +102,10 @@ TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
 }
 
 TEST(stop, nobody_acknowledges_is_said_to_be_so) {
-  auto robot = endpoint::listen(0, unguarded()).value();
-  obedient loop{robot.stop_latch().value(), false};
+  rowe::endpoint_options options = unguarded();
+  options.stop.observe_timeout = 50ms;
+  auto robot = endpoint::listen(0, options).value();
+  obedient loop{latch(robot), false};
   const auto done = robot.stop("a button", patience);
   EXPECT_EQ(done.code(), errc::timed_out);
   EXPECT_EQ(robot.reset_stop(20ms).code(), errc::timed_out);
@@ -98,7 +113,7 @@ TEST(stop, nobody_acknowledges_is_said_to_be_so) {
 
 TEST(stop, without_guards_is_not_reset) {
   auto robot = endpoint::listen(0).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   EXPECT_EQ(robot.reset_stop(patience).code(), errc::refused);
   EXPECT_FALSE(loop.moving());
 }
@@ -107,10 +122,11 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
   rowe::endpoint_options options = unguarded();
   options.limits.door_slots = 4;
   auto robot = endpoint::listen(0, options).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   ASSERT_TRUE(robot.reset_stop(patience));
   ASSERT_TRUE(loop.becomes(true));
-  EXPECT_FALSE(robot.stop("no time", 0ms));
+  const auto done = robot.stop("no time", 0ms); // or a cycle that has begun before takes it in time
+  EXPECT_TRUE(done || done.code() == errc::timed_out) << done.error().name();
   EXPECT_TRUE(loop.becomes(false));
 
   ASSERT_TRUE(robot.reset_stop(patience));
@@ -125,7 +141,7 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
 
 TEST(stop, comes_when_the_endpoint_begins_to_close) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   ASSERT_TRUE(robot.reset_stop(patience));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(
@@ -146,9 +162,9 @@ TEST(stop, of_a_robot_without_a_latch_is_no_service) {
 
 TEST(stop, comes_when_a_loop_goes) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient base{robot.stop_latch({.name = "base"}).value()};
+  obedient base{latch(robot, "base")};
   {
-    obedient arm{robot.stop_latch({.name = "arm"}).value()};
+    obedient arm{latch(robot, "arm")};
     ASSERT_TRUE(robot.reset_stop(patience));
     ASSERT_TRUE(base.becomes(true));
   }
@@ -157,7 +173,7 @@ TEST(stop, comes_when_a_loop_goes) {
 
 TEST(stop, comes_when_the_endpoint_closes_and_stays) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient loop{robot.stop_latch().value()};
+  obedient loop{latch(robot)};
   ASSERT_TRUE(robot.reset_stop(patience));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(robot.close());
@@ -166,15 +182,19 @@ TEST(stop, comes_when_the_endpoint_closes_and_stays) {
 
 TEST(stop, comes_when_a_loop_does_not_look_in_time) {
   auto robot = endpoint::listen(0, unguarded()).value();
-  obedient base{robot.stop_latch({.name = "base"}).value()};
+  obedient base{latch(robot, "base")};
   auto slow = robot.stop_latch({.name = "slow", .loop_timeout = 1s}).value();
-  std::thread resets{[&] { EXPECT_TRUE(robot.reset_stop(patience)); }};
+  // Again, should the machine keep `slow` from looking before `base` has moved.
   const auto until = rowe::rt::monotonic_clock::now() + patience;
-  while (!base.moving() && rowe::rt::monotonic_clock::now() < until) {
+  const auto waits = [&] { return !base.has_moved() && rowe::rt::monotonic_clock::now() < until; };
+  std::thread resets{[&] {
+    while (waits()) (void)robot.reset_stop(patience);
+  }};
+  while (waits()) {
     if (slow.engaged()) slow.acknowledge();
   }
   resets.join();
-  ASSERT_TRUE(base.moving());
+  ASSERT_TRUE(base.has_moved());
   EXPECT_TRUE(base.becomes(false)); // `slow` is not asked any more
   const auto state = robot.invoke(rowe::message{"service", "/rowe/stop/state"}, patience).value();
   EXPECT_NE(state.text().find(R"("cause":"loop","source":"slow")"), std::string::npos) << state.text();
