@@ -164,7 +164,7 @@ static void a_plain_message_cannot_be_answered(void) {
 
 static void who_waits_no_longer_hears_of_the_time(void) {
   const struct pair p = open_pair();
-  CHECK_NULL(invoke_text(p.client, "{\"service\":\"slow\"}", 30), rowe_error_timed_out);
+  time_out(p.client, "{\"service\":\"slow\"}", 30);
   struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
   CHECK(invocation != NULL);
   struct rowe_object* const late = rowe_message("late", rowe_type_boolean, true, NULL);
@@ -224,13 +224,13 @@ static void a_lost_peer_is_told_from_a_timeout(void) {
 
 static void only_objects_without_reserved_members_are_sent(void) {
   const struct pair p = open_pair();
-  CHECK_CODE(send_text(p.client, "[]", 1000), rowe_error_not_an_object);
-  CHECK_CODE(send_text(p.client, "1", 1000), rowe_error_not_an_object);
-  CHECK_CODE(send_text(p.client, "{\"op\":\"x\"}", 1000), rowe_error_reserved_member);
-  CHECK_CODE(send_text(p.client, "{\"message_id\":1}", 1000), rowe_error_reserved_member);
-  CHECK_CODE(send_text(p.client, "{\"in_reply_to\":1}", 1000), rowe_error_reserved_member);
-  CHECK_NULL(invoke_text(p.client, "[]", 1000), rowe_error_not_an_object);
-  CHECK_NULL(invoke_text(p.client, "{\"message_id\":1}", 1000), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "[]", patience_ms), rowe_error_not_an_object);
+  CHECK_CODE(send_text(p.client, "1", patience_ms), rowe_error_not_an_object);
+  CHECK_CODE(send_text(p.client, "{\"op\":\"x\"}", patience_ms), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "{\"message_id\":1}", patience_ms), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "{\"in_reply_to\":1}", patience_ms), rowe_error_reserved_member);
+  CHECK_NULL(invoke_text(p.client, "[]", patience_ms), rowe_error_not_an_object);
+  CHECK_NULL(invoke_text(p.client, "{\"message_id\":1}", patience_ms), rowe_error_reserved_member);
   close_pair(p);
 }
 

@@ -77,7 +77,10 @@ static void a_message_can_go_to_the_one_who_wrote(void) {
     CHECK(code == rowe_ok || code == rowe_error_expired);
     if (code != rowe_ok && code != rowe_error_expired) break;
   }
-  CHECK_CODE(rowe_async_send_to(p.server, peer, mine, 0), rowe_error_peer_lost);
+  // Which who does not wait for the service thread's word hears a moment later.
+  while ((code = rowe_async_send_to(p.server, peer, mine, 0)) == rowe_ok) {
+  }
+  CHECK_EQUAL(code, rowe_error_peer_lost);
   rowe_object_free(letter);
   rowe_object_free(mine);
   close_pair(p);
@@ -183,8 +186,8 @@ static void each_message_of_many_threads_arrives_once(void) {
 
 static void everything_says_closed_after_closing(void) {
   const struct pair p = open_pair();
-  CHECK_EQUAL(rowe_close(p.client, 1000), rowe_ok);
-  CHECK_EQUAL(rowe_close(p.client, 1000), rowe_ok);
+  CHECK_EQUAL(rowe_close(p.client, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_close(p.client, patience_ms), rowe_ok);
   struct rowe_object* const object = rowe_from_text("{}");
   CHECK_CODE(rowe_send(p.client, object, -1), rowe_error_closed);
   CHECK_CODE(rowe_async_send(p.client, object, -1), rowe_error_closed);

@@ -38,6 +38,14 @@ static inline struct rowe_object* long_object(void) {
   return object;
 }
 
+static inline int64_t count_of(const struct rowe_endpoint* of, const char* name) {
+  struct rowe_object* const counters = rowe_stats(of);
+  int64_t value = -1;
+  CHECK_EQUAL(rowe_get_int64(counters, name, &value), rowe_ok);
+  rowe_object_free(counters);
+  return value;
+}
+
 // Sends what the JSON text says.
 static inline int send_text(const struct rowe_endpoint* by, const char* text, long ttl_ms) {
   struct rowe_object* const object = rowe_from_text(text);
@@ -53,4 +61,12 @@ static inline struct rowe_object* invoke_text(const struct rowe_endpoint* by, co
   struct rowe_object* const reply = rowe_invoke(by, object, timeout_ms);
   rowe_object_free(object);
   return reply;
+}
+
+// Makes a call that nobody answers in time, again until its request has gone out: one that the service thread
+// takes up when its time is over already never does.
+static inline void time_out(const struct rowe_endpoint* by, const char* text, long timeout_ms) {
+  const int64_t before = count_of(by, "calls_out");
+  while (count_of(by, "calls_out") == before && failures == 0)
+    CHECK_NULL(invoke_text(by, text, timeout_ms), rowe_error_timed_out);
 }

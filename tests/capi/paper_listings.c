@@ -48,7 +48,7 @@ static void* serve(void* of) {
     CHECK_EQUAL(rowe_get_int(request, "b", &b), rowe_ok);
     CHECK(rowe_get_string(request, "message_id") != NULL);
     struct json_object* const status = rowe_message("x", json_type_double, 0.5, NULL);
-    CHECK_EQUAL(rowe_async_send(endpoint, status, 1000), rowe_ok); // unrelated, before the reply
+    CHECK_EQUAL(rowe_async_send(endpoint, status, patience_ms), rowe_ok); // unrelated, before the reply
     struct json_object* const reply = rowe_message("result", json_type_int, a + b, NULL);
     CHECK_EQUAL(rowe_reply(endpoint, request, reply, patience_ms), rowe_ok);
     json_object_put(status);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The other side as a process:
 //
-//   processes_actor listen PORT
+//   processes_actor listen PORT ADDRESS
 //   processes_actor connect URL
 //
 // prints "ready PORT" (0 as a client), then what part.hpp says, until it is killed or the reader of its
@@ -13,13 +13,14 @@
 #include "part.hpp"
 
 int main(int count, char** words) {
-  const std::string_view role = count == 3 ? words[1] : "";
-  if (role != "listen" && role != "connect") {
-    std::fprintf(stderr, "usage: processes_actor listen PORT | connect URL\n");
+  const std::string_view role = count >= 3 ? words[1] : "";
+  if (!(role == "listen" && count == 4) && !(role == "connect" && count == 3)) {
+    std::fprintf(stderr, "usage: processes_actor listen PORT ADDRESS | connect URL\n");
     return 2;
   }
   std::setvbuf(stdout, nullptr, _IOLBF, 0);
-  const rowe::endpoint_options options = part::quick_options();
+  rowe::endpoint_options options = part::quick_options();
+  if (role == "listen") options = part::quick_options(words[3]);
   auto opened = role == "listen"
                     ? rowe::endpoint::listen(static_cast<std::uint16_t>(std::atoi(words[2])), options)
                     : rowe::endpoint::connect(words[2], options);

@@ -19,6 +19,8 @@
 
 #include <rowe/rowe.hpp>
 
+#include "net/own_address.hpp"
+
 namespace part {
 
 struct numbers {
@@ -103,8 +105,11 @@ class actor {
   std::int64_t beat_ = 0;
 };
 
-inline rowe::endpoint_options quick_options() {
+// Those that are killed come back to their port.
+inline rowe::endpoint_options quick_options(const std::string& address = rowe::tests::own_address()) {
   rowe::endpoint_options options;
+  options.address = address;
+  options.allow_hosts = {address};
   options.retry_min = std::chrono::milliseconds{10};
   options.retry_max = std::chrono::milliseconds{50};
   options.limits.lane_bytes = 4 * 1024 * 1024;

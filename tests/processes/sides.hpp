@@ -42,7 +42,9 @@ bool eventually(Ready&& ready) {
   return true;
 }
 
-inline std::string url_of(std::uint16_t port) { return "ws://127.0.0.1:" + std::to_string(port); }
+inline std::string url_of(std::uint16_t port) {
+  return "ws://" + rowe::tests::own_address() + ":" + std::to_string(port);
+}
 
 inline std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
   for (const auto& one : of.counts()) {
@@ -127,7 +129,10 @@ class process_side final : public side {
   process_side(const char* role, const std::string& where) {
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0) throw std::runtime_error{"no pipe"};
-    const char* const words[] = {ROWE_ACTOR, role, where.c_str(), nullptr};
+    const std::string address = rowe::tests::own_address();
+    const bool listens = std::strcmp(role, "listen") == 0;
+    const char* const words[] = {ROWE_ACTOR, role, where.c_str(), listens ? address.c_str() : nullptr,
+                                 nullptr};
     process_ = ::fork();
     if (process_ == 0) { // of a process with threads: only what a signal handler may call
       ::prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -184,6 +189,17 @@ class process_side final : public side {
   int output_ = -1;
   std::string begun_; // a line without its end
 };
+
+// Makes calls that are to run out of time, until `count` of them have gone out: one that the service thread
+// takes up when its time is over already never does.
+template <class Call>
+bool go_out(const rowe::endpoint& by, std::uint64_t count, Call&& call) {
+  const std::uint64_t all = count_of(by, "calls_out") + count;
+  return eventually([&] {
+    EXPECT_EQ(call().code(), rowe::errc::timed_out);
+    return count_of(by, "calls_out") == all;
+  });
+}
 
 // The next end of a call that was started.
 template <class Handle>

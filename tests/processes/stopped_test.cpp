@@ -24,7 +24,7 @@ TEST(stopped_server, makes_calls_time_out_and_its_late_answers_are_dropped) {
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
   ASSERT_TRUE(add.call({1, 2}, patience));
   there.stop();
-  for (int i = 0; i < 3; ++i) EXPECT_EQ(add.call({1.0 * i, 100}, 30ms).code(), errc::timed_out);
+  ASSERT_TRUE(go_out(here, 3, [&] { return add.call({1, 100}, 30ms); }));
   EXPECT_EQ(count_of(here, "calls_lost"), 0U);
   there.go_on();
   ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 3; }));
@@ -42,17 +42,25 @@ TEST(stopped_server, is_cut_when_it_is_silent_too_long_and_met_again) {
   auto here = connected(there, options);
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
   auto mute = here.client<json_text, json_text>("/actor/mute").value();
-  ASSERT_TRUE(add.call({1, 2}, patience));
-  there.stop();
-  EXPECT_EQ(mute.call(R"({"n":1})", patience).code(), errc::peer_lost);
-  EXPECT_GE(count_of(here, "silent_peers"), 1U);
-  there.go_on();
-  rowe::result<part::total> answer{errc::peer_lost}; // again, should a slow machine cut it once more
+  // A slow machine may be silent by itself for so long, at any time: what met that is done again.
+  const auto expect_answer = [&] {
+    rowe::result<part::total> answer{errc::peer_lost};
+    ASSERT_TRUE(eventually([&] {
+      return (answer = add.call({38, 4}, patience)).has_value() || answer.code() != errc::peer_lost;
+    }));
+    ASSERT_TRUE(answer) << answer.error().name();
+    EXPECT_EQ(answer->sum, 42);
+  };
   ASSERT_TRUE(eventually([&] {
-    return (answer = add.call({38, 4}, patience)).code() != errc::peer_lost || answer;
+    expect_answer();
+    there.stop();
+    const errc code = mute.call(R"({"n":1})", 5s).code();
+    there.go_on();
+    EXPECT_TRUE(code == errc::peer_lost || code == errc::timed_out); // it was cut just before: nobody there
+    return code == errc::peer_lost;
   }));
-  ASSERT_TRUE(answer) << answer.error().name();
-  EXPECT_EQ(answer->sum, 42);
+  EXPECT_GE(count_of(here, "silent_peers"), 1U);
+  expect_answer();
   EXPECT_EQ(count_of(here, "replies_foreign"), 0U); // the old connection took its answers along
 }
 
@@ -65,8 +73,8 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
   ASSERT_EQ(mute.call(R"({"before":0})", 20ms).code(), errc::timed_out);
   there->stop();
   const std::uint64_t before = count_of(here, "calls_out");
+  ASSERT_TRUE(go_out(here, 5, [&] { return mute.call(R"({"stale":1})", 20ms); }));
   for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(mute.call(R"({"stale":1})", 20ms).code(), errc::timed_out);
     ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), patience,
                            rowe::rt::monotonic_clock::now()));
   }
@@ -94,7 +102,7 @@ TEST(stopped_client, makes_calls_of_its_services_time_out) {
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
   ASSERT_TRUE(call_when_there(add, {1, 2}));
   there.stop();
-  EXPECT_EQ(add.call({1, 2}, 30ms).code(), errc::timed_out);
+  ASSERT_TRUE(go_out(here, 1, [&] { return add.call({1, 2}, 30ms); }));
   there.go_on();
   ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 1; }));
   const auto answer = add.call({38, 4}, patience);
