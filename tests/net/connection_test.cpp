@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <thread>
+
 #include "support.hpp"
 
 namespace rowe::net {
@@ -114,10 +116,11 @@ TEST_F(connection, that_a_write_finds_dead_is_reported_once_by_the_next_poll) {
 TEST_F(connection, is_cut_when_the_peer_acknowledges_nothing_for_the_write_deadline) {
   const auto refill = [&](connection_id) { fill(std::string(100'000, 'x')); };
   drive.sink().when_writable = refill; // the kernel moves bytes to the peer's buffer until that is full
+  drive.stop_clock();
   refill(id);
   int seconds = 0;
   while (!closed() && ++seconds < 100) {
-    drive.skip(500ms); // the other half is for what a busy machine takes of its own
+    drive.skip(500ms);
     drive.turn();
     if (seconds == 1) {
       EXPECT_FALSE(closed());
@@ -167,11 +170,13 @@ TEST_F(connection, throws_away_what_arrives_while_it_closes) {
 }
 
 TEST_F(connection, cuts_a_peer_that_does_not_end_a_flushed_close) {
+  drive.stop_clock();
+  drive.turn(); // the close's time is the last turn's
   transport->close(id, close_how::flushed);
-  drive.skip(500ms); // the other half is for what a busy machine takes of its own
+  drive.skip(900ms);
   drive.turn();
   EXPECT_FALSE(closed());
-  drive.skip(500ms);
+  drive.skip(100ms);
   drive.turn();
   ASSERT_TRUE(closed());
   EXPECT_EQ(drive.sink().closes[0].cause, close_cause::asked);
@@ -240,6 +245,7 @@ TEST_F(connection, delivers_one_quantum_a_turn_while_others_are_readable_too) {
   const connection_id other_id = drive.sink().opens.at(1).id;
   ASSERT_TRUE(client.send(std::string(40'000, 'x')));
   ASSERT_TRUE(other.send(std::string(40'000, 'y')));
+  while (!client.all_arrived() || !other.all_arrived()) std::this_thread::yield();
   auto& received = drive.sink().received;
   drive.sink().reads.clear();
   for (int turns = 1; turns <= 5; ++turns) {
@@ -257,6 +263,7 @@ TEST(connections, are_not_cut_while_a_slow_peer_still_acknowledges) {
   auto transport = listening({.limits = {.unsent_bytes_max = 1U << 30}});
   driver drive{*transport};
   raw_socket client = upgraded(drive, *transport);
+  drive.stop_clock();
   const connection_id id = drive.sink().opens.at(0).id;
   const std::string piece(100'000, 'x');
   std::size_t sent = 0, seen = 0;

@@ -197,9 +197,11 @@ TEST(handshake, allows_listed_origins_and_hosts_and_its_own_page) {
 TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
   auto transport = listening();
   driver drive{*transport};
+  drive.stop_clock();
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send("GET / HTTP/1.1\r\n"));
   ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  ASSERT_TRUE(drive.until([&] { return client.all_arrived(); }));
   drive.turn(); // the bytes are seen by now
   drive.turn();
   drive.skip(4900ms);

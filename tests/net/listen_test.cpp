@@ -177,6 +177,7 @@ TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
   }
   auto transport = listening();
   driver drive{*transport};
+  drive.stop_clock();
   drive.turn();
   raw_socket waiting{transport->port()};
   {
@@ -184,11 +185,11 @@ TEST(listen, pauses_without_spinning_when_the_process_has_no_descriptor_left) {
     ASSERT_TRUE(drive.until([&] { return transport->counters().accept_pauses == 1; }));
     ASSERT_EQ(drive.sink().refusals.size(), 1U);
     EXPECT_NE(drive.sink().refusals[0].remedy.find("ulimit"), std::string::npos);
-    for (int i = 0; i < 100; ++i) drive.turn(); // far less than the pause
+    for (int i = 0; i < 100; ++i) drive.turn();
     EXPECT_EQ(transport->counters().accept_pauses, 1U);
     // The pause bounds a wait, and nothing else ends it.
     const auto begin = rt::monotonic_clock::now();
-    transport->wait(begin, begin + 20ms);
+    transport->wait(drive.now(), drive.now() + 20ms);
     EXPECT_GE(rt::monotonic_clock::now() - begin, 20ms);
     drive.skip(110ms);
     drive.turn();

@@ -114,6 +114,7 @@ TEST_F(page, reaches_a_slow_reader_whole_though_the_body_changes_after_the_poll)
   body.resize(8 << 20, 'x');
   for (std::size_t i = 0; i < body.size(); i += 4096) body[i] = static_cast<char>('a' + i / 4096 % 26);
   const std::string expected = body;
+  drive.stop_clock();
   raw_socket client{transport->port(), "127.0.0.1", 4096};
   ASSERT_TRUE(client.send(request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
@@ -127,6 +128,7 @@ TEST_F(page, reaches_a_slow_reader_whole_though_the_body_changes_after_the_poll)
 
 TEST_F(page, is_cut_when_its_reader_does_not_read) {
   body.resize(8 << 20, 'x');
+  drive.stop_clock();
   raw_socket client{transport->port(), "127.0.0.1", 4096};
   ASSERT_TRUE(client.send(request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
@@ -142,6 +144,7 @@ TEST_F(page, is_cut_when_its_reader_does_not_read) {
 
 TEST_F(page, is_given_up_when_its_reader_vanishes) {
   body.resize(8 << 20, 'x');
+  drive.stop_clock();
   raw_socket client{transport->port(), "127.0.0.1", 4096};
   ASSERT_TRUE(client.send(request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
