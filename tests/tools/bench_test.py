@@ -108,6 +108,7 @@ class modes(unittest.TestCase):
             ended = run("bench", "stop", url, "-D", "100ms", *patient)
             self.assertEqual(ended.code, 1, ended.stderr)
             self.assertIn("the robot cannot be reset", ended.stderr[-1])
+            self.assertIn("`rowe bench peer --stop`", ended.stderr[-1])
 
     def test_loop_measures_how_late_it_wakes(self):
         told, ended = measured("loop", *short, "--rate", "500Hz")

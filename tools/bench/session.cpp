@@ -98,7 +98,9 @@ link connect(const settings& s, const console& to, const std::vector<std::string
   if (l.failed) return l;
   const bool known = introduce(l, patience);
   if (!known && needed) {
-    to.error(l.url, " does not measure: run `rowe bench peer` there");
+    std::string peer = "rowe bench peer";
+    for (const std::string& word : extra) peer += " " + word;
+    to.error(l.url, " does not measure: run `", peer, "` there");
     l.failed = exit_code::failed;
   }
   if (!known) l.peer_machine = "unknown: it is no `rowe bench peer`";

@@ -72,7 +72,8 @@ class stops {
     over_ = true;
     failure_ =
         joined("the robot cannot be reset: ",
-               done.error().code == errc::refused ? printable(reset_.refusal()) : sentence_of(done.error()));
+               done.error().code == errc::refused ? printable(reset_.refusal()) : sentence_of(done.error()),
+               " (was it started with `rowe bench peer --stop`?)");
     return false;
   }
 
