@@ -41,8 +41,8 @@ class echoing(unittest.TestCase):
 
     def test_asks_for_nothing(self):
         def listens(time):
-            with program("echo", self.there.url, "--bare", "--timeout", time) as echo:
-                with contextlib.suppress(closed), self.there.accept() as p:  # closed: it has given up already
+            with listener() as there, program("echo", there.url, "--bare", "--timeout", time) as echo:
+                with contextlib.suppress(closed), there.accept() as p:  # closed: it has given up already
                     echo.code = echo.end()
                     with self.assertRaises(closed):
                         p.receive()
@@ -120,6 +120,7 @@ class sending_back(unittest.TestCase):
                     with there.accept() as p:
                         self.check(p)
                 self.assertEqual(echo.end(signal.SIGINT), 0)
+        with listener() as there:  # to which the one before has not come a third time
             with program(there.url + "case?n=1", "--once", command=beside("rowe_echo_client")) as echo:
                 with there.accept() as p:
                     self.assertEqual(p.path, "/case?n=1")

@@ -215,20 +215,21 @@ class ending(unittest.TestCase):
 
     def test_a_peer_that_does_not_read_costs_messages_once_their_time_is_over(self):
         data = lines_of(*[{"i": i, "x": "x" * 50000} for i in range(300)])
-        with listener(window=4096) as there:
-            def publish(*arguments):
+
+        def publish(*arguments):
+            with listener(window=4096) as there:
                 with program("pub", there.url, *arguments, "--ttl", "20ms", stdin=subprocess.PIPE) as pub:
                     with contextlib.suppress(closed, BrokenPipeError), there.accept():  # it may have given up
                         pub.process.stdin.write(data)
                         pub.process.stdin.close()
                         pub.end()
                     pub.code = pub.end()
-                return pub
+            return pub
 
-            for pub in (given_time(lambda time: publish("/t", "-", "--timeout", time),
-                                   lambda pub: pub.code != 3, 1), publish("--bare", "-")):
-                self.assertEqual(pub.code, 6, pub.stderr)
-                self.assertRegex(pub.stderr[-1], r"sent \d+ messages? in .*, not sent [1-9]\d*$")
+        on_topic = given_time(lambda time: publish("/t", "-", "--timeout", time), lambda it: it.code != 3, 1)
+        for pub in (on_topic, publish("--bare", "-")):
+            self.assertEqual(pub.code, 6, pub.stderr)
+            self.assertRegex(pub.stderr[-1], r"sent \d+ messages? in .*, not sent [1-9]\d*$")
 
     def test_goes_on_once_the_connection_is_back(self):
         with listener() as there:
