@@ -247,8 +247,12 @@ class core final : public transport_sink {
   void expire_slot(std::uint32_t slot) noexcept;
   void list(connection& c) noexcept;
   void offer_all() noexcept;
+  // Messages too: only when what is over has been taken out, by expire() in this cycle.
   void offer(connection& c) noexcept;
-  void gather(connection& c, batch& into) noexcept;
+  // What does not wait for the rest of the cycle; messages follow then.
+  void offer_urgent(connection& c) noexcept;
+  void write(connection& c, batch& what) noexcept;
+  bool gather_urgent(connection& c, batch& into) noexcept;
   void gather_messages(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;

@@ -42,6 +42,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     break;
   case wire::frame_event::ping: send_control(c, wire::opcode::pong, step.payload); break;
   case wire::frame_event::close:
+    expire();
     offer(c); // what was answered already goes out before the goodbye
     close(c, step.close_code == wire::close_code::none_given ? wire::close_code::normal : step.close_code,
           "");

@@ -301,34 +301,48 @@ void core::offer(connection& c) noexcept {
   bool more = true;
   for (unsigned round = 0; more && round < batches_max && !c.blocked; ++round) {
     batch next;
-    gather(c, next);
+    if (gather_urgent(c, next)) gather_messages(c, next);
     c.held = next.held;
     more = next.more;
-    const std::size_t taken =
-        next.count != 0 ? carrier_.write(c.id, std::span{next.pieces}.first(next.count)) : 0;
-    add(counter::bytes_out, taken);
-    c.credit.wrote(taken, now_);
-    c.blocked = taken < next.bytes;
-    settle(c, next, taken);
+    write(c, next);
   }
   c.listed = listed;
   if (more) list(c);
 }
 
-// What is written next, in the order in which it is: what was begun, control frames, the stop, then messages
-// by their priority.
-void core::gather(connection& c, batch& into) noexcept {
-  if (!gather_begun(c, into)) return;
+void core::offer_urgent(connection& c) noexcept {
+  if (!c.blocked) {
+    batch next;
+    (void)gather_urgent(c, next);
+    write(c, next);
+  }
+  list(c);
+}
+
+void core::write(connection& c, batch& what) noexcept {
+  const std::size_t taken =
+      what.count != 0 ? carrier_.write(c.id, std::span{what.pieces}.first(what.count)) : 0;
+  add(counter::bytes_out, taken);
+  c.credit.wrote(taken, now_);
+  c.blocked = taken < what.bytes;
+  settle(c, what, taken);
+}
+
+// What is written next, in the order in which it is: what was begun, control frames, the stop. False when no
+// message may follow.
+bool core::gather_urgent(connection& c, batch& into) noexcept {
+  if (!gather_begun(c, into)) return false;
   // A frame that is begun goes on before any other.
   const bool stop_first = c.stop_out.begun();
   if (stop_first) into.add(c.stop_out.rest(), {.of_stop = true});
   if (!ping_if_wanted(c, into.bytes)) into.more = true; // then the next batch begins with it
   if (!c.control.rest().empty()) into.add(c.control.rest(), {});
-  if (!c.open()) return;
+  if (!c.open()) return false;
   if (!stop_first && !c.stop_out.rest().empty()) into.add(c.stop_out.rest(), {.of_stop = true});
-  gather_messages(c, into);
+  return true;
 }
 
+// Then messages, by their priority.
 void core::gather_messages(connection& c, batch& into) noexcept {
   // A server must know of a topic before anything is published on it.
   const priority direct = c.ours == side::client ? priority::urgent : priority::normal;

@@ -271,7 +271,7 @@ void core::answer_stop(stop_service which, const stop_asker& asker, rt::time_poi
     return add(counter::stop_answers_lost);
   add(counter::messages_out);
   ++c->messages_out;
-  offer(*c); // it does not wait for the rest of this cycle
+  offer_urgent(*c);
 }
 
 // ---- the state

@@ -130,7 +130,7 @@ class ledger {
     if (begun > c.ended_at) fail("asked after its end: " + name);
     // A call ends by the wheel, so up to a tick late.
     if (!c.by_peer && c.deadline != rowe::rt::never && begun > c.deadline + rowe::rt::timer_wheel::tick)
-      fail("asked after its time: " + name);
+      fail("asked after its time: " + name + " by " + std::to_string((begun - c.deadline).count()) + " ns");
   }
 
   // An answer under this call's id, by the one that was asked and in its place. Returns its number.

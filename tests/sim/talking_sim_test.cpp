@@ -40,8 +40,11 @@ TEST(talking_sim, tells_everyone_the_truth_once_whatever_happens) {
 }
 
 TEST(talking_sim, tells_the_truth_for_the_seeds_that_once_broke_it) {
-  for (const std::uint64_t seed :
-       {std::uint64_t{4523}}) { // a message overtook one of the same sender that waited for room
+  constexpr std::uint64_t seeds[] = {
+      4523, // a message overtook one of the same sender that waited for room
+      4663, // a call whose time was over went out before its peer's goodbye was answered
+  };
+  for (const std::uint64_t seed : seeds) {
     talking_world w{seed};
     run(w, seed);
   }
