@@ -229,7 +229,7 @@ TEST(periodic, is_stopped_by_a_signal_in_the_middle_of_a_long_wait) {
 
 TEST(periodic, waits_for_its_deadline_through_a_rain_of_signals) {
   const rowe::tests::watchdog guard{"a loop under signals"};
-  periodic loop{2ms, {.cycles_max = 20}};
+  periodic loop{2ms};
   signals_seen = 0;
   {
     const signal_rain rain{[](int) { ++signals_seen; }};
@@ -237,10 +237,9 @@ TEST(periodic, waits_for_its_deadline_through_a_rain_of_signals) {
     while (const auto now = loop.wait()) {
       ASSERT_TRUE(deadline == never || *now >= deadline);
       deadline = loop.next_deadline();
+      if (loop.cycles() >= 20 && signals_seen > 0) loop.stop(); // the rain begins when its thread is run
     }
   }
-  EXPECT_GT(signals_seen, 0);
-  EXPECT_EQ(loop.cycles(), 20u);
 }
 #endif // ROWE_UNDER_TSAN
 
