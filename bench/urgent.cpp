@@ -3,23 +3,21 @@
 // connection?
 //
 // Measured, in turn in each round of one run, from the moment the message is handed over to the moment the
-// reader's parser has it:
-//   rowe      an endpoint with a topic of 300 B telemetry that is always full and an urgent topic; its
-//   service
-//             thread under SCHED_FIFO where that is permitted
-//   default   a socket with the kernel's own buffers, kept full of the same frames; an urgent frame is always
-//             the next one written: what a server does that has priorities and no bound
-// The reader is ours, on loopback: it reads 4 KiB at a time and spends a fixed time on each message, 30 us
-// unless stated; it answers pings when it comes to them, as every WebSocket library must. The figures are the
-// median and the maximum over all rounds, and the median over rounds of the ratio of the two medians. The
-// target is 1/400 at 30 us.
+// reader's parser has it: rowe, and a server of default sockets (urgent_servers.hpp). The reader is ours, on
+// loopback: it reads 4 KiB at a time and spends a fixed time on each message, 30 us unless stated; it answers
+// pings when it comes to them, as every WebSocket library must. The figures are the median and the maximum
+// over all rounds, and the median over rounds of the ratio of the two medians. The target is 1/400 at 30 us.
+// `in_front` is what the time is made of: how many messages the reader handled before it (median); load
+// blurs it less.
 //
-// Excluded: what an application does not read although its WebSocket layer has; networks.
+// Excluded: what an application does not read although its WebSocket layer has (bench/urgent_clients/run
+// measures that, with readers of other makers); networks.
 //
 // What would make it lie: other load. A reader that is preempted reads more slowly for both, and a service
 // thread that is woken late finds round trips longer than they are.
 //
 // Run: bench_urgent [--rounds=11] [--microseconds=30]
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <charconv>
@@ -30,17 +28,12 @@
 #include <utility>
 #include <vector>
 
-#include <arpa/inet.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
-#include <poll.h>
 #include <sys/socket.h>
-#include <unistd.h>
-
-#include <rowe/rowe.hpp>
 
 #include "net/descriptor.hpp"
 #include "stand.hpp"
+#include "urgent_servers.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {
@@ -48,30 +41,29 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t frame_bytes = 300;
-constexpr duration between_urgent = 7ms; // no multiple of anything else here
-constexpr std::string_view stamp_mark = R"("t":)";
 int microseconds_a_message = 30;
 
-sockaddr_in loopback(std::uint16_t port) {
-  sockaddr_in at{};
-  at.sin_family = AF_INET;
-  at.sin_port = htons(port);
-  at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  return at;
-}
+// A number for each urgent message.
+struct figures {
+  std::vector<double> late;     // nanoseconds
+  std::vector<double> in_front; // messages that were handled between its hand-over and itself
 
-std::string urgent_text(time_point now) {
-  return "{" + std::string{stamp_mark} + std::to_string(rt::nanoseconds_of(now)) + "}";
-}
+  void add(const figures& more) {
+    late.insert(late.end(), more.late.begin(), more.late.end());
+    in_front.insert(in_front.end(), more.in_front.begin(), more.in_front.end());
+  }
+};
 
 // The slow peer. Runs on a thread of its own until told to stop, or the stream ends.
 class reader {
  public:
-  explicit reader(std::uint16_t port) : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)} {
+  // What was handed over before `counts_from` is not measured.
+  reader(std::uint16_t port, time_point counts_from)
+      : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)},
+        counts_from_{rt::nanoseconds_of(counts_from)} {
     const sockaddr_in to = loopback(port);
     ok = ::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
-    const timeval patience{.tv_sec = 0, .tv_usec = 100'000};
+    const timeval patience{.tv_sec = 1, .tv_usec = 0};
     (void)::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience); // else it blocks
     parser_.reset(wire::role::client, {.message_bytes_max = 4096, .fragments_max = 1}, assembly_);
   }
@@ -105,8 +97,7 @@ class reader {
   }
 
   bool ok = false;
-  std::vector<double> late; // nanoseconds
-  std::uint64_t telemetry = 0;
+  figures said;
 
  private:
   void take(const wire::frame_step& step) {
@@ -119,10 +110,13 @@ class reader {
       std::int64_t stamp = 0;
       (void)std::from_chars(text.data() + at + stamp_mark.size(), text.data() + text.size(),
                             stamp); // our own
-      late.push_back(static_cast<double>(rt::nanoseconds_of(now) - stamp));
+      if (stamp < counts_from_) return;
+      said.late.push_back(static_cast<double>(rt::nanoseconds_of(now) - stamp));
+      const auto first = std::lower_bound(handled_.begin(), handled_.end(), stamp);
+      said.in_front.push_back(static_cast<double>(handled_.end() - first));
       return;
     }
-    ++telemetry;
+    handled_.push_back(rt::nanoseconds_of(now));
     while (monotonic_clock::now() - now < std::chrono::microseconds{microseconds_a_message}) continue;
   }
 
@@ -139,100 +133,46 @@ class reader {
   }
 
   net::descriptor socket_;
+  std::int64_t counts_from_;
+  std::vector<std::int64_t> handled_; // when, each message of telemetry
   wire::frame_parser parser_;
   std::array<std::byte, 4096 + 64> assembly_{};
 };
 
-// Hands over an urgent message now and then.
-class metronome {
- public:
-  explicit metronome(time_point begins) : next_{begins} {}
-  bool due(time_point now) {
-    if (now < next_) return false;
-    next_ = now + between_urgent;
-    return true;
-  }
-
- private:
-  time_point next_;
-};
-
-bool run_rowe(duration warm_up, duration time, std::vector<double>& late) {
-  auto robot = endpoint::listen(0, {.poll_period = 50us, .service_priority = 20});
-  if (!robot) return false;
-  auto telemetry = robot->advertise<json_text>("/telemetry", {.depth = 256, .text_bytes_max = 400});
-  auto urgent = robot->advertise<json_text>("/urgent", {.priority = priority::urgent, .text_bytes_max = 100});
-  if (!telemetry || !urgent) return false;
-  reader slow{robot->port()};
-  slow.upgrade(robot->port());
+template <class Server>
+bool run(Server& server, duration warm_up, duration time, figures& said) {
+  const time_point begin = monotonic_clock::now();
+  reader slow{server.port(), begin + warm_up};
   std::atomic<bool> stop{false};
   {
-    const rt::thread reads = on_the_other_core([&] { slow.run(stop); });
-    constexpr std::string_view envelope = R"({"op":"publish","topic":"/telemetry","msg":{"x":""}})";
-    const std::string text = R"({"x":")" + std::string(frame_bytes - 4 - envelope.size(), 'x') + R"("})";
-    const time_point begin = monotonic_clock::now();
-    metronome urgently{begin + warm_up};
-    for (time_point now = begin; now < begin + warm_up + time; now = monotonic_clock::now()) {
-      for (int i = 0; i < 64 && telemetry->publish(text, now); ++i) continue;
-      if (urgently.due(now)) (void)urgent->publish(urgent_text(now), now); // what is refused is not measured
-      ::usleep(300);
-    }
-    stop.store(true, std::memory_order_relaxed); // see run()
+    const rt::thread reads = on_the_other_core([&] {
+      slow.upgrade(server.port());
+      slow.run(stop);
+    });
+    for (time_point now = begin; now < begin + warm_up + time; now = monotonic_clock::now()) server.turn(now);
+    stop.store(true, std::memory_order_relaxed); // see reader::run()
   }
-  late = std::move(slow.late);
+  said = std::move(slow.said);
   return slow.ok;
 }
 
-// The frames of one connection, the next one chosen when the one before has been taken whole.
-bool run_default(duration warm_up, duration time, std::vector<double>& late) {
-  const net::descriptor listening{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  sockaddr_in at = loopback(0);
-  socklen_t bytes = sizeof at;
-  if (::bind(listening.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 ||
-      ::listen(listening.get(), 1) != 0 ||
-      ::getsockname(listening.get(), reinterpret_cast<sockaddr*>(&at), &bytes) != 0)
-    return false;
-  reader slow{ntohs(at.sin_port)};
-  net::descriptor out{::accept4(listening.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC)};
-  const int yes = 1;
-  (void)::setsockopt(out.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes); // as everybody does
-  std::atomic<bool> stop{false};
-  {
-    const rt::thread reads = on_the_other_core([&] { slow.run(stop); });
-    const auto frame_of = [](std::string_view text) {
-      std::string frame(wire::frame_header_bytes(text.size(), wire::role::server), '\0');
-      (void)wire::write_frame_header(reinterpret_cast<std::byte*>(frame.data()), wire::opcode::text,
-                                     text.size());
-      return frame.append(text);
-    };
-    const std::string telemetry = frame_of(std::string(frame_bytes - 4, 'x'));
-    std::string many;
-    for (int i = 0; i < 16; ++i) many += telemetry;
-    std::string rest;
-    const time_point begin = monotonic_clock::now();
-    metronome urgently{begin + warm_up};
-    std::string waiting; // urgent ones, next to be written
-    for (time_point now = begin; now < begin + warm_up + time; now = monotonic_clock::now()) {
-      if (urgently.due(now)) waiting += frame_of(urgent_text(now));
-      if (rest.empty()) rest = waiting.empty() ? many : std::exchange(waiting, {});
-      const ssize_t sent = ::send(out.get(), rest.data(), rest.size(), MSG_NOSIGNAL);
-      if (sent > 0) rest.erase(0, static_cast<std::size_t>(sent));
-      pollfd writable{.fd = out.get(), .events = POLLOUT, .revents = 0};
-      if (sent < 0) (void)::poll(&writable, 1, 1); // or the next urgent one
-    }
-    stop.store(true, std::memory_order_relaxed); // see run()
-    out.reset();
-  }
-  late = std::move(slow.late);
-  return slow.ok;
+bool run_rowe(figures& said) {
+  robot server;
+  return server.open("http://localhost") && run(server, 2s, 2s, said);
 }
 
-void report(const char* who, std::vector<double> late, double ratio) {
+bool run_default(figures& said) {
+  default_sockets server;
+  return server.open(false) && run(server, 1s, 3s, said);
+}
+
+void report(const char* who, figures said, double ratio) {
   benchmark::RegisterBenchmark((std::string{"urgent/"} + who).c_str(),
-                               [late, ratio](benchmark::State& state) mutable {
-                                 for (auto _ : state) state.SetIterationTime(median(late) * 1e-9);
-                                 state.counters["max_ms"] = quantile(late, 1) * 1e-6;
-                                 state.counters["messages"] = static_cast<double>(late.size());
+                               [said, ratio](benchmark::State& state) mutable {
+                                 for (auto _ : state) state.SetIterationTime(median(said.late) * 1e-9);
+                                 state.counters["max_ms"] = quantile(said.late, 1) * 1e-6;
+                                 state.counters["in_front"] = median(said.in_front);
+                                 state.counters["messages"] = static_cast<double>(said.late.size());
                                  state.counters["default_over_this"] = ratio;
                                })
       ->Iterations(1)
@@ -247,16 +187,17 @@ int main(int count, char** arguments) {
   using namespace rowe::bench;
   microseconds_a_message = number_option(count, arguments, "microseconds", 30);
   return run_on_two_cores("bench_urgent", count, arguments, [](int rounds) {
-    std::vector<double> ours, theirs, ratios;
+    figures ours, theirs;
+    std::vector<double> ratios;
     for (int round = 0; round < rounds; ++round) {
-      std::vector<double> mine, other;
-      if (!run_rowe(2s, 2s, mine) || !run_default(1s, 3s, other) || mine.empty() || other.empty()) {
-        std::fprintf(stderr, "a connection failed\n");
+      figures mine, other;
+      if (!run_rowe(mine) || !run_default(other) || mine.late.empty() || other.late.empty()) {
+        std::fprintf(stderr, "a connection failed, or nothing urgent came in time\n");
         return false;
       }
-      ratios.push_back(median(other) / median(mine));
-      ours.insert(ours.end(), mine.begin(), mine.end());
-      theirs.insert(theirs.end(), other.begin(), other.end());
+      ratios.push_back(median(other.late) / median(mine.late));
+      ours.add(mine);
+      theirs.add(other);
     }
     report("rowe", ours, median(ratios));
     report("default", theirs, 1);

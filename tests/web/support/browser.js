@@ -10,12 +10,12 @@ export const phone = { width: 360, height: 740 };
 export const desk = { width: 1280, height: 800 };
 
 // Chromium refuses its sandbox to root; the rest keeps it from talking to anybody but the robot.
-const flags = [
+export const flags = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync",
 ];
 
-const program = process.env.CHROMIUM ?? "/usr/bin/chromium";
+export const program = process.env.CHROMIUM ?? "/usr/bin/chromium";
 export const start_browser = () =>
   chromium.launch({ executablePath: program, headless: true, args: flags });
 
