@@ -83,7 +83,10 @@ class peer {
 
   answer read() {
     char buffer[4096];
-    const ssize_t bytes = ::recv(fd_.get(), buffer, sizeof buffer, 0);
+    ssize_t bytes = 0;
+    do {
+      bytes = ::recv(fd_.get(), buffer, sizeof buffer, 0);
+    } while (bytes < 0 && errno == EINTR); // with a time-out it is not begun anew after a stop and a continue
     if (bytes < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) return answer::none;
     if (bytes <= 0) return answer::refused;
     text_.append(buffer, static_cast<std::size_t>(bytes));

@@ -99,7 +99,7 @@ void wait_everywhere(rowe::endpoint& at, const char* own, const char* other, unt
 }
 
 TEST(closing_stress, leaves_nobody_waiting) {
-  const watchdog dog{"threads that wait while their endpoint closes", 100s};
+  const watchdog dog{"threads that wait while their endpoint closes", 500s};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
   dice random{seed};

@@ -270,7 +270,7 @@ std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
 }
 
 TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
-  const watchdog dog{"two endpoints in full use", 100s};
+  const watchdog dog{"two endpoints in full use", 500s};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
   complaints wrong;

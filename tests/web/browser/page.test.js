@@ -72,7 +72,10 @@ test("the title says live, with a mark and the robot's name", limit, async () =>
   await page.waitForFunction(() => document.querySelectorAll("#rates tr").length > 0);  // the name came too
   const name = await page.locator("h1").innerText();
   assert.ok(name.length > 0);
-  await page.waitForFunction((wanted) => document.title === wanted, `\u25cf ${name} live`);
+  await until("the title", async () => {
+    await server.let_run();
+    return (await page.title()) === `\u25cf ${name} live`;
+  });
   await page.context().close();
 });
 
@@ -153,6 +156,10 @@ test("a file that has not changed is not sent again, compressed or not", limit, 
 
 test("a robot that stands still makes the page say STALE, and live when it goes on", limit, async () => {
   const { page } = await live_page();
+  await until("it runs", async () => {  // a robot that is stopped says that first
+    await server.let_run();
+    return (await page.getAttribute("body", "data-stop")) === "running";
+  });
   server.pause();
   try {
     await state_is(page, "stale");

@@ -5,6 +5,7 @@
 import { spawn } from "node:child_process";
 import { once } from "node:events";
 import { free_port } from "./port.js";
+import { rowe } from "./program.js";
 import { until } from "./watchdog.js";
 
 const alive = new Set();
@@ -42,6 +43,12 @@ export class robot {
         return false;
       }
     });
+  }
+
+  // Lets it drive again where it stopped by itself, as a busy machine makes it.
+  async let_run() {
+    const { code, stdout } = await rowe("reset", this.url);
+    if (code !== 0) await rowe("reset", this.url, stdout.trim().split(" ").pop());
   }
 
   // Stands still as a machine does whose kernel hangs: the sockets stay, nothing moves.
