@@ -154,11 +154,12 @@ class client {
 };
 
 struct figures {
-  std::vector<double> trips;     // of all rounds
-  std::vector<double> woke_late; // the probe, by its own core
-  std::vector<double> robot;     // the trips without that
-  std::vector<double> gaps;      // the witness's largest of each round
-  double longest_cycle = 0;      // of the robot's service thread
+  std::vector<double> trips;            // of all rounds
+  std::vector<double> woke_late;        // the probe, by its own core
+  std::vector<double> robot;            // the trips without that
+  std::vector<double> gaps;             // the witness's largest of each round
+  double longest_cycle = 0;             // of the robot's service thread
+  std::vector<double> taken_per_second; // messages, in each round
   std::uint64_t asked = 0, answered = 0;
 };
 
@@ -250,8 +251,9 @@ bool measure(const flood& with, int cpu, figures& into) {
       }};
   prober.join();
   for (const rowe::count& one : robot.counts()) {
-    if (one.name == "cycle_ns_max")
-      into.longest_cycle = std::max(into.longest_cycle, static_cast<double>(one.value));
+    const auto value = static_cast<double>(one.value);
+    if (one.name == "cycle_ns_max") into.longest_cycle = std::max(into.longest_cycle, value);
+    if (one.name == "messages_in") into.taken_per_second.push_back(value / seconds);
   }
   for (auto& peer : peers) peer->shut();
   for (auto& sender : senders) sender.join();
@@ -273,6 +275,7 @@ void report(const flood& with, figures& seen) {
                                  state.counters["cycle_max_us"] = seen.longest_cycle / 1000;
                                  state.counters["woke_late_p99.9_us"] =
                                      quantile(seen.woke_late, 0.999) / 1000;
+                                 state.counters["taken_per_s"] = median(seen.taken_per_second);
                                  state.counters["unanswered"] =
                                      static_cast<double>(seen.asked - seen.answered);
                                })
