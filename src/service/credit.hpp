@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much may be on its way to one peer: written, and not known to be read. The bound is one of time, so
 // that what is urgent never waits long behind what is not: what the peer reads in two round trips and 20 ms
-// (1 ms where the round trip is less than 2 ms), between 16 KiB and 1 MiB. How fast it reads, and how
+// (1 ms where the round trip is less than 2 ms), between 12 KiB and 1 MiB. How fast it reads, and how
 // long a round trip takes, is known from pings: each carries how many bytes were written up to its own end,
 // and since a peer answers in the order in which it reads, its pong says that all of these have been read.
 //
@@ -29,7 +29,7 @@ namespace rowe::service {
 
 class credit {
  public:
-  static constexpr std::size_t bytes_min = 16 * 1024; // of the bound
+  static constexpr std::size_t bytes_min = 12 * 1024; // of the bound
   static constexpr std::size_t bytes_max = 1024 * 1024;
   static constexpr rt::duration queue_time_far = std::chrono::milliseconds{20};
   static constexpr rt::duration near_below = std::chrono::milliseconds{2};
