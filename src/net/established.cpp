@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstddef>
+#include <cstdint>
 #include <utility>
 
 #include "net/socket_options.hpp"
@@ -27,10 +28,30 @@ namespace {
 
 constexpr std::size_t pieces_per_call_max = IOV_MAX;
 
+// How much goes into a limited send buffer at once. The kernel takes a write as one segment, however small
+// the buffer is, and no other until that is acknowledged; but a receiver that sends something now and then
+// itself acknowledges a lone segment after 40 ms, or when it is repeated. Two it acknowledges at once. The
+// buffer is twice what was asked for, and its socket is writable while a third of it is free: so there are
+// always two segments under way when each is less than 4/3 of what was asked for, with what the kernel adds
+// to it.
+constexpr std::size_t segment_bytes_max(std::uint32_t buffer_bytes) noexcept {
+  return buffer_bytes == 0 ? SIZE_MAX : std::size_t{buffer_bytes} + buffer_bytes / 5;
+}
+
 bool would_block(int code) noexcept { return code == EAGAIN || code == EWOULDBLOCK || code == EINTR; }
 
 // Also when the kernel is short of memory for buffers: it says so by the same sign, readiness.
 bool has_no_room(int code) noexcept { return would_block(code) || code == ENOBUFS || code == ENOMEM; }
+
+// One piece, the rule, goes by the call that has less to look at.
+ssize_t send_now(int fd, std::span<iovec> pieces) noexcept {
+  constexpr int how = MSG_NOSIGNAL | MSG_DONTWAIT;
+  if (pieces.size() == 1) return ::send(fd, pieces[0].iov_base, pieces[0].iov_len, how);
+  msghdr message{};
+  message.msg_iov = pieces.data();
+  message.msg_iovlen = pieces.size();
+  return ::sendmsg(fd, &message, how);
+}
 
 close_cause cause_of(int code) noexcept {
   return code == ETIMEDOUT ? close_cause::timed_out : close_cause::reset;
@@ -71,6 +92,7 @@ connection_id established::open(descriptor socket, const socket_address& peer) n
   one.reading = true;
   one.refused = one.broken = false;
   prepare_for_frames(one.socket.get(), limits_);
+  one.segment_bytes = segment_bytes_max(limits_.send_buffer_bytes);
   watch(one);
   return id_of(one);
 }
@@ -134,17 +156,17 @@ std::size_t established::write(connection_id id,
   if (!one || one->now != phase::open || one->refused) return 0;
   iovec list[pieces_per_call_max]; // left as it is: only what is used is written
   std::size_t taken = 0;
+  std::size_t skip = 0; // of the first piece
   while (!pieces.empty()) {
-    const std::size_t count = std::min(pieces.size(), pieces_per_call_max);
+    std::size_t count = 0;
     std::size_t offered = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      list[i] = {const_cast<std::byte*>(pieces[i].data()), pieces[i].size()}; // sendmsg only reads
-      offered += pieces[i].size();
+    while (count < std::min(pieces.size(), pieces_per_call_max) && offered < one->segment_bytes) {
+      const auto rest = count == 0 ? pieces[0].subspan(skip) : pieces[count];
+      const std::size_t bytes = std::min(rest.size(), one->segment_bytes - offered);
+      list[count++] = {const_cast<std::byte*>(rest.data()), bytes}; // sendmsg only reads
+      offered += bytes;
     }
-    msghdr message{};
-    message.msg_iov = list;
-    message.msg_iovlen = count;
-    const ssize_t sent = ::sendmsg(one->socket.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t sent = send_now(one->socket.get(), std::span{list}.first(count));
     if (sent < 0) {
       // A broken connection may still hold what its peer said before; its event reads that to the end.
       if (!has_no_room(errno)) {
@@ -155,7 +177,10 @@ std::size_t established::write(connection_id id,
     }
     taken += static_cast<std::size_t>(sent);
     if (static_cast<std::size_t>(sent) < offered) return refuse(*one, taken);
-    pieces = pieces.subspan(count);
+    const auto& last = pieces[count - 1];
+    skip = (count == 1 ? skip : 0) + list[count - 1].iov_len;
+    if (skip == last.size()) skip = 0;
+    pieces = pieces.subspan(skip == 0 ? count : count - 1);
   }
   return taken;
 }
@@ -186,7 +211,10 @@ void established::close(connection_id id, close_how how) noexcept {
 
 void established::set_near(connection_id id, bool near) noexcept {
   connection* one = find(id);
-  if (one) limit_send_buffer(one->socket.get(), near ? limits_.near_buffer_bytes : limits_.send_buffer_bytes);
+  if (!one) return;
+  const std::uint32_t buffer = near ? limits_.near_buffer_bytes : limits_.send_buffer_bytes;
+  limit_send_buffer(one->socket.get(), buffer);
+  one->segment_bytes = segment_bytes_max(buffer);
 }
 
 void established::read_enabled(connection_id id, bool enabled) noexcept {

@@ -69,8 +69,9 @@ class established {
     phase now = phase::free;
     bool reading = true;
     bool refused = false;
-    bool broken = false;    // a write said so, and `cause` why; there may be something to read still
-    int unacknowledged = 0; // bytes, when it was
+    bool broken = false;           // a write said so, and `cause` why; there may be something to read still
+    int unacknowledged = 0;        // bytes, when it was
+    std::size_t segment_bytes = 0; // of one call, at most
     service::close_cause cause = service::close_cause::asked;
   };
 

@@ -122,7 +122,7 @@ class transport {
   // The eventfd that wake() writes to: who writes to it does the same. -1 where there is none.
   virtual int wake_descriptor() const noexcept = 0;
 
-  // Hands `pieces` to the connection in order, as one system call where the carrier has them. Returns the
+  // Hands `pieces` to the connection in order, in as few system calls as the carrier allows. Returns the
   // bytes taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers
   // more than the carrier itself does, never waits.
   virtual std::size_t write(connection_id connection,

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// Into how many segments the kernel cuts what is written, read from the receiver's socket.
+#include <linux/tcp.h>
+
+#include "support.hpp"
+
+namespace rowe::net {
+namespace {
+
+struct segments : testing::Test {
+  std::unique_ptr<socket_transport> transport = listening();
+  driver drive{*transport};
+  raw_socket client = upgraded(drive, *transport);
+  connection_id id = drive.sink().opens[0].id;
+
+  unsigned arrived() const {
+    tcp_info info{};
+    socklen_t bytes = sizeof info;
+    EXPECT_EQ(::getsockopt(client.fd(), IPPROTO_TCP, TCP_INFO, &info, &bytes), 0);
+    return info.tcpi_data_segs_in;
+  }
+  // Writes all of it, the client reading.
+  void send(std::span<const std::string> pieces) {
+    std::string whole;
+    for (const std::string& one : pieces) whole += one;
+    std::vector<std::span<const std::byte>> list;
+    for (const std::string& one : pieces) list.push_back(std::as_bytes(std::span{one}));
+    std::size_t taken = transport->write(id, list);
+    const auto go_on = [&] {
+      if (taken < whole.size()) taken += write(*transport, id, std::string_view{whole}.substr(taken));
+      return client.read() && client.text.size() >= whole.size();
+    };
+    ASSERT_TRUE(drive.until(go_on));
+    EXPECT_EQ(client.text, whole);
+  }
+};
+
+// A receiver acknowledges a lone segment late, and the buffer takes no other until then: see established.cpp.
+TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_near_peer) {
+  transport->set_near(id, true);
+  const unsigned before = arrived();
+  const std::string large(60'000, 'x');
+  send({&large, 1});
+  EXPECT_GE(arrived() - before, 4U);
+}
+
+TEST_F(segments, end_in_the_middle_of_pieces) {
+  transport->set_near(id, true);
+  std::vector<std::string> pieces;
+  for (int i = 0; i < 50; ++i)
+    pieces.emplace_back(static_cast<std::size_t>(i * 100), static_cast<char>('a' + i % 26));
+  pieces.emplace_back();
+  const unsigned before = arrived();
+  send(pieces);
+  EXPECT_GE(arrived() - before, 7U);
+}
+
+} // namespace
+} // namespace rowe::net
