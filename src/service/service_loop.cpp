@@ -47,7 +47,7 @@ void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
     naps_.awake_until(now);
     if (naps_.overdue()) {
       sleep_for_a_nap();
-      return naps_.waited_until(clock::now());
+      return naps_.slept_until(clock::now());
     }
   }
   const rt::time_point until = std::min(next, now + core_.patience(poll_period_));

@@ -32,17 +32,29 @@ class nap_budget {
     owed_ = std::min(owed_, 8 * nap);
     since_ = now;
   }
-  // And has waited since then.
+  // And has waited since then; or slept.
   void waited_until(rt::time_point now) noexcept {
-    owed_ = std::max(owed_ - std::max(now - since_ - call_cost, rt::duration{0}), rt::duration{0});
-    since_ = now;
+    pay(now);
+    in_vain_ = owed_ >= nap;
   }
-  bool due() const noexcept { return owed_ >= nap; }
+  void slept_until(rt::time_point now) noexcept {
+    pay(now);
+    in_vain_ = false;
+  }
+  // Time to wait. Not again when that was in vain, until it has slept: whoever sends a message as soon as the
+  // last one is answered ends every wait, and each would cost his next message a wake-up.
+  bool due() const noexcept { return owed_ >= nap && !in_vain_; }
   bool overdue() const noexcept { return owed_ >= 2 * nap; } // waiting did not help
 
  private:
+  void pay(rt::time_point now) noexcept {
+    owed_ = std::max(owed_ - std::max(now - since_ - call_cost, rt::duration{0}), rt::duration{0});
+    since_ = now;
+  }
+
   rt::time_point since_{};
   rt::duration owed_{};
+  bool in_vain_ = false;
 };
 
 class service_loop {

@@ -14,7 +14,7 @@ struct run {
   nap_budget budget;
   time_point now{1000s};
   duration slept{}, waited{};
-  int forced = 0;
+  int forced = 0, waits = 0;
 
   // One turn of a service thread: works, then rests as service_loop does under idle::spin. A wait ends after
   // `until_event`, if that is sooner than the nap.
@@ -25,14 +25,14 @@ struct run {
       now += nap_budget::nap;
       slept += nap_budget::nap;
       ++forced;
+      budget.slept_until(now);
     } else if (budget.due()) {
       const duration rest = std::min(nap_budget::nap, until_event);
       now += rest;
       waited += rest;
-    } else {
-      return;
+      ++waits;
+      budget.waited_until(now);
     }
-    budget.waited_until(now);
   }
 };
 
@@ -53,6 +53,22 @@ TEST(nap_budget, only_waits_when_waiting_is_rest_enough) {
   for (int i = 0; i < 100'000; ++i) r.turn(30us, 1s);
   EXPECT_EQ(r.forced, 0);
   EXPECT_GE(r.waited * 100 / (r.now - time_point{1000s}), 8);
+}
+
+TEST(nap_budget, waits_once_in_a_nap_when_each_answer_is_followed_by_the_next_question) {
+  run r;
+  for (int i = 0; i < 100'000; ++i) r.turn(7us, 13us);
+  EXPECT_GT(r.forced, 0);
+  EXPECT_LE(r.waits, r.forced + 2);
+  EXPECT_GE((r.slept + r.waited) * 100 / (r.now - time_point{1000s}), 8);
+}
+
+TEST(nap_budget, waits_again_when_the_questions_have_ended) {
+  run r;
+  for (int i = 0; i < 100'000; ++i) r.turn(7us, 13us);
+  const int before = r.forced;
+  for (int i = 0; i < 100'000; ++i) r.turn(30us, 1s);
+  EXPECT_LE(r.forced, before + 8);
 }
 
 TEST(nap_budget, owes_no_more_than_a_few_naps_after_a_long_turn) {
