@@ -170,12 +170,12 @@ double witness(int cpu) {
              [&](const rt::grants&) {
                const auto end = monotonic_clock::now() + 500ms;
                auto last = monotonic_clock::now();
-               auto nap = last + 9ms;
+               auto nap = last + 1150us;
                while (last < end) {
                  if (last >= nap) { // as the robot's thread does
-                   std::this_thread::sleep_for(600us);
+                   std::this_thread::sleep_for(100us);
                    last = monotonic_clock::now();
-                   nap = last + 9ms;
+                   nap = last + 1150us;
                  }
                  const auto now = monotonic_clock::now();
                  largest = std::max(largest, static_cast<double>((now - last).count()));
