@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include <rowe/rt/attributes.hpp>
 
@@ -35,6 +36,14 @@ ROWE_RT inline utf8_piece next_utf8(const char* at, const char* end) noexcept {
     if (i == room || (byte(i) & 0xc0) != 0x80) return {i, false};
   }
   return {bytes, true};
+}
+
+// As much of the beginning of `text`, which is UTF-8, as `bytes_max` bytes hold without half a character.
+ROWE_RT inline std::string_view utf8_prefix(std::string_view text, std::size_t bytes_max) noexcept {
+  if (text.size() <= bytes_max) return text;
+  std::size_t bytes = bytes_max;
+  while (bytes > 0 && (static_cast<std::uint8_t>(text[bytes]) & 0xc0) == 0x80) --bytes;
+  return text.substr(0, bytes);
 }
 
 // `code_point` (no surrogate, at most U+10FFFF) as UTF-8; returns how many of the four bytes at `at` are it.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "json/utf8.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {
@@ -30,9 +31,9 @@ std::uint64_t hash_of(std::string_view text, std::uint64_t seed) noexcept {
 
 template <std::size_t Bytes>
 std::size_t copy_cut(std::string_view from, std::array<char, Bytes>& to) noexcept {
-  const std::size_t bytes = std::min(from.size(), Bytes);
-  std::copy_n(from.data(), bytes, to.data());
-  return bytes;
+  from = json::utf8_prefix(from, Bytes);
+  std::copy_n(from.data(), from.size(), to.data());
+  return from.size();
 }
 
 } // namespace
@@ -191,14 +192,7 @@ void stop_rules::peer_gone(std::uint64_t peer, rt::time_point now) noexcept {
 
 // ---- stop and reset
 
-// What does not fit is cut between characters.
-void stop_rules::set_source(std::string_view source) noexcept {
-  source_bytes_ = copy_cut(source, source_);
-  const auto continues = [&](std::size_t at) {
-    return at < source.size() && (static_cast<unsigned char>(source[at]) & 0xc0) == 0x80;
-  };
-  while (source_bytes_ != 0 && continues(source_bytes_)) --source_bytes_;
-}
+void stop_rules::set_source(std::string_view source) noexcept { source_bytes_ = copy_cut(source, source_); }
 
 void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept {
   running_ = false;

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <span>
 #include <string_view>
+
+#include "json/utf8.hpp"
 
 namespace rowe::wire {
 
@@ -34,9 +35,7 @@ class text_out {
   // missing.
   text_out& add_shortened(std::string_view piece, std::size_t bytes_max) noexcept {
     if (piece.size() <= bytes_max) return add(piece);
-    std::size_t end = bytes_max;
-    while (end > 0 && (static_cast<std::uint8_t>(piece[end]) & 0xc0) == 0x80) --end;
-    return add(piece.substr(0, end)).add("...");
+    return add(json::utf8_prefix(piece, bytes_max)).add("...");
   }
 
   std::string_view text() const noexcept { return {room_.data(), used_}; }

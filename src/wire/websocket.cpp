@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cstring>
 
+#include "json/utf8.hpp"
+
 namespace rowe::wire {
 namespace {
 
@@ -356,15 +358,10 @@ std::size_t close_payload(std::uint16_t code, std::string_view reason,
                           std::span<std::byte, control_bytes_max> out) noexcept {
   if (code == close_code::none_given) return 0;
   assert(close_code_is_valid(code));
-  std::size_t bytes = reason.size();
-  if (bytes > close_reason_bytes_max) {
-    bytes = close_reason_bytes_max;
-    while (bytes > 0 && (static_cast<std::uint8_t>(reason[bytes]) & 0xc0) == 0x80)
-      --bytes; // inside a character
-  }
+  reason = json::utf8_prefix(reason, close_reason_bytes_max);
   write_big_endian(out.data(), 2, code);
-  if (bytes > 0) std::memcpy(out.data() + 2, reason.data(), bytes);
-  return 2 + bytes;
+  if (!reason.empty()) std::memcpy(out.data() + 2, reason.data(), reason.size());
+  return 2 + reason.size();
 }
 
 namespace {
