@@ -106,29 +106,19 @@ std::vector<double> time_trips(int count, Trip&& trip) {
 // ---- the contenders; each returns what its trips took
 
 std::vector<double> raw() {
-  const net::descriptor listening{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  const net::descriptor ours{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
-  sockaddr_in at = loopback_at(0);
-  socklen_t bytes = sizeof at;
-  if (::bind(listening.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0 ||
-      ::listen(listening.get(), 1) != 0 ||
-      ::getsockname(listening.get(), reinterpret_cast<sockaddr*>(&at), &bytes) != 0 ||
-      ::connect(ours.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) != 0)
-    give_up("no sockets");
-  const net::descriptor theirs{::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC)};
-  send_at_once(ours.get());
-  send_at_once(theirs.get());
+  const socket_pair sockets;
+  if (!sockets.ok()) give_up("no sockets");
   const std::string request = raw_client::frame_of(wire::opcode::text, call_text);
   const std::string reply(wire::frame_header_bytes(reply_text.size(), wire::role::server) + reply_text.size(),
                           'r');
   const rt::thread partner = on_the_other_core([&] {
     std::string room(request.size(), '\0');
-    while (spin_for(theirs.get(), room) && send_whole(theirs.get(), reply)) continue;
+    while (spin_for(sockets.theirs(), room) && send_whole(sockets.theirs(), reply)) continue;
   });
   std::string room(reply.size(), '\0');
-  auto each =
-      time_trips(trips, [&] { return send_whole(ours.get(), request) && spin_for(ours.get(), room); });
-  (void)::shutdown(ours.get(), SHUT_WR); // the partner's sign to end
+  auto each = time_trips(
+      trips, [&] { return send_whole(sockets.ours(), request) && spin_for(sockets.ours(), room); });
+  (void)::shutdown(sockets.ours(), SHUT_WR); // the partner's sign to end
   return each;
 }
 

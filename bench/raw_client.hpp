@@ -51,6 +51,31 @@ inline bool spin_for(int socket, std::span<char> into) {
   return true;
 }
 
+// A connection over loopback that both ends of are here, with nothing on it. Not ok() when there is none.
+class socket_pair {
+ public:
+  socket_pair() {
+    const net::descriptor listening{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+    sockaddr_in at = loopback_at(0);
+    socklen_t bytes = sizeof at;
+    ok_ = ::bind(listening.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0 &&
+          ::listen(listening.get(), 1) == 0 &&
+          ::getsockname(listening.get(), reinterpret_cast<sockaddr*>(&at), &bytes) == 0 &&
+          ::connect(ours_.get(), reinterpret_cast<const sockaddr*>(&at), sizeof at) == 0;
+    theirs_.reset(::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC));
+    send_at_once(ours_.get());
+    send_at_once(theirs_.get());
+  }
+  bool ok() const { return ok_; }
+  int ours() const { return ours_.get(); }
+  int theirs() const { return theirs_.get(); }
+
+ private:
+  net::descriptor ours_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};
+  net::descriptor theirs_;
+  bool ok_ = false;
+};
+
 class raw_client {
  public:
   // Connected and upgraded; not ok() when that failed.
@@ -74,22 +99,27 @@ class raw_client {
   int socket() const { return socket_.get(); }
   bool send(std::string_view bytes) { return ok_ = ok_ && send_whole(socket_.get(), bytes); }
 
-  // Spins for the next message; its payload is good until the next call. Nothing when the connection is
-  // broken. What stands behind it is taken next.
-  std::span<std::byte> take() {
-    while (ok_) {
-      while (!unread_.empty()) {
-        const wire::frame_step step = parser_.next(unread_);
-        unread_ = unread_.subspan(step.consumed);
-        if (step.event == wire::frame_event::text) return step.payload;
-        if (step.event == wire::frame_event::ping)
-          pongs_ += frame_of(wire::opcode::pong,
-                             {reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
-        if (step.event == wire::frame_event::close) ok_ = false;
-      }
+  // Spins until something has come, which take() looks into; false when the connection is broken.
+  bool wait() {
+    while (ok_ && unread_.empty()) {
       const ssize_t got = ::recv(socket_.get(), room_.data(), room_.size() - 64, MSG_DONTWAIT);
       if (got == 0) ok_ = false;
       if (got > 0) unread_ = std::span{room_}.first(static_cast<std::size_t>(got));
+    }
+    return ok_;
+  }
+
+  // Spins for the next message; its payload is good until the next call. Nothing when the connection is
+  // broken. What stands behind it is taken next.
+  std::span<std::byte> take() {
+    while (wait()) {
+      const wire::frame_step step = parser_.next(unread_);
+      unread_ = unread_.subspan(step.consumed);
+      if (step.event == wire::frame_event::text) return step.payload;
+      if (step.event == wire::frame_event::ping)
+        pongs_ += frame_of(wire::opcode::pong,
+                           {reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
+      if (step.event == wire::frame_event::close) ok_ = false;
     }
     return {};
   }
