@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Digits are laid out left to right, two at a time from a table, with stores whose number does not depend on
-// the value where that can be had: branches that depend on random digits are what number formatting spends
-// its time on. Pure functions, on any thread.
+// Digits are laid out left to right, two at a time from a table or sixteen at once, with stores whose number
+// does not depend on the value where that can be had: branches that depend on random digits are what number
+// formatting spends its time on. So the doubles that robots send mostly have a way of their own, by
+// dragonbox's proof and its powers of ten, but without its branches and its loop; all others are dragonbox's.
+// Pure functions, on any thread.
 #include "digits.hpp"
 
 #include <algorithm>
@@ -88,15 +90,20 @@ char* write_below_ten_to_8(char* at, std::uint32_t x) noexcept {
   return at + 4;
 }
 
-[[maybe_unused]] void sixteen_digits_portably(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+// Sixteen digits, eight of each; a mask of which are not 0, the first one's bit lowest.
+[[maybe_unused]] std::uint32_t sixteen_digits_portably(char* at, std::uint32_t high,
+                                                       std::uint32_t low) noexcept {
   eight_digits(at, high);
   eight_digits(at + 8, low);
+  std::uint32_t not_zero = 0;
+  for (int i = 0; i < 16; ++i) not_zero |= std::uint32_t{at[i] != '0'} << i;
+  return not_zero;
 }
 
 #if defined(__SSE2__) // every x86-64; a sixth of the whole time
 // Halves three times, in all lanes at once: eight digits to fours, to twos, to ones. The multiplications by
 // 2^45 / 10^4, 2^19 / 100 and 2^16 / 10, rounded up, are divisions that are exact for operands this small.
-void sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+std::uint32_t sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
   const auto lanes = [](std::uint32_t x) { return _mm_set1_epi32(static_cast<int>(x)); };
   const __m128i eights =
       _mm_unpacklo_epi64(_mm_cvtsi32_si128(static_cast<int>(high)), _mm_cvtsi32_si128(static_cast<int>(low)));
@@ -111,24 +118,28 @@ void sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
   const __m128i ones = _mm_or_si128(ones_high, _mm_slli_epi16(ones_low, 8));
   const __m128i text = _mm_or_si128(ones, _mm_set1_epi8('0'));
   std::memcpy(at, &text, sizeof text);
+  const auto not_zero =
+      static_cast<std::uint32_t>(_mm_movemask_epi8(_mm_cmpgt_epi8(ones, _mm_setzero_si128())));
 #ifndef NDEBUG
   char expected[16];
-  sixteen_digits_portably(expected, high, low);
+  assert(sixteen_digits_portably(expected, high, low) == not_zero);
   assert(std::memcmp(at, expected, sizeof expected) == 0);
 #endif
+  return not_zero;
 }
 #else
-void sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
-  sixteen_digits_portably(at, high, low);
+std::uint32_t sixteen_digits(char* at, std::uint32_t high, std::uint32_t low) noexcept {
+  return sixteen_digits_portably(at, high, low);
 }
 #endif
 
-// x < 10^17 as 17 digits.
-void seventeen_digits(char* at, std::uint64_t x) noexcept {
+// x < 10^17 as 17 digits. Returns how many are left without zeros at the end, but at least one.
+int seventeen_digits(char* at, std::uint64_t x) noexcept {
   const std::uint64_t rest = x % ten_to_16;
   one_digit(at, static_cast<std::uint32_t>(x / ten_to_16));
-  sixteen_digits(at + 1, static_cast<std::uint32_t>(rest / ten_to_8),
-                 static_cast<std::uint32_t>(rest % ten_to_8));
+  const std::uint32_t not_zero = sixteen_digits(at + 1, static_cast<std::uint32_t>(rest / ten_to_8),
+                                                static_cast<std::uint32_t>(rest % ten_to_8));
+  return static_cast<int>(std::bit_width(not_zero << 1 | 1));
 }
 
 int digit_count(std::uint64_t x) noexcept {
@@ -206,10 +217,87 @@ char* write_real(char* at, Real x, Real integers_end) noexcept {
   return write_with_exponent(at, shortest(magnitude));
 }
 
+[[gnu::noinline]] char* write_any_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
+
+// ---- doubles of everyday size ----
+
+constexpr int mantissa_bits = std::numeric_limits<double>::digits - 1;
+constexpr std::uint64_t hidden_bit = std::uint64_t{1} << mantissa_bits;
+constexpr int exponent_bias = 1023;
+constexpr int everyday_begin = -19; // binary exponents: numbers from 0.0000019
+constexpr int everyday_end = 26;    // to 67 millions
+
+// What the doubles of one binary exponent, and their shortest decimals, have in common.
+struct alignas(64) magnitude {
+  std::uint64_t power_high, power_low; // of ten: makes the interval of what rounds to x `delta` wide
+  std::uint64_t one;                   // in units of the last digit; 0 where x is below it
+  std::uint64_t fill;                  // a fraction in those units times this has 17 digits
+  std::uint32_t delta;                 // 100 to 999
+  std::int32_t shift;
+  std::int64_t zeros; // behind the point, before the 17 digits
+};
+
+constexpr auto magnitudes = [] {
+  std::array<magnitude, everyday_end - everyday_begin> all{};
+  for (int e = everyday_begin; e < everyday_end; ++e) {
+    const int exponent = e - mantissa_bits;
+    // floor(log10(2^exponent)) and floor(log2(10^power)), exact for the exponents of doubles.
+    const int power = 2 - ((exponent * 315'653) >> 20);
+    const int shift = exponent + ((power * 1'741'647) >> 19);
+    const int digits = power - 2; // behind the point
+    const auto ten = jkj::dragonbox::policy::cache::full.get_cache<jkj::dragonbox::ieee754_binary64>(power);
+    all[static_cast<std::size_t>(e - everyday_begin)] = {
+        .power_high = ten.high(),
+        .power_low = ten.low(),
+        .one = e < 0 ? 0 : powers_of_ten[static_cast<std::size_t>(digits)],
+        .fill = powers_of_ten[static_cast<std::size_t>(std::max(17 - digits, 0))],
+        .delta = static_cast<std::uint32_t>(ten.high() >> (63 - shift)),
+        .shift = shift,
+        .zeros = std::max(digits - 17, 0)};
+  }
+  return all;
+}();
+
 } // namespace
 
-// In one piece: what it calls is called from nowhere else that matters, and an eighth of the time is calls.
-[[gnu::flatten]] char* write_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
+// Dragonbox (section 5 of the paper; its names are z, delta and kappa = 2): the upper end of the interval of
+// what rounds to x is multiplied by a power of ten. If a multiple of 1000 lies in the interval, that is the
+// shortest decimal; else it is the multiple of 100 nearest to x. Which of them is as random as the digits, so
+// it is selected without a branch, and zeros at the end are cut off in the text. Where the fractions that
+// were dropped decide, one time in a hundred, and next to a power of two, all of it is done again by
+// dragonbox itself.
+[[gnu::flatten]] char* write_double(char* const at, const double x) noexcept {
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  if (bits == 0) {
+    *at = '0';
+    return at + 1;
+  }
+  const std::uint64_t mantissa = bits & (hidden_bit - 1);
+  const std::uint64_t index = (bits >> mantissa_bits & 0x7ff) - (exponent_bias + everyday_begin);
+  if (index >= magnitudes.size() || mantissa == 0) return write_any_double(at, x);
+  const auto whole = static_cast<std::int32_t>(std::fabs(x));
+  if (static_cast<double>(whole) == std::fabs(x)) return write_any_double(at, x);
+
+  namespace wide = jkj::dragonbox::detail::wuint;
+  const magnitude& m = magnitudes[index];
+  const std::uint64_t upper_end = (2 * (mantissa | hidden_bit) + 1) << m.shift;
+  const std::uint64_t z = wide::umul192_upper128(upper_end, {m.power_high, m.power_low}).high();
+  const std::uint64_t thousands = wide::umul128_upper64(z, 2'361'183'241'434'822'607) >> 7;
+  const auto rest = static_cast<std::uint32_t>(z) - static_cast<std::uint32_t>(thousands) * 1000;
+  // By 2^16: a division by 100 that is exact up to 1000.
+  const std::uint32_t hundreds = (rest - m.delta / 2 + 50) * 656;
+  const std::uint32_t outside = 0 - std::uint32_t{rest > m.delta}; // a mask: no multiple of 1000
+  if (rest == 0 || rest == m.delta || (hundreds & 0xffff & outside) < (656 & outside)) [[unlikely]]
+    return write_any_double(at, x);
+  const std::uint64_t digits = thousands * 10 + (hundreds >> 16 & outside);
+
+  *at = '-';
+  char* to = write_below_ten_to_8(at + (bits >> 63), static_cast<std::uint32_t>(whole));
+  std::memcpy(to, ".000000", 8);
+  to += 1 + m.zeros;
+  return to + seventeen_digits(to, (digits - static_cast<std::uint64_t>(whole) * m.one) * m.fill);
+}
+
 char* write_float(char* at, float x) noexcept { return write_real(at, x, 0x1p24f); }
 
 char* write_unsigned(char* at, std::uint64_t x) noexcept {

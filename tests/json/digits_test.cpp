@@ -172,6 +172,42 @@ TEST(digits, are_as_few_as_those_of_the_standard_library) {
   }
 }
 
+// The nearest of the shortest decimals; and the neighbours of short decimals, whose digits are decided by the
+// last bits, of powers of two, and of what is exactly between two decimals.
+TEST(digits, of_everyday_doubles_are_those_of_the_standard_library) {
+  const std::uint64_t s = seed();
+  ROWE_TRACE_SEED(s);
+  std::mt19937_64 random{s};
+  char theirs[64];
+  const auto compare = [&](double x) {
+    const char* const end =
+        std::to_chars(theirs, theirs + sizeof theirs, x, std::chars_format::scientific).ptr;
+    ASSERT_EQ(significant_digits(of(x)), significant_digits({theirs, end})) << of(x);
+  };
+  const auto uniform = [&random](int below) {
+    return static_cast<int>(random() % static_cast<unsigned>(below));
+  };
+  for (int i = 0; i < 100'000; ++i) {
+    const int exponent = uniform(80) - 25;
+    compare(std::ldexp(static_cast<double>(random() >> 11), exponent - 53));
+    compare(std::ldexp(static_cast<double>(random() >> (11 + uniform(53))), exponent - 53));
+    double decimal = static_cast<double>(random() % 100'000'000) / std::pow(10, uniform(15));
+    for (int steps = uniform(4); steps >= 0; --steps) decimal = std::nextafter(decimal, 0);
+    for (int steps = 0; steps < 6; ++steps) {
+      compare(decimal);
+      decimal = std::nextafter(decimal, 1e9);
+    }
+  }
+  for (int exponent = -25; exponent < 55; ++exponent) {
+    for (const double x :
+         {std::ldexp(1, exponent), std::ldexp(3, exponent), std::ldexp(0x1p53 - 1, exponent)}) {
+      compare(std::nextafter(x, 0));
+      compare(x);
+      compare(std::nextafter(x, 1e300));
+    }
+  }
+}
+
 TEST(digits, of_integers_are_those_of_the_standard_library) {
   const auto check = [](std::uint64_t x) {
     char theirs[32];
