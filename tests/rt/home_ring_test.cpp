@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <random>
 #include <vector>
 
@@ -38,6 +39,14 @@ TEST(home_ring, gives_out_each_end_once) {
   EXPECT_EQ(shared.take_producer(), nullptr);
   EXPECT_NE(shared.take_consumer(), nullptr);
   EXPECT_EQ(shared.take_consumer(), nullptr);
+}
+
+// Else the borrower would write the line that the owner reads next, with each number.
+TEST(home_ring, has_a_line_between_what_comes_home_and_what_is_taken_next) {
+  for (std::size_t slots = 1; slots < 300; ++slots) {
+    EXPECT_GE((home::places_for(slots) - slots) * sizeof(home::entry), rowe::rt::line_bytes) << slots;
+    EXPECT_TRUE(std::has_single_bit(home::places_for(slots))) << slots;
+  }
 }
 
 TEST(home_ring, has_every_slot_at_home_at_first) {

@@ -128,10 +128,15 @@ class home_ring : home_producer<Atomics>, home_consumer<Atomics> {
   using producer = home_producer<Atomics>;
   using consumer = home_consumer<Atomics>;
 
-  // How many entries a home for `slots` numbers needs: the next power of two.
-  static constexpr std::size_t places_for(std::size_t slots) noexcept { return std::bit_ceil(slots); }
+  // How many entries a home for `slots` numbers should have: a power of two, with a line to spare. Else a
+  // number comes home right behind the one that is taken next, and each take fetches the line that the
+  // borrower has just written: one transfer a take instead of one a line (bench/publish.cpp).
+  static constexpr std::size_t places_for(std::size_t slots) noexcept {
+    return std::bit_ceil(slots + line_bytes / sizeof(entry));
+  }
 
-  // Set-up. `entries` are a power of two, at least `slots`, and outlive this. Indices begin at `first_index`.
+  // Set-up. `entries` are a power of two, at least `slots`, and outlive this; places_for() of them, aligned
+  // to a line, are fastest. Indices begin at `first_index`.
   home_ring(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index = 0) noexcept
       : producer{entries, slots, first_index},
         consumer{entries, slots, first_index},
