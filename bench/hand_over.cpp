@@ -59,8 +59,13 @@ constexpr int trips = 1'000;
 constexpr int trips_asleep = 30; // of the way that sleeps, which takes a thousand times as long
 constexpr int pushes = 3'000;
 constexpr std::uint64_t bursts_by_turns = 41;
-constexpr std::uint64_t burst_items = 512; // half of what fits
+constexpr std::size_t places = 1024;
+constexpr std::uint64_t burst_items = places / 2;
 constexpr rt::duration push_period = std::chrono::microseconds{1};
+
+template <template <class, std::size_t> class Way>
+using of_items = Way<std::uint64_t, places>;
+using sleeping = of_items<mutex_condvar>;
 
 // What a receiver does between two looks.
 struct at_once {
@@ -111,7 +116,7 @@ double raw_rtt() {
 
 template <class Queue, class Wait>
 double queue_rtt() {
-  const int count = std::is_same_v<Queue, mutex_condvar> ? trips_asleep : trips;
+  const int count = std::is_same_v<Queue, sleeping> ? trips_asleep : trips;
   const auto there_queue = std::make_unique<Queue>();
   const auto back_queue = std::make_unique<Queue>();
   Queue* const out = there_queue.get();
@@ -279,8 +284,9 @@ int main(int count, char** arguments) {
   using namespace rowe::bench;
   std::vector<series> all;
   return run_on_two_cores("bench_hand_over", count, arguments, [&](int rounds) {
-    all = run_rounds<rowe_ring, rowe_ring_drained, rowe_window, boost_spsc, moodycamel_readerwriter,
-                     moodycamel_concurrent, mutex_condvar>(rounds);
+    all = run_rounds<of_items<rowe_ring>, of_items<rowe_ring_drained>, of_items<rowe_window>,
+                     of_items<boost_spsc>, of_items<moodycamel_readerwriter>, of_items<moodycamel_concurrent>,
+                     sleeping>(rounds);
     for (const series& each : all) report(each);
     return true;
   });
