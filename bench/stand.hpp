@@ -18,7 +18,8 @@ namespace rowe::bench {
 
 using rt::monotonic_clock;
 
-inline int there = 1; // the other thread's core
+inline int here = 0;  // this thread's core
+inline int there = 1; // the other's
 
 inline double nanoseconds(rt::duration span) { return static_cast<double>(span.count()); }
 inline double nanoseconds_since(rt::time_point begin) { return nanoseconds(monotonic_clock::now() - begin); }
@@ -45,7 +46,7 @@ int run_on_two_cores(const char* name, int count, char** arguments, Measure&& me
     return 1;
   }
   const int rounds = number_option(count, arguments, "rounds", 11);
-  const int here = number_option(count, arguments, "here", cpus->first);
+  here = number_option(count, arguments, "here", cpus->first);
   there = number_option(count, arguments, "there", cpus->second);
   benchmark::Initialize(&count, arguments);
   if (benchmark::ReportUnrecognizedArguments(count, arguments)) return 1;

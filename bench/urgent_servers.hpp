@@ -16,8 +16,6 @@
 
 #include <netinet/in.h>
 #include <netinet/tcp.h>
-#include <openssl/evp.h>
-#include <openssl/sha.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -26,6 +24,7 @@
 
 #include "kernel_window.hpp"
 #include "net/descriptor.hpp"
+#include "upgrade.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::bench {
@@ -178,21 +177,10 @@ class default_sockets {
   void upgrade(std::string_view more) {
     request_ += more;
     if (!request_.ends_with("\r\n\r\n")) return;
-    constexpr std::string_view name = "Sec-WebSocket-Key: ";
-    const std::size_t at = request_.find(name);
-    if (at == std::string::npos) return out_.reset();
-    std::string key = request_.substr(at + name.size(), 24); // RFC 6455 4.1: of 16 bytes
-    key += "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
-    std::array<unsigned char, SHA_DIGEST_LENGTH> digest;
-    (void)::SHA1(reinterpret_cast<const unsigned char*>(key.data()), key.size(), digest.data());
-    std::array<unsigned char, 29> accept;
-    (void)::EVP_EncodeBlock(accept.data(), digest.data(), static_cast<int>(digest.size()));
-    const std::string answer =
-        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
-        "Sec-WebSocket-Accept: " +
-        std::string{reinterpret_cast<const char*>(accept.data())} + "\r\n\r\n";
-    upgraded_ =
-        ::send(out_.get(), answer.data(), answer.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(answer.size());
+    const auto answer = upgrade_answer(request_);
+    if (!answer) return out_.reset();
+    upgraded_ = ::send(out_.get(), answer->data(), answer->size(), MSG_NOSIGNAL) ==
+                static_cast<ssize_t>(answer->size());
   }
 
   net::descriptor listening_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)};

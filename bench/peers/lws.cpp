@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// A server of bench/peers (peers.hpp) on libwebsockets as it is documented: everything is written in the
+// writable callback, until the pipe is choked; what goes to everybody is one text that each connection's
+// callback writes. --busy services without waiting, by a negative timeout.
+#include <cstring>
+#include <set>
+#include <string>
+#include <string_view>
+
+#include <libwebsockets.h>
+
+#include "arguments.hpp"
+
+namespace rowe::bench {
+namespace {
+
+// A text with the room in front of it that lws_write() asks for.
+class outgoing {
+ public:
+  void set(std::string_view text) {
+    room_.assign(LWS_PRE, '\0');
+    room_.append(text);
+  }
+  bool empty() const { return room_.size() <= LWS_PRE; }
+  void write(lws* to) {
+    const std::size_t bytes = room_.size() - LWS_PRE;
+    (void)lws_write(to, reinterpret_cast<unsigned char*>(room_.data()) + LWS_PRE, bytes, LWS_WRITE_TEXT);
+  }
+
+ private:
+  std::string room_;
+};
+
+serving mode;
+outgoing text; // of the last message: only one is under way
+std::size_t taken = 0;
+std::set<lws*> everybody;
+
+void take(lws* from, std::string_view message) {
+  ++taken;
+  if (mode == serving::sink) {
+    if (message.size() != 1) return;
+    text.set(std::to_string(taken));
+  } else {
+    text.set(message);
+  }
+  if (mode != serving::fan_out) {
+    lws_callback_on_writable(from);
+    return;
+  }
+  for (lws* const to : everybody) lws_callback_on_writable(to);
+}
+
+void write(lws* to) {
+  if (text.empty()) return;
+  do text.write(to);
+  while (mode == serving::flood && lws_send_pipe_choked(to) == 0);
+  if (mode == serving::flood) lws_callback_on_writable(to);
+}
+
+int callback(lws* connection, lws_callback_reasons why, void*, void* in, std::size_t bytes) {
+  if (why == LWS_CALLBACK_ESTABLISHED) {
+    everybody.insert(connection);
+    text.set("");
+    taken = 0;
+  }
+  if (why == LWS_CALLBACK_CLOSED) everybody.erase(connection);
+  if (why == LWS_CALLBACK_RECEIVE) take(connection, {static_cast<const char*>(in), bytes});
+  if (why == LWS_CALLBACK_SERVER_WRITEABLE) write(connection);
+  return 0;
+}
+
+int run(const peer_arguments& how) {
+  mode = how.mode;
+  lws_set_log_level(0, nullptr);
+  // The longest message fits into what is received at once, so none comes in pieces.
+  lws_protocols protocols[2] = {};
+  protocols[0].name = "bench";
+  protocols[0].callback = callback;
+  protocols[0].rx_buffer_size = 64 * 1024;
+  lws_context_creation_info info{};
+  info.port = how.port;
+  info.iface = "127.0.0.1";
+  info.protocols = protocols;
+  lws_context* const context = lws_create_context(&info);
+  if (context == nullptr) return 1;
+  while (lws_service(context, how.busy ? -1 : 0) >= 0) continue;
+  return 0;
+}
+
+} // namespace
+} // namespace rowe::bench
+
+int main(int count, char** arguments) {
+  return rowe::bench::run(rowe::bench::arguments_of(count, arguments));
+}

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe as a server of bench/peers (peers.hpp), in two layers:
+//   --layer frames    the transport and the frames: what other libraries are
+//   --layer endpoint  a hub, to which messages are rosbridge's: each is parsed, checked and given to its
+//                     topic's subscribers (modes echo and fan_out)
+// --idle is how the thread waits. --unclamped leaves kernel buffers as they are, which as shipped are small
+// towards a peer that is near.
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <unistd.h>
+
+#include <rowe/rowe.hpp>
+
+#include "arguments.hpp"
+#include "net/socket_transport.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::bench {
+namespace {
+
+using rt::monotonic_clock;
+using service::connection_id;
+
+constexpr std::size_t slot_bytes = 1024;
+constexpr std::size_t message_bytes_max = slot_bytes - wire::frame_headroom_bytes;
+constexpr std::uint32_t connections_max = 1100;
+constexpr std::size_t batch_max = 64; // messages, as the core has it
+constexpr int batches_max = 8;        // in a turn, likewise
+
+class frames_server final : public service::transport_sink {
+ public:
+  frames_server(service::transport& carrier, const peer_arguments& how)
+      : carrier_{carrier}, how_{how}, slots_(batch_max * slot_bytes) {}
+
+  void on_open(connection_id id, const service::peer_info&) noexcept override {
+    if (connections_.size() <= id.index) connections_.resize(id.index + 1);
+    auto& made = connections_[id.index] = std::make_unique<connection>();
+    made->id = id;
+    made->parser.reset(wire::role::server, {.message_bytes_max = message_bytes_max, .fragments_max = 1024},
+                       made->assembly);
+    if (how_.clamped) carrier_.set_near(id, true);
+  }
+  void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override {
+    while (!bytes.empty() && connections_[id.index]) {
+      connection& from = *connections_[id.index];
+      const wire::frame_step step = from.parser.next(bytes);
+      bytes = bytes.subspan(step.consumed);
+      if (step.event == wire::frame_event::text) take(from, step.payload);
+      if (step.event == wire::frame_event::close || step.event == wire::frame_event::violation)
+        return carrier_.close(id, service::close_how::aborted);
+    }
+  }
+  void on_writable(connection_id id) noexcept override { refused_ = refused_ && id != flooded_; }
+  void on_close(connection_id id, service::close_cause) noexcept override {
+    connections_[id.index].reset();
+    if (id == flooded_) flooded_ = {};
+  }
+  void on_refused(const service::refusal& why) noexcept override {
+    std::fprintf(stderr, "refused: %.*s\n", static_cast<int>(why.what.size()), why.what.data());
+  }
+  service::http_answer on_http(const service::http_request&) noexcept override { return {}; }
+
+  // Whether there is more to write at once.
+  bool turn() noexcept {
+    if (flooded_ == connection_id{} || refused_) return false;
+    for (int i = 0; i < batches_max && !refused_; ++i) flood();
+    return !refused_;
+  }
+
+ private:
+  struct connection {
+    connection_id id;
+    std::size_t count = 0; // messages
+    wire::frame_parser parser;
+    std::array<std::byte, message_bytes_max + 64> assembly;
+  };
+
+  void take(connection& from, std::span<std::byte> text) noexcept {
+    ++from.count;
+    switch (how_.mode) {
+    case serving::echo: send(from.id, frame_of(text)); break;
+    case serving::fan_out: {
+      const auto frame = frame_of(text);
+      for (const auto& to : connections_)
+        if (to) send(to->id, frame);
+      break;
+    }
+    case serving::sink:
+      if (text.size() == 1) {
+        const std::string count = std::to_string(from.count);
+        send(from.id, frame_of(std::as_bytes(std::span{count})));
+      }
+      break;
+    case serving::flood:
+      flooded_ = from.id;
+      refused_ = false;
+      rest_ = {};
+      message_bytes_ = text.size();
+      for (std::size_t i = 0; i < batch_max; ++i)
+        std::memcpy(slots_.data() + i * slot_bytes + wire::frame_headroom_bytes, text.data(), message_bytes_);
+    }
+  }
+  std::span<const std::byte> frame_of(std::span<const std::byte> text) noexcept {
+    std::byte* const payload = slots_.data() + wire::frame_headroom_bytes;
+    std::memcpy(payload, text.data(), text.size());
+    return frame_before(payload, text.size());
+  }
+  static std::span<const std::byte> frame_before(std::byte* payload, std::size_t bytes) noexcept {
+    const std::byte* const start = wire::write_frame_header_before(payload, wire::opcode::text, bytes);
+    return {start, static_cast<std::size_t>(payload + bytes - start)};
+  }
+  void send(connection_id to, std::span<const std::byte> frame) noexcept {
+    (void)carrier_.write(to, {&frame, 1}); // fits: whoever it goes to waits for it
+  }
+  // A batch, as the core hands it over: a frame in each slot. Or what was left of the last one.
+  void flood() noexcept {
+    if (rest_.empty()) {
+      for (std::size_t i = 0; i < batch_max; ++i)
+        pieces_[i] =
+            frame_before(slots_.data() + i * slot_bytes + wire::frame_headroom_bytes, message_bytes_);
+      rest_ = pieces_;
+    }
+    std::size_t taken = carrier_.write(flooded_, rest_);
+    while (!rest_.empty() && taken >= rest_.front().size()) {
+      taken -= rest_.front().size();
+      rest_ = rest_.subspan(1);
+    }
+    refused_ = !rest_.empty();
+    if (refused_) rest_.front() = rest_.front().subspan(taken);
+  }
+
+  service::transport& carrier_;
+  const peer_arguments how_;
+  std::vector<std::unique_ptr<connection>> connections_; // by index
+  std::vector<std::byte> slots_;
+  connection_id flooded_;
+  std::array<std::span<const std::byte>, batch_max> pieces_;
+  std::span<std::span<const std::byte>> rest_; // of them
+  std::size_t message_bytes_ = 0;
+  bool refused_ = false;
+};
+
+int serve_frames(const peer_arguments& how) {
+  net::listen_options options;
+  options.port = how.port;
+  options.limits.connections_max = connections_max;
+  if (!how.clamped) options.limits.unsent_bytes_max = INT_MAX;
+  auto carrier = net::socket_transport::listen(options);
+  if (!carrier) return 1;
+  frames_server server{**carrier, how};
+  for (;;) {
+    const time_point now = monotonic_clock::now();
+    (*carrier)->poll(now, server);
+    const bool more = server.turn();
+    if (how.idle == "spin" || more) continue;
+    const duration patience = how.idle == "poll" ? endpoint_options{}.poll_period : rt::for_ever;
+    (*carrier)->wait(now, rt::deadline_after(now, patience));
+  }
+}
+
+int serve_endpoint(const peer_arguments& how) {
+  limits within;
+  within.connections_max = connections_max;
+  within.subscriptions_max = 2 * connections_max;
+  const idle policy = how.idle == "spin" ? idle::spin : how.idle == "poll" ? idle::poll : idle::wake;
+  const auto hub = endpoint::listen(how.port, {.idle_policy = policy, .relay = true, .limits = within});
+  if (!hub) {
+    std::fprintf(stderr, "endpoint: %s\n", hub.error().name().data());
+    return 1;
+  }
+  for (;;) ::pause();
+}
+
+} // namespace
+} // namespace rowe::bench
+
+int main(int count, char** arguments) {
+  using namespace rowe::bench;
+  const peer_arguments how = arguments_of(count, arguments);
+  return how.layer == "endpoint" ? serve_endpoint(how) : serve_frames(how);
+}

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// A server of bench/peers (peers.hpp) on the npm package ws: `npm ci` here installs it. Its documentation's
+// advice for speed is followed: bufferutil beside it, no compression, Buffers sent as they came.
+import { WebSocketServer } from 'ws';
+import { parseArgs } from 'node:util';
+
+const { port, mode } = parseArgs({ options: { port: { type: 'string' }, mode: { type: 'string' } } }).values;
+const server = new WebSocketServer({ host: '127.0.0.1', port: Number(port), perMessageDeflate: false });
+
+const handlers = {
+  echo: (socket) => (message) => socket.send(message, { binary: false }),
+  fan_out: () => (message) => {
+    for (const client of server.clients) client.send(message, { binary: false });
+  },
+  sink: (socket) => {
+    let count = 0;
+    return (message) => {
+      ++count;
+      if (message.length === 1) socket.send(String(count));
+    };
+  },
+  // As much as its buffer is meant to hold, and more when that has been written.
+  flood: (socket) => (message) => {
+    const more = () => {
+      if (socket.readyState !== socket.OPEN) return;
+      while (socket.bufferedAmount < 65536) socket.send(message, { binary: false });
+      socket.send(message, { binary: false }, more);
+    };
+    more();
+  },
+};
+
+server.on('connection', (socket) => {
+  socket.on('error', () => {}); // a client that goes away resets its connection
+  socket.on('message', handlers[mode](socket));
+});
