@@ -4,9 +4,8 @@
 // Measured, with 0, 100 and 1000 connections that were upgraded and then say nothing, all in one run and in
 // turn:
 //   turn   poll() when nothing has happened: the cost that a spinning service thread pays each turn
-//   echo   64 bytes from a raw client on the other core to the transport's sink and back, the transport
-//   polling
-//          without pause: the round trip of one message
+//   echo   64 bytes from a raw client on the other core to the transport's sink and back: the round trip of
+//          one message; the transport polls without pause
 // medians over the rounds, and each as a ratio to the same without idle connections, taken inside a round.
 // The target is at most 1.1 for the echo.
 //

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Question: how many instructions does a loop's call take?
 //
-// Each function of namespace steps makes one call, and is called a thousand times in a steady state: what it
-// needs is there, the other side has done its part in between and is not counted. A struct has 40 bytes, a
-// text 16.
+// Measured, by callgrind: each function of namespace steps makes one call, and is called a thousand times in
+// a steady state: what it needs is there. A struct has 40 bytes, a text 16.
+//
+// Excluded: what the other side does in between.
 //
 // What would make it lie: another compiler or processor, and preset dev, which does not optimise. Nothing
 // else: instructions are the same on a busy machine. They are no time: two of the publish to the newest value

@@ -3,8 +3,7 @@
 //
 // Measured, nanoseconds of this thread's processor time a message, the median over the rounds, each way once
 // in every round:
-//   write/…       an odometry message of 13 random doubles (about 500 bytes, exact: every double reads back
-//   equal)
+//   write/…       an odometry message of 13 random doubles (about 500 bytes, each double reads back equal)
 //     rowe        the encoder, as publishers use it
 //     straight    the same text by straight-line code: literals of known length, the same digits
 //     to_chars    the same straight-line code on std::to_chars: what `of_to_chars` is a ratio to
@@ -12,19 +11,21 @@
 //     json-c, nlohmann   a tree is built and printed, as their users do
 //   write_sparse, write_dense   rowe, with two covariances of 36: 12 of 85 doubles not 0, or none 0
 //   write_unchanged             the sparse covariances, the same in each message, with the encoder's memory
-//   write_call, read_call       a small invocation: rowe's writer, or validation and three look-ups, against
-//   json-c receive/…     a rosbridge publish of about 300 bytes
+//   write_call, read_call   a small invocation: rowe's writer, or validation and three look-ups, and json-c
+//   receive/…     a rosbridge publish of about 300 bytes
 //     dom         simdjson's DOM parse, nothing read
 //     validate    the reader's verdict
-//     rowe        the verdict, then a walk over the envelope's members: what the service thread does;
-//     `of_dom` is the
-//                 DOM's time as a share of it
+//     rowe        the verdict, then a walk over the envelope's members: what the service thread does
+//                 (`of_dom` is the DOM's time as a share of it)
 //     on_demand   simdjson's on-demand parser, three look-ups, nothing validated
 //   walk/…        all 13 doubles of an odometry text: rowe (lazily, no validation), dom, on_demand
 //
-// 256 different messages in turn, all in cache. Excluded: sockets, frames, cold caches. What would make it
-// lie: another compiler's idea of -O3 (build the release preset); text that is always the same (branches
-// learn it).
+// 256 different messages in turn, all in cache.
+//
+// Excluded: sockets, frames, cold caches.
+//
+// What would make it lie: another compiler's idea of -O3 (build the release preset); text that is always the
+// same (branches learn it).
 //
 // Run: bench_json [--rounds=11] [Google Benchmark's options]
 #include <array>

@@ -14,16 +14,14 @@
 //                gives slots home as the service thread does
 //   rowe_newest  publish_into() of a lane that keeps the newest: the four-slot window
 //   rowe_told    as rowe_all, under idle::wake while the service thread is awake: the handshake, and no
-//   system
-//                call
+//                system call
 //   moodycamel_ReaderWriterQueue, moodycamel_ConcurrentQueue    the struct by value, with tokens
 //
 // The ways whose consumer sleeps, each by itself, one call in 100 us, so that it falls asleep again as it
 // does under a loop of 1 kHz:
 //   mutex_condvar_deque    the struct by value
 //   json_c_mutex_condvar   the paper's design: an object of json-c is built on the real-time thread and
-//   queued
-//                          under a mutex; the other thread prints and frees it
+//                          queued under a mutex; the other thread prints and frees it
 //
 // `line` is half of the time a word needs to the other core and back: one transfer of a cache line.
 // `over_bare_in_lines` is (this - bare) / line inside each round, at p50 and at p99.9; `of_rowe_all` the

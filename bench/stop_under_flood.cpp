@@ -19,6 +19,8 @@
 // before in time, so that what the machine does to the probe is not the robot's; all other figures count from
 // the time it was to be sent. `cycle_max` is the robot's own longest cycle, whatever held it up.
 //
+// Excluded: what a loop adds to the answer; networks.
+//
 // What would make it lie: other load; a host that takes cores away (see the witness).
 //
 // Run: bench_stop_under_flood [--rounds=5] [--seconds=2] [--prio=80]

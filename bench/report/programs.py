@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The programs of tools/benchmark, in the order of the page.
+
+A program is named without its `bench_`. What it is like (`kind`):
+
+    benchmark   on Google Benchmark, or a script which takes --benchmark_out=FILE and writes the same JSON
+    callgrind   each function of namespace steps is called a thousand times; instructions of one call
+    text        the page shows what it prints as it is
+
+`source` is the file in bench/ whose opening comment says what is measured: bench/README.md is made of these.
+`command` is what is run; {bin} stands for the folder of the programs.
+"""
+import dataclasses
+
+
+@dataclasses.dataclass(frozen=True)
+class program:
+    name: str
+    title: str
+    kind: str = "benchmark"
+    source: str = ""
+    command: tuple = ()
+    takes_rounds: bool = True
+
+    def __post_init__(self):
+        if not self.source:
+            object.__setattr__(self, "source", self.name + ".cpp")
+        if not self.command:
+            object.__setattr__(self, "command", ("{bin}/bench_" + self.name,))
+
+
+programs = (
+    program("hand_over", "Hand-over between threads"),
+    program("publish", "Publish"),
+    program("instructions", "Instructions of a call", kind="callgrind", takes_rounds=False),
+    program("json", "JSON"),
+    program("round_trip", "Round trip"),
+    program("arrivals", "Publish to arrival"),
+    program("invoke", "Invoke"),
+    program("expiry", "Expiry"),
+    program("idle_connections", "Idle connections"),
+    program("idle_policies", "Idle policies", kind="text", takes_rounds=False),
+    program("urgent", "What is urgent, behind a slow reader"),
+    program("urgent_clients", "What is urgent, to ws and to Chromium", kind="text",
+            source="urgent_clients/run",
+            command=("bench/urgent_clients/run", "{bin}/bench_urgent_servers", "--rounds=1", "--messages=50"),
+            takes_rounds=False),
+    program("stop_under_flood", "The stop under a flood"),
+    program("stop_on_silence", "The stop when a guard falls silent", kind="text", source="stop_on_silence",
+            command=("bench/stop_on_silence", "{bin}/bench_stop_robot", "--runs", "5"), takes_rounds=False),
+)
+
+
+def named(name):
+    """The program of that name, with or without `bench_`; None if there is none."""
+    short = name.removeprefix("bench_")
+    return next((one for one in programs if one.name == short), None)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What one program measured, in one form whatever it is like; kept as JSON between runs.
+
+A result is of one program: its `state` is `ran`, `failed` or `left out` (then `why` says why), and its rows
+are what was compared. A row has a name, `GROUP/CONTENDER[/SIZE...]`, and values by their names: the counters,
+and `time`, what Google Benchmark calls real time, in `unit`.
+"""
+import dataclasses
+import json
+import re
+
+# Keys of Google Benchmark's JSON that are no counters.
+_fixed = {"name", "run_name", "run_type", "family_index", "per_family_instance_index", "repetitions",
+          "repetition_index", "threads", "iterations", "real_time", "cpu_time", "time_unit", "label",
+          "error_occurred", "error_message", "aggregate_name", "aggregate_unit"}
+
+
+@dataclasses.dataclass
+class row:
+    name: str
+    unit: str = ""
+    values: dict = dataclasses.field(default_factory=dict)
+
+    @property
+    def group(self):
+        return self.name.split("/")[0]
+
+    @property
+    def contender(self):
+        return (self.name.split("/") + [""])[1]
+
+    @property
+    def size(self):
+        return "/".join(self.name.split("/")[2:])
+
+
+@dataclasses.dataclass
+class result:
+    program: str
+    state: str = "left out"
+    why: str = ""
+    seconds: float = 0
+    date: str = ""
+    commit: str = ""
+    load: str = ""
+    rounds: str = ""
+    rows: list = dataclasses.field(default_factory=list)
+    text: str = ""
+    notes: list = dataclasses.field(default_factory=list)  # what it said it left out by itself
+
+    def find(self, name):
+        return next((one for one in self.rows if one.name == name), None)
+
+    def groups(self):
+        """[(group, its rows)], both in the order they were registered in; rows of one size stand together."""
+        found = {}
+        for one in self.rows:
+            found.setdefault(one.group, {}).setdefault(one.size, []).append(one)
+        return [(group, sum(sizes.values(), [])) for group, sizes in found.items()]
+
+
+def plain_name(name):
+    """Without what Google Benchmark adds, as `/iterations:1/manual_time`."""
+    return re.sub(r"/(iterations|repeats|min_time|threads):[^/]*|/(manual_time|real_time|process_time)\b", "",
+                  name)
+
+
+def of_google_benchmark(told):
+    """(rows, rounds, errors) of a parsed --benchmark_out."""
+    rows, errors = [], []
+    for one in told.get("benchmarks", ()):
+        name = plain_name(one["name"])
+        if one.get("run_type", "iteration") != "iteration":
+            continue
+        if one.get("error_occurred"):
+            errors.append(f"{name}: {one.get('error_message', 'failed')}")
+            continue
+        values = {"time": one["real_time"]} if one.get("real_time") else {}
+        values |= {key: value for key, value in one.items()
+                   if key not in _fixed and isinstance(value, (int, float))}
+        rows.append(row(name, one.get("time_unit", "ns"), values))
+    return rows, str(told.get("context", {}).get("rounds", "")), errors
+
+
+def of_callgrind(annotated, calls=1000):
+    """Rows from what `callgrind_annotate --inclusive=yes` prints."""
+    rows = []
+    for count, step in re.findall(r"(?m)^\s*([\d,]+) .*?:(?:\w+::)*steps::(\w+)\(", annotated):
+        name = "instructions/" + step
+        if not any(one.name == name for one in rows):
+            rows.append(row(name, "", {"instructions": int(count.replace(",", "")) / calls}))
+    return sorted(rows, key=lambda one: one.name)
+
+
+def keep(folder, told):
+    with open(folder / (told.program + ".json"), "w", encoding="utf-8") as file:
+        json.dump(dataclasses.asdict(told), file, indent=1)
+
+
+def kept(folder, program):
+    """What was kept of the program; `left out` if there is nothing."""
+    try:
+        with open(folder / (program + ".json"), encoding="utf-8") as file:
+            told = json.load(file)
+    except FileNotFoundError:
+        return result(program, why="it was not run")
+    told["rows"] = [row(**one) for one in told["rows"]]
+    return result(**told)

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The targets: what the programs must show.
+
+    target(QUANTITY, PROGRAM, BENCHMARK, COUNTER, BOUND, reason=...)
+
+PROGRAM is a name of programs.py, BENCHMARK the name as registered (`group/contender[/size]`), COUNTER one of
+its counters, or `time` for its real time. BOUND is at_most(x), at_least(x) or exactly(x). QUANTITY is one row
+of the table of targets; what has several bounds names the same quantity several times, one after the other,
+and `of` says which of them this is.
+
+`reason` is shown when the target is missed: what was measured that explains it, and what would get there.
+Only what was measured goes there. It is not shown when the target is met.
+
+tests/bench checks that each target names a benchmark and a counter which stand in its program's source.
+"""
+import dataclasses
+import operator
+
+
+@dataclasses.dataclass(frozen=True)
+class bound:
+    sign: str
+    limit: float
+    holds: object
+
+    def __str__(self):
+        return f"{self.sign} {self.limit:g}"
+
+
+def at_most(limit):
+    return bound("≤", limit, operator.le)
+
+
+def at_least(limit):
+    return bound("≥", limit, operator.ge)
+
+
+def exactly(limit):
+    return bound("=", limit, operator.eq)
+
+
+@dataclasses.dataclass(frozen=True)
+class target:
+    quantity: str
+    program: str
+    benchmark: str
+    counter: str
+    bound: bound
+    of: str = ""
+    reason: str = ""
+
+
+_hand_over = "hand-over to another core and back, in round trips of a raw cache line each way"
+_publish = "publish(struct, now) beyond a bare push of the same bytes, in cache-line transfers"
+_odometry = "exact odometry text, 13 doubles"
+_receive = "validated receive of 300 B of JSON, as a share of a DOM parse alone"
+_invoke = "invoke through service thread and user thread"
+_arrival = "publish to arrival under spin, in times of one hand-over and one send"
+_echo = "echo round trip, 64 B"
+_idle = "echo with 1000 idle connections, in echoes with none"
+_urgent = "urgent message behind a slow reader, one connection: default sockets' time in ours"
+
+targets = (
+    target(_hand_over, "hand_over", "hand_over/rowe_ring", "of_raw", at_most(1.10), of="one by one"),
+    target(_hand_over, "hand_over", "hand_over/rowe_ring_drained", "of_raw", at_most(1.10),
+           of="drained in batches, as the service thread does"),
+    target(_publish, "publish", "publish/rowe_all", "over_bare_in_lines", at_most(2), of="all, p50"),
+    target(_publish, "publish", "publish/rowe_all", "over_bare_in_lines_p999", at_most(2), of="all, p99.9"),
+    target(_publish, "publish", "publish/rowe_newest", "over_bare_in_lines", at_most(2), of="newest, p50"),
+    target(_publish, "publish", "publish/rowe_newest", "over_bare_in_lines_p999", at_most(2),
+           of="newest, p99.9"),
+    target(_odometry, "json", "write/rowe", "of_to_chars", at_most(0.6), of="of the same on std::to_chars"),
+    target(_odometry, "json", "write/json-c", "of_rowe", at_least(20), of="json-c's time in ours"),
+    target(_odometry, "json", "write_unchanged/rowe", "of_plain", at_most(1.3),
+           of="with unchanged covariances, of plain odometry"),
+    target("small invocation: json-c's time in ours", "json", "write_call/json-c", "of_rowe", at_least(25),
+           of="write"),
+    target("small invocation: json-c's time in ours", "json", "read_call/json-c", "of_rowe", at_least(6),
+           of="parse"),
+    target(_receive, "json", "receive/rowe", "of_dom", at_least(0.7)),
+    target(_idle, "idle_connections", "idle_connections/1000", "echo_ratio", at_most(1.1)),
+    target(_urgent, "urgent", "urgent/rowe", "default_over_this", at_least(400)),
+    target(_echo, "round_trip", "echo_64/rowe_busy", "of_raw", at_most(1.05), of="of a raw socket, busy"),
+    target(_echo, "round_trip", "echo_64/rowe_json_busy", "of_raw", at_most(1.10),
+           of="of a raw socket, busy, with JSON validated"),
+    target(_echo, "round_trip", "echo_64/rowe_busy", "of_best_peer", at_most(1), of="of the best peer, busy"),
+    target(_echo, "round_trip", "echo_64/rowe", "of_best_peer", at_most(1), of="of the best peer, waiting"),
+    target(_invoke, "invoke", "invoke/rowe_spin", "of_raw", at_most(1.25), of="in raw round trips"),
+    target(_invoke, "invoke", "invoke/rowe_spin", "x_baseline_v1", at_least(8),
+           of="times faster than the paper's structure"),
+    target(_arrival, "arrivals", "arrivals/rowe_spin/odometry", "of_raw", at_most(1.1), of="odometry"),
+    target(_arrival, "arrivals", "arrivals/rowe_spin/small", "of_raw", at_most(1.1), of="one double"),
+    target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000", "time", at_most(10),
+           of="1 k pending, ns"),
+    target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000000", "time", at_most(10),
+           of="1 M pending, ns"),
+)
