@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """What machine it is, as the page says on top; nothing in here is particular to one architecture."""
+import json
 import os
 import re
 import subprocess
@@ -85,13 +86,18 @@ def facts(programs):
     }
 
 
+compared = ("libboost-dev", "libconcurrentqueue-dev", "libjson-c-dev", "libreaderwriterqueue-dev",
+            "libsimdjson-dev", "libwebsocketpp-dev", "libwebsockets-dev", "nlohmann-json3-dev",
+            "python3-websockets", "rapidjson-dev")
+
+
 def versions():
-    """Of the packages that are compared, [(package, version)], from tools/packages."""
-    group = re.search(r"(?ms)^\[bench\]\n(.*?)^\[", "".join(open("tools/packages", encoding="utf-8")))
-    names = [line.split()[0] for line in group[1].splitlines() if line.strip()]
-    found = []
-    for name in names + ["libwebsockets-dev", "libsimdjson-dev"]:
-        version = said("dpkg-query", "-W", "-f=${Version}", name)
-        if version:
-            found.append((name.removesuffix("-dev"), version))
-    return found
+    """Of what is compared and is there, [(name, version)]."""
+    found = [(name.removesuffix("-dev"), said("dpkg-query", "-W", "-f=${Version}", name))
+             for name in compared]
+    try:
+        with open("bench/peers/ws/node_modules/ws/package.json", encoding="utf-8") as file:
+            found.append(("ws", json.load(file)["version"] + " on node " + said("node", "--version")))
+    except OSError:
+        pass
+    return [(name, version) for name, version in found if version]

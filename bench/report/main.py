@@ -79,7 +79,10 @@ def main():
     summary([one for one in targets.judge_all(told) if one.target.program in ran],
             [told[name] for name in sorted(ran)])
     if not asked.no_page:
-        facts = json.loads((kept / "machine.json").read_text(encoding="utf-8"))
+        try:
+            facts = json.loads((kept / "machine.json").read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            sys.exit("tools/benchmark: no results are kept; run it without --page first")
         pages.write(asked.out, told, facts)
         print(f"\nwritten: {asked.out}/benchmarks.md")
 
