@@ -68,10 +68,12 @@ inline rowe::endpoint_options small_options() {
   return options;
 }
 
-class theatre {
+// Over any transport that is made for so many connections.
+template <class Transport>
+class theatre_over {
  public:
-  explicit theatre(const rowe::endpoint_options& chosen = small_options(),
-                   rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1)
+  explicit theatre_over(const rowe::endpoint_options& chosen = small_options(),
+                        rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1)
       : options{chosen},
         memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
         random{seed},
@@ -148,7 +150,7 @@ class theatre {
   rowe::rt::arena memory;
   seeded_entropy random;
   rowe::json::reader validator;
-  rowe::net::memory_transport net;
+  Transport net;
   std::span<rowe::detail::lane> lanes;
   rowe::rt::time_point now{std::chrono::seconds{1000}};
   rowe::rt::time_point next_wake{};
@@ -158,6 +160,7 @@ class theatre {
   rowe::service::core& core;
   std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
 };
+using theatre = theatre_over<rowe::net::memory_transport>;
 
 // The other end of a connection: writes frames as a client (or server) would and reads those that come.
 class peer {
