@@ -96,7 +96,8 @@ def versions():
     found = [(name.removesuffix("-dev"), said("dpkg-query", "-W", "-f=${Version}", name))
              for name in compared]
     try:
-        with open("bench/peers/ws/node_modules/ws/package.json", encoding="utf-8") as file:
+        installed = os.path.join("bench/peers/ws", "node_modules")
+        with open(os.path.join(installed, "ws", "package.json"), encoding="utf-8") as file:
             found.append(("ws", json.load(file)["version"] + " on node " + said("node", "--version")))
     except OSError:
         pass
