@@ -54,11 +54,12 @@ def main():
     there = counted(valgrind, annotate, program)
     with open(document, encoding="utf-8") as file:
         said = documented(file.read())
-    if there.keys() != said.keys():
-        sys.exit(f"counted and documented differ in {sorted(there.keys() ^ said.keys())}")
+    if not said.keys() <= there.keys():
+        sys.exit(f"not counted: {sorted(said.keys() - there.keys())}")
     wrong = [f"{name}: {there[name]:.0f} instructions, documented are {said[name]}" for name in said
              if abs(there[name] - said[name]) > 1]
-    print("\n".join(wrong or (f"{name}: {count:.0f}, as documented" for name, count in there.items())))
+    print("\n".join(wrong or (f"{name}: {count:.0f}, as documented" for name, count in there.items()
+                            if name in said)))
     sys.exit(bool(wrong))
 
 
