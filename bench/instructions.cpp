@@ -13,11 +13,14 @@
 // Run: valgrind --tool=callgrind --callgrind-out-file=counts '--toggle-collect=steps::*' bench_instructions
 //      callgrind_annotate --inclusive=yes counts | grep steps::          # a thousand calls of each
 #include <cstring>
+#include <random>
 #include <string_view>
+#include <vector>
 
 #include <rowe/detail/lane_request.hpp>
 #include <rowe/rowe.hpp>
 #include <rowe/rt/arena.hpp>
+#include <rowe/rt/timer_wheel.hpp>
 
 #include "api/lane_memory.hpp"
 
@@ -64,6 +67,15 @@ COUNTED latch_engaged(rowe::stop_latch& latch) { use(latch.engaged(now)); }
 COUNTED latch_trips_and_acknowledges(rowe::stop_latch& latch) {
   use(latch.engaged(now));
   latch.acknowledge(now);
+}
+// One entry of so many is cancelled, and inserted with another time to live.
+COUNTED wheel_with_1k_pending(rowe::rt::timer_wheel& wheel, std::uint32_t node, time_point expiry) {
+  wheel.cancel(node);
+  wheel.insert(node, expiry);
+}
+COUNTED wheel_with_1m_pending(rowe::rt::timer_wheel& wheel, std::uint32_t node, time_point expiry) {
+  wheel.cancel(node);
+  wheel.insert(node, expiry);
 }
 #undef COUNTED
 
@@ -195,6 +207,16 @@ void stopping() {
   });
 }
 
+void expiring(std::uint32_t pending, void (*step)(rt::timer_wheel&, std::uint32_t, rt::time_point)) {
+  std::minstd_rand random;
+  const auto within = [&random](std::uint32_t end) { return static_cast<std::uint32_t>(random() % end); };
+  const auto expiry = [&] { return steps::now + std::chrono::microseconds{1'000 + within(9'999'000)}; };
+  std::vector<rt::timer_node> nodes(pending);
+  rt::timer_wheel wheel{nodes, steps::now};
+  for (std::uint32_t node = 0; node < pending; ++node) wheel.insert(node, expiry());
+  a_thousand_times([&] { step(wheel, within(pending), expiry()); });
+}
+
 } // namespace
 } // namespace rowe::bench
 
@@ -204,4 +226,6 @@ int main() {
   rowe::bench::talking();
   rowe::bench::answering();
   rowe::bench::stopping();
+  rowe::bench::expiring(1'000, steps::wheel_with_1k_pending);
+  rowe::bench::expiring(1'000'000, steps::wheel_with_1m_pending);
 }

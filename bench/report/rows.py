@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """The targets: what the programs must show.
 
-    target(QUANTITY, PROGRAM, BENCHMARK, COUNTER, BOUND, reason=...)
+    target(QUANTITY, PROGRAM, BENCHMARK, COUNTER, BOUND, of=..., over=..., reason=...)
 
 PROGRAM is a name of programs.py, BENCHMARK the name as registered (`group/contender[/size]`), COUNTER one of
 its counters, or `time` for its real time. BOUND is at_most(x), at_least(x) or exactly(x). QUANTITY is one row
 of the table of targets; what has several bounds names the same quantity several times, one after the other,
 and `of` says which of them this is.
+
+With `over`, another benchmark of the program, the bound is on the ratio of the counter of the two: for exact
+counts. Ratios of times are counters, which the program takes inside its rounds.
 
 `reason` is shown when the target is missed: what was measured that explains it, and what would get there.
 Only what was measured goes there. It is not shown when the target is met.
@@ -47,6 +50,7 @@ class target:
     counter: str
     bound: bound
     of: str = ""
+    over: str = ""
     reason: str = ""
 
 
@@ -94,4 +98,7 @@ targets = (
            of="1 k pending, ns"),
     target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000000", "time", at_most(10),
            of="1 M pending, ns"),
+    target("expiry: insert and cancel", "instructions", "instructions/wheel_with_1m_pending", "instructions",
+           at_most(1.05), of="instructions with 1 M pending, of those with 1 k",
+           over="instructions/wheel_with_1k_pending"),
 )

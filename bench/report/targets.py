@@ -20,9 +20,11 @@ class verdict:
 
 def judge(target, told):
     """`told` is the result of the target's program."""
-    found = told.find(target.benchmark)
-    if found and target.counter in found.values:
-        return verdict(target, found.values[target.counter])
+    asked = [target.benchmark] + ([target.over] if target.over else [])
+    found = [told.find(name) for name in asked]
+    values = [each.values[target.counter] for each in found if each and target.counter in each.values]
+    if len(values) == len(asked):
+        return verdict(target, values[0] / values[1] if target.over else values[0])
     if told.state != "ran":
         return verdict(target, why=told.why)
     return verdict(target, why=f"there is no {target.counter} of {target.benchmark}")

@@ -91,6 +91,10 @@ class judging(unittest.TestCase):
         self.assertEqual(self.word("echo_64/rowe_busy", "time", rows.at_least(6.9)), "missed")
         self.assertEqual(self.word("fan_out/rowe/10", "sends", rows.exactly(10)), "met")
 
+    def test_a_ratio_of_two_counts_is_taken_here(self):
+        asked = target("echo_64/rowe_busy", "p99_us", rows.at_most(2), over="echo_64/raw")
+        self.assertEqual(targets.judge(asked, echo_results()).value, 8.5 / 7.5)
+
     def test_what_was_not_measured_is_left_out_with_its_reason(self):
         self.assertEqual(self.word("echo_64/lws", "of_raw", rows.at_most(1)), "left out")
         absent = results.result("hand_over", why="it needs a library")
