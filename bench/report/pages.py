@@ -95,7 +95,7 @@ def section(one, told, first, drawings, folder, up):
     if told.text:
         out.append("```text\n" + told.text.expandtabs() + "\n```\n")
     for group, rows in told.groups():
-        drawn = svg.plot(f"{one.title}: {group.replace('_', ' ')}", rows)
+        drawn = svg.plot(one.title + ("" if group == one.name else f": {group.replace('_', ' ')}"), rows)
         if drawn:
             name = one.name + ("" if group == one.name else f"-{group}") + ".svg"
             drawings[name] = drawn

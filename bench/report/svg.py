@@ -13,6 +13,7 @@ _block = 26  # of a size, which stands above its bars
 _top = 44
 _bottom = 30
 _right = 150  # for the numbers behind the bars
+_tail_max = 3  # of the largest median: how far a p99 may stretch the scale
 _letter = 7.9  # width of a character of 13 px
 _limits = ("raw", "bare", "copied", "limit")  # contenders that are no peers, but what nobody can beat
 
@@ -60,11 +61,11 @@ def bars(rows, main, tail):
 class scale:
     """From a value to its place; logarithmic where a linear one would hide the short bars."""
 
-    def __init__(self, values, left, right):
+    def __init__(self, values, tails, left, right):
         low = min((value for value in values if value > 0), default=1)
-        high = max(values, default=1) or 1
         self.left, self.right = left, right
-        self.logarithmic = high / low > 40
+        self.logarithmic = max(values) / low > 40
+        high = max(values + tails) or 1
         if self.logarithmic:
             self.low = math.floor(math.log10(low) - 0.2)
             self.high = max(math.log10(high), self.low + 1)
@@ -104,8 +105,10 @@ def plot(title, rows):
         return None
     labels = [one.label or "all" for one in all_bars]
     left = 20 + _letter * max(map(len, labels))
-    place = scale([one.value for one in all_bars] + [one.tail for one in all_bars if one.tail], left,
-                  _width - _right)
+    values = [one.value for one in all_bars]
+    # What is still later than that has its mark at the edge, and its number beside it.
+    tails = [min(one.tail, _tail_max * max(values)) for one in all_bars if one.tail]
+    place = scale(values, tails, left, _width - _right)
     sizes = list(dict.fromkeys(one.size for one in all_bars))
     ours_are_named = any(label.startswith("rowe") for label in labels)
     height = _top + _row * len(all_bars) + (_block * len(sizes) if sizes != [""] else 0) + _bottom
