@@ -49,35 +49,46 @@ struct contender {
   bool busy() const { return name.ends_with("_busy"); }
 };
 
-// What is there, in the order of the tables. `layers`: with the endpoint as well, which has no such modes as
-// flood and sink.
-inline std::vector<contender> all_contenders(bool layers) {
+// Which layer of rowe: its transport and frames, with and without the bound on what kernels hold, or an
+// endpoint as well, which has no such modes as flood and sink.
+enum class layers { frames, frames_and_endpoint };
+
+// What is there, in the order of the tables.
+inline std::vector<contender> all_contenders(layers which) {
+  const bool endpoint = which == layers::frames_and_endpoint;
   std::error_code unknown;
-  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path();
+  const std::filesystem::path programs =
+      std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path();
   const std::filesystem::path sources = ROWE_BENCH_SOURCES;
-  const std::string rowe = here / "bench_peer_rowe";
+  const std::string rowe = programs / "bench_peer_rowe";
   std::vector<contender> all{
-      {"raw_busy", {here / "bench_peer_raw", "--busy"}, contender::limit},
-      {"raw", {here / "bench_peer_raw"}, contender::limit},
+      {"raw_busy", {programs / "bench_peer_raw", "--busy"}, contender::limit},
+      {"raw", {programs / "bench_peer_raw"}, contender::limit},
       {"rowe_busy", {rowe, "--idle", "spin"}, contender::ours},
       {"rowe", {rowe, "--idle", "poll"}, contender::ours},
-      {"rowe_wake", {rowe, "--idle", "wake"}, contender::ours},
   };
-  if (layers) {
-    all.push_back({"rowe_json_busy", {rowe, "--layer", "endpoint", "--idle", "spin"}, contender::ours, true});
-    all.push_back({"rowe_json", {rowe, "--layer", "endpoint", "--idle", "poll"}, contender::ours, true});
+  const auto ours = [&](const char* name, std::vector<std::string> options, bool rosbridge) {
+    options.insert(options.begin(), rowe);
+    all.push_back({name, std::move(options), contender::ours, rosbridge});
+  };
+  if (endpoint) {
+    ours("rowe_wake", {"--idle", "wake"}, false);
+    ours("rowe_json_busy", {"--idle", "spin", "--layer", "endpoint"}, true);
+    ours("rowe_json", {"--idle", "poll", "--layer", "endpoint"}, true);
+  } else {
+    ours("rowe_unclamped_busy", {"--idle", "spin", "--unclamped"}, false);
+    ours("rowe_unclamped", {"--idle", "poll", "--unclamped"}, false);
   }
-  const auto add = [&](const char* name, std::vector<std::string> command,
+  const auto add = [&](std::string name, std::vector<std::string> command,
                        const std::filesystem::path& needs) {
-    if (std::filesystem::exists(needs)) return all.push_back({name, std::move(command)});
-    std::fprintf(stderr, "%s is left out: there is no %s\n", name, needs.c_str());
+    if (std::filesystem::exists(needs)) return all.push_back({std::move(name), std::move(command)});
+    std::fprintf(stderr, "%s is left out: there is no %s\n", name.c_str(), needs.c_str());
   };
-  add("lws_busy", {here / "bench_peer_lws", "--busy"}, here / "bench_peer_lws");
-  add("lws", {here / "bench_peer_lws"}, here / "bench_peer_lws");
-  if (layers) add("beast_busy", {here / "bench_peer_beast", "--busy"}, here / "bench_peer_beast");
-  add("beast", {here / "bench_peer_beast"}, here / "bench_peer_beast");
-  add("websocketpp_busy", {here / "bench_peer_websocketpp", "--busy"}, here / "bench_peer_websocketpp");
-  add("websocketpp", {here / "bench_peer_websocketpp"}, here / "bench_peer_websocketpp");
+  for (const std::string name : {"lws", "beast", "websocketpp"}) {
+    const std::string program = programs / ("bench_peer_" + name);
+    if (endpoint) add(name + "_busy", {program, "--busy"}, program);
+    add(name, {program}, program);
+  }
   add("ws", {"node", sources / "peers/ws/server.js"}, sources / "peers/ws/node_modules/ws");
   add("websockets", {"/usr/bin/python3", sources / "peers/websockets_server.py"},
       "/usr/lib/python3/dist-packages/websockets");

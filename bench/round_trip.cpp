@@ -100,7 +100,7 @@ void report(peer_field& field, peer_field::row& of, std::size_t bytes,
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  std::vector<contender> all = all_contenders(true);
+  std::vector<contender> all = all_contenders(layers::frames_and_endpoint);
   for (contender& outside : peer_options(count, arguments)) all.push_back(std::move(outside));
   std::optional<peer_field> field;
   return run_on_two_cores("bench_round_trip", count, arguments, [&](int rounds) {

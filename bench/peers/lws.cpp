@@ -22,9 +22,10 @@ class outgoing {
     room_.append(text);
   }
   bool empty() const { return room_.size() <= LWS_PRE; }
-  void write(lws* to) {
+  bool write(lws* to) {
     const std::size_t bytes = room_.size() - LWS_PRE;
-    (void)lws_write(to, reinterpret_cast<unsigned char*>(room_.data()) + LWS_PRE, bytes, LWS_WRITE_TEXT);
+    return lws_write(to, reinterpret_cast<unsigned char*>(room_.data()) + LWS_PRE, bytes, LWS_WRITE_TEXT) >=
+           0;
   }
 
  private:
@@ -37,6 +38,7 @@ std::size_t taken = 0;
 std::set<lws*> everybody;
 
 void take(lws* from, std::string_view message) {
+  if (lws_remaining_packet_payload(from) != 0) return; // in a flood they come in pieces; it is only counted
   ++taken;
   if (mode == serving::sink) {
     if (message.size() != 1) return;
@@ -51,11 +53,14 @@ void take(lws* from, std::string_view message) {
   for (lws* const to : everybody) lws_callback_on_writable(to);
 }
 
-void write(lws* to) {
-  if (text.empty()) return;
-  do text.write(to);
-  while (mode == serving::flood && lws_send_pipe_choked(to) == 0);
+// False when the connection is broken.
+bool write(lws* to) {
+  if (text.empty()) return true;
+  do {
+    if (!text.write(to)) return false;
+  } while (mode == serving::flood && lws_send_pipe_choked(to) == 0);
   if (mode == serving::flood) lws_callback_on_writable(to);
+  return true;
 }
 
 int callback(lws* connection, lws_callback_reasons why, void*, void* in, std::size_t bytes) {
@@ -66,14 +71,13 @@ int callback(lws* connection, lws_callback_reasons why, void*, void* in, std::si
   }
   if (why == LWS_CALLBACK_CLOSED) everybody.erase(connection);
   if (why == LWS_CALLBACK_RECEIVE) take(connection, {static_cast<const char*>(in), bytes});
-  if (why == LWS_CALLBACK_SERVER_WRITEABLE) write(connection);
+  if (why == LWS_CALLBACK_SERVER_WRITEABLE && !write(connection)) return -1;
   return 0;
 }
 
 int run(const peer_arguments& how) {
   mode = how.mode;
   lws_set_log_level(0, nullptr);
-  // The longest message fits into what is received at once, so none comes in pieces.
   lws_protocols protocols[2] = {};
   protocols[0].name = "bench";
   protocols[0].callback = callback;

@@ -7,6 +7,7 @@
 // towards a peer that is near.
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <climits>
 #include <cstring>
 #include <memory>
@@ -27,16 +28,14 @@ namespace {
 using rt::monotonic_clock;
 using service::connection_id;
 
-constexpr std::size_t slot_bytes = 1024;
-constexpr std::size_t message_bytes_max = slot_bytes - wire::frame_headroom_bytes;
+constexpr std::size_t message_bytes_max = 4096;
 constexpr std::uint32_t connections_max = 1100;
-constexpr std::size_t batch_max = 64; // messages, as the core has it
-constexpr int batches_max = 8;        // in a turn, likewise
+constexpr std::size_t batch_bytes = 64 * 1024; // as the core has it
+constexpr int batches_max = 8;                 // in a turn, likewise
 
 class frames_server final : public service::transport_sink {
  public:
-  frames_server(service::transport& carrier, const peer_arguments& how)
-      : carrier_{carrier}, how_{how}, slots_(batch_max * slot_bytes) {}
+  frames_server(service::transport& carrier, const peer_arguments& how) : carrier_{carrier}, how_{how} {}
 
   void on_open(connection_id id, const service::peer_info&) noexcept override {
     if (connections_.size() <= id.index) connections_.resize(id.index + 1);
@@ -84,9 +83,9 @@ class frames_server final : public service::transport_sink {
   void take(connection& from, std::span<std::byte> text) noexcept {
     ++from.count;
     switch (how_.mode) {
-    case serving::echo: send(from.id, frame_of(text)); break;
+    case serving::echo: send(from.id, frame_of(text, joined_.data())); break;
     case serving::fan_out: {
-      const auto frame = frame_of(text);
+      const auto frame = frame_of(text, joined_.data());
       for (const auto& to : connections_)
         if (to) send(to->id, frame);
       break;
@@ -94,55 +93,45 @@ class frames_server final : public service::transport_sink {
     case serving::sink:
       if (text.size() == 1) {
         const std::string count = std::to_string(from.count);
-        send(from.id, frame_of(std::as_bytes(std::span{count})));
+        send(from.id, frame_of(std::as_bytes(std::span{count}), joined_.data()));
       }
       break;
     case serving::flood:
       flooded_ = from.id;
       refused_ = false;
       rest_ = {};
-      message_bytes_ = text.size();
-      for (std::size_t i = 0; i < batch_max; ++i)
-        std::memcpy(slots_.data() + i * slot_bytes + wire::frame_headroom_bytes, text.data(), message_bytes_);
+      message_.assign(text.begin(), text.end());
     }
   }
-  std::span<const std::byte> frame_of(std::span<const std::byte> text) noexcept {
-    std::byte* const payload = slots_.data() + wire::frame_headroom_bytes;
-    std::memcpy(payload, text.data(), text.size());
-    return frame_before(payload, text.size());
-  }
-  static std::span<const std::byte> frame_before(std::byte* payload, std::size_t bytes) noexcept {
-    const std::byte* const start = wire::write_frame_header_before(payload, wire::opcode::text, bytes);
-    return {start, static_cast<std::size_t>(payload + bytes - start)};
+  static std::span<const std::byte> frame_of(std::span<const std::byte> text, std::byte* room) noexcept {
+    const std::size_t header = wire::write_frame_header(room, wire::opcode::text, text.size());
+    std::memcpy(room + header, text.data(), text.size());
+    return {room, header + text.size()};
   }
   void send(connection_id to, std::span<const std::byte> frame) noexcept {
     (void)carrier_.write(to, {&frame, 1}); // fits: whoever it goes to waits for it
   }
-  // A batch, as the core hands it over: a frame in each slot. Or what was left of the last one.
+  // A batch, as the core hands it over: frames one behind the other. Or what was left of the last one.
   void flood() noexcept {
     if (rest_.empty()) {
-      for (std::size_t i = 0; i < batch_max; ++i)
-        pieces_[i] =
-            frame_before(slots_.data() + i * slot_bytes + wire::frame_headroom_bytes, message_bytes_);
-      rest_ = pieces_;
+      std::size_t bytes = 0;
+      while (bytes < batch_bytes) {
+        const auto frame = frame_of(message_, joined_.data() + bytes);
+        bytes += frame.size();
+      }
+      rest_ = std::span{joined_}.first(bytes);
     }
-    std::size_t taken = carrier_.write(flooded_, rest_);
-    while (!rest_.empty() && taken >= rest_.front().size()) {
-      taken -= rest_.front().size();
-      rest_ = rest_.subspan(1);
-    }
+    rest_ = rest_.subspan(carrier_.write(flooded_, {&rest_, 1}));
     refused_ = !rest_.empty();
-    if (refused_) rest_.front() = rest_.front().subspan(taken);
   }
 
   service::transport& carrier_;
   const peer_arguments how_;
-  std::vector<std::unique_ptr<connection>> connections_; // by index
-  std::vector<std::byte> slots_;
+  std::vector<std::unique_ptr<connection>> connections_;                                       // by index
+  std::array<std::byte, batch_bytes + message_bytes_max + wire::frame_headroom_bytes> joined_; // frames
+  std::span<const std::byte> rest_; // of them, to be written
+  std::vector<std::byte> message_;
   connection_id flooded_;
-  std::array<std::span<const std::byte>, batch_max> pieces_;
-  std::span<std::span<const std::byte>> rest_; // of them
-  std::size_t message_bytes_ = 0;
   bool refused_ = false;
 };
 
@@ -169,7 +158,12 @@ int serve_endpoint(const peer_arguments& how) {
   within.connections_max = connections_max;
   within.subscriptions_max = 2 * connections_max;
   const idle policy = how.idle == "spin" ? idle::spin : how.idle == "poll" ? idle::poll : idle::wake;
-  const auto hub = endpoint::listen(how.port, {.idle_policy = policy, .relay = true, .limits = within});
+  // A peer that is silent while others connect is not asked whether it is alive: sends are counted.
+  const auto hub = endpoint::listen(how.port, {.idle_policy = policy,
+                                               .relay = true,
+                                               .ping_period = std::chrono::seconds{30},
+                                               .silence_max = std::chrono::seconds{60},
+                                               .limits = within});
   if (!hub) {
     std::fprintf(stderr, "endpoint: %s\n", hub.error().name().data());
     return 1;

@@ -35,6 +35,8 @@ programs = (
     program("instructions", "Instructions of a call", kind="callgrind", takes_rounds=False),
     program("json", "JSON"),
     program("round_trip", "Round trip"),
+    program("throughput", "Throughput"),
+    program("fan_out", "Fan-out"),
     program("arrivals", "Publish to arrival"),
     program("invoke", "Invoke"),
     program("expiry", "Expiry"),

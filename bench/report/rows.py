@@ -61,6 +61,9 @@ _receive = "validated receive of 300 B of JSON, as a share of a DOM parse alone"
 _invoke = "invoke through service thread and user thread"
 _arrival = "publish to arrival under spin, in times of one hand-over and one send"
 _echo = "echo round trip, 64 B"
+_send = "messages of 300 B a second to one client, in the best peer's"
+_receive_rate = "messages of 300 B a second from one client, in the best peer's"
+_fan_out = "fan-out of one message of 300 B to 1000 clients"
 _idle = "echo with 1000 idle connections, in echoes with none"
 _urgent = "urgent message behind a slow reader, one connection: default sockets' time in ours"
 
@@ -89,6 +92,15 @@ targets = (
            of="of a raw socket, busy, with JSON validated"),
     target(_echo, "round_trip", "echo_64/rowe_busy", "of_best_peer", at_most(1), of="of the best peer, busy"),
     target(_echo, "round_trip", "echo_64/rowe", "of_best_peer", at_most(1), of="of the best peer, waiting"),
+    target(_send, "throughput", "send_300/rowe_unclamped", "of_best_peer", at_least(3),
+           of="without the bound on what kernels hold"),
+    target(_send, "throughput", "send_300/rowe", "of_best_peer", at_least(1.5), of="as shipped"),
+    target(_receive_rate, "throughput", "receive_300/rowe", "of_best_peer", at_least(0.95)),
+    target(_fan_out, "fan_out", "fan_out_1000/rowe_json", "sends", exactly(1), of="calls of send a peer"),
+    target(_fan_out, "fan_out", "fan_out_1000/rowe_json_busy", "of_best_peer", at_most(1.10),
+           of="time, in the best peer's, busy"),
+    target(_fan_out, "fan_out", "fan_out_1000/rowe_json", "of_best_peer", at_most(1.10),
+           of="time, in the best peer's, waiting"),
     target(_invoke, "invoke", "invoke/rowe_spin", "of_raw", at_most(1.25), of="in raw round trips"),
     target(_invoke, "invoke", "invoke/rowe_spin", "x_baseline_v1", at_least(8),
            of="times faster than the paper's structure"),
