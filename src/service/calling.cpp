@@ -55,7 +55,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
                       bounds_.calls_per_connection_max, bounds_.calls_max);
     return refuse("busy", {why.data(), static_cast<std::size_t>(bytes)});
   }
-  if (!id_raw.empty() && find_asked(c, id_raw) != no_index)
+  if (!id_raw.empty() && calls_.find_asked(c.id, id_raw) != no_index)
     return refuse("duplicate_id", "a call with this id is not answered yet");
   const std::uint32_t index = calls_.open(party::of(c.id, in), id_raw, service);
   if (index == no_index) return refuse("busy", "all calls_max calls are in flight");
@@ -68,15 +68,6 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
 void core::limit_call(std::uint32_t index, rt::time_point until) noexcept {
   calls_.at(index).deadline = until;
   if (until != rt::never) arm(timer::call, index, until);
-}
-
-// The call with this id that the peer waits for.
-std::uint32_t core::find_asked(connection& c, std::string_view id_raw) noexcept {
-  if (c.calls_asked == 0) return no_index;
-  for (std::uint32_t i = 0; i < calls_.places(); ++i) {
-    if (calls_.at(i).open && calls_.at(i).asked_by.is(c.id) && calls_.id_raw(i) == id_raw) return i;
-  }
-  return no_index;
 }
 
 // ---- asked by this process

@@ -2,13 +2,21 @@
 #include "service/calls.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <charconv>
+#include <utility>
+
+#include "service/router.hpp"
 
 namespace rowe::service {
 namespace {
 
 constexpr std::size_t nonce_digits = 16;
+
+std::size_t bucket_count(const limits& bounds) noexcept {
+  return std::bit_ceil(std::size_t{bounds.calls_max} * 2);
+}
 
 std::size_t stride_of(const limits& bounds) noexcept {
   return call_table::id_bytes_max + bounds.topic_bytes_max;
@@ -30,16 +38,19 @@ bool take_number(std::string_view& text, T& into, bool last) noexcept {
 
 std::size_t call_table::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for<call>(bounds.calls_max) +
+         rt::arena::bytes_for<std::uint32_t>(bucket_count(bounds)) +
          rt::arena::bytes_for(bounds.calls_max * stride_of(bounds));
 }
 
 call_table::call_table(rt::arena& memory, const limits& bounds) noexcept
     : calls_{memory.carve<call>(bounds.calls_max)},
+      buckets_{memory.carve<std::uint32_t>(bucket_count(bounds))},
       texts_{memory.carve<char>(bounds.calls_max * stride_of(bounds))},
       text_stride_{stride_of(bounds)},
       service_bytes_max_{bounds.topic_bytes_max} {
+  std::fill(buckets_.begin(), buckets_.end(), no_index);
   for (std::uint32_t i = places(); i-- > 0;) {
-    calls_[i].next_free = free_;
+    calls_[i].next = free_;
     free_ = i;
   }
 }
@@ -50,7 +61,7 @@ std::uint32_t call_table::open(const party& asked_by, std::string_view id, std::
   if (name.size() > service_bytes_max_) name = {};
   const std::uint32_t index = free_;
   call& opened = calls_[index];
-  free_ = opened.next_free;
+  free_ = opened.next;
   opened = {.generation = opened.generation,
             .open = true,
             .asked_by = asked_by,
@@ -58,6 +69,7 @@ std::uint32_t call_table::open(const party& asked_by, std::string_view id, std::
             .service_bytes = static_cast<std::uint16_t>(name.size())};
   std::copy(id.begin(), id.end(), texts(index));
   std::copy(name.begin(), name.end(), texts(index) + id_bytes_max);
+  if (has_bucket(index)) opened.next = std::exchange(bucket(asked_by.connection(), id), index);
   ++in_flight_;
   return index;
 }
@@ -65,9 +77,14 @@ std::uint32_t call_table::open(const party& asked_by, std::string_view id, std::
 void call_table::close(std::uint32_t index) noexcept {
   call& closed = calls_[index];
   assert(closed.open);
+  if (has_bucket(index)) {
+    std::uint32_t* link = &bucket(closed.asked_by.connection(), id_raw(index));
+    while (*link != index) link = &calls_[*link].next;
+    *link = closed.next;
+  }
   closed.open = false;
   if (++closed.generation == 0) closed.generation = 1; // 0 says that there is no call
-  closed.next_free = free_;
+  closed.next = free_;
   free_ = index;
   --in_flight_;
 }
@@ -76,6 +93,18 @@ call* call_table::find(detail::call_ref ref) noexcept {
   if (ref.index >= calls_.size()) return nullptr;
   call& found = calls_[ref.index];
   return found.open && found.generation == ref.generation ? &found : nullptr;
+}
+
+std::uint32_t& call_table::bucket(connection_id by, std::string_view id_raw) const noexcept {
+  const std::uint64_t hash = hash_of(id_raw) ^ (by.index * 0x9E3779B97F4A7C15u + by.generation);
+  return buckets_[(hash ^ hash >> 32) & (buckets_.size() - 1)];
+}
+
+std::uint32_t call_table::find_asked(connection_id by, std::string_view id) const noexcept {
+  std::uint32_t found = bucket(by, id);
+  while (found != no_index && !(calls_[found].asked_by.is(by) && id_raw(found) == id))
+    found = calls_[found].next;
+  return found;
 }
 
 std::string_view call_table::write_id(std::span<char, our_id_bytes_max> into, std::uint32_t index,
@@ -112,7 +141,12 @@ bool call_table::check() const noexcept {
   std::uint32_t open = 0;
   std::uint32_t free = 0;
   for (const call& one : calls_) open += one.open;
-  for (std::uint32_t i = free_; i != no_index && free <= calls_.size(); i = calls_[i].next_free) ++free;
+  for (std::uint32_t i = free_; i != no_index && free <= calls_.size(); i = calls_[i].next) ++free;
+  for (std::uint32_t i = 0; i < places(); ++i) {
+    // No two of one peer have the same id: the second is refused.
+    if (calls_[i].open && has_bucket(i) && find_asked(calls_[i].asked_by.connection(), id_raw(i)) != i)
+      return false;
+  }
   return open == in_flight_ && open + free == calls_.size();
 }
 

@@ -50,7 +50,7 @@ struct party {
 
 struct call {
   std::uint32_t generation = 1;
-  std::uint32_t next_free = no_index;
+  std::uint32_t next = no_index; // free: in that list; asked by a peer: in its bucket
   bool open = false;
   party asked_by{};
   party provider{};
@@ -82,6 +82,8 @@ class call_table {
   detail::call_ref ref(std::uint32_t index) const noexcept { return {index, calls_[index].generation}; }
   // Null when that call has ended.
   call* find(detail::call_ref ref) noexcept;
+  // The call with this id that the peer waits for; no_index when there is none.
+  std::uint32_t find_asked(connection_id by, std::string_view id_raw) const noexcept;
   std::string_view id_raw(std::uint32_t index) const noexcept {
     return {texts(index), calls_[index].id_bytes};
   }
@@ -101,8 +103,13 @@ class call_table {
 
  private:
   char* texts(std::uint32_t index) const noexcept { return texts_.data() + index * text_stride_; }
+  bool has_bucket(std::uint32_t index) const noexcept {
+    return calls_[index].asked_by.who == party::kind::peer && calls_[index].id_bytes != 0;
+  }
+  std::uint32_t& bucket(connection_id by, std::string_view id_raw) const noexcept;
 
   std::span<call> calls_;
+  std::span<std::uint32_t> buckets_; // of those that peers asked, by peer and id
   std::span<char> texts_;
   std::size_t text_stride_;
   std::size_t service_bytes_max_;

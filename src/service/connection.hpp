@@ -97,7 +97,8 @@ struct connection {
   std::span<std::uint32_t> advertised; // topics, `advertisements` of them in use
   std::uint32_t advertisements = 0;
 
-  bool local = false; // on this machine: it may reset a stop, and guard
+  bool local = false;             // on this machine: it may reset a stop, and guard
+  std::uint8_t stops_awaited = 0; // that it asked for, and the loops have not acknowledged
   rt::time_point stop_shown_at{};
   bool bare = false;                  // plain messages may be sent to it
   dialect spoke_last = dialect::bare; // what a text that is no JSON is answered in

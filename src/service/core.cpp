@@ -293,6 +293,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   arm(timer::connection, id.index, now_ + care_period);
   ++epoch_;
   shown_.set_connection(id.index, id.generation, c.peer());
+  stop_state_due_ = now_; // it may be one of those that are shown it unasked
   if (c.ours == side::client && !closing_) announce_all(c);
   c.bare = c.ours == side::client || options_.bare_unasked || options_.profile != peer_profile::standard ||
            peer.subprotocol == "rowe.v1";

@@ -377,7 +377,6 @@ class core final : public transport_sink {
                  const asking& what, std::int64_t time_ns) noexcept;
   void take_service_response(connection& c, const wire::rosbridge::request& said) noexcept;
   void take_reply(connection& c, const wire::bare::envelope& said, std::string_view text) noexcept;
-  std::uint32_t find_asked(connection& c, std::string_view id_raw) noexcept;
   void start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
                   rt::time_point began, rt::time_point deadline) noexcept;
   struct reply {
@@ -433,7 +432,7 @@ class core final : public transport_sink {
   };
   // Who waits for the answer to a stop.
   struct stop_waiter {
-    party who{}; // nobody: the place is free
+    party who{};
     detail::call_ref call{};
     rt::time_point accepted{};
     rt::time_point until{};
@@ -521,7 +520,8 @@ class core final : public transport_sink {
   std::span<char> scratch_; // names unescaped while a request is carried out
 
   stop_rules stop_;
-  std::span<stop_waiter> stop_waiters_;
+  std::span<stop_waiter> stop_waiters_; // a ring: who came first is answered first
+  std::uint32_t stop_first_waiter_ = 0;
   std::uint32_t stops_awaited_ = 0;
   rt::time_point stop_awaited_since_{}; // of the newest that waits
   std::uint32_t stop_topic_ = no_index; // of the state; from the first latch on
@@ -540,10 +540,11 @@ class core final : public transport_sink {
   std::uint64_t lanes_attached_ = 0;
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
-  std::uint64_t turn_ = 0;        // of senders: raised for each lane, and for the front door
-  std::uint64_t all_held_in_ = 0; // the turn in which a message to everyone found no room
-  std::uint32_t peer_calls_ = 0;  // in flight, asked by peers
-  std::uint32_t epoch_ = 0;       // connections so far
+  std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
+  std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
+  std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
+  std::uint32_t peer_calls_ = 0;         // in flight, asked by peers
+  std::uint32_t epoch_ = 0;              // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool lanes_wait_ = false; // something stays in a lane until there is room further on

@@ -232,6 +232,7 @@ bool core::wanted_now(const topic& on) noexcept {
 
 // Tells the publishers of a topic whether anybody listens.
 void core::update_wanted(std::uint32_t topic_index) noexcept {
+  if (topic_index == stop_topic_) stop_state_due_ = now_; // whoever is new is shown it
   topic& on = router_.at(topic_index);
   const bool wanted = on.first_subscription != no_index || on.first_inbox != no_index || on.latched;
   if (!wanted) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap

@@ -53,6 +53,7 @@ class letters {
     (last_ == no_index ? first_ : letters_[last_].next) = slot;
     last_ = slot;
     ++waiting_;
+    ++began_to_wait_;
   }
   // Out of the waiting room, if it is there.
   void stop_waiting(std::uint32_t slot) noexcept {
@@ -71,6 +72,7 @@ class letters {
   std::uint32_t first_waiting() const noexcept { return first_; }
   std::uint32_t next_waiting(std::uint32_t slot) const noexcept { return letters_[slot].next; }
   std::uint32_t waiting() const noexcept { return waiting_; }
+  std::uint64_t began_to_wait() const noexcept { return began_to_wait_; } // so far
 
   bool check() const noexcept {
     std::uint32_t count = 0;
@@ -87,6 +89,7 @@ class letters {
   std::uint32_t first_ = no_index;
   std::uint32_t last_ = no_index;
   std::uint32_t waiting_ = 0;
+  std::uint64_t began_to_wait_ = 0;
 };
 
 } // namespace rowe::service

@@ -63,6 +63,7 @@ class queue_entries {
     if (from.empty()) from.tail = no_index;
     --from.count;
     ++from.popped;
+    ++popped_;
     --in_use_;
     entries_[popped].next = free_;
     free_ = popped;
@@ -74,6 +75,7 @@ class queue_entries {
   std::uint32_t after(std::uint32_t position) const noexcept { return entries_[position].next; }
 
   std::uint32_t in_use() const noexcept { return in_use_; }
+  std::uint64_t popped() const noexcept { return popped_; } // of all queues, so far
 
  private:
   struct entry {
@@ -84,6 +86,7 @@ class queue_entries {
   std::span<entry> entries_;
   std::uint32_t free_ = no_index;
   std::uint32_t in_use_ = 0;
+  std::uint64_t popped_ = 0;
 };
 
 } // namespace rowe::service

@@ -190,32 +190,31 @@ void core::report_stop(std::string_view reason) noexcept {
 // The answer to a stop waits until the loops have acknowledged, at most observe_timeout. Where all places for
 // waiting are taken it does not wait.
 void core::await_observed(const stop_asker& asker) noexcept {
-  const auto free = std::find_if(stop_waiters_.begin(), stop_waiters_.end(),
-                                 [](const stop_waiter& w) { return w.who.who == party::kind::nobody; });
-  const auto same = std::count_if(stop_waiters_.begin(), stop_waiters_.end(), [&](const stop_waiter& w) {
-    return asker.who.who == party::kind::peer && w.who.is(asker.who.connection());
-  });
+  connection* const c = asker.who.who == party::kind::peer ? find(asker.who.connection()) : nullptr;
   const bool known = stop_.observed() != rt::never;
-  if (known || free == stop_waiters_.end() || same >= waiting_per_peer_max)
+  if (known || stops_awaited_ == stop_waiters_.size() ||
+      (c != nullptr && c->stops_awaited == waiting_per_peer_max)) {
     return answer_stop(stop_service::stop, asker, now_, stop_rules::refusal::none);
-  *free = {.who = asker.who, .call = asker.call, .accepted = now_};
-  free->until = now_ + options_.stop.observe_timeout;
-  free->id_bytes = static_cast<std::uint16_t>(asker.id_raw.copy(free->id.data(), free->id.size()));
-  ++stops_awaited_;
+  }
+  stop_waiter& last = stop_waiters_[(stop_first_waiter_ + stops_awaited_++) % stop_waiters_.size()];
+  last = {.who = asker.who, .call = asker.call, .accepted = now_};
+  last.until = now_ + options_.stop.observe_timeout;
+  last.id_bytes = static_cast<std::uint16_t>(asker.id_raw.copy(last.id.data(), last.id.size()));
+  if (c != nullptr) ++c->stops_awaited;
   stop_awaited_since_ = now_;
 }
 
 void core::answer_observed() noexcept {
-  if (stops_awaited_ == 0) return;
   const bool observed = stop_.observed() != rt::never || stop_.running();
-  for (stop_waiter& w : stop_waiters_) {
-    if (w.who.who == party::kind::nobody || (!observed && now_ < w.until)) continue;
-    const stop_waiter answered = std::exchange(w, {});
+  while (stops_awaited_ != 0 && (observed || now_ >= stop_waiters_[stop_first_waiter_].until)) {
+    const stop_waiter first = stop_waiters_[stop_first_waiter_];
+    stop_first_waiter_ = static_cast<std::uint32_t>((stop_first_waiter_ + 1) % stop_waiters_.size());
     --stops_awaited_;
-    answer_stop(
-        stop_service::stop,
-        {.who = answered.who, .id_raw = {answered.id.data(), answered.id_bytes}, .call = answered.call},
-        answered.accepted, stop_rules::refusal::none);
+    connection* const c = first.who.who == party::kind::peer ? find(first.who.connection()) : nullptr;
+    if (c != nullptr) --c->stops_awaited;
+    answer_stop(stop_service::stop,
+                {.who = first.who, .id_raw = {first.id.data(), first.id_bytes}, .call = first.call},
+                first.accepted, stop_rules::refusal::none);
   }
 }
 
@@ -290,6 +289,7 @@ void core::turn_stop() noexcept {
 void core::show_stop_state() noexcept {
   if (!stop_.in_use()) return;
   const bool changed = std::exchange(stop_version_shown_, stop_.version()) != stop_.version();
+  if (!changed && now_ < stop_state_due_) return;
   topic& on = router_.at(stop_topic_);
   std::array<char, answer_bytes_max> room;
   std::size_t bytes = 0;
@@ -308,11 +308,13 @@ void core::show_stop_state() noexcept {
     return std::span<const char>{room.data(), bytes};
   };
   const rt::duration slow = ticks_for_others * options_.stop.tick;
+  const rt::duration early = options_.stop.tick / 2; // those who are due soon go along with one who is
   stop_state_due_ = rt::never;
   for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
     connection& c = connections_[router_.subscription_at(i).connection];
-    const rt::duration period = stop_.guards_include(key_of(c.id)) ? options_.stop.tick : slow;
-    if (changed || now_ - c.stop_shown_at >= period) {
+    const bool guards = stop_.guards_include(key_of(c.id));
+    const rt::duration period = guards ? options_.stop.tick : slow;
+    if (changed || now_ - c.stop_shown_at >= (guards ? period : period - early)) {
       c.stop_shown_at = now_;
       wire::mask_key key;
       if (masks(c)) key = next_mask();

@@ -359,8 +359,11 @@ void core::welcome(connection& c) noexcept {
   }
 }
 
-// Letters wait although there are peers where those had no room, or another one left with them.
+// Letters wait although there are peers where those had no room, or another one left with them. Nobody has
+// got room since the last look if nothing was taken out of any queue and no slot became free.
 void core::place_waiting() noexcept {
+  const std::uint64_t changes = entries_.popped() + slots_.freed() + letters_.began_to_wait();
+  if (letters_.waiting() == 0 || std::exchange(looked_for_room_at_, changes) == changes) return;
   for (connection& c : connections_) {
     if (letters_.waiting() == 0) return;
     if (c.open() && c.bare) welcome(c);

@@ -104,6 +104,7 @@ void wire_slots::free(std::uint32_t index) noexcept {
   freed.next_free = list;
   list = index;
   --in_use_;
+  ++freed_;
 }
 
 bool wire_slots::release(std::uint32_t index) noexcept {

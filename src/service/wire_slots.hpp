@@ -81,6 +81,7 @@ class wire_slots {
   std::optional<std::uint32_t> expire(std::uint32_t index) noexcept;
 
   std::uint32_t in_use() const noexcept { return in_use_; }
+  std::uint64_t freed() const noexcept { return freed_; } // so far
   // All references but the kept ones. Looks at every slot: for tests.
   std::uint64_t deliveries() const noexcept;
   // True when the free lists and the counts agree. For tests and assertions.
@@ -111,6 +112,7 @@ class wire_slots {
   std::uint32_t free_small_ = no_index;
   std::uint32_t free_large_ = no_index;
   std::uint32_t in_use_ = 0;
+  std::uint64_t freed_ = 0;
 };
 
 } // namespace rowe::service

@@ -249,6 +249,36 @@ TEST_F(stopping, state_is_shown_on_change_and_every_tenth_tick) {
   EXPECT_EQ(member(inside(heard[0]), "source"), "\"hand\"");
 }
 
+TEST_F(stopping, state_is_shown_at_once_to_a_page_that_comes_later_and_then_as_often_as_to_others) {
+  const std::string subscribe = R"({"op":"subscribe","topic":"/rowe/stop/state"})";
+  std::vector<peer> pages;
+  for (int i = 0; i < 5; ++i) {
+    pages.emplace_back(on).say(subscribe);
+    on.cycle(17ms);
+    EXPECT_EQ(pages.back().hear().size(), 1U);
+  }
+  for (peer& page : pages) (void)page.hear();
+  on.cycles(1000);
+  for (peer& page : pages) EXPECT_NEAR(static_cast<double>(page.hear().size()), 5, 1);
+}
+
+TEST_F(stopping, answers_come_in_the_order_in_which_stops_were_asked_for) {
+  std::vector<peer> operators;
+  std::string order;
+  for (int i = 0; i < 6; ++i) operators.emplace_back(on);
+  on.cycle();
+  for (int i = 0; i < 6; ++i) {
+    operators[static_cast<std::size_t>(i)].say(stop_call);
+    on.cycle();
+  }
+  for (int ms = 0; ms < 60; ++ms) {
+    on.cycle();
+    for (std::size_t i = 0; i < operators.size(); ++i)
+      if (!answer_in(operators[i].hear(), "1").empty()) order += static_cast<char>('0' + i);
+  }
+  EXPECT_EQ(order, "012345");
+}
+
 TEST_F(stopping, state_reaches_subscribers_of_this_process) {
   peer operator_{on};
   rowe::detail::lane& inbox =
