@@ -178,7 +178,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
   // More than one cycle's share was waiting: the next one is needed at once.
-  if (lanes_left_ || listed_count_ != 0 || !unread_.empty()) return now_;
+  if (lanes_left_ || !listed_.empty() || !unread_.empty()) return now_;
   return std::min(wheel_.next_wake(), next_stop_turn());
 }
 
@@ -217,7 +217,7 @@ void core::expire() noexcept {
 }
 
 bool core::drained() const noexcept {
-  if (entries_.in_use() != 0 || letters_.waiting() != 0 || !door_.drained()) return false;
+  if (entries_.in_use() != 0 || !listed_.empty() || letters_.waiting() != 0 || !door_.drained()) return false;
   for (const connection& c : connections_) {
     if (c.state != connection::phase::free && c.begun.slot != no_index) return false;
   }

@@ -9,7 +9,8 @@
 //   what was put aside, one message of each peer in turn: inbound before outbound
 //   take from lanes, a stated budget each, then from the front door
 //   expire: messages, throttled subscriptions that are due, peers to ping or cut, the statistics
-//   offer frames to every connection that has something to write, urgent first
+//   offer frames to connections that have something to write, in turn, up to a stated amount of work; urgent
+//   first on each
 //
 // core.cpp holds the cycle and the life of a connection, reading.cpp in which order peers are heard,
 // inbound.cpp what they say, outbound.cpp what is written to them, pinging.cpp how much at a time, lanes.cpp
@@ -486,9 +487,7 @@ class core final : public transport_sink {
   queue_entries entries_;
   router router_;
   std::span<connection> connections_;
-  std::span<std::uint32_t> listed_; // connections with something to write
-  std::uint32_t listed_count_ = 0;
-  // Connections with something that was put aside, each at most once, in their turn.
+  // Connections, each at most once, in their turn.
   struct turns {
     std::span<std::uint32_t> places;
     std::uint32_t first = 0;
@@ -496,16 +495,20 @@ class core final : public transport_sink {
 
     bool empty() const noexcept { return count == 0; }
     void push(std::uint32_t one) noexcept {
-      places[(first + count++) % static_cast<std::uint32_t>(places.size())] = one;
+      const std::size_t at = std::size_t{first} + count++;
+      places[at < places.size() ? at : at - places.size()] = one;
     }
     std::uint32_t pop() noexcept {
       const std::uint32_t one = places[first];
-      first = (first + 1) % static_cast<std::uint32_t>(places.size());
+      if (++first == places.size()) first = 0;
       --count;
       return one;
     }
   };
-  turns unread_;
+  turns listed_;                    // those with something to write
+  std::size_t written_in_turn_ = 0; // work of this cycle
+  bool offers_to_all_ = false;      // in this cycle, however much work that is
+  turns unread_;                    // those with something that was put aside
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
   letters letters_;

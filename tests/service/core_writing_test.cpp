@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+// How much is written in one cycle, and whose turn it is.
+#include "core_stage.hpp"
+
+#include <rowe/stop_latch.hpp>
+
+#include <algorithm>
+
+namespace {
+
+using namespace stage;
+
+constexpr std::size_t crowd = 100;
+constexpr std::size_t turns_per_cycle = 32;
+
+rowe::endpoint_options for_a_crowd() {
+  rowe::endpoint_options options = small_options();
+  options.limits.connections_max = crowd + 1;
+  options.limits.subscriptions_max = crowd;
+  options.limits.queued_max = 16 * crowd;
+  options.stop.unguarded = true;
+  return options;
+}
+
+struct writing : testing::Test {
+  writing() {
+    peers.reserve(crowd);
+    for (std::size_t i = 0; i < crowd; ++i) peers.emplace_back(on);
+  }
+  ~writing() override { EXPECT_TRUE(on.core.check()); }
+
+  void all_say(std::string_view text) {
+    for (peer& p : peers) p.say(text);
+    do on.cycle();
+    while (on.next_wake <= on.now);
+    for (peer& p : peers) (void)p.hear();
+  }
+  // How many peers have heard something since they were asked last.
+  std::size_t heard() {
+    return static_cast<std::size_t>(
+        std::count_if(peers.begin(), peers.end(), [](peer& p) { return !p.hear().empty(); }));
+  }
+
+  theatre on{for_a_crowd()};
+  std::vector<peer> peers;
+};
+
+TEST_F(writing, goes_to_so_many_peers_in_one_cycle_and_to_the_others_in_the_next) {
+  auto& lane = advertise_pose(on);
+  all_say(R"({"op":"subscribe","topic":"/pose"})");
+  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  for (std::size_t left = crowd; left != 0;) {
+    on.cycle();
+    const std::size_t turns = std::min(left, turns_per_cycle);
+    EXPECT_EQ(heard(), turns);
+    left -= turns;
+    EXPECT_EQ(on.next_wake <= on.now, left != 0); // what waits for its turn is for at once
+  }
+  on.cycle();
+  EXPECT_EQ(heard(), 0U);
+}
+
+TEST_F(writing, gives_everybody_a_turn_however_much_there_is_for_others) {
+  auto& lane = advertise_pose(on);
+  all_say(R"({"op":"subscribe","topic":"/pose"})");
+  std::vector<std::size_t> waits(crowd); // cycles
+  for (int cycles = 0; cycles < 50; ++cycles) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle();
+    for (std::size_t i = 0; i < crowd; ++i) waits[i] = peers[i].hear().empty() ? waits[i] + 1 : 0;
+    EXPECT_LE(*std::max_element(waits.begin(), waits.end()), crowd / turns_per_cycle + 1);
+  }
+}
+
+TEST_F(writing, large_messages_leave_turns_to_fewer_peers) {
+  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/map", 8000, {.depth = 4});
+  all_say(R"({"op":"subscribe","topic":"/map"})");
+  for (int i = 0; i < 4; ++i)
+    ASSERT_TRUE(publish_text(on, lane, R"({"data":")" + std::string(7000, 'x') + "\"}"));
+  on.cycle();
+  EXPECT_LT(heard(), turns_per_cycle);
+}
+
+TEST_F(writing, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
+  all_say("{}"); // they speak the bare dialect
+  const auto sent = on.door.submit({.what = rowe::service::door_request::message,
+                                    .wants_outcome = false,
+                                    .peer = {},
+                                    .call = {},
+                                    .stamped = on.now,
+                                    .expires = on.now},
+                                   R"({"data":1})");
+  ASSERT_TRUE(sent);
+  on.cycle();
+  EXPECT_EQ(heard(), crowd);
+  EXPECT_EQ(on.count(counter::expired), 0U);
+}
+
+TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
+  rowe::stop_latch latch{theatre::handle_of(on.offer(rowe::detail::latch_request({})))};
+  auto& lane = advertise_pose(on);
+  peer operator_{on};
+  all_say(R"({"op":"subscribe","topic":"/pose"})");
+  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  operator_.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
+  on.cycle();
+  ASSERT_TRUE(latch.engaged(on.now));
+  latch.acknowledge(on.now);
+  on.cycle();
+  EXPECT_EQ(operator_.hear().size(), 1U);
+  EXPECT_EQ(heard(), 2 * turns_per_cycle);
+}
+
+} // namespace
