@@ -78,7 +78,7 @@ void report(const char* what, const peer_field& field, const peer_field::row& of
   benchmark::RegisterBenchmark((std::string{what} + "/" + of.who.name).c_str(),
                                [rate, ratios](benchmark::State& state) {
                                  for (auto _ : state) state.SetIterationTime(1 / rate);
-                                 state.counters["messages_s"] = rate;
+                                 state.counters["messages_per_s"] = rate;
                                  for (const auto& [name, ratio] : ratios) state.counters[name] = ratio;
                                })
       ->Iterations(1)
