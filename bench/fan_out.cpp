@@ -6,9 +6,9 @@
 // last one has it. Servers run alone on the first core (peers.hpp says which there are), all clients on the
 // other, in one thread that never sleeps. Contenders as in bench_round_trip; rowe_json is a hub, which parses
 // and checks the message, a publication of rosbridge's, and gives it to its topic's subscribers. p50 and p99
-// are of all rounds; the ratios are of medians of the same round. With 1000 clients `sends` is how many calls
-// of send() and its relatives the server makes for a client and message (strace, in a run of its own): 1 is
-// the least there can be.
+// are of all rounds; the ratios are of medians of the same round. `sends`, of those that wait, is how many
+// calls of send() and its relatives the server makes for a client and message (strace, in a run of its own):
+// 1 is the least there can be.
 //
 // Excluded: networks, TLS, compression; clients that are slow (bench_urgent's question).
 //
@@ -36,7 +36,7 @@ constexpr std::size_t bytes = 300;
 constexpr std::size_t sizes[] = {1, 10, 100, 1000};
 constexpr int warm_up = 5;          // an endpoint's first ping to each client is among these
 constexpr rt::duration turn = 15ms; // of one contender with so many clients in one round
-constexpr int trips_least = 7;
+constexpr int trips_least = 5;
 constexpr int counted = 5; // messages
 
 // So many clients of one server.
@@ -119,33 +119,31 @@ bool measure(peer_field::row& of) {
   return true;
 }
 
-// For a client and message.
-std::optional<system_calls> count_calls(const contender& who) {
-  constexpr std::size_t size = 1000;
-  const auto calls = calls_per_message(who, "fan_out", here, counted, [&](std::uint16_t port, int messages) {
+// Of send() and its relatives, for a client and message.
+std::optional<double> count_sends(const contender& who) {
+  constexpr std::size_t size = 200;
+  const auto use = [&](std::uint16_t port, int messages) {
     audience all;
     if (!all.grow(port, who.rosbridge, size)) return false;
     for (int i = 0; i < messages; ++i)
       if (!all.first_trip()) return false;
     return true;
-  });
-  if (!calls) return std::nullopt;
-  return system_calls{.all = calls->all / size, .sends = calls->sends / size};
+  };
+  const auto calls = calls_per_message(who, "fan_out", here, watched::sends, counted, use);
+  return calls ? std::optional{*calls / size} : std::nullopt;
 }
 
-void report(peer_field& field, peer_field::row& of, std::size_t size,
-            const std::optional<system_calls>& calls) {
+void report(peer_field& field, peer_field::row& of, std::size_t size, const std::optional<double>& sends) {
   const std::string what = name_of(size);
   const auto ratios = field.ratios(of, what, better::less);
   benchmark::RegisterBenchmark((what + "/" + of.who.name).c_str(),
-                               [&of, what, ratios, calls](benchmark::State& state) {
+                               [&of, what, ratios, sends](benchmark::State& state) {
                                  std::vector<double>& trips = of.samples[what];
                                  for (auto _ : state) state.SetIterationTime(median(trips) * 1e-9);
                                  state.counters["p50_us"] = quantile(trips, 0.5) * 1e-3;
                                  state.counters["p99_us"] = quantile(trips, 0.99) * 1e-3;
                                  for (const auto& [name, ratio] : ratios) state.counters[name] = ratio;
-                                 if (calls) state.counters["calls"] = calls->all;
-                                 if (calls) state.counters["sends"] = calls->sends;
+                                 if (sends) state.counters["sends"] = *sends;
                                })
       ->Iterations(1)
       ->UseManualTime()
@@ -157,7 +155,7 @@ void report(peer_field& field, peer_field::row& of, std::size_t size,
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  std::vector<contender> all = all_contenders(layers::frames_and_endpoint);
+  std::vector<contender> all = all_contenders(choice::usual);
   for (contender& outside : peer_options(count, arguments)) all.push_back(std::move(outside));
   std::optional<peer_field> field;
   return run_on_two_cores("bench_fan_out", count, arguments, [&](int rounds) {
@@ -166,8 +164,8 @@ int main(int count, char** arguments) {
     for (int round = 0; round < rounds; ++round)
       if (!field->round(measure)) return false;
     for (peer_field::row& of : field->rows()) {
-      for (const std::size_t size : sizes)
-        report(*field, of, size, size == 1000 && !of.who.busy() ? count_calls(of.who) : std::nullopt);
+      const auto sends = of.who.busy() ? std::nullopt : count_sends(of.who);
+      for (const std::size_t size : sizes) report(*field, of, size, sends);
     }
     return true;
   });

@@ -49,12 +49,16 @@ class peer_field {
       std::fprintf(stderr, "%s is left out: it does not serve\n", one.name.c_str());
       rows_.pop_back();
     }
+    for (std::size_t turn = 0; turn < rows_.size(); ++turn) turns_.push_back(turn);
   }
 
-  // measure(row) is called for each with its server running; false ends the bench.
+  // measure(row) is called for each with its server running; false ends the bench. Each round begins with
+  // another one: who comes first finds the machine colder.
   template <class Measure>
   bool round(Measure&& measure) {
-    for (row& one : rows_) {
+    std::rotate(turns_.begin(), turns_.begin() + 1, turns_.end());
+    for (const std::size_t turn : turns_) {
+      row& one = rows_[turn];
       one.server->resume();
       const bool good = measure(one);
       one.server->pause();
@@ -88,6 +92,7 @@ class peer_field {
 
  private:
   std::vector<row> rows_;
+  std::vector<std::size_t> turns_; // their order
 };
 
 } // namespace rowe::bench

@@ -49,13 +49,13 @@ struct contender {
   bool busy() const { return name.ends_with("_busy"); }
 };
 
-// Which layer of rowe: its transport and frames, with and without the bound on what kernels hold, or an
-// endpoint as well, which has no such modes as flood and sink.
-enum class layers { frames, frames_and_endpoint };
+// What a bench compares: everything there is; everybody once, and busy who can be by an option of its own
+// (the others' loops are polled by their programs); or of rowe only its transport and frames, which have all
+// modes, with and without the bound on what kernels hold.
+enum class choice { all, usual, frames };
 
 // What is there, in the order of the tables.
-inline std::vector<contender> all_contenders(layers which) {
-  const bool endpoint = which == layers::frames_and_endpoint;
+inline std::vector<contender> all_contenders(choice of) {
   std::error_code unknown;
   const std::filesystem::path programs =
       std::filesystem::read_symlink("/proc/self/exe", unknown).parent_path();
@@ -71,8 +71,8 @@ inline std::vector<contender> all_contenders(layers which) {
     options.insert(options.begin(), rowe);
     all.push_back({name, std::move(options), contender::ours, rosbridge});
   };
-  if (endpoint) {
-    ours("rowe_wake", {"--idle", "wake"}, false);
+  if (of == choice::all) ours("rowe_wake", {"--idle", "wake"}, false);
+  if (of != choice::frames) {
     ours("rowe_json_busy", {"--idle", "spin", "--layer", "endpoint"}, true);
     ours("rowe_json", {"--idle", "poll", "--layer", "endpoint"}, true);
   } else {
@@ -86,7 +86,8 @@ inline std::vector<contender> all_contenders(layers which) {
   };
   for (const std::string name : {"lws", "beast", "websocketpp"}) {
     const std::string program = programs / ("bench_peer_" + name);
-    if (endpoint) add(name + "_busy", {program, "--busy"}, program);
+    const bool busy = name == "lws" ? of != choice::frames : of == choice::all;
+    if (busy) add(name + "_busy", {program, "--busy"}, program);
     add(name, {program}, program);
   }
   add("ws", {"node", sources / "peers/ws/server.js"}, sources / "peers/ws/node_modules/ws");

@@ -65,19 +65,19 @@ bool measure(peer_field::row& of, std::size_t bytes) {
   return true;
 }
 
-std::optional<system_calls> count_calls(const contender& who) {
-  return calls_per_message(who, "echo", here, counted, [&](std::uint16_t port, int messages) {
-    peer_client client;
-    const std::string frame = frame_around(text_of(64));
-    if (!client.open(port, who.rosbridge)) return false;
-    for (int i = 0; i < messages; ++i)
-      if (!trip(client, frame, 64)) return false;
-    return true;
-  });
+std::optional<double> count_calls(const contender& who) {
+  return calls_per_message(who, "echo", here, watched::everything, counted,
+                           [&](std::uint16_t port, int messages) {
+                             peer_client client;
+                             const std::string frame = frame_around(text_of(64));
+                             if (!client.open(port, who.rosbridge)) return false;
+                             for (int i = 0; i < messages; ++i)
+                               if (!trip(client, frame, 64)) return false;
+                             return true;
+                           });
 }
 
-void report(peer_field& field, peer_field::row& of, std::size_t bytes,
-            const std::optional<system_calls>& calls) {
+void report(peer_field& field, peer_field::row& of, std::size_t bytes, const std::optional<double>& calls) {
   const std::string what = name_of(bytes);
   const auto ratios = field.ratios(of, what, better::less);
   benchmark::RegisterBenchmark((what + "/" + of.who.name).c_str(),
@@ -88,7 +88,7 @@ void report(peer_field& field, peer_field::row& of, std::size_t bytes,
                                  state.counters["p99_us"] = quantile(trips, 0.99) * 1e-3;
                                  state.counters["p999_us"] = quantile(trips, 0.999) * 1e-3;
                                  for (const auto& [name, ratio] : ratios) state.counters[name] = ratio;
-                                 if (calls) state.counters["calls"] = calls->all;
+                                 if (calls) state.counters["calls"] = *calls;
                                })
       ->Iterations(1)
       ->UseManualTime()
@@ -100,7 +100,7 @@ void report(peer_field& field, peer_field::row& of, std::size_t bytes,
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  std::vector<contender> all = all_contenders(layers::frames_and_endpoint);
+  std::vector<contender> all = all_contenders(choice::all);
   for (contender& outside : peer_options(count, arguments)) all.push_back(std::move(outside));
   std::optional<peer_field> field;
   return run_on_two_cores("bench_round_trip", count, arguments, [&](int rounds) {

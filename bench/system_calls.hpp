@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many system calls a server of bench/peers makes for what a client asks of it, counted by strace.
+// How many system calls a server of bench/peers makes for what a client asks of it, counted by strace. A
+// server that is watched is slow, and a slow one is asked more: where only its sends count, nothing else is
+// watched.
 #pragma once
 #include <cstdio>
 #include <cstdlib>
@@ -17,36 +19,33 @@
 
 namespace rowe::bench {
 
-struct system_calls {
-  double all = 0;
-  double sends = 0; // of them write, writev, send, sendto, sendmsg, sendmmsg
-};
+enum class watched { everything, sends };
 
 // Of a server's whole life, in which use(port) was made of it; nothing where strace is missing, may not
 // trace, or use() failed.
 template <class Use>
-std::optional<system_calls> calls_of(const contender& who, std::string_view mode, int cpu, Use&& use) {
+std::optional<double> calls_of(const contender& who, std::string_view mode, int cpu, watched what,
+                               Use&& use) {
   const std::string file =
       std::filesystem::temp_directory_path() / ("rowe_calls_" + std::to_string(::getpid()));
   // -D: the process that was started is the server, which strace watches from behind.
   std::vector<std::string> command{"strace", "-D", "-f", "-q", "-c", "-U", "calls,name", "-o", file};
+  if (what == watched::sends)
+    command.insert(command.end(), {"--seccomp-bpf", "-e", "trace=write,writev,sendto,sendmsg,sendmmsg"});
   command.insert(command.end(), who.command.begin(), who.command.end());
   bool good = false;
   {
     const server_process server{command, mode, cpu};
     good = use(server.port());
   }
-  std::optional<system_calls> counted;
+  std::optional<double> counted;
   for (int i = 0; i < 100 && good && !counted; ++i) {
     std::ifstream table{file};
-    system_calls sum;
     for (std::string line; std::getline(table, line);) {
       char name[64] = "";
       double calls = 0;
-      if (std::sscanf(line.c_str(), "%lf %63s", &calls, name) != 2) continue;
-      const std::string_view what = name;
-      if (what == "total") counted = {.all = calls, .sends = sum.sends};
-      if (what.starts_with("send") || what == "write" || what == "writev") sum.sends += calls;
+      if (std::sscanf(line.c_str(), "%lf %63s", &calls, name) == 2 && std::string_view{name} == "total")
+        counted = calls;
     }
     if (!counted) ::usleep(20'000); // strace is still writing
   }
@@ -56,15 +55,14 @@ std::optional<system_calls> calls_of(const contender& who, std::string_view mode
 
 // For each of so many messages: what is left of a long run without a short one.
 template <class Use>
-std::optional<system_calls> calls_per_message(const contender& who, std::string_view mode, int cpu,
-                                              int messages, Use&& use) {
+std::optional<double> calls_per_message(const contender& who, std::string_view mode, int cpu, watched what,
+                                        int messages, Use&& use) {
   const auto run = [&](int count) {
-    return calls_of(who, mode, cpu, [&](std::uint16_t port) { return use(port, count); });
+    return calls_of(who, mode, cpu, what, [&](std::uint16_t port) { return use(port, count); });
   };
   const auto few = run(messages), many = run(3 * messages);
   if (!few || !many) return std::nullopt;
-  return system_calls{.all = (many->all - few->all) / (2 * messages),
-                      .sends = (many->sends - few->sends) / (2 * messages)};
+  return (*many - *few) / (2 * messages);
 }
 
 } // namespace rowe::bench

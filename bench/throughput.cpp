@@ -91,7 +91,7 @@ void report(const char* what, const peer_field& field, const peer_field::row& of
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  std::vector<contender> all = all_contenders(layers::frames);
+  std::vector<contender> all = all_contenders(choice::frames);
   for (contender& outside : peer_options(count, arguments)) all.push_back(std::move(outside));
   return run_on_two_cores("bench_throughput", count, arguments, [&](int rounds) {
     (void)rowe::rt::prepare_this_thread({.name = "client", .cpu = there}); // the servers have the other
