@@ -57,6 +57,9 @@ namespace rowe::service {
   X(cycles, own, "cycles of the service thread")                                                             \
   X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
   X(queued_max, own, "messages waiting at one time, at most")                                                \
+  X(phase_hits, own, "idle::phase: values that came while it was awake for them")                            \
+  X(phase_misses, own, "idle::phase: values with a period that came at another time")                        \
+  X(phase_watched_ns, own, "idle::phase: how long it was awake for values to come")                          \
   X(handshake_bytes_used, own, "of handshake_bytes, now")                                                    \
   X(handshake_bytes_peak, own, "of handshake_bytes, at most")                                                \
   X(handshake_allocations, own, "taken from handshake_bytes; none while peers are only connected")
