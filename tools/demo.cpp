@@ -85,7 +85,8 @@ stop_options demo::stop_of(bool guarded) noexcept {
 }
 
 result<demo::handles> demo::open(endpoint& on) {
-  auto odom = on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64});
+  auto odom =
+      on.advertise<ros::odometry>(topic, {.ttl = 100ms, .keep = keep::all, .depth = 64, .period = cycle});
   if (!odom) return odom.error();
   auto speed = on.serve<speed_setting, speed_setting>(service);
   if (!speed) return speed.error();

@@ -34,7 +34,8 @@ constexpr rt::duration event_period = 50ms;  // how late an event is printed at 
 constexpr rt::duration let_go_time = 5s;     // for the loop to acknowledge that it starts stopped
 constexpr rt::duration goodbye_time = 250ms; // for what is queued when we are told to end
 constexpr int demo_service_priority = demo::priority - 10; // below the loop it serves
-constexpr std::array<std::string_view, 3> idle_names{"poll", "spin", "wake"}; // in rowe::idle's order
+// In rowe::idle's order.
+constexpr std::array<std::string_view, 4> idle_names{"poll", "spin", "wake", "phase"};
 
 struct serve_options {
   std::int64_t port = -1; // as given; -1: not
@@ -76,7 +77,7 @@ command table_of(serve_options& o) {
            &o.allow_origins},
           {"--allow-host", "", "H", "answer to this host name as well; repeatable", &o.allow_hosts},
           {"--name", "", "NAME", "what the page shows (default: the host's name)", &o.name},
-          {"--idle", "", "poll|spin|wake", "how the service thread waits (default poll)",
+          {"--idle", "", "poll|spin|wake|phase", "how the service thread waits (default poll)",
            choice{&o.idle, idle_names}},
           {"--cpu", "", "N", "pin the service thread to this core", integer{&o.cpu, 0, last_cpu}},
           {"--priority", "", "N", "SCHED_FIFO priority of the service thread (default none; 70 with --demo)",

@@ -123,6 +123,7 @@ struct rowe_topic_options {
   bool latched;            // a late subscriber gets the last message
   const char* type;        // the type's name on the wire, such as "nav_msgs/Odometry"; NULL: none
   uint32_t text_bytes_max; // the longest message; 0: 4096
+  long period_us;          // how often it is published, for rowe_idle_phase; 100 to 1 h; 0: not known
 };
 
 // `options` may be NULL. Errors: bad_argument (a topic's name that is empty or too long; an option out of its

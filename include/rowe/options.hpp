@@ -16,10 +16,12 @@ using time_point = rt::time_point;
 
 // How the service thread waits for the next thing to do. Figures are in docs/real-time.md.
 enum class idle : std::uint8_t {
-  poll, // in the kernel, for sockets, at most `poll_period`: inbound is immediate, outbound at most that old
-  spin, // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
-  wake, // in the kernel, until there is something: then a handle that hands something over while the service
-        // thread sleeps wakes it, which costs its own thread one write to an eventfd
+  poll,  // in the kernel, for sockets, at most `poll_period`: inbound is immediate, outbound at most that old
+  spin,  // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
+  wake,  // in the kernel, until there is something: then a handle that hands something over while the service
+         // thread sleeps wakes it, which costs its own thread one write to an eventfd
+  phase, // in the kernel, until shortly before a topic's next value is due by its `period`; then awake until
+         // it has come, for at most 8 ms of any 100 ms. What is due at no known time waits as under `poll`
 };
 
 // What kind of peers an endpoint meets that speak the bare dialect. Hop programs know text frames and nothing
@@ -47,7 +49,7 @@ struct stop_options {
 struct endpoint_options {
   // The service thread.
   idle idle_policy = idle::poll;
-  duration poll_period = std::chrono::microseconds{250}; // of idle::poll; 50 us to 10 ms
+  duration poll_period = std::chrono::microseconds{250}; // of idle::poll and phase; 50 us to 10 ms
   int service_cpu = -1;                                  // the core it is pinned to; -1: any
   int service_priority = 0;                              // its SCHED_FIFO priority; 0: an ordinary thread
 
@@ -97,7 +99,8 @@ struct topic_options {
   rowe::keep keep = rowe::keep::all;
   std::uint32_t depth = 64; // values (keep::all) between this thread and the service thread; 1 to 4096
   rowe::priority priority = rowe::priority::normal;
-  bool latched = false;                // a late subscriber gets the last value
+  bool latched = false; // a late subscriber gets the last value
+  duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {};          // the type's name on the wire; empty: the schema's, or none
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
 };

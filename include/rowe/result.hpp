@@ -69,10 +69,10 @@ enum class errc : std::uint8_t {
 // The options and limits that a bad_argument may be about.
 // clang-format off
 #define ROWE_ARGUMENTS(X)                                                                                    \
-  X(poll_period) X(service_priority) X(service_cpu) X(ping_period) X(silence_max) X(message_time_max)        \
-  X(stats_period) X(retry_min) X(retry_max) X(inbound_ttl) X(profile) X(ttl) X(depth) X(inbox_depth)         \
-  X(calls) X(name) X(type) X(port) X(connections_max) X(connections_per_address_max) X(handshakes_max)       \
-  X(handshake_bytes)                                                                                         \
+  X(idle_policy) X(poll_period) X(service_priority) X(service_cpu) X(ping_period) X(silence_max)             \
+  X(message_time_max) X(stats_period) X(retry_min) X(retry_max) X(inbound_ttl) X(profile) X(ttl) X(period)   \
+  X(depth) X(inbox_depth) X(calls) X(name) X(type) X(port) X(connections_max)                                \
+  X(connections_per_address_max) X(handshakes_max) X(handshake_bytes)                                        \
   X(message_bytes_max) X(fragments_max) X(depth_max) X(topics_max) X(topic_bytes_max)                        \
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
   X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(services_max)         \

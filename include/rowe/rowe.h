@@ -96,6 +96,14 @@ enum rowe_profile {
   rowe_profile_hop_2014, // Hop of May 2014
 };
 
+// How the library's thread waits for the next thing to do; docs/real-time.md has what each costs and brings.
+enum rowe_idle {
+  rowe_idle_poll, // for sockets, but looks at handles every 250 us
+  rowe_idle_spin, // never
+  rowe_idle_wake, // until a handle wakes it, by a system call
+  rowe_idle_phase // for sockets, and until topics with a `period_us` are due
+};
+
 // Zeroes are the defaults, so set `bytes` and what differs: {.bytes = sizeof(struct rowe_options), .name =
 // "ang-01"}. Members are only ever added at the end; `bytes` tells the library which ones the program knows.
 struct rowe_options {
@@ -123,6 +131,7 @@ struct rowe_options {
   long stop_tick_ms;            // how often guards are told the time; 0: 20
   long stop_service_timeout_ms; // loops stop when the service thread is silent for so long; 0: 50
   long stop_observe_timeout_ms; // who asks for a stop is answered within it; 0: 50
+  int idle;                     // enum rowe_idle
 };
 
 // Listens on `port` (0 to 65535; 0: any free one) of 127.0.0.1. Does not wait for peers. Errors:

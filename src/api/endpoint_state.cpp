@@ -57,6 +57,7 @@ status check_options(const endpoint_options& o) noexcept {
   constexpr duration long_time = 24h;
   for (const status& one : {
            check_limits(o.limits),
+           in_range(argument::idle_policy, static_cast<int>(o.idle_policy), 0, static_cast<int>(idle::phase)),
            in_range(argument::poll_period, o.poll_period, 50us, 10ms),
            in_range(argument::service_priority, o.service_priority, 0, 99),
            in_range(argument::service_cpu, o.service_cpu, -1, 4095),
@@ -188,11 +189,12 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
 status endpoint_state::check_topic(const lane_request& asked) const noexcept {
   if (asked.name.starts_with(own_names)) return errc::reserved_topic;
   // A value that cannot live as long as it may wait for the service thread would never be sent.
-  const bool too_short =
-      asked.ttl > duration::zero() && asked.ttl <= options_.poll_period && options_.idle_policy == idle::poll;
-  if (too_short)
+  const bool polls = options_.idle_policy == idle::poll || options_.idle_policy == idle::phase;
+  if (polls && asked.ttl > duration::zero() && asked.ttl <= options_.poll_period)
     return error{errc::bad_argument, asked.ttl.count(), options_.poll_period.count(), argument::ttl};
-  return {};
+  if (asked.period == duration::zero()) return {};
+  using namespace std::chrono_literals;
+  return in_range(argument::period, asked.period, 100us, 1h);
 }
 
 // "x" is "/x" by another name.

@@ -134,6 +134,7 @@ void build_lane(lane& built, const lane_request& asked,
   built.priority = asked.priority;
   built.latched = asked.latched;
   built.ttl = asked.ttl;
+  built.period = asked.period;
   built.receives = asked.receives;
   built.peer_generations = peer_generations;
   built.name_bytes = copy_text(asked.name, built.name_text);

@@ -37,6 +37,13 @@ result<endpoint_options> options_of(const rowe_options* given) {
   case rowe_profile_hop_2014: options.profile = peer_profile::hop_2014; break;
   default: return error{errc::bad_argument, all->profile, rowe_profile_hop_2014, argument::profile};
   }
+  switch (all->idle) {
+  case rowe_idle_poll: options.idle_policy = idle::poll; break;
+  case rowe_idle_spin: options.idle_policy = idle::spin; break;
+  case rowe_idle_wake: options.idle_policy = idle::wake; break;
+  case rowe_idle_phase: options.idle_policy = idle::phase; break;
+  default: return error{errc::bad_argument, all->idle, rowe_idle_phase, argument::idle_policy};
+  }
   if (all->address != nullptr) options.address = all->address;
   options.insecure = all->insecure;
   options.page = !all->no_page;

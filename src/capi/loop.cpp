@@ -83,6 +83,7 @@ rowe::result<rowe::topic_options> options_of(const rowe_topic_options& given) {
   options.depth = or_default(given.depth, options.depth);
   options.priority = *priority;
   options.latched = given.latched;
+  options.period = std::chrono::microseconds{given.period_us};
   if (given.type != nullptr) options.type = given.type;
   options.text_bytes_max = or_default(given.text_bytes_max, options.text_bytes_max);
   return options;

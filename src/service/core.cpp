@@ -75,6 +75,7 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +                  //
          arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) + //
          arena::bytes_for(scratch_bytes(bounds)) +                               //
+         phase_plan::footprint_bytes(bounds) +                                   //
          letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
          call_table::footprint_bytes(bounds) + //
          arena::bytes_for<std::uint32_t>(bounds.door_slots) +
@@ -101,6 +102,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
+      phases_{memory, bounds_, shown.counts},
       letters_{memory, bounds_},
       services_{memory, bounds_},
       calls_{memory, bounds_},

@@ -36,6 +36,7 @@
 #include "service/connection.hpp"
 #include "service/front_door.hpp"
 #include "service/letters.hpp"
+#include "service/phase_plan.hpp"
 #include "service/queues.hpp"
 #include "service/router.hpp"
 #include "service/services.hpp"
@@ -70,6 +71,7 @@ struct core_options {
   bool bare_unasked = false;
   bool answers_any = false;
   bool lanes_tell = false; // a handle that hands something over rings for it
+  bool phases = false;     // values are waited for by their periods
   rt::duration inbound_ttl = rt::for_ever;
   std::string_view name; // copied
   rt::duration ping_period;
@@ -88,6 +90,7 @@ struct core_options {
             .bare_unasked = options.bare_unasked,
             .answers_any = options.answers_any,
             .lanes_tell = options.idle_policy == idle::wake,
+            .phases = options.idle_policy == idle::phase,
             .inbound_ttl = options.inbound_ttl,
             .name = name,
             .ping_period = options.ping_period,
@@ -129,14 +132,17 @@ class core final : public transport_sink {
 
   // How long the next cycle may be put off when nothing else calls for it: a handle of this process may have
   // something that a peer waits for, or something that must not be left lying when its time is over. Handles
-  // that tell leave only what waits in a lane for room further on.
+  // that tell leave only what waits in a lane for room further on; so do those that phases() looks after.
   rt::duration patience(rt::duration poll_period) const noexcept {
-    const bool lanes_matter = wanted_lanes_ != 0 || (talking_lanes_ != 0 && peers_ != 0);
-    if (lanes_matter && (lanes_wait_ || !options_.lanes_tell)) return poll_period;
+    const bool lanes_talk = talking_lanes_ != 0 && peers_ != 0;
+    if (lanes_wait_ && (wanted_lanes_ != 0 || lanes_talk)) return poll_period;
+    if (!options_.lanes_tell && (wanted_lanes_ > phases_.listened() || lanes_talk)) return poll_period;
     // Something waits for room at a peer, or for a slot.
     if (door_held_count_ != 0 || (peers_ != 0 && letters_.waiting() != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
+  // Under idle::phase: what else to wait for.
+  phase_plan& phases() noexcept { return phases_; }
   // Where handles tell: nothing was handed over since cycle() looked. For rt::wake_bell::sleep().
   bool lanes_quiet() const noexcept;
   std::uint32_t peers() const noexcept { return peers_; }
@@ -511,6 +517,7 @@ class core final : public transport_sink {
   turns unread_;                    // those with something that was put aside
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
+  phase_plan phases_;
   letters letters_;
   services services_;
   call_table calls_;

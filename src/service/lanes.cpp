@@ -22,6 +22,7 @@ constexpr std::size_t lane_budget = 64; // values taken from one lane in one cyc
 
 void core::take_from_lanes() noexcept {
   lanes_left_ = lanes_wait_ = false;
+  phases_.looks(now_);
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
     switch (lanes_[i].state.load(std::memory_order_acquire)) {
@@ -79,6 +80,7 @@ void core::attach(std::uint32_t index) noexcept {
     on.keep = lane.keep;
     on.priority = lane.priority;
     on.latched = on.latched || lane.latched;
+    if (options_.phases && lane.period > rt::duration{0}) phases_.begin(index, lane.period, lane.priority);
     for (std::uint32_t i = on.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_topic) {
       router_.merge(router_.subscription_at(i), bounds_.queue_depth_max);
@@ -143,6 +145,7 @@ void core::detach(std::uint32_t index) noexcept {
     }
     if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_; // ours alone
     count_refusals(lane);
+    phases_.end(index);
     const std::uint32_t topic_index = view.topic;
     view = {.generation = view.generation};
     update_wanted(topic_index);
@@ -198,6 +201,7 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
   const rt::time_point published = time_of(header.stamped_ns);
   const rt::time_point expires = time_of(header.expires_ns);
   const std::uint32_t topic_index = views_[index].topic;
+  phases_.saw(index, published);
   if (lane.kind == lane_kind::publish_value) {
     return publish(topic_index, published, expires,
                    [&](json::writer& into) { lane.encoder->encode(value, into); });
@@ -242,6 +246,7 @@ void core::update_wanted(std::uint32_t topic_index) noexcept {
     const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed); // ours alone
     if (before == now) continue;
     wanted ? ++wanted_lanes_ : --wanted_lanes_;
+    phases_.listen(i, wanted);
     lanes_[i].heard_by.store(now, std::memory_order_relaxed); // relaxed: advice, see publish_into()
   }
 }

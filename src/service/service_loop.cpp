@@ -56,6 +56,13 @@ void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   case idle::wake:
     if (until > now) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now, until); });
     break;
+  case idle::phase: {
+    const rt::time_point due = core_.phases().wait_until(now, poll_period_);
+    if (due <= now) return; // until a value comes that is due
+    carrier_.wait(now, std::min(until, due));
+    if (due <= until) core_.phases().woke(due, clock::now());
+    break;
+  }
   case idle::spin:
     if (!fifo || !naps_.due()) return;
     carrier_.wait(now, now + nap_budget::nap);

@@ -420,6 +420,10 @@ TEST(endpoint_errors, of_topics_name_the_option_and_its_limit) {
   EXPECT_EQ(short_ttl.code(), errc::bad_argument);
   EXPECT_EQ(short_ttl.error().limit, 250'000);
   EXPECT_TRUE(robot.advertise<pose>("/a", {.ttl = 0ns}));
+  EXPECT_EQ(robot.advertise<pose>("/a", {.period = 99us}).error(),
+            (rowe::error{errc::bad_argument, 99'000, 100'000, rowe::argument::period}));
+  EXPECT_EQ(robot.advertise<pose>("/a", {.period = -1ns}).code(), errc::bad_argument);
+  EXPECT_EQ(robot.advertise<pose>("/a", {.period = 2h}).code(), errc::bad_argument);
 }
 
 TEST(endpoint_errors, tell_a_second_type_of_one_topic) {
@@ -531,6 +535,46 @@ TEST(waking, brings_every_value_and_every_call_without_looking_for_them) {
     EXPECT_EQ(ended->value->x, x);
   }
   EXPECT_LT(count_of(robot, "cycles"), 100'000u) << "nor by turning all the time";
+}
+
+TEST(phase, brings_every_value_and_watches_for_those_that_come_by_their_period) {
+  const rowe::tests::watchdog guard{"a service thread in phase with a loop", std::chrono::seconds{60}};
+  rowe::endpoint_options options = hub();
+  options.idle_policy = rowe::idle::phase;
+  auto robot = endpoint::listen(0, options).value();
+  auto viewer = endpoint::connect(url_of(robot), options).value();
+  ASSERT_TRUE(viewer.wait_peer(patience));
+  auto odom = robot.advertise<pose>("/odom", {.period = 2ms}).value();
+  auto odd = robot.advertise<pose>("/odd").value(); // of no known period
+  auto seen = viewer.subscribe<pose>("/odom").value();
+  auto odd_seen = viewer.subscribe<pose>("/odd").value();
+  while (!odom.wanted() || !odd.wanted()) std::this_thread::yield();
+  rowe::rt::periodic loop{2ms};
+  double x = 0;
+  // On a busy machine the loop is not on time for long: then until it was.
+  while (x < 100 || count_of(robot, "phase_hits") == 0) {
+    const auto now = loop.wait();
+    ASSERT_TRUE(now);
+    ASSERT_TRUE(odom.publish({++x, 0}, *now));
+    ASSERT_TRUE(odd.publish({x, 1}, *now));
+    const auto came = seen.take(patience);
+    const auto odd_came = odd_seen.take(patience);
+    ASSERT_TRUE(came && odd_came);
+    EXPECT_EQ(came->value().x, x);
+    EXPECT_EQ(odd_came->value().x, x);
+  }
+  EXPECT_GT(count_of(robot, "phase_watched_ns"), 0u);
+  EXPECT_GE(count_of(robot, "phase_misses"), 8u) << "it learned";
+}
+
+TEST(phase, counts_nothing_under_other_policies) {
+  auto robot = endpoint::listen(0, hub()).value();
+  auto odom = robot.advertise<pose>("/odom", {.latched = true, .period = 1ms}).value();
+  while (!odom.wanted()) std::this_thread::yield();
+  rowe::rt::periodic loop{1ms, {.cycles_max = 20}};
+  while (const auto now = loop.wait()) (void)odom.publish({1, 2}, *now); // what is full is no matter here
+  EXPECT_EQ(count_of(robot, "phase_hits") + count_of(robot, "phase_misses"), 0u);
+  EXPECT_EQ(count_of(robot, "phase_watched_ns"), 0u);
 }
 
 } // namespace

@@ -39,6 +39,14 @@ static void errors_of_opening(void) {
   MEET_NULL(rowe_open_local_endpoint_with(0, &odd_address), rowe_error_bad_address);
   const struct rowe_options wide = {.bytes = sizeof wide, .address = "0.0.0.0"};
   MEET_NULL(rowe_open_local_endpoint_with(0, &wide), rowe_error_not_loopback);
+  const struct rowe_options odd_idle = {.bytes = sizeof odd_idle, .idle = 99};
+  MEET_NULL(rowe_open_local_endpoint_with(0, &odd_idle), rowe_error_bad_argument);
+  for (int idle = rowe_idle_poll; idle <= rowe_idle_phase; ++idle) {
+    const struct rowe_options waits = {.bytes = sizeof waits, .idle = idle};
+    struct rowe_endpoint* const opened = rowe_open_local_endpoint_with(0, &waits);
+    CHECK(opened != NULL);
+    rowe_endpoint_free(opened);
+  }
   const struct rowe_options odd_profile = {.bytes = sizeof odd_profile, .profile = 99};
   MEET_NULL(rowe_open_local_endpoint_with(0, &odd_profile), rowe_error_bad_argument);
   const struct rowe_options unversioned = {.bytes = 0};
@@ -63,6 +71,8 @@ static void errors_of_handles(void) {
   MEET_NULL(rowe_lane_open(endpoint, &vast), rowe_error_lane_memory);
   const struct rowe_topic_options odd_topic = {.bytes = sizeof odd_topic, .priority = 99};
   MEET_NULL(rowe_publisher_open(endpoint, "/x", &odd_topic), rowe_error_bad_argument);
+  const struct rowe_topic_options hasty = {.bytes = sizeof hasty, .period_us = 99};
+  MEET_NULL(rowe_publisher_open(endpoint, "/x", &hasty), rowe_error_bad_argument);
   MEET_NULL(rowe_subscriber_open(endpoint, "", NULL), rowe_error_bad_argument);
   MEET_NULL(rowe_publisher_open(endpoint, "/rowe/stats", NULL), rowe_error_reserved_topic);
   const struct rowe_topic_options text = {

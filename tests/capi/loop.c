@@ -180,7 +180,8 @@ static void what_a_loop_publishes_arrives(void) {
                                              .newest = true,
                                              .latched = true,
                                              .type = "std_msgs/String",
-                                             .priority = rowe_priority_urgent};
+                                             .priority = rowe_priority_urgent,
+                                             .period_us = 1000};
   struct rowe_publisher* const lonely = rowe_publisher_open(p.server, "/nobody", NULL);
   CHECK(lonely != NULL);
   CHECK(!rowe_publisher_wanted(lonely));

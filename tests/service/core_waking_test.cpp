@@ -103,6 +103,65 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
 }
 
+rowe::endpoint_options in_phase() {
+  rowe::endpoint_options options = small_options();
+  options.idle_policy = rowe::idle::phase;
+  return options;
+}
+
+struct core_in_phase : testing::Test {
+  ~core_in_phase() override { EXPECT_TRUE(on.core.check()); }
+  // So many values, a period apart, and each found at once.
+  void publish_in_time(rowe::detail::lane& lane, int count) {
+    while (count-- > 0) {
+      on.now += 1ms;
+      EXPECT_TRUE(publish(on, lane, {1, 0}));
+      on.cycle(10us);
+      on.now -= 10us;
+    }
+  }
+  rowe::rt::time_point next() { return on.core.phases().wait_until(on.now + 20us, 250us); }
+
+  theatre on{in_phase()};
+};
+
+TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
+  (void)advertise_pose(on, {.latched = true});
+  on.cycles(2);
+  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  EXPECT_EQ(on.core.phases().listened(), 0u);
+}
+
+TEST_F(core_in_phase, leaves_topics_with_a_period_to_the_plan) {
+  auto& lane = advertise_pose(on, {.latched = true, .period = 1ms});
+  on.cycle();
+  EXPECT_GT(on.core.patience(1ms), 9ms);
+  EXPECT_EQ(next(), on.now + 20us + 250us) << "nothing is known yet";
+  publish_in_time(lane, 8);
+  EXPECT_GT(next(), on.now + 500us);
+  EXPECT_LT(next(), on.now + 1ms);
+  EXPECT_EQ(on.count(counter::phase_misses), 8u);
+}
+
+TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is_gone) {
+  auto& lane = advertise_pose(on, {.period = 1ms});
+  peer p{on};
+  on.cycles(2);
+  EXPECT_EQ(next(), rowe::rt::never);
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycles(2);
+  EXPECT_LT(next(), rowe::rt::never);
+  p.say(R"({"op":"unsubscribe","topic":"/pose"})");
+  on.cycles(2);
+  EXPECT_EQ(next(), rowe::rt::never);
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycles(2);
+  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release); // release: as close_lane()
+  on.cycles(2);
+  EXPECT_EQ(next(), rowe::rt::never);
+  EXPECT_GT(on.core.patience(1ms), 9ms);
+}
+
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
   theatre on{waking(), rowe::service::side::client};
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});

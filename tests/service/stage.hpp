@@ -134,7 +134,8 @@ class theatre_over {
                                      .keep = how.keep,
                                      .priority = how.priority,
                                      .latched = how.latched,
-                                     .ttl = how.ttl};
+                                     .ttl = how.ttl,
+                                     .period = how.period};
     const bool publishes = rowe::detail::publishes(kind);
     (publishes ? asked.out_depth : asked.in_depth) = how.depth;
     (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;

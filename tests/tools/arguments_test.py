@@ -20,7 +20,7 @@ class arguments(unittest.TestCase):
         self.refused("serve", "--port", "http", says=["'http'", "0 to 65535"])
         self.refused("serve", "--priority", "100", says=["--priority 100", "1 to 99"])
         self.refused("serve", "--cpu", "100000", says=["--cpu 100000", "out of range: 0 to "])
-        self.refused("serve", "--idle", "sleep", says=["'sleep'", "poll or spin or wake"])
+        self.refused("serve", "--idle", "sleep", says=["'sleep'", "poll or spin or wake or phase"])
         self.refused("serve", "--listen", "8080", says=["'8080'", "ADDR:PORT"])
         self.refused("serve", "--listen", "127.0.0.1:70000", says=["70000", "0 to 65535"])
         self.refused("serve", "--port", "0", "--listen", "127.0.0.1:0", says=["exclude"])

@@ -69,7 +69,7 @@ class modes(unittest.TestCase):
 
     def test_rpc_and_send_measure_with_either_policy(self):
         for mode in ("rpc", "send"):
-            for policy in ("poll", "spin", "wake"):
+            for policy in ("poll", "spin", "wake", "phase"):
                 told, ended = measured(mode, *short, "--idle", policy, "--size", "300")
                 self.holds(told, ended, 200)
                 self.assertEqual((told["bench"], told["settings"]["idle"]), (mode, policy))
@@ -132,7 +132,7 @@ class modes(unittest.TestCase):
                 break
         else:
             self.fail(told["figures"])
-        wanted = {f"{policy}_{company}_{what}" for policy in ("poll", "spin", "wake")
+        wanted = {f"{policy}_{company}_{what}" for policy in ("poll", "spin", "wake", "phase")
                   for company in ("no_peer", "quiet_peer", "listening_peer")
                   for what in ("cpu_percent", "wakeups_per_s")}
         self.assertEqual(set(told["figures"]), wanted)

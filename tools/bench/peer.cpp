@@ -47,7 +47,7 @@ command table_of(peer_settings& s) {
                   {"--cpu", "", "N[,M]", "the CPU of its thread, and of its service thread", &s.cpu},
                   {"--prio", "", "N", "their SCHED_FIFO priority, N and N-1; 0: ordinary (default)",
                    integer{&s.priority, 0, 99}},
-                  {"--idle", "", "poll|spin|wake", "how the service thread waits (default poll)",
+                  {"--idle", "", "poll|spin|wake|phase", "how the service thread waits (default poll)",
                    choice{&s.idle, idle_names}},
                   {"--size", "", "BYTES", "the largest message (default: any that can be measured)",
                    integer{&s.size, size_min, size_max}},

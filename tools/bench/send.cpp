@@ -97,8 +97,12 @@ exit_code send(argument_list arguments) {
   if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
   link over = connect(s, to, {}, true);
   if (over.failed) return *over.failed;
-  auto out = over.hub->advertise<json_text>(
-      out_topic, {.depth = in_flight_max, .text_bytes_max = static_cast<std::uint32_t>(s.size)});
+  const rt::duration period = period_of(s.rate_or_default());
+  const bool declarable = period >= 100us && period <= 1h;
+  auto out =
+      over.hub->advertise<json_text>(out_topic, {.depth = in_flight_max,
+                                                 .period = declarable ? period : 0us,
+                                                 .text_bytes_max = static_cast<std::uint32_t>(s.size)});
   auto back = over.hub->subscribe<arrived>(back_topic, {.depth = reports_in_flight_max});
   if (!out || !back) {
     to.error("cannot publish: ", sentence_of(out ? back.error() : out.error()));

@@ -82,7 +82,7 @@ std::vector<option> run_options(settings& s) {
 std::vector<option> message_options(settings& s) {
   return {{"--rate", "-r", "HZ", "messages a second (default 1kHz)", rate{&s.rate, rate_max}},
           {"--size", "", "BYTES", "of a message (default 128)", integer{&s.size, size_min, size_max}},
-          {"--idle", "", "poll|spin|wake", "how the service threads wait (default poll)",
+          {"--idle", "", "poll|spin|wake|phase", "how the service threads wait (default poll)",
            choice{&s.idle, idle_names}},
           {"--peer-cpu", "", "N[,M]", "the CPUs of the peer that is started; without URL only", &s.peer_cpu},
           {"--warm-up", "", "TIME", "measured and thrown away before (default 200ms)", time_span{&s.warm_up}},

@@ -17,7 +17,8 @@
 
 namespace rowe::tools::bench {
 
-inline constexpr std::array<std::string_view, 3> idle_names{"poll", "spin", "wake"}; // in rowe::idle's order
+// In rowe::idle's order.
+inline constexpr std::array<std::string_view, 4> idle_names{"poll", "spin", "wake", "phase"};
 inline constexpr rt::duration run_time_default = std::chrono::seconds{10};
 inline constexpr rt::duration warm_up_default = std::chrono::milliseconds{200};
 inline constexpr double rate_default = 1000; // Hz

@@ -188,6 +188,7 @@ struct lane {
   const json::encoder* encoder = nullptr; // of the values that go out
   const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
   duration ttl = rt::for_ever;            // of what is published
+  duration period{};                      // likewise; 0: not known
   rt::wake_bell<>* bell = nullptr;        // rung for whatever is sent by `out`; null but for idle::wake
   bool receives = false;                  // talk: it may be the generic receiver
   // The generations of the endpoint's connections (board): a peer that is gone has another one.

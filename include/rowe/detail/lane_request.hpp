@@ -24,6 +24,7 @@ struct lane_request {
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;
   duration ttl = rt::for_ever;
+  duration period = {};
   bool receives = false;                // talk
   duration loop_timeout = rt::for_ever; // stop_latch
 
@@ -83,6 +84,7 @@ constexpr lane_request advertise_request(std::string_view topic, const topic_opt
   asked.out_depth = options.depth;
   asked.out_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.encoded = description_of<T>();
+  asked.period = options.period;
   return asked;
 }
 
