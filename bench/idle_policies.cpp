@@ -1,137 +1,195 @@
 // SPDX-License-Identifier: Apache-2.0
-// Question: what does each idle policy of the service thread cost, and what does it bring?
+// Question: what does each idle policy of the service thread cost while nothing happens, and what does it
+// bring a loop?
 //
-// Measured, for each policy: a loop publishes a struct every millisecond and looks without pause until its
-// own subscription has it as text, so a value goes into a lane, through the service thread's encoder, and
-// back through another lane.
-//   publish  the call publish(value, now) alone: under `wake` with its write to the eventfd
-//   arrives  from the beginning of that call until try_take() has the value
-//   cpu      what all threads but the loop's use of a core: the service thread
-//   turns    cycles of the service thread a second, each of which asks the kernel once for events
-// then the same without publishing, with somebody who listens and with nobody. The loop is pinned to core 0
-// and the service thread to core 1; both are SCHED_FIFO (50, 40) where that is permitted.
+// Measured, for each policy: `cpu_percent`, what the service thread uses of a core, and `wakeups_per_s`, how
+// often it wakes (how often it gave its core up by itself), over all rounds:
+// - idle_no_peer: an endpoint that has a publisher, and no peer;
+// - idle_quiet_peer: with a peer that is merely connected;
+// - idle_listening_peer: with one that listens to the publisher's topic, on which nothing is published;
+// - loop_1khz: a loop publishes a struct every millisecond and looks without pause until its own subscription
+// has it as text, so that a value goes into a lane, through the service thread's encoder, and back through
+// another lane. Here also what the call publish(value, now) takes (publish_p50_us, publish_p99_us; under
+// `wake` with its write to the eventfd), and from its beginning until try_take() has the value (p50_us,
+// p99_us; medians over the rounds).
 //
-// Excluded: sockets; a peer's share is the same under all policies.
+// The loop and whoever asks is on core A (--here), the service thread on core B (--there).
 //
-// What would make it lie: other load on either core, where FIFO is not permitted; a machine that halts its
-// cores (a virtual one above all), where waking costs ten times what it does where a core sleeps lightly; a
-// machine with one core.
+// Excluded: sockets; a peer's share is the same under all policies (bench_phase has it for `phase`).
 //
-// Run: bench_idle_policies [SECONDS for each line, 3]
-#include <rowe/rowe.hpp>
-#include <rowe/rt/periodic.hpp>
-#include <rowe/rt/thread.hpp>
-
-#include <sys/resource.h>
-
-#include <algorithm>
-#include <chrono>
+// What would make it lie: other load on either core; a machine that halts its cores (a virtual one above
+// all), where waking costs ten times what it does where a core sleeps lightly.
+//
+// Run: bench_idle_policies [--rounds=11] [--here=CPU] [--there=CPU] [Google Benchmark's options]
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
-struct bench_pose {
+#include <benchmark/benchmark.h>
+
+#include <rowe/rowe.hpp>
+
+#include "raw_client.hpp"
+#include "service_usage.hpp"
+#include "stand.hpp"
+
+namespace rowe::bench {
+struct odometry {
   double stamp, x, y, heading, speed;
 };
+} // namespace rowe::bench
 template <>
-inline constexpr auto rowe::schema<bench_pose> =
-    rowe::fields<&bench_pose::stamp, &bench_pose::x, &bench_pose::y, &bench_pose::heading,
-                 &bench_pose::speed>{};
+inline constexpr auto rowe::schema<rowe::bench::odometry> =
+    rowe::fields<&rowe::bench::odometry::stamp, &rowe::bench::odometry::x, &rowe::bench::odometry::y,
+                 &rowe::bench::odometry::heading, &rowe::bench::odometry::speed>{};
 
+namespace rowe::bench {
 namespace {
 
 using namespace std::chrono_literals;
-using rowe::rt::monotonic_clock;
 
-double seconds_of(const timeval& t) {
-  return static_cast<double>(t.tv_sec) + static_cast<double>(t.tv_usec) / 1e6;
-}
-double used_by(int whom) {
-  rusage u{};
-  ::getrusage(whom, &u);
-  return seconds_of(u.ru_utime) + seconds_of(u.ru_stime);
+constexpr auto settling = 50ms; // what belongs to connecting and learning is over then
+constexpr auto idle_time = 200ms;
+constexpr auto loop_time = 300ms;
+constexpr auto period = 1ms;
+
+[[noreturn]] void give_up(const char* what) {
+  std::fprintf(stderr, "bench_idle_policies: %s\n", what);
+  std::exit(1);
 }
 
-std::uint64_t count_of(const rowe::endpoint& of, std::string_view name) {
-  for (const auto& one : of.counts()) {
-    if (one.name == name) return one.value;
+struct policy {
+  const char* name;
+  idle waits;
+};
+constexpr policy policies[] = {
+    {"poll", idle::poll}, {"wake", idle::wake}, {"spin", idle::spin}, {"phase", idle::phase}};
+
+enum class company : std::uint8_t { nobody, quiet, listening };
+constexpr const char* companies[] = {"idle_no_peer", "idle_quiet_peer", "idle_listening_peer"};
+
+// Over all rounds.
+struct cost {
+  double cpu_s = 0, sleeps = 0, seconds = 0;
+
+  void add(const service_usage& before, rt::time_point begin) {
+    const service_usage after = service_usage::read();
+    cpu_s += after.cpu_s - before.cpu_s;
+    sleeps += after.sleeps - before.sleeps;
+    seconds += nanoseconds_since(begin) / 1e9;
   }
-  return 0;
-}
-
-double quantile(std::vector<double>& of, double q) {
-  if (of.empty()) return 0;
-  std::sort(of.begin(), of.end());
-  return of[std::min(of.size() - 1, static_cast<std::size_t>(q * static_cast<double>(of.size())))];
-}
-
-double microseconds(rowe::duration d) { return std::chrono::duration<double, std::micro>(d).count(); }
-
-// What the threads but the calling one use from here on.
-class meter {
- public:
-  explicit meter(const rowe::endpoint& of) : of_{of}, turns_{count_of(of, "cycles")} {}
-  double seconds() const { return std::chrono::duration<double>(monotonic_clock::now() - begin_).count(); }
-  double cpu_percent() const { return 100 * (others() - others_) / seconds(); }
-  double turns() const { return static_cast<double>(count_of(of_, "cycles") - turns_) / seconds(); }
-
- private:
-  static double others() { return used_by(RUSAGE_SELF) - used_by(RUSAGE_THREAD); }
-  const rowe::endpoint& of_;
-  rowe::time_point begin_ = monotonic_clock::now();
-  double others_ = others();
-  std::uint64_t turns_;
+  void report(benchmark::State& state) const {
+    for (auto _ : state) state.SetIterationTime(cpu_s / seconds); // of a second
+    state.counters["cpu_percent"] = 100 * cpu_s / seconds;
+    state.counters["wakeups_per_s"] = sleeps / seconds;
+  }
 };
 
-void measure(const char* name, rowe::idle policy, rowe::duration length) {
-  auto robot =
-      rowe::endpoint::listen(0, {.idle_policy = policy, .service_cpu = 1, .service_priority = 40}).value();
-  auto odom = robot.advertise<bench_pose>("/odom").value();
-  std::this_thread::sleep_for(100ms);
-  const meter alone{robot};
-  std::this_thread::sleep_for(length);
-  std::printf("%-5s nobody listens                                             cpu %5.1f %%  turns %7.0f/s\n",
-              name, alone.cpu_percent(), alone.turns());
+struct loop_figures : cost {
+  std::vector<double> publish_p50, publish_p99, p50, p99;
+};
 
-  auto seen = robot.subscribe<rowe::json_text>("/odom").value();
-  while (!odom.wanted()) std::this_thread::yield();
-  const meter listened{robot};
-  std::this_thread::sleep_for(length);
-  std::printf("%-5s nothing is published                                       cpu %5.1f %%  turns %7.0f/s\n",
-              name, listened.cpu_percent(), listened.turns());
+endpoint listen(idle waits) {
+  auto robot = endpoint::listen(0, {.idle_policy = waits, .service_cpu = there});
+  if (!robot) give_up("cannot listen");
+  return std::move(*robot);
+}
 
-  std::vector<double> published, arrived;
-  const meter working{robot};
-  rowe::rt::periodic loop{1ms};
-  while (working.seconds() < std::chrono::duration<double>(length).count()) {
-    const auto now = loop.wait();
-    if (!now) break;
-    const auto begin = monotonic_clock::now();
-    if (!odom.publish({0.001, 1, 2, 3, 4}, begin)) continue;
-    const auto handed = monotonic_clock::now();
-    while (!seen.try_take()) continue;
-    arrived.push_back(microseconds(monotonic_clock::now() - begin));
-    published.push_back(microseconds(handed - begin));
+publisher<odometry> advertise(endpoint& on) {
+  auto odom = on.advertise<odometry>("/odom", {.period = period});
+  if (!odom) give_up("cannot advertise");
+  return std::move(*odom);
+}
+
+void stand_idle(idle waits, company with, cost& into) {
+  endpoint robot = listen(waits);
+  const publisher<odometry> odom = advertise(robot);
+  std::optional<raw_client> client;
+  if (with != company::nobody && !client.emplace(robot.port()).ok()) give_up("cannot connect");
+  if (with == company::listening) {
+    if (!client->send(raw_client::frame_of(wire::opcode::text, R"({"op":"subscribe","topic":"/odom"})")))
+      give_up("cannot subscribe");
+    while (!odom.wanted()) std::this_thread::yield();
   }
-  const double cpu = working.cpu_percent();
-  const double turns = working.turns();
-  std::printf("%-5s 1 kHz  publish p50 %5.2f p99 %6.2f us  arrives p50 %6.1f p99 %6.1f us  cpu %5.1f %%  "
-              "turns %7.0f/s\n",
-              name, quantile(published, 0.5), quantile(published, 0.99), quantile(arrived, 0.5),
-              quantile(arrived, 0.99), cpu, turns);
+  std::this_thread::sleep_for(settling);
+  const service_usage before = service_usage::read();
+  const auto begin = monotonic_clock::now();
+  std::this_thread::sleep_for(idle_time);
+  into.add(before, begin);
+}
+
+void run_loop(idle waits, loop_figures& into) {
+  endpoint robot = listen(waits);
+  publisher<odometry> odom = advertise(robot);
+  auto seen = robot.subscribe<json_text>("/odom");
+  if (!seen) give_up("cannot subscribe");
+  while (!odom.wanted()) std::this_thread::yield();
+  std::vector<double> published, arrived;
+  auto next = monotonic_clock::now();
+  const auto turn = [&] {
+    while (monotonic_clock::now() < next) continue;
+    next += period;
+    const auto begin = monotonic_clock::now();
+    if (!odom.publish({0.001, 1, 2, 3, 4}, begin)) give_up("refused to publish");
+    published.push_back(nanoseconds_since(begin) / 1e3);
+    while (!seen->try_take()) continue;
+    arrived.push_back(nanoseconds_since(begin) / 1e3);
+  };
+  for (const auto end = next + settling; next < end;) turn();
+  published.clear();
+  arrived.clear();
+  const service_usage before = service_usage::read();
+  const auto begin = monotonic_clock::now();
+  for (const auto end = next + loop_time; next < end;) turn();
+  into.add(before, begin);
+  into.publish_p50.push_back(quantile(published, 0.5));
+  into.publish_p99.push_back(quantile(published, 0.99));
+  into.p50.push_back(quantile(arrived, 0.5));
+  into.p99.push_back(quantile(arrived, 0.99));
+}
+
+template <class Report>
+void register_one(const std::string& measured, const policy& of, Report&& report) {
+  benchmark::RegisterBenchmark((measured + "/" + of.name).c_str(), std::forward<Report>(report))
+      ->Iterations(1)
+      ->UseManualTime()
+      ->Unit(benchmark::kMicrosecond);
 }
 
 } // namespace
+} // namespace rowe::bench
 
 int main(int count, char** arguments) {
-  const auto length = std::chrono::seconds{count > 1 ? std::max(1, std::atoi(arguments[1])) : 3};
-  const rowe::rt::thread loop{{.name = "loop", .cpu = 0, .priority = 50},
-                              [&](const rowe::rt::grants& granted) {
-                                std::printf("SCHED_FIFO: %s\n", granted.fifo ? "yes" : "not permitted");
-                                measure("poll", rowe::idle::poll, length);
-                                measure("wake", rowe::idle::wake, length);
-                                measure("spin", rowe::idle::spin, length);
-                              }};
+  using namespace rowe::bench;
+  constexpr std::size_t kinds = std::size(companies);
+  std::array<std::array<cost, kinds>, std::size(policies)> idles;
+  std::array<loop_figures, std::size(policies)> loops;
+  return run_on_two_cores("bench_idle_policies", count, arguments, [&](int rounds) {
+    for (int round = 0; round < rounds; ++round) {
+      for (std::size_t i = 0; i < std::size(policies); ++i) {
+        for (std::size_t k = 0; k < kinds; ++k)
+          stand_idle(policies[i].waits, static_cast<company>(k), idles[i][k]);
+        run_loop(policies[i].waits, loops[i]);
+      }
+    }
+    for (std::size_t k = 0; k < kinds; ++k) {
+      for (std::size_t i = 0; i < std::size(policies); ++i)
+        register_one(companies[k], policies[i],
+                     [&of = idles[i][k]](benchmark::State& state) { of.report(state); });
+    }
+    for (std::size_t i = 0; i < std::size(policies); ++i) {
+      register_one("loop_1khz", policies[i], [&of = loops[i]](benchmark::State& state) {
+        of.report(state);
+        state.counters["publish_p50_us"] = median(of.publish_p50);
+        state.counters["publish_p99_us"] = median(of.publish_p99);
+        state.counters["p50_us"] = median(of.p50);
+        state.counters["p99_us"] = median(of.p99);
+      });
+    }
+    return true;
+  });
 }

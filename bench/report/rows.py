@@ -60,6 +60,7 @@ _odometry = "exact odometry text, 13 doubles"
 _receive = "validated receive of 300 B of JSON, as a share of a DOM parse alone"
 _invoke = "invoke through service thread and user thread"
 _arrival = "publish to arrival under spin, in times of one hand-over and one send"
+_phase = "publish to arrival under phase"
 _echo = "echo round trip, 64 B"
 _send = "messages of 300 B a second to one client, in the best peer's"
 _receive_rate = "messages of 300 B a second from one client, in the best peer's"
@@ -114,6 +115,12 @@ targets = (
            of="times faster than the paper's structure"),
     target(_arrival, "arrivals", "arrivals/rowe_spin/odometry", "of_raw", at_most(1.1), of="odometry"),
     target(_arrival, "arrivals", "arrivals/rowe_spin/small", "of_raw", at_most(1.1), of="one double"),
+    target(_phase, "phase", "arrives_spread_0/phase", "of_spin", at_most(1.5), of="p50, in spin's"),
+    target(_phase, "phase", "arrives_spread_20/phase", "of_spin", at_most(1.5),
+           of="p50, in spin's, values up to 20 us late"),
+    target(_phase, "phase", "arrives_spread_0/phase", "core_percent", at_most(10), of="percent of a core"),
+    target(_phase, "phase", "arrives_spread_20/phase", "core_percent", at_most(10),
+           of="percent of a core, values up to 20 us late"),
     target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000", "time", at_most(10),
            of="1 k pending, ns"),
     target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000000", "time", at_most(10),
