@@ -40,6 +40,7 @@ programs = (
     program("arrivals", "Publish to arrival"),
     program("invoke", "Invoke"),
     program("expiry", "Expiry"),
+    program("scale", "Scale"),
     program("idle_connections", "Idle connections"),
     program("idle_policies", "Idle policies"),
     program("phase", "In phase with a loop"),

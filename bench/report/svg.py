@@ -54,7 +54,9 @@ def tail_column(columns, main):
 
 
 def bars(rows, main, tail):
-    return [bar(one.contender, one.size, one.values[main.name], one.values.get(tail.name) if tail else None)
+    alone = len({one.contender for one in rows}) == 1  # then its sizes are what is compared
+    return [bar(one.size if alone else one.contender, "" if alone else one.size, one.values[main.name],
+                one.values.get(tail.name) if tail else None)
             for one in rows if math.isfinite(one.values.get(main.name, math.nan))]
 
 
@@ -110,7 +112,8 @@ def plot(title, rows):
     tails = [min(one.tail, _tail_max * max(values)) for one in all_bars if one.tail]
     place = scale(values, tails, left, _width - _right)
     sizes = list(dict.fromkeys(one.size for one in all_bars))
-    ours_are_named = any(label.startswith("rowe") for label in labels)
+    ours_are_named = any(one.contender.startswith("rowe") for one in rows) and \
+        len({one.contender for one in rows}) > 1
     height = _top + _row * len(all_bars) + (_block * len(sizes) if sizes != [""] else 0) + _bottom
     what = main.heading + ("; the mark is p99" if tail else "") + \
         ("; logarithmic" if place.logarithmic else "")

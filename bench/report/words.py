@@ -57,13 +57,21 @@ def read(name, unit_of_time="ns"):
     return counter(name, rest, quantile, unit)
 
 
+def _is_the_time(column, rows):
+    if column.name == "time" or column.quantile or column.unit != _units.get(rows[0].unit):
+        return False
+    pairs = [(one.values.get(column.name, math.nan), one.values.get("time", math.nan)) for one in rows]
+    return all(math.isclose(value, time, rel_tol=1e-3) for value, time in pairs)
+
+
 def columns(rows):
     """The counters of these rows, in the order of a table: quantiles first, ratios last."""
     names = dict.fromkeys(name for one in rows for name in one.values)
     unit = rows[0].unit if rows else "ns"
     found = [read(name, unit) for name in names]
-    # A program that counts its median says it twice.
-    if any(one.quantile == "p50" and one.what == "" and one.unit for one in found):
+    # A program that counts its time says it twice.
+    if any((one.quantile == "p50" and one.what == "" and one.unit) or _is_the_time(one, rows)
+           for one in found):
         found = [one for one in found if one.name != "time"]
     return sorted(found, key=lambda one: one.key)
 

@@ -143,6 +143,12 @@ class drawing(unittest.TestCase):
         pair = [results.row(f"a/{name}", "ns", {"time": value}) for name, value in (("x", 1), ("y", 1e6))]
         self.assertIn("logarithmic", svg.plot("far", pair))
 
+    def test_of_one_contender_the_sizes_are_compared(self):
+        rows = [results.row(f"peers/rowe/{size}", "ns", {"time": size, "cpu_ns": size}) for size in (1, 10)]
+        drawn = xml.etree.ElementTree.fromstring(svg.plot("Scale", rows))
+        self.assertEqual([each.get("class") for each in drawn.iter()].count("ours"), 2)
+        self.assertNotIn(">rowe<", svg.plot("Scale", rows))
+
     def test_one_row_is_no_comparison(self):
         self.assertIsNone(svg.plot("one", echo_results().rows[:1]))
 
