@@ -67,10 +67,12 @@ class metronome {
 class robot {
  public:
   // Pages of `origin` are let in.
-  bool open(std::string_view origin) {
+  bool open(std::string_view origin, idle policy = idle::poll) {
     using namespace std::chrono_literals;
-    endpoint_ = endpoint::listen(
-        0, {.poll_period = 50us, .service_priority = 20, .allow_origins = {std::string{origin}}});
+    endpoint_ = endpoint::listen(0, {.idle_policy = policy,
+                                     .poll_period = 50us,
+                                     .service_priority = 20,
+                                     .allow_origins = {std::string{origin}}});
     if (!endpoint_) return false;
     telemetry_ = endpoint_->advertise<json_text>("/telemetry", {.depth = 256, .text_bytes_max = 400});
     urgent_ =

@@ -91,11 +91,12 @@ targets = (
            reason="What is left is the reader's time for the messages in front of it (`in_front`, some 30 of "
                   "30 µs): the least bound of what is in flight, 12 KiB. 8 KiB was tried, and was worse: "
                   "round trips that other load blurs then count as slow reading (decision 15)."),
+    target(_urgent, "urgent", "urgent/rowe_two_connections_wake", "default_over_this", at_least(5000),
+           of="on a connection of its own, idle::wake"),
     target(_urgent, "urgent", "urgent/rowe_two_connections", "default_over_this", at_least(5000),
-           of="on a connection of its own",
-           reason="The reader handles two messages, 60 µs, before it finds it (`in_front`); until then "
-                  "the publish waits for the service thread's look (poll_period, 50 µs here). idle::wake "
-                  "was tried, and was no better: it is woken for the telemetry, too."),
+           of="on a connection of its own, idle::poll",
+           reason="The publish waits for the service thread's look (`poll_period`, 50 µs here), and the "
+                  "reader handles two messages, 60 µs, before it finds it (`in_front`)."),
     target(_echo, "round_trip", "echo_64/rowe_busy", "of_raw", at_most(1.05), of="of a raw socket, busy"),
     target(_echo, "round_trip", "echo_64/rowe_json_busy", "of_raw", at_most(1.10),
            of="of a raw socket, busy, with JSON validated"),
