@@ -4,37 +4,35 @@
 // Measured, for each size, all in one run and in turn:
 //   peers_quiet      one of so many peers says something and hears it; the others say nothing
 //   peers_sending    each of so many peers publishes one message, which a handle takes
-//   peers_receiving  one message goes to so many peers
+//   peers_receiving  one message goes to so many peers; `raw` is a loop of `send` over as many bare sockets
 //   topics           one peer has subscribed to so many topics, another publishes on one after the other
 //   lanes            so many handles publish, one after the other, each on its own topic
 //   calls            a peer asks one more question, and is answered, while so many calls are open
 // cpu_ns: what the thread that runs the core used for one message to or from one peer, by its own CPU clock,
 // from the bytes that lie in a socket or the value that lies in a handle's slots to the last byte given to
 // the kernel, over real connections; that thread does nothing else and never sleeps. of_one: the ratio to the
-// smallest size, taken inside a round. cycle_p50_us, cycle_p99_us: how long the cycles took in which that was
-// done. memory_kib: what `limits` say that the endpoint takes, raised from the defaults by no more than the
-// size asks for; resident_kib: by how much this process grew when it was opened and all had connected.
-// Medians over the rounds.
+// smallest size, of_raw to the bare sockets, taken inside a round. cycle_p50_us, cycle_p99_us: how long the
+// cycles took in which that was done. memory_kib: what `limits` say that the endpoint takes, raised from the
+// defaults by no more than the size asks for; resident_kib: by how much this process grew when it was opened
+// and all had connected. Medians over the rounds.
 //
 // Excluded: the peers' own work, which this thread does between the measured stretches; what the kernel holds
 // for a socket; waiting and waking.
 //
-// What would make it lie: a limit of open files below 4000 (`ulimit -n`), which is refused with words. The
+// What would make it lie: a limit of open files below 6000 (`ulimit -n`), which is refused with words. The
 // kernel delivers to a socket of this machine inside the sender's `send`: towards a network that is cheaper.
 //
 // Run: bench_scale [--rounds=11]
 #include <array>
 #include <cstdio>
 #include <ctime>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -43,6 +41,7 @@
 
 #include "net/descriptor.hpp"
 #include "net/socket_transport.hpp"
+#include "raw_client.hpp"
 #include "service/stage.hpp"
 #include "stand.hpp"
 
@@ -100,12 +99,8 @@ class loopback final : public service::transport {
 class client {
  public:
   explicit client(std::uint16_t port) : socket_{::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)} {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(port);
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const int yes = 1;
-    (void)::setsockopt(socket_.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes); // a hint
+    const sockaddr_in to = loopback_at(port);
+    send_at_once(socket_.get());
     ok_ = ::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
     send_bytes("GET / HTTP/1.1\r\nHost: 127.0.0.1:" + std::to_string(port) +
                "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
@@ -156,10 +151,7 @@ class client {
     }
     return bytes <= at.size() ? bytes : 0;
   }
-  void send_bytes(std::string_view bytes) {
-    ok_ = ok_ && ::send(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL) ==
-                     static_cast<ssize_t>(bytes.size());
-  }
+  void send_bytes(std::string_view bytes) { ok_ = ok_ && send_whole(socket_.get(), bytes); }
 
   net::descriptor socket_;
   bool ok_ = false;
@@ -175,8 +167,8 @@ std::string publish_on(std::string_view topic) {
 }
 
 struct samples {
-  std::vector<double> cost, of_one; // of each round
-  std::vector<double> cycles;       // ns, of all
+  std::vector<double> cost, of_one, of_raw; // of each round
+  std::vector<double> cycles;               // ns, of all
 };
 
 // A core with its peers, all of them on this thread.
@@ -257,9 +249,11 @@ struct subject {
   virtual double step() = 0;
 
   const char* name = nullptr;
+  const char* contender = "rowe";
   std::uint32_t size = 0;
-  std::uint32_t messages = 1; // of a step
-  std::shared_ptr<stand> in;
+  std::uint32_t messages = 1;   // of a step
+  std::shared_ptr<stand> in;    // rowe
+  const subject* raw = nullptr; // of the same size, measured before
   samples seen;
 };
 
@@ -319,6 +313,26 @@ struct receiving final : subject {
     return took;
   }
   detail::lane* lane_;
+};
+
+struct raw_receiving final : subject {
+  explicit raw_receiving(std::uint32_t peers) : pairs_(peers) {
+    name = "peers_receiving";
+    contender = "raw";
+    messages = peers;
+  }
+  double step() override {
+    const double begin = cpu_ns();
+    for (const socket_pair& one : pairs_)
+      (void)::send(one.ours(), frame_.data(), frame_.size(), MSG_NOSIGNAL | MSG_DONTWAIT); // there is room
+    const double took = cpu_ns() - begin;
+    std::array<char, 1024> room;
+    for (const socket_pair& one : pairs_)
+      while (::recv(one.theirs(), room.data(), room.size(), MSG_DONTWAIT) > 0) continue;
+    return took;
+  }
+  std::vector<socket_pair> pairs_;
+  const std::string frame_ = std::string(2, '\0') + publish_on("/down");
 };
 
 struct topics final : subject {
@@ -398,7 +412,12 @@ subjects make_all() {
   for (const std::uint32_t n : sizes) crowds.push_back(std::make_shared<stand>(options_for(n), n));
   for (std::size_t i = 0; i < crowds.size(); ++i) add(sizes[i], std::make_unique<quiet>(crowds[i]));
   for (std::size_t i = 0; i < crowds.size(); ++i) add(sizes[i], std::make_unique<sending>(crowds[i]));
-  for (std::size_t i = 0; i < crowds.size(); ++i) add(sizes[i], std::make_unique<receiving>(crowds[i]));
+  for (std::size_t i = 0; i < crowds.size(); ++i) {
+    add(sizes[i], std::make_unique<raw_receiving>(sizes[i]));
+    const subject* const raw = all.back().get();
+    add(sizes[i], std::make_unique<receiving>(crowds[i]));
+    all.back()->raw = raw;
+  }
   for (const std::uint32_t n : sizes) add(n, std::make_unique<topics>(n));
   for (const std::uint32_t n : {1U, 8U, 32U}) add(n, std::make_unique<lanes>(n));
   for (const std::uint32_t n : sizes) add(n, std::make_unique<calls>(n));
@@ -406,22 +425,27 @@ subjects make_all() {
 }
 
 void measure(subject& one) {
-  one.in->tend(); // what fell due meanwhile
-  one.in->cycles = &one.seen.cycles;
+  if (one.in) {
+    one.in->tend(); // what fell due meanwhile
+    one.in->cycles = &one.seen.cycles;
+  }
   double took = 0;
   std::uint32_t messages = 0;
   for (; messages < messages_per_round; messages += one.messages) took += one.step();
-  one.in->cycles = nullptr;
+  if (one.in) one.in->cycles = nullptr;
   one.seen.cost.push_back(took / messages);
+  if (one.raw != nullptr) one.seen.of_raw.push_back(one.seen.cost.back() / one.raw->seen.cost.back());
 }
 
 void report(subject& one) {
-  const std::string name = std::string{one.name} + "/rowe/" + std::to_string(one.size);
+  const std::string name = std::string{one.name} + "/" + one.contender + "/" + std::to_string(one.size);
   benchmark::RegisterBenchmark(name.c_str(),
                                [&one](benchmark::State& state) {
                                  for (auto _ : state) state.SetIterationTime(median(one.seen.cost) * 1e-9);
                                  state.counters["cpu_ns"] = median(one.seen.cost);
                                  state.counters["of_one"] = median(one.seen.of_one);
+                                 if (!one.in) return;
+                                 if (one.raw != nullptr) state.counters["of_raw"] = median(one.seen.of_raw);
                                  state.counters["memory_kib"] = one.in->memory_kib;
                                  state.counters["resident_kib"] = one.in->grown_kib;
                                  state.counters["cycle_p50_us"] = quantile(one.seen.cycles, 0.5) / 1000;
@@ -449,16 +473,17 @@ int main(int count, char** arguments) {
   return run_on_two_cores("bench_scale", count, arguments, [&](int rounds) {
     all = make_all();
     for (const auto& one : all) {
-      if (one->in->ok) continue;
-      std::fprintf(stderr, "connections failed; is `ulimit -n` at least 4000?\n");
+      if (!one->in || one->in->ok) continue;
+      std::fprintf(stderr, "connections failed; is `ulimit -n` at least 6000?\n");
       return false;
     }
     for (int round = 0; round < rounds; ++round) {
-      double smallest = 0;
+      std::map<std::string, double> smallest;
       for (const auto& one : all) {
         measure(*one);
-        if (one->size == 1) smallest = one->seen.cost.back();
-        one->seen.of_one.push_back(one->seen.cost.back() / smallest);
+        double& base = smallest[std::string{one->name} + one->contender];
+        if (one->size == 1) base = one->seen.cost.back();
+        one->seen.of_one.push_back(one->seen.cost.back() / base);
       }
     }
     for (const auto& one : all) report(*one);

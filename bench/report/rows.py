@@ -66,6 +66,7 @@ _send = "messages of 300 B a second to one client, in the best peer's"
 _receive_rate = "messages of 300 B a second from one client, in the best peer's"
 _fan_out = "fan-out of one message of 300 B to 1000 clients"
 _idle = "echo with 1000 idle connections, in echoes with none"
+_scale = "a message with many peers, topics, lanes or calls, in one with one of them"
 _urgent = "urgent message behind a slow reader: default sockets' time in ours"
 
 targets = (
@@ -87,6 +88,13 @@ targets = (
            of="parse"),
     target(_receive, "json", "receive/rowe", "of_dom", at_least(0.7)),
     target(_idle, "idle_connections", "idle_connections/1000", "echo_ratio", at_most(1.1)),
+    target(_scale, "scale", "peers_quiet/rowe/1000", "of_one", at_most(1.1), of="1000 peers, quiet"),
+    target(_scale, "scale", "peers_sending/rowe/1000", "of_one", at_most(1.1), of="1000 peers, all send"),
+    target(_scale, "scale", "peers_receiving/rowe/1000", "of_raw", at_most(1.25),
+           of="1000 peers, all receive, in bare sends to as many sockets"),
+    target(_scale, "scale", "topics/rowe/1000", "of_one", at_most(1.1), of="1000 topics"),
+    target(_scale, "scale", "lanes/rowe/32", "of_one", at_most(1.25), of="32 lanes"),
+    target(_scale, "scale", "calls/rowe/1000", "of_one", at_most(1.1), of="1000 open calls"),
     target(_urgent, "urgent", "urgent/rowe", "default_over_this", at_least(400), of="on one connection",
            reason="What is left is the reader's time for the messages in front of it (`in_front`, some 30 of "
                   "30 µs): the least bound of what is in flight, 12 KiB. 8 KiB was tried, and was worse: "
