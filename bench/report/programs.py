@@ -42,7 +42,6 @@ programs = (
     program("expiry", "Expiry"),
     program("scale", "Scale"),
     program("idle_connections", "Idle connections"),
-    program("scale", "Many peers, topics, lanes and calls"),
     program("idle_policies", "Idle policies"),
     program("phase", "In phase with a loop"),
     program("urgent", "What is urgent, behind a slow reader"),
