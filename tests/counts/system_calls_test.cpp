@@ -32,7 +32,7 @@ struct sockets {
     how.limits.connections_max = connections_max;
     carrier = rowe::net::listening(how);
   }
-  operator rowe::service::transport&() { return *carrier; } // NOLINT: as the theatre's own transport
+  operator rowe::service::transport&() { return *carrier; } // NOLINT(google-explicit-constructor)
   std::unique_ptr<rowe::net::socket_transport> carrier;
 };
 

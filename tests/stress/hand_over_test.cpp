@@ -6,6 +6,7 @@
 // ROWE_STRESS_FACTOR.
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cstring>
 #include <random>
 #include <thread>
@@ -119,7 +120,7 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};
   const slab cells{memory.carve_bytes(slab::bytes_for(slots, sizeof(wide))), slots, sizeof(wide)};
   std::vector<spsc_ring<std::uint32_t>::entry> places_out(spsc_ring<std::uint32_t>::places_for(slots));
-  std::vector<home_ring<>::entry> places_home(home_ring<>::places_for(slots));
+  std::vector<home_ring<>::entry> places_home(std::bit_ceil(slots)); // none to spare: the hardest case
   spsc_ring<std::uint32_t> out{places_out, near_wrap};
   home_ring<> home{places_home, slots, near_wrap};
 
