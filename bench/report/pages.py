@@ -94,12 +94,16 @@ def section(one, told, first, drawings, folder, up):
     out += [f"*{line}*\n" for line in told.notes]
     if told.text:
         out.append("```text\n" + told.text.expandtabs() + "\n```\n")
-    for group, rows in told.groups():
-        drawn = svg.plot(one.title + ("" if group == one.name else f": {group.replace('_', ' ')}"), rows)
+    for group, rows in told.tables():
+        said = group.replace("_", " ")
+        drawn = svg.plot(one.title + ("" if group in ("", one.name) else f": {said}"), rows)
         if drawn:
-            name = one.name + ("" if group == one.name else f"-{group}") + ".svg"
+            name = one.name + ("" if group == one.name else f"-{group or 'others'}")
+            while name + ".svg" in drawings:
+                name += "_more"
+            name += ".svg"
             drawings[name] = drawn
-            out.append(f"![{group.replace('_', ' ')}]({folder}/{name})\n")
+            out.append(f"![{said or one.title}]({folder}/{name})\n")
         out.append(group_table(rows))
     return "\n".join(out)
 

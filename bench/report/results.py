@@ -58,6 +58,25 @@ class result:
             found.setdefault(one.group, {}).setdefault(one.size, []).append(one)
         return [(group, sum(sizes.values(), [])) for group, sizes in found.items()]
 
+    def tables(self):
+        """As groups(), but groups of one row each that follow one another and have the same values are one
+        table, without a name; its rows have those of their groups."""
+        found, singles = [], []
+        for group, rows in [*self.groups(), (None, [])]:
+            if singles and (len(rows) != 1 or rows[0].values.keys() != singles[0].values.keys()):
+                found.append(("", singles) if len(singles) > 1 else (singles[0].group, singles))
+                singles = []
+            if len(rows) == 1:
+                singles.append(rows[0])
+            elif rows:
+                found.append((group, rows))
+
+        def named(one):
+            name = " ".join((one.group.replace("_", " ") + ":", one.contender, one.size)).strip()
+            return row("/" + name, one.unit, one.values)
+
+        return [(group, rows if group else [named(one) for one in rows]) for group, rows in found]
+
 
 def plain_name(name):
     """Without what Google Benchmark adds, as `/iterations:1/manual_time`."""

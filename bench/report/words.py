@@ -58,10 +58,11 @@ def read(name, unit_of_time="ns"):
 
 
 def _is_the_time(column, rows):
-    if column.name == "time" or column.quantile or column.unit != _units.get(rows[0].unit):
+    """Or the same in another unit, as a share of a second is."""
+    if column.name == "time" or column.quantile or column.is_ratio or len(rows) < 2 or not column.unit:
         return False
-    pairs = [(one.values.get(column.name, math.nan), one.values.get("time", math.nan)) for one in rows]
-    return all(math.isclose(value, time, rel_tol=1e-3) for value, time in pairs)
+    shares = [one.values.get(column.name, math.nan) / (one.values.get("time") or math.nan) for one in rows]
+    return all(share > 0 and math.isclose(share, shares[0], rel_tol=1e-3) for share in shares)
 
 
 def columns(rows):

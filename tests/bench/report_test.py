@@ -66,6 +66,13 @@ class reading(unittest.TestCase):
         self.assertEqual([one.name for one in ordered],
                          ["fan_out/rowe/1", "fan_out/lws/1", "fan_out/rowe/10", "fan_out/lws/10"])
 
+    def test_groups_of_one_row_each_are_one_table(self):
+        told = results.result("x")
+        names = ("a/p", "a/q", "b/p", "c/p", "d/p", "d/q")
+        told.rows = [results.row(name, "ns", {"time": 1}) for name in names]
+        self.assertEqual([(group, [one.name for one in rows]) for group, rows in told.tables()],
+                         [("a", ["a/p", "a/q"]), ("", ["/b: p", "/c: p"]), ("d", ["d/p", "d/q"])])
+
     def test_instructions_are_of_one_call(self):
         said = ("  117,000 (11.06%)  ???:steps::call_finish(rowe::lane&) [/x]\n"
                 "1,998,066 (18.73%)  a.cpp:steps::request_next(rowe::responder<a, b>&) [/x]\n"
