@@ -121,13 +121,18 @@ def measure(one, command, kept, rounds, told):
 
 
 def run(one, programs, kept, rounds):
-    """The result of a program of programs.py, built in the folder `programs`; also kept in `kept`."""
+    """The result of a program of programs.py, built in the folder `programs`; also kept in `kept`. One that
+    fails is tried once more, and the page says so: machines have bad minutes."""
     told = results.result(one.name, date=machine.today(), commit=machine.commit(), load=machine.load())
     command = [part.format(bin=programs) for part in one.command]
     told.why = missing(one, command, kept)
     if not told.why:
         begin = time.monotonic()
         measure(one, command, kept, rounds, told)
+        if told.state == "failed" and time.monotonic() - begin < seconds_max:
+            first, told.why = told.why, ""
+            measure(one, command, kept, rounds, told)
+            told.notes.append(f"This is the second try; the first ended with {first}.")
         told.seconds = round(time.monotonic() - begin, 1)
     results.keep(kept, told)
     return told

@@ -2,6 +2,7 @@
 """Each target of rows.py against the results."""
 import dataclasses
 
+import programs
 import rows
 
 
@@ -31,5 +32,9 @@ def judge(target, told):
 
 
 def judge_all(results, targets=rows.targets):
-    """`results` by the names of their programs."""
-    return [judge(one, results[one.program]) for one in targets]
+    """`results` by the names of their programs. In the order of the programs; a quantity stays together."""
+    order = {one.name: place for place, one in enumerate(programs.programs)}
+    place = {}
+    for one in targets:
+        place.setdefault(one.quantity, order[one.program])
+    return [judge(one, results[one.program]) for one in sorted(targets, key=lambda one: place[one.quantity])]

@@ -177,6 +177,12 @@ class running(unittest.TestCase):
         told = self.run_script("#!/bin/sh\necho 'needs two cores' >&2\nexit 1\n")
         self.assertEqual((told.state, told.why), ("failed", "exit code 1: needs two cores"))
 
+    def test_a_program_that_fails_is_tried_once_more_and_the_page_says_so(self):
+        told = self.run_script("#!/bin/sh\n[ -e \"$0.tried\" ] && echo good && exit\n>\"$0.tried\"\n"
+                               "echo bad minute >&2\nexit 1\n", "text")
+        self.assertEqual((told.state, told.why, told.text), ("ran", "", "good"))
+        self.assertIn("exit code 1: bad minute", told.notes[0])
+
     def test_a_program_that_writes_nothing_has_failed(self):
         self.assertEqual(self.run_script("#!/bin/sh\n").state, "failed")
 
