@@ -5,14 +5,16 @@
 // Measured, from the beginning of publish() until the peer has read the whole frame, one message after the
 // other; p50, p99, p99.9 of each round, medians over the rounds. The loop on core A (--here) publishes, and
 // is the peer as well: it spins on its socket. The service thread is alone on core B (--there), by each idle
-// policy. Each for two messages: `small`, one double, and `odometry`, 13 doubles. Once with a message every
-// 50 us, and for rowe_spin once every millisecond (rowe_spin_1khz), when the caches have had time to forget.
+// policy. Each for two messages: `small`, one double, and `odometry`, 13 doubles. With a message every 50 us,
+// and for rowe_poll, rowe_wake and rowe_spin_1khz one every millisecond, when the caches have had time to
+// forget.
 //
 // The limit, `raw`: a thread that spins on core B for a word, which core A stores, and sends the same bytes,
-// ready made, over a socket of the same kind: one hand-over and one send. `of_raw` is the ratio to that
-// inside each round (target for rowe_spin: at most 1.1). What it is made of is known besides: `send`, how
-// long that thread's send() took, and `hand_over`, half of a word's way to the other core and back; the rest
-// is the peer's receiving, while its own spinning locks the socket.
+// ready made, over a socket of the same kind: one hand-over and one send; raw_1khz is that every millisecond.
+// `of_raw` is the ratio to the one of the same pace inside each round (target for rowe_spin: at most 1.1).
+// What it is made of is known besides: `send`, how long that thread's send() took, and `hand_over`, half of a
+// word's way to the other core and back; the rest is the peer's receiving, while its own spinning locks the
+// socket.
 //
 // Excluded: whatever becomes of the message in the peer: its frame is not looked into; a network.
 //
@@ -135,7 +137,7 @@ struct limit {
   double send = 0;             // median, likewise
 };
 
-limit raw(std::size_t frame_bytes) {
+limit raw(std::size_t frame_bytes, int count, rt::duration pause) {
   const socket_pair sockets;
   if (!sockets.ok()) give_up("no sockets");
   const std::string frame(frame_bytes, 'r');
@@ -144,7 +146,7 @@ limit raw(std::size_t frame_bytes) {
   limit found;
   {
     const rt::thread partner = on_the_other_core([&] {
-      for (int i = -messages_to_warm; i < messages; ++i) {
+      for (int i = -messages_to_warm; i < count; ++i) {
         while (word.load(std::memory_order_acquire) != i) continue; // pairs with the release below
         const auto begin = monotonic_clock::now();
         (void)send_whole(sockets.theirs(), frame); // what does not arrive is noticed there
@@ -153,7 +155,7 @@ limit raw(std::size_t frame_bytes) {
     });
     std::string room(frame_bytes, '\0');
     found.arrived = time_messages(
-        messages, period,
+        count, pause,
         [&](int n, time_point) {
           word.store(n, std::memory_order_release); // pairs with the acquire above
           return true;
@@ -231,11 +233,16 @@ template <class Value>
 void run_round(const char* message, std::span<series> into) {
   std::vector<arrivals> seen;
   for (const contender& one : contenders) seen.push_back(rowe<Value>(one.policy, one.count, one.pause));
-  limit least = raw(seen[0].frame_bytes);
+  const std::size_t bytes = seen[0].frame_bytes;
+  limit often = raw(bytes, messages, period);
+  limit at_1khz = raw(bytes, messages_at_1khz, 1ms);
   const double over = hand_over();
-  enter(into[0], std::string{"raw/"} + message, least.arrived, limit{least}, over);
-  for (std::size_t i = 0; i < seen.size(); ++i)
-    enter(into[i + 1], std::string{contenders[i].name} + "/" + message, seen[i].took, least, over);
+  enter(into[0], std::string{"raw/"} + message, often.arrived, limit{often}, over);
+  enter(into[1], std::string{"raw_1khz/"} + message, at_1khz.arrived, limit{at_1khz}, over);
+  for (std::size_t i = 0; i < seen.size(); ++i) {
+    const limit& least = contenders[i].count == messages ? often : at_1khz;
+    enter(into[i + 2], std::string{contenders[i].name} + "/" + message, seen[i].took, least, over);
+  }
 }
 
 void report(const series& each) {
@@ -259,7 +266,7 @@ void report(const series& each) {
 
 int main(int count, char** arguments) {
   using namespace rowe::bench;
-  constexpr std::size_t each = 1 + std::size(contenders);
+  constexpr std::size_t each = 2 + std::size(contenders);
   std::vector<series> all(2 * each);
   return run_on_two_cores("bench_arrivals", count, arguments, [&](int rounds) {
     for (int round = 0; round < rounds; ++round) {
