@@ -80,6 +80,12 @@ class reader {
 // The value that `validated` consists of, white space around it removed.
 ROWE_RT value root(std::string_view validated) noexcept;
 
+// Whether that is an object.
+ROWE_RT inline bool is_object(std::string_view validated) noexcept {
+  const std::size_t begin = validated.find_first_not_of(" \t\n\r");
+  return begin != std::string_view::npos && validated[begin] == '{';
+}
+
 // Walks the members of an object, in the order of the text.
 class object_walk {
  public:

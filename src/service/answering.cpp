@@ -173,7 +173,7 @@ result<std::uint32_t> core::finish_with(std::uint32_t index, std::string_view te
   // Whoever asked in bare JSON gets an object.
   const bool reads_objects =
       ended.asked_by.who == party::kind::door || lanes_[ended.asked_by.index].kind == detail::lane_kind::talk;
-  if (reads_objects && json::root(text).type != json::kind::object) {
+  if (reads_objects && !json::is_object(text)) {
     const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_result(into, text); });
     if (slot == no_index) return errc::full;
     close_call(index);

@@ -21,6 +21,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -213,7 +214,8 @@ class core final : public transport_sink {
   void take(connection& c, const wire::frame_step& step) noexcept;
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
   void take_rosbridge(connection& c, std::string_view text) noexcept;
-  void take_bare(connection& c, std::string_view text, bool has_op) noexcept;
+  void take_bare(connection& c, std::string_view text, const wire::bare::envelope& said,
+                 const std::optional<wire::bare::refusal>& refusal) noexcept;
   void carry_out(connection& c, const wire::rosbridge::request& asked) noexcept;
   void subscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
   void unsubscribe(connection& c, const wire::rosbridge::request& asked) noexcept;

@@ -184,7 +184,7 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
 // What a user wrote is one JSON object without the members that are ours.
 status core::check_text(std::string_view text) noexcept {
   if (const status valid = validator_.validate(text); !valid) return valid;
-  if (json::root(text).type != json::kind::object) return errc::not_an_object;
+  if (!json::is_object(text)) return errc::not_an_object;
   if (const auto at = wire::bare::find_reserved(text))
     return error{errc::reserved_member, static_cast<std::int64_t>(*at)};
   return {};

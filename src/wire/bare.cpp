@@ -13,8 +13,9 @@ namespace {
 
 constexpr std::size_t value_bytes_max = 64; // of a value shown in a sentence
 
-enum reserved : std::size_t { message_id, in_reply_to, ttl_ms, service, error };
-constexpr std::array<std::string_view, 5> names = {"message_id", "in_reply_to", "ttl_ms", "service", "error"};
+enum reserved : std::size_t { message_id, in_reply_to, ttl_ms, service, error, op };
+constexpr std::array<std::string_view, 6> names = {"message_id", "in_reply_to", "ttl_ms",
+                                                   "service",    "error",       "op"};
 using found_members = members<names.size()>;
 
 std::optional<refusal> read_id(reserved which, const found_members& found, std::size_t bytes_max,
@@ -112,6 +113,12 @@ std::optional<refusal> decode(std::string_view validated_text, std::span<char> s
                               const name_limits& limits, envelope& out) noexcept {
   out = envelope{};
   const auto found = collect(validated_text, names);
+  out.has_op = found.given(op);
+  if (out.has_op) {
+    const json::value first =
+        found.times[op] == 1 ? found.values[op] : *json::find(validated_text, names[op]);
+    out.op_is_text = first.type == json::kind::string;
+  }
   // Both ids are read whatever is wrong, for the answer; but which of two was meant nobody knows.
   std::optional<refusal> wrong;
   for (const auto& [which, into] :

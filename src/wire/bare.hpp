@@ -38,6 +38,10 @@ struct envelope {
   // member is the users' own.
   std::string_view service;
   std::int64_t ttl_ns = no_ttl; // 0 or more
+  // The first member `op`: where it is a string the text is rosbridge's, and nothing else here means
+  // anything.
+  bool has_op = false;
+  bool op_is_text = false;
   // reply: it is a refusal: `error` is an object with a string `code` of 1 to code_bytes_max bytes. Any other
   // `error` is the users' own, and the reply an ordinary one.
   bool failed = false;

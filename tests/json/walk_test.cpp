@@ -95,6 +95,11 @@ TEST(root, is_the_value_without_the_space_around_it) {
   EXPECT_EQ(root("").type, kind::null);
 }
 
+TEST(root, is_told_to_be_an_object_by_its_first_byte) {
+  for (const char* text : {"{}", " \t\n\r{\"a\":1} "}) EXPECT_TRUE(is_object(text)) << text;
+  for (const char* text : {"", " ", "[{}]", "\"{\"", "1", " null"}) EXPECT_FALSE(is_object(text)) << text;
+}
+
 TEST(find, searches_from_the_start_and_takes_the_first) {
   constexpr std::string_view text = R"({"a":1,"b":2,"a":3,"\u0063":4})";
   EXPECT_EQ(find(text, "b")->raw, "2");

@@ -79,6 +79,21 @@ TEST(bare_decode, takes_everything_else_for_a_message) {
   }
 }
 
+TEST(bare_decode, says_what_the_first_member_named_op_is) {
+  const std::pair<const char*, bool> texts[] = {{R"({"x":1,"op":"publish"})", true},
+                                                {R"({"x":1,"\u006fp":"publish"})", true},
+                                                {R"( {"op":"publish","op":1} )", true},
+                                                {R"({"op":1,"op":"publish"})", false},
+                                                {R"({"op":null,"message_id":1})", false}};
+  for (const auto& [text, is_text] : texts) {
+    const decoded d{text};
+    EXPECT_TRUE(d.as_far_as_read().has_op) << text;
+    EXPECT_EQ(d.as_far_as_read().op_is_text, is_text) << text;
+  }
+  for (const char* text : {R"({"x":{"op":"publish"}})", R"(["op"])", R"("op")"})
+    EXPECT_FALSE(decoded { text } -> has_op) << text;
+}
+
 TEST(bare_decode, takes_an_object_with_both_ids_for_a_reply) {
   const decoded d{R"({"message_id":2,"in_reply_to":1,"service":"/s"})"};
   EXPECT_EQ(d->what, kind::reply);
@@ -155,8 +170,8 @@ TEST(bare_decode, tells_a_refusal_from_an_ordinary_reply) {
 TEST(bare_decode, leaves_other_errors_to_the_users) {
   const std::string long_code(code_bytes_max + 1, 'c');
   for (const std::string& error : {std::string{"null"}, std::string{R"("code")"}, std::string{"{}"},
-                                  std::string{R"(["code"])"}, std::string{R"({"code":404,"text":"x"})"},
-                                  std::string{R"({"code":""})"}, R"({"code":")" + long_code + "\"}"}) {
+                                   std::string{R"(["code"])"}, std::string{R"({"code":404,"text":"x"})"},
+                                   std::string{R"({"code":""})"}, R"({"code":")" + long_code + "\"}"}) {
     const decoded d{"{\"in_reply_to\":1,\"error\":" + error + "}"};
     EXPECT_EQ(d->what, kind::reply);
     EXPECT_FALSE(d->failed) << error;
