@@ -237,7 +237,10 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
     done = fill_inbox(lane, header, {slots_.text(slot).data(), slots_.text(slot).size()});
     release(slot);
   }
-  if (done) return;
+  if (done) {
+    asked_lane_ = lane;
+    return;
+  }
   std::array<char, 192> why;
   switch (done.code()) {
   case errc::full:
@@ -282,10 +285,13 @@ void core::hand_to_receiver(std::uint32_t index, std::string_view service, const
     release(slot);
   }
   std::array<char, 192> why;
-  if (!done)
+  if (done) {
+    asked_lane_ = lane; // none: a thread of the front door sleeps
+  } else {
     finish_badly(index, {errc::refused},
                  done.code() == errc::full ? "nobody takes calls fast enough: the inbox is full"
                                            : done.error().text(why));
+  }
 }
 
 } // namespace rowe::service

@@ -168,10 +168,21 @@ void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node
 
 rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
+  asked_lane_ = no_index;
   carrier_.poll(now, *this);
   turn_stop();
   read_in_turn();
   place_waiting();
+  return take_and_write();
+}
+
+rt::time_point core::write_answer(rt::time_point now) noexcept {
+  now_ = now;
+  asked_lane_ = no_index;
+  return take_and_write();
+}
+
+rt::time_point core::take_and_write() noexcept {
   take_from_lanes();
   take_from_door();
   expire();

@@ -125,6 +125,15 @@ class core final : public transport_sink {
   // waits.
   rt::time_point cycle(rt::time_point now) noexcept;
 
+  // For a thread that does not sleep. A handle of this process that was given a call in the last cycle, and
+  // answers at once, has done so before the carrier could be asked again.
+  bool awaits_answer() const noexcept { return asked_lane_ != no_index; }
+  // Whether it has said something since.
+  bool has_answer() noexcept;
+  // The second half of a cycle: takes from handles and writes, without asking the carrier. Returns as
+  // cycle().
+  rt::time_point write_answer(rt::time_point now) noexcept;
+
   // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
   void describe_thread(const rt::grants& granted, bool memory_locked) noexcept;
 
@@ -192,6 +201,7 @@ class core final : public transport_sink {
   // core.cpp
   connection* find(connection_id id) noexcept;
   const connection* find(connection_id id) const noexcept;
+  rt::time_point take_and_write() noexcept;
   void expire() noexcept;
   void show_carrier_memory() noexcept;
   void look_after(connection& c) noexcept;
@@ -556,6 +566,7 @@ class core final : public transport_sink {
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
   std::uint32_t peer_calls_ = 0;         // in flight, asked by peers
+  std::uint32_t asked_lane_ = no_index;  // that was given a call in this cycle, the last one
   std::uint32_t epoch_ = 0;              // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle

@@ -26,8 +26,8 @@ void core::take_from_lanes() noexcept {
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
     switch (lanes_[i].state.load(std::memory_order_acquire)) {
-    case lane_state::free:
-    case lane_state::refused: break;
+    case lane_state::free: // most of them, in every cycle
+    case lane_state::refused: continue;
     case lane_state::offered: attach(i); break;
     case lane_state::active: take_from(i); break;
     case lane_state::closing:
@@ -41,6 +41,10 @@ void core::take_from_lanes() noexcept {
     }
     lanes_wait_ = lanes_wait_ || views_[i].held_first != no_index;
   }
+}
+
+bool core::has_answer() noexcept {
+  return asked_lane_ != no_index && lanes_[asked_lane_].service.out.out->waiting_at_least() != 0;
 }
 
 bool core::lanes_quiet() const noexcept {
@@ -130,6 +134,7 @@ void core::count_refusals(const detail::lane& lane) noexcept {
 void core::detach(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
   lane_view& view = views_[index];
+  if (asked_lane_ == index) asked_lane_ = no_index; // its rings are set-up's from here on
   if (view.attached && view.topic == no_index) {
     detach_talker(index);
     count_refusals(lane);

@@ -13,6 +13,9 @@ using clock = rt::monotonic_clock;
 constexpr rt::duration goodbye_max =
     std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
 
+// How long a call that was given to a handle is waited for, before anything else is looked at.
+constexpr rt::duration answer_wait = std::chrono::microseconds{1};
+
 void sleep_for_a_nap() noexcept {
   const timespec how_long{.tv_sec = 0, .tv_nsec = nap_budget::nap.count()};
   (void)::clock_nanosleep(CLOCK_MONOTONIC, 0, &how_long, nullptr); // ended early by a signal: there is a next
@@ -21,61 +24,78 @@ void sleep_for_a_nap() noexcept {
 } // namespace
 
 void service_loop::cycle() noexcept {
-  const rt::time_point began = clock::now();
+  const rt::time_point began = now_;
   next_ = core_.cycle(began);
-  core_.record_cycle(clock::now() - began);
+  now_ = clock::now();
+  core_.record_cycle(now_ - began);
+}
+
+// A look at a handle takes a fraction of what asking the kernel for events does, so a loop that answers calls
+// without pause is heard first.
+void service_loop::await_answer() noexcept {
+  const rt::time_point until = now_ + answer_wait;
+  while (!core_.has_answer()) {
+    if (now_ >= until) return;
+    now_ = clock::now();
+  }
+  next_ = core_.write_answer(now_);
+  now_ = clock::now();
 }
 
 void service_loop::run(bool fifo) noexcept {
+  now_ = clock::now();
   for (;;) {
     // acquire: pairs with the release in stop(). Looked at before the cycle, so that whatever was published
     // before stop() is taken in a cycle that comes after.
     const rt::time_point drain_until{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
-    if (drain_until != rt::never) core_.stop_loops(clock::now());
+    if (drain_until != rt::never) core_.stop_loops(now_);
     cycle();
+    if (policy_ == idle::spin && core_.awaits_answer() && next_ > now_) await_answer();
     if (drain_until != rt::never) {
       drained_ = core_.drained();
-      if (drained_ || clock::now() >= drain_until) return say_goodbye();
+      if (drained_ || now_ >= drain_until) return say_goodbye();
     }
-    idle_until(drain_until == rt::never ? next_ : std::min(next_, clock::now() + poll_period_), fifo);
+    idle_until(drain_until == rt::never ? next_ : std::min(next_, now_ + poll_period_), fifo);
   }
 }
 
 void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
-  const rt::time_point now = clock::now();
   if (fifo) {
-    naps_.awake_until(now);
+    naps_.awake_until(now_);
     if (naps_.overdue()) {
       sleep_for_a_nap();
-      return naps_.slept_until(clock::now());
+      now_ = clock::now();
+      return naps_.slept_until(now_);
     }
   }
-  const rt::time_point until = std::min(next, now + core_.patience(poll_period_));
+  const rt::time_point until = std::min(next, now_ + core_.patience(poll_period_));
   switch (policy_) {
-  case idle::poll: carrier_.wait(now, until); break;
+  case idle::poll: carrier_.wait(now_, until); break;
   case idle::wake:
-    if (until > now) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now, until); });
+    if (until > now_) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now_, until); });
     break;
   case idle::phase: {
-    const rt::time_point due = core_.phases().wait_until(now, poll_period_);
-    if (due <= now) return; // until a value comes that is due
-    carrier_.wait(now, std::min(until, due));
+    const rt::time_point due = core_.phases().wait_until(now_, poll_period_);
+    if (due <= now_) return; // until a value comes that is due
+    carrier_.wait(now_, std::min(until, due));
     if (due <= until) core_.phases().woke(due, clock::now());
     break;
   }
   case idle::spin:
-    if (!fifo || !naps_.due()) return;
-    carrier_.wait(now, now + nap_budget::nap);
+    if (!fifo || !naps_.due()) return; // the time is that of the last cycle's end
+    carrier_.wait(now_, now_ + nap_budget::nap);
   }
-  if (fifo) naps_.waited_until(clock::now());
+  now_ = clock::now();
+  if (fifo) naps_.waited_until(now_);
 }
 
 void service_loop::say_goodbye() noexcept {
-  const rt::time_point until = clock::now() + goodbye_max;
-  core_.close_all(clock::now());
-  while (core_.peers() != 0 && clock::now() < until) {
+  const rt::time_point until = now_ + goodbye_max;
+  core_.close_all(now_);
+  while (core_.peers() != 0 && now_ < until) {
     cycle();
-    carrier_.wait(clock::now(), std::min(until, clock::now() + std::chrono::milliseconds{10}));
+    carrier_.wait(now_, std::min(until, now_ + std::chrono::milliseconds{10}));
+    now_ = clock::now();
   }
 }
 

@@ -76,6 +76,7 @@ class service_loop {
 
  private:
   void cycle() noexcept;
+  void await_answer() noexcept;
   void idle_until(rt::time_point next, bool fifo) noexcept;
   void say_goodbye() noexcept;
 
@@ -85,6 +86,7 @@ class service_loop {
   const idle policy_;
   const rt::duration poll_period_;
   nap_budget naps_;
+  rt::time_point now_{}; // read behind each cycle and each wait, and nowhere else
   rt::time_point next_{};
   rt::std_atomics::variable<std::int64_t> drain_until_ns_{rt::nanoseconds_of(rt::never)};
   bool drained_ = false;

@@ -24,6 +24,7 @@ using namespace stage;
 using rowe::errc;
 using rowe::detail::lane_kind;
 using rowe::detail::lane_request;
+using rowe::detail::lane_state;
 
 template <class Handle>
 Handle handle_on(theatre& on, const lane_request& asked) {
@@ -108,6 +109,38 @@ TEST_F(calling, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
     on.cycle();
     EXPECT_EQ(program.hear(), texts{R"({"sum":42,"in_reply_to":)" + id + "}"});
   }
+}
+
+// Between two cycles, as the loop of a thread does that never sleeps.
+TEST_F(calling, awaits_the_answer_of_a_handle_that_was_given_a_call_and_writes_it) {
+  auto add = handle_on<add_responder>(on, serve_add());
+  peer page{on};
+  on.cycle();
+  EXPECT_FALSE(on.core.awaits_answer());
+  page.say(R"({"op":"call_service","service":"/add","args":{"a":1,"b":1}})");
+  on.cycle();
+  EXPECT_TRUE(on.core.awaits_answer());
+  EXPECT_FALSE(on.core.has_answer());
+  answer_one(add);
+  EXPECT_TRUE(on.core.has_answer());
+  on.core.write_answer(on.now);
+  EXPECT_EQ(page.hear(),
+            texts{R"({"op":"service_response","service":"/add","result":true,"values":{"sum":2}})"});
+  EXPECT_FALSE(on.core.awaits_answer());
+}
+
+TEST_F(calling, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_call) {
+  auto& lane = on.offer(serve_add());
+  on.cycle();
+  peer page{on};
+  page.say(R"({"op":"call_service","service":"/add","args":{"a":"1"}})");
+  on.cycle();
+  EXPECT_FALSE(on.core.awaits_answer());
+  page.say(R"({"op":"call_service","service":"/add","args":{"a":1,"b":1}})");
+  lane.state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
+  on.cycle();
+  EXPECT_FALSE(on.core.awaits_answer());
+  EXPECT_FALSE(on.core.has_answer());
 }
 
 TEST_F(calling, finds_a_service_with_and_without_its_slash) {
