@@ -3,6 +3,7 @@
 // see every system call whoever makes it. The clock stands while it is counted, so that nothing is due but
 // what the peers say. A thread that is watched can start no others: what waits here for ever is ended by
 // ctest.
+#include <rowe/responder.hpp>
 #include <rowe/rt/tripwire.hpp>
 #include <rowe/subscriber.hpp>
 
@@ -195,6 +196,30 @@ TEST_F(system_calls, are_three_for_it_as_well_when_it_was_waited_for) {
     });
     ASSERT_EQ(calls, 3U) << i; // epoll_pwait2, recv, send
     ASSERT_EQ(one.hear().size(), 1U) << i;
+  }
+}
+
+// Under idle::spin: no events are asked for between a call and its answer.
+TEST_F(system_calls, are_three_for_a_call_that_a_handle_answers) {
+  peer& one = listening_to("/a");
+  rowe::responder<rowe::json_text, rowe::json_text> service{
+      on.handle_of(on.offer({.kind = lane_kind::respond_text,
+                             .name = "/add",
+                             .out_depth = 8,
+                             .in_depth = 4,
+                             .out_bytes = 300,
+                             .in_bytes = 300}))};
+  settle();
+  for (int i = 0; i < 1000; ++i) {
+    one.say(R"({"service":"/add","a":38,"b":4,"message_id":"1"})");
+    ASSERT_EQ(counted_arrival(), 2U) << i; // epoll_wait, recv
+    ASSERT_TRUE(on.core.awaits_answer());
+    auto asked = service.try_next(on.now);
+    ASSERT_TRUE(asked && service.reply(*asked, R"({"sum":42})", on.now));
+    ASSERT_TRUE(on.core.has_answer());
+    ASSERT_EQ(counted([&] { on.core.write_answer(on.now); }), 1U) << i; // send
+    ASSERT_EQ(one.hear().size(), 1U) << i;
+    if (i % 50 == 0) settle();
   }
 }
 
