@@ -10,9 +10,10 @@
 //              publication of rosbridge's, and gives it to its topic's subscriber
 //   ..._busy   asks for events without waiting for them (idle::spin); what has no such name waits in the
 //              kernel, as it ships (rowe: idle::poll; rowe_wake: idle::wake)
-// All echo the same bytes. p50, p99 and p99.9 are of all rounds; the ratios are of medians of the same round,
-// busy to busy and waiting to waiting. `calls` are the system calls a server makes for one message (strace,
-// in a run of its own), of those that wait.
+// Before each message the client lets those that wait fall asleep (40 us): a slow one would else be awake
+// still when the next message comes, and look fast. All echo the same bytes. p50, p99 and p99.9 are of all
+// rounds; the ratios are of medians of the same round, busy to busy and waiting to waiting. `calls` are the
+// system calls a server makes for one message (strace, in a run of its own), of those that wait.
 //
 // Excluded: networks, TLS, compression; clients that sleep; user threads (a message that a program handles on
 // a thread of its own passes two more rings).
@@ -34,6 +35,7 @@ namespace {
 
 constexpr std::size_t sizes[] = {64, 512};
 constexpr int warm_up = 30;
+constexpr rt::duration falling_asleep = 40us;
 constexpr rt::duration turn = 25ms; // of one contender with one size in one round
 constexpr int counted = 500;
 
@@ -53,11 +55,11 @@ bool measure(peer_field::row& of, std::size_t bytes) {
     if (!trip(client, frame, bytes)) return false;
   std::vector<double> trips;
   const rt::time_point end = monotonic_clock::now() + turn;
-  for (rt::time_point begin = monotonic_clock::now(); begin < end;) {
+  for (rt::time_point begin = monotonic_clock::now(); begin < end; begin = monotonic_clock::now()) {
+    const rt::time_point asleep = begin + falling_asleep;
+    while (!of.who.busy() && begin < asleep) begin = monotonic_clock::now();
     if (!trip(client, frame, bytes)) return false;
-    const rt::time_point now = monotonic_clock::now();
-    trips.push_back(nanoseconds(now - begin));
-    begin = now;
+    trips.push_back(nanoseconds_since(begin));
   }
   std::vector<double>& all = of.samples[name_of(bytes)];
   all.insert(all.end(), trips.begin(), trips.end());
