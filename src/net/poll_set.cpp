@@ -28,21 +28,18 @@ bool has_epoll_pwait2(int epoll) noexcept {
 
 } // namespace
 
-poll_set::poll_set(descriptor epoll, descriptor timer) noexcept
-    : epoll_{std::move(epoll)}, timer_{std::move(timer)} {}
+poll_set::poll_set(descriptor epoll, descriptor timer, bool has_pwait2) noexcept
+    : epoll_{std::move(epoll)}, timer_{std::move(timer)}, has_pwait2_{has_pwait2} {}
 
 result<poll_set> poll_set::open(sleeping_by how) noexcept {
   descriptor epoll{::epoll_create1(EPOLL_CLOEXEC)};
   if (!epoll) return error{errc::no_memory};
-  descriptor timer;
-  if (how == sleeping_by::timerfd || !has_epoll_pwait2(epoll.get())) {
-    timer.reset(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC));
-    if (!timer) return error{errc::no_memory};
-  }
-  poll_set set{std::move(epoll), std::move(timer)};
+  descriptor timer{::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)};
+  if (!timer) return error{errc::no_memory};
+  const bool by_pwait2 = how == sleeping_by::epoll_pwait2 && has_epoll_pwait2(epoll.get());
+  poll_set set{std::move(epoll), std::move(timer), by_pwait2};
   // Edge triggered: setting the timer again clears its readiness, so nobody needs to read it.
-  if (set.timer_ && !set.add(set.timer_.get(), EPOLLIN | EPOLLET, {source::timer}))
-    return error{errc::no_memory};
+  if (!set.add(set.timer_.get(), EPOLLIN | EPOLLET, {source::timer})) return error{errc::no_memory};
   return set;
 }
 
@@ -64,8 +61,10 @@ void poll_set::remove(int fd) noexcept { ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL
 
 void poll_set::keep(int count) noexcept {
   waiting_ = count > 0 ? static_cast<std::size_t>(count) : 0; // a signal counts as nothing found
-  for (std::size_t i = 0; i < waiting_; ++i)
+  for (std::size_t i = 0; i < waiting_; ++i) {
     batch_[i] = {event_token::unpack(ready_[i].data.u64), ready_[i].events};
+    if (batch_[i].token.from == source::timer) timer_ends_ = rt::never;
+  }
 }
 
 std::span<const socket_event> poll_set::take() noexcept {
@@ -74,22 +73,26 @@ std::span<const socket_event> poll_set::take() noexcept {
   return {batch_.data(), std::exchange(waiting_, 0)};
 }
 
-void poll_set::wait(rt::duration duration) noexcept {
-  if (waiting_ != 0 || duration <= rt::duration::zero()) return;
+void poll_set::wait(rt::time_point now, rt::time_point until) noexcept {
+  if (waiting_ != 0 || until <= now) return;
   const auto room = static_cast<int>(batch_max);
   looked_ = true;
-  if (timer_) {
-    keep(::epoll_wait(epoll_.get(), ready_.data(), room, bound_by_timer(duration) ? -1 : 0));
+  if (!has_pwait2_ || until - now <= short_sleep) {
+    keep(::epoll_wait(epoll_.get(), ready_.data(), room, timer_by(now, until) ? -1 : 0));
     return;
   }
-  const timespec spec = to_timespec(duration);
+  const timespec spec = to_timespec(until - now);
   keep(::epoll_pwait2(epoll_.get(), ready_.data(), room, &spec, nullptr));
 }
 
-bool poll_set::bound_by_timer(rt::duration duration) noexcept {
+// The timer goes off by then. False when the kernel refuses.
+bool poll_set::timer_by(rt::time_point now, rt::time_point until) noexcept {
+  if (timer_ends_ <= until) return true; // it is running already
   itimerspec once{};
-  once.it_value = to_timespec(duration);
-  return ::timerfd_settime(timer_.get(), 0, &once, nullptr) == 0;
+  once.it_value = to_timespec(until - now);
+  if (::timerfd_settime(timer_.get(), 0, &once, nullptr) != 0) return false;
+  timer_ends_ = until;
+  return true;
 }
 
 } // namespace rowe::net

@@ -4,10 +4,16 @@
 //
 // wait() keeps what ended it and take() hands it on, so that a turn which had to sleep pays one system call
 // for both. Service thread; never allocates after open().
+//
+// A sleep that ends soon is bounded by a timerfd, which is left running when something else ends the sleep,
+// and bounds the next ones until it has gone off: it would cost more to stop and to set the timer of a core
+// for each message than the message itself, most of all in a virtual machine (decision 0024). A longer one is
+// bounded by epoll_pwait2: the kernel does not bother the core with what is behind its next tick.
 #pragma once
 #include <sys/epoll.h>
 
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -41,8 +47,8 @@ struct socket_event {
   std::uint32_t events = 0; // EPOLLIN, EPOLLOUT, …
 };
 
-// How wait() bounds its sleep: by epoll_pwait2 (Linux 5.11), or, where the kernel lacks that, by a timerfd.
-// epoll_wait itself counts milliseconds, which is too coarse.
+// How wait() bounds a long sleep: by epoll_pwait2 (Linux 5.11), or, where the kernel lacks that, by the
+// timerfd as well. epoll_wait itself counts milliseconds, which is too coarse.
 enum class sleeping_by : std::uint8_t { epoll_pwait2, timerfd };
 
 class poll_set {
@@ -60,16 +66,21 @@ class poll_set {
   // What is ready now; after a wait(), what that found, be it nothing. Valid until the next take() or wait().
   std::span<const socket_event> take() noexcept;
 
-  // Sleeps until something is ready or `duration` is over; at once when a batch waits to be taken.
-  void wait(rt::duration duration) noexcept;
+  // Sleeps until something is ready or `until` has come, or the end of a sleep before that, which was a short
+  // one and ended early; not at all while a batch waits to be taken.
+  void wait(rt::time_point now, rt::time_point until) noexcept;
 
  private:
-  poll_set(descriptor epoll, descriptor timer) noexcept;
-  bool bound_by_timer(rt::duration duration) noexcept;
+  poll_set(descriptor epoll, descriptor timer, bool has_pwait2) noexcept;
+  bool timer_by(rt::time_point now, rt::time_point until) noexcept;
   void keep(int count) noexcept;
 
+  static constexpr rt::duration short_sleep = std::chrono::milliseconds{4}; // a tick, or several
+
   descriptor epoll_;
-  descriptor timer_; // only where there is no epoll_pwait2
+  descriptor timer_;
+  bool has_pwait2_;
+  rt::time_point timer_ends_ = rt::never; // never: it is not set, or has gone off
   std::array<epoll_event, batch_max> ready_;
   std::array<socket_event, batch_max> batch_;
   std::size_t waiting_ = 0; // events found and not taken

@@ -264,7 +264,7 @@ void epoll_transport::wait(rt::time_point now, rt::time_point until) noexcept {
   const rt::time_point end = std::min(until, next_deadline());
   if (end <= now) return;
   ++counters_.waits;
-  polled_.wait(end - now);
+  polled_.wait(now, end);
 }
 
 // Memory that cannot be had is an error like any other.

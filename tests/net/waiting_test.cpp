@@ -113,7 +113,7 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
   ASSERT_TRUE(polled);
   for (const rt::duration span : {rt::duration{100us}, rt::duration{5ms}}) {
     const auto begin = clock_now();
-    polled->wait(span);
+    polled->wait(begin, begin + span);
     EXPECT_GE(clock_now() - begin, span);
     for (const socket_event& event : polled->take()) EXPECT_EQ(event.token.from, source::timer);
   }
@@ -123,7 +123,7 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
   const descriptor other{pair[1]};
   ASSERT_TRUE(polled->add(one.get(), EPOLLIN, {source::connection, 0xabcdef, 0x12345678}));
   ASSERT_EQ(::write(other.get(), "x", 1), 1);
-  polled->wait(1h);
+  polled->wait(clock_now(), clock_now() + 1h);
   const auto events = polled->take();
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].token.from, source::connection);
@@ -131,6 +131,45 @@ TEST_P(poll_set_by, sleeps_no_shorter_than_asked_and_wakes_for_events) {
   EXPECT_EQ(events[0].token.generation, 0x12345678U);
   polled->remove(one.get());
   EXPECT_TRUE(polled->take().empty());
+}
+
+// Its timer is left running; were it taken for one of the next sleep after it has gone off, that would not
+// end.
+TEST_P(poll_set_by, ends_each_short_sleep_after_others_that_events_ended) {
+  auto polled = poll_set::open(GetParam());
+  ASSERT_TRUE(polled);
+  int pair[2];
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0, pair), 0);
+  const descriptor one{pair[0]};
+  const descriptor other{pair[1]};
+  ASSERT_TRUE(polled->add(one.get(), EPOLLIN | EPOLLET, {source::connection}));
+  for (int round = 0; round < 20; ++round) {
+    const auto begin = clock_now();
+    for (int i = 0; i <= round; ++i) {
+      ASSERT_EQ(::write(other.get(), "x", 1), 1);
+      polled->wait(clock_now(), clock_now() + 300us);
+      (void)polled->take();
+    }
+    polled->wait(begin, begin + 300us); // the clock may stand, too
+    (void)polled->take();
+    polled->wait(begin, begin + 300us);
+    EXPECT_GE(clock_now() - begin, 300us);
+    (void)polled->take();
+  }
+}
+
+TEST_P(poll_set_by, sleeps_long_after_a_short_sleep) {
+  auto polled = poll_set::open(GetParam());
+  ASSERT_TRUE(polled);
+  const auto begin = clock_now();
+  polled->wait(begin, begin + 100us);
+  (void)polled->take();
+  for (auto now = clock_now(); now - begin < 20ms; now = clock_now()) { // one of them ends early at most
+    polled->wait(now, begin + 20ms);
+    (void)polled->take();
+  }
+  polled->wait(clock_now(), clock_now() + 100us);
+  EXPECT_GE(clock_now() - begin, 20ms);
 }
 
 INSTANTIATE_TEST_SUITE_P(both, poll_set_by, testing::Values(sleeping_by::epoll_pwait2, sleeping_by::timerfd));
