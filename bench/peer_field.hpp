@@ -52,8 +52,9 @@ class peer_field {
     for (std::size_t turn = 0; turn < rows_.size(); ++turn) turns_.push_back(turn);
   }
 
-  // measure(row) is called for each with its server running; false ends the bench. Each round begins with
-  // another one: who comes first finds the machine colder.
+  // measure(row) is called for each with its server running. A peer for which it says false is left out from
+  // there on, and told; anybody else ends the bench. Each round begins with another one: who comes first
+  // finds the machine colder.
   template <class Measure>
   bool round(Measure&& measure) {
     std::rotate(turns_.begin(), turns_.begin() + 1, turns_.end());
@@ -63,9 +64,12 @@ class peer_field {
       const bool good = measure(one);
       one.server->pause();
       if (good) continue;
-      std::fprintf(stderr, "%s stopped answering\n", one.who.name.c_str());
-      return false;
+      std::fprintf(stderr, "%s is left out: it stopped answering\n", one.who.name.c_str());
+      if (one.who.what != contender::peer) return false;
+      one.server.reset();
     }
+    std::erase_if(rows_, [](const row& one) { return !one.server; });
+    std::erase_if(turns_, [&](std::size_t turn) { return turn >= rows_.size(); });
     return true;
   }
 

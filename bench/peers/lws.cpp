@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <libwebsockets.h>
 
@@ -35,13 +36,17 @@ class outgoing {
 serving mode;
 outgoing text; // of the last message: only one is under way
 std::size_t taken = 0;
+bool in_pieces = false;
 std::set<lws*> everybody;
 
 void take(lws* from, std::string_view message) {
-  if (lws_remaining_packet_payload(from) != 0) return; // in a flood they come in pieces; it is only counted
+  // In a flood they come in pieces, and are only counted.
+  const bool more = lws_remaining_packet_payload(from) != 0;
+  const bool whole = !std::exchange(in_pieces, more);
+  if (more) return;
   ++taken;
   if (mode == serving::sink) {
-    if (message.size() != 1) return;
+    if (!whole || message.size() != 1) return;
     text.set(std::to_string(taken));
   } else {
     text.set(message);
@@ -68,6 +73,7 @@ int callback(lws* connection, lws_callback_reasons why, void*, void* in, std::si
     everybody.insert(connection);
     text.set("");
     taken = 0;
+    in_pieces = false;
   }
   if (why == LWS_CALLBACK_CLOSED) everybody.erase(connection);
   if (why == LWS_CALLBACK_RECEIVE) take(connection, {static_cast<const char*>(in), bytes});

@@ -30,8 +30,8 @@ using service::connection_id;
 
 constexpr std::size_t message_bytes_max = 4096;
 constexpr std::uint32_t connections_max = 1100;
-constexpr std::size_t batch_bytes = 64 * 1024; // as the core has it
-constexpr int batches_max = 8;                 // in a turn, likewise
+constexpr std::size_t batch_bytes = 60 * 1024; // with one more frame still one segment of TCP
+constexpr int batches_max = 8;                 // in a turn, as the core
 
 class frames_server final : public service::transport_sink {
  public:
