@@ -6,6 +6,7 @@
 #include <bit>
 #include <cassert>
 #include <cstring>
+#include <utility>
 
 namespace rowe::service {
 namespace {
@@ -173,16 +174,6 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   turn_stop();
   read_in_turn();
   place_waiting();
-  return take_and_write();
-}
-
-rt::time_point core::write_answer(rt::time_point now) noexcept {
-  now_ = now;
-  asked_lane_ = no_index;
-  return take_and_write();
-}
-
-rt::time_point core::take_and_write() noexcept {
   take_from_lanes();
   take_from_door();
   expire();
@@ -190,6 +181,19 @@ rt::time_point core::take_and_write() noexcept {
   offer_all();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
+  return next_cycle();
+}
+
+rt::time_point core::write_answer(rt::time_point now) noexcept {
+  assert(has_answer());
+  now_ = now;
+  take_from(std::exchange(asked_lane_, no_index));
+  expire();
+  offer_all();
+  return next_cycle();
+}
+
+rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's share was waiting: the next one is needed at once.
   if (lanes_left_ || !listed_.empty() || !unread_.empty()) return now_;
   return std::min(wheel_.next_wake(), next_stop_turn());

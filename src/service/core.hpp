@@ -130,8 +130,7 @@ class core final : public transport_sink {
   bool awaits_answer() const noexcept { return asked_lane_ != no_index; }
   // Whether it has said something since.
   bool has_answer() noexcept;
-  // The second half of a cycle: takes from handles and writes, without asking the carrier. Returns as
-  // cycle().
+  // If it has: takes that and writes what comes of it, as a cycle would; returns as cycle().
   rt::time_point write_answer(rt::time_point now) noexcept;
 
   // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
@@ -201,7 +200,7 @@ class core final : public transport_sink {
   // core.cpp
   connection* find(connection_id id) noexcept;
   const connection* find(connection_id id) const noexcept;
-  rt::time_point take_and_write() noexcept;
+  rt::time_point next_cycle() const noexcept;
   void expire() noexcept;
   void show_carrier_memory() noexcept;
   void look_after(connection& c) noexcept;
