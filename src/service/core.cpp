@@ -44,6 +44,10 @@ constexpr std::size_t mask_bytes =
 // A silent peer is found this much later than promised, at most; and so much may a look at an unfinished
 // message be late.
 constexpr rt::duration care_period = std::chrono::milliseconds{500};
+// Peers are looked after at multiples of this, those who share one together: a thousand quiet ones must not
+// wake a sleeping thread two thousand times a second. 17 ms; where a slot of the wheel's second level begins,
+// so that nothing wakes for its entries before they are due.
+constexpr rt::duration care_step = 256 * rt::timer_wheel::tick;
 
 // Stops that wait for the loops: one for each peer, and some of this process.
 std::size_t stop_waiters_of(const limits& bounds) noexcept { return bounds.connections_max + std::size_t{8}; }
@@ -307,7 +311,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
   begin_credit(c);
-  arm(timer::connection, id.index, now_ + care_period);
+  look_after_later(c);
   ++epoch_;
   shown_.set_connection(id.index, id.generation, c.peer());
   stop_state_due_ = now_; // it may be one of those that are shown it unasked
@@ -375,11 +379,16 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   carrier_.close(c.id, close_how::flushed);
 }
 
+void core::look_after_later(const connection& c) noexcept {
+  const rt::duration when = now_.time_since_epoch() + care_period;
+  arm(timer::connection, c.id.index, rt::time_point{when / care_step * care_step});
+}
+
 // Runs every care_period for each connection: pings whoever is silent, cuts whoever stays so or does not
 // finish what it began.
 void core::look_after(connection& c) noexcept {
   if (!c.open()) return;
-  arm(timer::connection, c.id.index, now_ + care_period);
+  look_after_later(c);
   if (c.message_began_at != rt::never && now_ - c.message_began_at > options_.message_time_max) {
     add(counter::unfinished_messages);
     return close(c, wire::close_code::policy, "a message was not finished in time");

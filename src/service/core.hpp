@@ -203,6 +203,7 @@ class core final : public transport_sink {
   rt::time_point next_cycle() const noexcept;
   void expire() noexcept;
   void show_carrier_memory() noexcept;
+  void look_after_later(const connection& c) noexcept;
   void look_after(connection& c) noexcept;
   void close(connection& c, std::uint16_t code, std::string_view reason) noexcept;
   void forget(connection& c) noexcept;

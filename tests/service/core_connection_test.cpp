@@ -29,6 +29,22 @@ TEST_F(core_test, answers_the_latest_ping_however_many_came_before) {
   EXPECT_EQ(p.pongs, 3);
 }
 
+TEST(core, wakes_for_a_crowd_of_quiet_peers_sixty_times_a_second_at_most) {
+  constexpr int crowd = 100;
+  rowe::endpoint_options options = small_options();
+  options.limits.connections_max = crowd;
+  theatre on{options};
+  std::vector<peer> peers;
+  for (int i = 0; i < crowd; ++i) {
+    peers.emplace_back(on);
+    on.cycle(3777us);
+  }
+  int wakes = 0;
+  for (const auto until = on.now + 2s; on.now < until; ++wakes) on.cycle(on.next_wake - on.now);
+  EXPECT_LE(wakes, 120);
+  EXPECT_TRUE(on.core.check());
+}
+
 TEST_F(core_test, has_room_for_its_close_frame_behind_pongs) {
   peer p{on};
   for (int i = 0; i < 10; ++i) p.send(rowe::wire::opcode::ping, std::string(125, 'x'));
