@@ -262,6 +262,8 @@ class core final : public transport_sink {
   void drop_front(queue& from) noexcept; // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
   bool reclaim(std::size_t bytes) noexcept;
+  bool reclaim_message(connection& c, std::size_t bytes) noexcept;
+  bool reclaim_answer(connection& c, std::size_t bytes) noexcept;
   void release(std::uint32_t slot) noexcept;
   void expire_slot(std::uint32_t slot) noexcept;
   void list(connection& c) noexcept;
@@ -562,6 +564,7 @@ class core final : public transport_sink {
   std::uint64_t lanes_attached_ = 0;
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
+  std::uint32_t reclaimed_at_ = 0;       // the connection at whose cost a slot was freed last
   std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room

@@ -210,42 +210,54 @@ void core::drop_all(queue& from, counter as) noexcept {
 
 // Frees a slot for so many bytes at the cost of peers that do not read: a message that is the oldest in the
 // queue of one of them is dropped there and wherever else it is the oldest. So a few that do not read cannot
-// take all slots away from those that do. Looks at each subscription once at most.
+// take all slots away from those that do. Looks at each subscription once at most, and first where it found
+// one last: that peer has more as a rule.
 bool core::reclaim(std::size_t bytes) noexcept {
-  for (connection& c : connections_) {
-    if (!c.open() || !c.behind()) continue;
-    for (std::uint32_t i = c.first_subscription; i != no_index;
-         i = router_.subscription_at(i).next_on_connection) {
-      queue& waiting = router_.subscription_at(i).waiting;
-      while (drop_dead_front(waiting)) continue;
-      if (waiting.empty() || slots_.room(entries_.front(waiting).index).size() < bytes) continue;
-      const slot_ref oldest = entries_.front(waiting);
-      const std::uint32_t topic = router_.subscription_at(i).topic;
-      for (std::uint32_t k = router_.at(topic).first_subscription; k != no_index;
-           k = router_.subscription_at(k).next_on_topic) {
-        subscription& same = router_.subscription_at(k);
-        if (!connections_[same.connection].behind() || same.waiting.empty() ||
-            entries_.front(same.waiting) != oldest || !slots_.alive(oldest)) {
-          continue;
-        }
-        add(counter::outbox_full);
-        drop_front(same.waiting);
-      }
-      if (slots_.has_free(bytes)) return true;
+  const auto from_one = [&](auto&& takes_from) {
+    for (std::size_t i = 0; i < connections_.size(); ++i) {
+      connection& c = connections_[(reclaimed_at_ + i) % connections_.size()];
+      if (!c.open() || !takes_from(c)) continue;
+      reclaimed_at_ = c.id.index;
+      return true;
     }
-  }
-  // Then answers, the oldest of each peer; not those whose sender waits to hear of them.
-  for (connection& c : connections_) {
-    if (!c.open()) continue;
-    while (drop_dead_front(c.direct)) continue;
-    if (c.direct.count <= (c.behind() ? 0 : direct_depth_behind)) continue;
-    const std::uint32_t oldest = entries_.front(c.direct).index;
-    if (letters_.under_way(oldest) || slots_.room(oldest).size() < bytes) continue;
-    add(counter::outbox_full);
-    drop_front(c.direct);
+    return false;
+  };
+  return from_one([&](connection& c) { return c.behind() && reclaim_message(c, bytes); }) ||
+         from_one([&](connection& c) { return reclaim_answer(c, bytes); });
+}
+
+bool core::reclaim_message(connection& c, std::size_t bytes) noexcept {
+  for (std::uint32_t i = c.first_subscription; i != no_index;
+       i = router_.subscription_at(i).next_on_connection) {
+    queue& waiting = router_.subscription_at(i).waiting;
+    while (drop_dead_front(waiting)) continue;
+    if (waiting.empty() || slots_.room(entries_.front(waiting).index).size() < bytes) continue;
+    const slot_ref oldest = entries_.front(waiting);
+    const std::uint32_t topic = router_.subscription_at(i).topic;
+    for (std::uint32_t k = router_.at(topic).first_subscription; k != no_index;
+         k = router_.subscription_at(k).next_on_topic) {
+      subscription& same = router_.subscription_at(k);
+      if (!connections_[same.connection].behind() || same.waiting.empty() ||
+          entries_.front(same.waiting) != oldest || !slots_.alive(oldest)) {
+        continue;
+      }
+      add(counter::outbox_full);
+      drop_front(same.waiting);
+    }
     if (slots_.has_free(bytes)) return true;
   }
   return false;
+}
+
+// The oldest one; not one whose sender waits to hear of it.
+bool core::reclaim_answer(connection& c, std::size_t bytes) noexcept {
+  while (drop_dead_front(c.direct)) continue;
+  if (c.direct.count <= (c.behind() ? 0 : direct_depth_behind)) return false;
+  const std::uint32_t oldest = entries_.front(c.direct).index;
+  if (letters_.under_way(oldest) || slots_.room(oldest).size() < bytes) return false;
+  add(counter::outbox_full);
+  drop_front(c.direct);
+  return slots_.has_free(bytes);
 }
 
 void core::remove_subscription(connection& c, std::uint32_t index) noexcept {

@@ -311,6 +311,25 @@ struct waiting : place {
   void step() { on.cycle(1us); }
 };
 
+// COUNT peers, the last of which does not read: what it has not read keeps all slots, and each message takes
+// one from it.
+struct slow : place {
+  explicit slow(std::uint32_t peers) : place{peers, 8192} {
+    connect(peers);
+    lane_ = &advertise("/down");
+    for (std::uint32_t i = peers - 2; i < peers; ++i) on.net.say(i, subscribe_to("/down"));
+    settle();
+    on.net.stop_reading(peers - 1);
+    while (on.core.slots_in_use() < on.options.limits.small_slots + on.options.limits.large_slots) step();
+    frames_due = steps;
+  }
+  void step() {
+    publish(*lane_);
+    settle();
+  }
+  rowe::detail::lane* lane_;
+};
+
 // COUNT pages that show the state of the stop. A step is a cycle in which nothing changes.
 struct shown : place {
   explicit shown(std::uint32_t pages) : place{pages} {
@@ -357,6 +376,7 @@ constexpr kind kinds[] = {{"quiet_peers", run<quiet>},
                           {"handles", run<handles>},
                           {"calls", run<calls>},
                           {"full_peers", run<waiting>},
+                          {"readers", run<slow>},
                           {"pages", run<shown>}};
 
 } // namespace
