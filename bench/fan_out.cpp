@@ -4,11 +4,11 @@
 //
 // Measured: one client sends the message, and it goes to all, the sender included; the time ends when the
 // last one has it. Servers run alone on the first core (peers.hpp says which there are), all clients on the
-// other, in one thread that never sleeps. Contenders as in bench_round_trip; rowe_json is a hub, which parses
-// and checks the message, a publication of rosbridge's, and gives it to its topic's subscribers. p50 and p99
-// are of all rounds; the ratios are of medians of the same round. `sends`, of those that wait, is how many
-// calls of send() and its relatives the server makes for a client and message (strace, in a run of its own):
-// 1 is the least there can be.
+// other, in one thread that never sleeps. Contenders as in bench_round_trip, asleep as there; rowe_json is a
+// hub, which parses and checks the message, a publication of rosbridge's, and gives it to its topic's
+// subscribers. p50 and p99 are of all rounds; the ratios are of medians of the same round. `sends`, of those
+// that wait, is how many calls of send() and its relatives the server makes for a client and message (strace,
+// in a run of its own): 1 is the least there can be.
 //
 // Excluded: networks, TLS, compression; clients that are slow (bench_urgent's question).
 //
@@ -106,11 +106,10 @@ bool measure(peer_field::row& of) {
       if (!all.first_trip()) return false;
     std::vector<double> trips;
     const time_point end = monotonic_clock::now() + turn;
-    for (time_point begin = monotonic_clock::now(); begin < end || trips.size() < trips_least;) {
+    while (monotonic_clock::now() < end || trips.size() < trips_least) {
+      const time_point begin = when_asleep(of.who);
       if (!all.trip()) return false;
-      const time_point now = monotonic_clock::now();
-      trips.push_back(nanoseconds(now - begin));
-      begin = now;
+      trips.push_back(nanoseconds_since(begin));
     }
     std::vector<double>& samples = of.samples[name_of(size)];
     samples.insert(samples.end(), trips.begin(), trips.end());

@@ -27,6 +27,14 @@ inline double median_ratio(const std::vector<double>& ours, const std::vector<do
   return median(std::move(each));
 }
 
+// Returns when a server that waits has fallen asleep. A slow one would else be awake still when the next
+// message comes, and look fast.
+inline rt::time_point when_asleep(const contender& who) {
+  rt::time_point now = monotonic_clock::now();
+  for (const rt::time_point asleep = now + 40us; !who.busy() && now < asleep;) now = monotonic_clock::now();
+  return now;
+}
+
 enum class better { less, more };
 
 class peer_field {

@@ -35,7 +35,6 @@ namespace {
 
 constexpr std::size_t sizes[] = {64, 512};
 constexpr int warm_up = 30;
-constexpr rt::duration falling_asleep = 40us;
 constexpr rt::duration turn = 25ms; // of one contender with one size in one round
 constexpr int counted = 500;
 
@@ -55,9 +54,8 @@ bool measure(peer_field::row& of, std::size_t bytes) {
     if (!trip(client, frame, bytes)) return false;
   std::vector<double> trips;
   const rt::time_point end = monotonic_clock::now() + turn;
-  for (rt::time_point begin = monotonic_clock::now(); begin < end; begin = monotonic_clock::now()) {
-    const rt::time_point asleep = begin + falling_asleep;
-    while (!of.who.busy() && begin < asleep) begin = monotonic_clock::now();
+  while (monotonic_clock::now() < end) {
+    const rt::time_point begin = when_asleep(of.who);
     if (!trip(client, frame, bytes)) return false;
     trips.push_back(nanoseconds_since(begin));
   }
