@@ -66,11 +66,15 @@ def summary(verdicts, told):
             print(f"{one.state}: {one.program}: {one.why}")
 
 
+def write_readme():
+    pathlib.Path("bench/README.md").write_text(methods.readme(), encoding="utf-8")
+
+
 def main():
     os.chdir(methods.top)
     asked = arguments()
     if asked.readme:
-        (methods.top / "bench" / "README.md").write_text(methods.readme(), encoding="utf-8")
+        write_readme()
         return
     kept.mkdir(parents=True, exist_ok=True)
     ran = {one.name for one in programs} if asked.page_only else run(asked)
@@ -84,6 +88,7 @@ def main():
         except FileNotFoundError:
             sys.exit("tools/benchmark: no results are kept; run it without --page first")
         pages.write(asked.out, told, facts)
+        write_readme()  # the page links to its sections
         print(f"\nwritten: {asked.out}/benchmarks.md")
 
 
