@@ -22,6 +22,13 @@ class block {
 
 #if defined(__SSE2__)
   ROWE_RT explicit block(const char* at) noexcept { std::memcpy(&text_, at, bytes); }
+  // Eight bytes from each.
+  ROWE_RT block(const char* low, const char* high) noexcept {
+    std::int64_t words[2];
+    std::memcpy(&words[0], low, 8);
+    std::memcpy(&words[1], high, 8);
+    text_ = _mm_unpacklo_epi64(_mm_cvtsi64_si128(words[0]), _mm_cvtsi64_si128(words[1]));
+  }
 
   ROWE_RT std::uint32_t equal(char c) const noexcept { return mask(_mm_cmpeq_epi8(text_, _mm_set1_epi8(c))); }
   // Not above `c`, as unsigned.
@@ -32,6 +39,18 @@ class block {
   ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
     return mask(_mm_cmpeq_epi8(_mm_or_si128(text_, _mm_set1_epi8(0x20)), _mm_set1_epi8(c)));
   }
+  // What no JSON string holds as it is, control characters, quotes and backslashes, and all that is not
+  // ASCII.
+  ROWE_RT bool has_special() const noexcept {
+    const __m128i control = _mm_cmpeq_epi8(_mm_min_epu8(text_, _mm_set1_epi8(0x1f)), text_);
+    const __m128i quote = _mm_cmpeq_epi8(text_, _mm_set1_epi8('"'));
+    const __m128i backslash = _mm_cmpeq_epi8(text_, _mm_set1_epi8('\\'));
+    return mask(_mm_or_si128(_mm_or_si128(text_, control), _mm_or_si128(quote, backslash))) != 0;
+  }
+  ROWE_RT std::uint32_t digits() const noexcept {
+    const __m128i values = _mm_sub_epi8(text_, _mm_set1_epi8('0'));
+    return mask(_mm_cmpeq_epi8(_mm_min_epu8(values, _mm_set1_epi8(9)), values));
+  }
 
  private:
   static std::uint32_t mask(__m128i bytes_of_ones) noexcept {
@@ -41,11 +60,23 @@ class block {
 #elif defined(__aarch64__)
   ROWE_RT explicit block(const char* at) noexcept
       : text_{vld1q_u8(reinterpret_cast<const std::uint8_t*>(at))} {}
+  ROWE_RT block(const char* low, const char* high) noexcept
+      : text_{vcombine_u8(vld1_u8(reinterpret_cast<const std::uint8_t*>(low)),
+                          vld1_u8(reinterpret_cast<const std::uint8_t*>(high)))} {}
 
   ROWE_RT std::uint32_t equal(char c) const noexcept { return mask(vceqq_u8(text_, all(c))); }
   ROWE_RT std::uint32_t at_most(char c) const noexcept { return mask(vcleq_u8(text_, all(c))); }
   ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
     return mask(vceqq_u8(vorrq_u8(text_, vdupq_n_u8(0x20)), all(c)));
+  }
+  ROWE_RT bool has_special() const noexcept {
+    const uint8x16_t control = vcltq_u8(text_, vdupq_n_u8(0x20));
+    const uint8x16_t not_ascii = vcgeq_u8(text_, vdupq_n_u8(0x80));
+    const uint8x16_t escaped = vorrq_u8(vceqq_u8(text_, all('"')), vceqq_u8(text_, all('\\')));
+    return vmaxvq_u8(vorrq_u8(vorrq_u8(control, not_ascii), escaped)) != 0;
+  }
+  ROWE_RT std::uint32_t digits() const noexcept {
+    return mask(vcleq_u8(vsubq_u8(text_, all('0')), vdupq_n_u8(9)));
   }
 
  private:
@@ -59,6 +90,10 @@ class block {
   uint8x16_t text_;
 #else
   ROWE_RT explicit block(const char* at) noexcept { std::memcpy(text_, at, bytes); }
+  ROWE_RT block(const char* low, const char* high) noexcept {
+    std::memcpy(text_, low, 8);
+    std::memcpy(text_ + 8, high, 8);
+  }
 
   ROWE_RT std::uint32_t equal(char c) const noexcept {
     return mask([c](char byte) { return byte == c; });
@@ -68,6 +103,15 @@ class block {
   }
   ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
     return mask([c](char byte) { return (byte | 0x20) == c; });
+  }
+  ROWE_RT bool has_special() const noexcept {
+    return mask([](char byte) {
+             return static_cast<std::uint8_t>(byte) < 0x20 || static_cast<std::uint8_t>(byte) >= 0x80 ||
+                    byte == '"' || byte == '\\';
+           }) != 0;
+  }
+  ROWE_RT std::uint32_t digits() const noexcept {
+    return mask([](char byte) { return byte >= '0' && byte <= '9'; });
   }
 
  private:
@@ -92,6 +136,7 @@ class block_pair {
   ROWE_RT std::uint32_t equal_but_for_bit_5(char c) const noexcept {
     return both(low_.equal_but_for_bit_5(c), high_.equal_but_for_bit_5(c));
   }
+  ROWE_RT std::uint32_t digits() const noexcept { return both(low_.digits(), high_.digits()); }
 
  private:
   static constexpr std::uint32_t both(std::uint32_t low, std::uint32_t high) noexcept {

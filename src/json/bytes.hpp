@@ -38,19 +38,17 @@ ROWE_RT inline std::uint64_t load_fewer(const char* at, std::size_t bytes) noexc
 inline constexpr std::uint64_t each_byte = 0x0101'0101'0101'0101;
 inline constexpr std::uint64_t high_bits = 0x8080'8080'8080'8080;
 
-// The high bit of every byte that equals `c` is set. Bits above the first (lowest) such byte may be wrong,
-// because the subtraction borrows; below it they are right, and there is none exactly when the answer is 0.
-ROWE_RT constexpr std::uint64_t bytes_equal(std::uint64_t word, char c) noexcept {
-  const std::uint64_t difference = word ^ each_byte * static_cast<std::uint8_t>(c);
-  return (difference - each_byte) & ~difference & high_bits;
+// Marks what no JSON string holds as it is, control characters, quotes and backslashes, and all that is not
+// ASCII: the high bit of every such byte is set. (Among the ASCII bytes only those below what is subtracted
+// get it.) Bits above the first (lowest) such byte may be wrong, because subtractions borrow; below it they
+// are right, and there is none exactly when the answer is 0.
+ROWE_RT constexpr std::uint64_t special_bytes(std::uint64_t word) noexcept {
+  const auto zero = [](std::uint64_t difference) { return difference - each_byte; };
+  return (word | (word - each_byte * 0x20) | zero(word ^ each_byte * '"') | zero(word ^ each_byte * '\\')) &
+         high_bits;
 }
 
-// Likewise for bytes below `limit`, which is at most 128.
-ROWE_RT constexpr std::uint64_t bytes_below(std::uint64_t word, std::uint8_t limit) noexcept {
-  return (word - each_byte * limit) & ~word & high_bits;
-}
-
-// The index of the first byte marked by the functions above; the mask must not be 0.
+// The index of the first byte that is marked; the mask must not be 0.
 ROWE_RT constexpr int first_byte(std::uint64_t marks) noexcept { return std::countr_zero(marks) / 8; }
 
 } // namespace rowe::json

@@ -234,6 +234,7 @@ void encoder::encode(const void* object, writer& into, memory& last) const noexc
 
 void encoder::run_program(const void* object, writer& into, memory* last) const noexcept {
   into.place_comma();
+  into.comma_ = false; // the program's literals bring their own
   char* at = nullptr;
   if (!into.overflowed_) {
     const step* const first = program_.get();

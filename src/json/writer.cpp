@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "block.hpp"
 #include "bytes.hpp"
 #include "digits.hpp"
 #include "utf8.hpp"
@@ -11,13 +12,7 @@
 namespace rowe::json {
 namespace {
 
-// Marks (bytes.hpp) the bytes that are not written as they are: control characters, quotes, backslashes, and
-// all that is not ASCII.
-std::uint64_t special_bytes(std::uint64_t word) noexcept {
-  return bytes_below(word, 0x20) | bytes_equal(word, '"') | bytes_equal(word, '\\') | (word & high_bits);
-}
-
-// The end of the bytes that are.
+// The end of the bytes that are written as they are.
 const char* plain_run(const char* at, const char* end) noexcept {
   for (; end - at >= 8; at += 8) {
     const std::uint64_t special = special_bytes(load_eight(at));
@@ -47,26 +42,42 @@ std::string_view escape(char c, std::span<char, 6> scratch) noexcept {
   return {scratch.data(), scratch.size()};
 }
 
+// Copies `from` as long as nothing in it must be escaped; false when something must. May write a word more.
+// What is copied last overlaps what was copied before.
+bool copy_plain(char* to, const char* from, std::size_t bytes) noexcept {
+  if (bytes > block::bytes) {
+    constexpr std::size_t step = block::bytes;
+    for (std::size_t i = 0; i < bytes; i += step) {
+      const std::size_t at = std::min(i, bytes - step);
+      if (block{from + at}.has_special()) return false;
+      std::memcpy(to + at, from + at, step);
+    }
+    return true;
+  }
+  if (bytes >= 8) {
+    const std::size_t last = bytes - 8;
+    if (block{from, from + last}.has_special()) return false;
+    std::memcpy(to, from, 8);
+    std::memcpy(to + last, from + last, 8);
+    return true;
+  }
+  if (bytes == 0) return true;
+  const std::uint64_t word = load_fewer(from, bytes);
+  std::memcpy(to, &word, sizeof word);
+  return special_bytes(word) == 0;
+}
+
 } // namespace
 
-// Copies and looks eight bytes at a time, as long as there is nothing to escape and room for whole words.
-void writer::quoted(std::string_view utf8) noexcept {
-  constexpr std::size_t word_bytes = 8;
-  const char* at = utf8.data();
-  const char* const end = at + utf8.size();
-  put('"');
-  if (static_cast<std::size_t>(end_ - at_) >= utf8.size() + word_bytes) [[likely]] {
-    while (at != end) {
-      const std::size_t bytes = std::min<std::size_t>(static_cast<std::size_t>(end - at), word_bytes);
-      const std::uint64_t word = bytes == word_bytes ? load_eight(at) : load_fewer(at, bytes);
-      if (special_bytes(word) != 0) break;
-      std::memcpy(at_, &word, word_bytes);
-      at_ += bytes;
-      at += bytes;
-    }
+void writer::quoted_at_length(std::string_view utf8) noexcept {
+  if (has_ample_room(utf8.size())) [[likely]] {
+    char* const to = begin_quoted();
+    if (copy_plain(to, utf8.data(), utf8.size())) [[likely]]
+      return end_quoted(to + utf8.size());
   }
-  if (at != end) [[unlikely]]
-    escaped(at, end);
+  place_comma();
+  put('"');
+  escaped(utf8.data(), utf8.data() + utf8.size());
   put('"');
 }
 
@@ -86,19 +97,6 @@ void writer::escaped(const char* at, const char* end) noexcept {
     invalid_utf8_ += !piece.valid;
     at += piece.bytes;
   }
-}
-
-void writer::key(std::string_view name) noexcept {
-  place_comma();
-  quoted(name);
-  put(':');
-  comma_ = false;
-}
-
-void writer::string(std::string_view utf8) noexcept {
-  place_comma();
-  quoted(utf8);
-  comma_ = true;
 }
 
 // Digits are written in place where the room is ample, else beside it and copied, so that the last byte of

@@ -18,6 +18,8 @@
 
 #include <rowe/rt/attributes.hpp>
 
+#include "bytes.hpp"
+
 namespace rowe::json {
 
 // What number() takes as an integer: every integer type but bool and the character types, which are not
@@ -40,11 +42,18 @@ class writer {
   ROWE_RT void end_array() noexcept { close(']'); }
 
   // The name of the member whose value is written next; quoted and escaped like a string.
-  ROWE_RT void key(std::string_view name) noexcept;
+  ROWE_RT [[gnu::always_inline]] void key(std::string_view name) noexcept {
+    quoted(name);
+    put(':');
+    comma_ = false;
+  }
 
   // A string value: quoted, and escaped where JSON demands it ('"', '\\', control characters). Each maximal
   // piece of `utf8` that is not UTF-8 is written as U+FFFD and counted in invalid_utf8().
-  ROWE_RT void string(std::string_view utf8) noexcept;
+  ROWE_RT [[gnu::always_inline]] void string(std::string_view utf8) noexcept {
+    quoted(utf8);
+    comma_ = true;
+  }
 
   // A number. NaN and the infinities, which JSON cannot say, are written as null and counted in nonfinite().
   ROWE_RT void number(double x) noexcept;
@@ -95,6 +104,9 @@ class writer {
   friend class encoder;
   friend class splice;
 
+  static constexpr std::size_t word_bytes = 8;
+  static constexpr std::size_t inline_bytes_max = 32; // of a string, for its words to be stored in line
+
   void open(char bracket) noexcept {
     place_comma();
     put(bracket);
@@ -116,7 +128,46 @@ class writer {
     overflowed_ = true;
     at_ = end_;
   }
-  void quoted(std::string_view utf8) noexcept;
+  // Names are known to the compiler as a rule: then it looks for what must be escaped, and what is left is to
+  // store some words.
+  [[gnu::always_inline]] void quoted(std::string_view utf8) noexcept {
+    const std::size_t bytes = utf8.size();
+    if (__builtin_constant_p(bytes) && bytes <= inline_bytes_max && has_ample_room(bytes) &&
+        quoted_in_words(utf8)) {
+      return;
+    }
+    quoted_at_length(utf8);
+  }
+  // For a string without escapes, a comma before it, and the rest of the last word.
+  bool has_ample_room(std::size_t string_bytes) const noexcept {
+    return static_cast<std::size_t>(end_ - at_) >= string_bytes + 3 + word_bytes;
+  }
+  char* begin_quoted() noexcept {
+    const bool comma = comma_;
+    char* to = at_;
+    *to = ',';
+    to += comma;
+    *to = '"';
+    return to + 1;
+  }
+  void end_quoted(char* to) noexcept {
+    *to = '"';
+    at_ = to + 1;
+  }
+  // False, and nothing written, when something must be escaped.
+  [[gnu::always_inline]] bool quoted_in_words(std::string_view utf8) noexcept {
+    char* const to = begin_quoted();
+    const std::size_t bytes = utf8.size(), whole = bytes / word_bytes * word_bytes;
+    for (std::size_t i = 0; i < bytes; i += word_bytes) {
+      const std::uint64_t word =
+          i < whole ? load_eight(utf8.data() + i) : load_fewer(utf8.data() + i, bytes - i);
+      if (special_bytes(word) != 0) return false;
+      std::memcpy(to + i, &word, word_bytes);
+    }
+    end_quoted(to + bytes);
+    return true;
+  }
+  void quoted_at_length(std::string_view utf8) noexcept;
   void escaped(const char* at, const char* end) noexcept;
   template <class Write>
   bool number_with(Write write) noexcept;
