@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where a JSON text goes wrong. A plain scan of the grammar of RFC 8259, byte by byte, which the reader asks
-// when simdjson has complained: it says at which byte, and it has the last word on numbers beyond 64 bits and
-// on depth. tests/fuzz/json_reader.cpp holds it against simdjson's own verdicts. Pure, on any thread; never
+// for what its own check of tokens does not accept: it has the last word, and says which byte is wrong.
+// tests/fuzz/json_reader.cpp holds it against simdjson's own verdicts. Pure, on any thread; never
 // waits, never allocates; steps in proportion to the text.
 #pragma once
 #include <cstddef>

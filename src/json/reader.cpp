@@ -1,24 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "reader.hpp"
 
+#include <array>
 #include <new>
 #include <utility>
 
 #include <simdjson.h>
 
 #include "fault.hpp"
+#include "token_check.hpp"
 
 namespace rowe::json {
 
 static_assert(reader::tailroom_bytes >= simdjson::SIMDJSON_PADDING);
 static_assert(fault_depth_limit >= reader::depth_max_default);
 
-struct reader::parser {
-  simdjson::dom::parser dom;
+struct reader::state {
+  std::unique_ptr<simdjson::internal::dom_parser_implementation> tokens; // its first stage alone is used
+  std::array<member, 16> members;                                        // envelopes have fewer
+  document last;
 };
 
-reader::reader(std::unique_ptr<parser> p, std::size_t bytes_max, std::size_t depth_max) noexcept
-    : parser_{std::move(p)}, bytes_max_{bytes_max}, depth_max_{depth_max} {}
+reader::reader(std::unique_ptr<state> s, std::size_t bytes_max, std::size_t depth_max) noexcept
+    : state_{std::move(s)}, bytes_max_{bytes_max}, depth_max_{depth_max} {}
 reader::reader(reader&&) noexcept = default;
 reader& reader::operator=(reader&&) noexcept = default;
 reader::~reader() = default;
@@ -32,36 +36,50 @@ result<reader> reader::create(std::size_t bytes_max, std::size_t depth_max) {
   if (depth_max == 0 || depth_max > fault_depth_limit) {
     return error{errc::bad_argument, signed_of(depth_max), signed_of(fault_depth_limit)};
   }
-  std::unique_ptr<parser> p{new (std::nothrow) parser};
-  // Both are needed: the parser's own buffers and the document's. simdjson would allocate whichever is
-  // missing, or too small, inside parse(). (set_max_capacity() does the opposite of its name in 3.0.1 and is
-  // not called.)
-  if (p == nullptr || p->dom.allocate(bytes_max, depth_max) != simdjson::SUCCESS ||
-      p->dom.doc.allocate(bytes_max) != simdjson::SUCCESS) {
+  std::unique_ptr<state> s{new (std::nothrow) state};
+  if (s == nullptr || simdjson::get_active_implementation()->create_dom_parser_implementation(
+                          bytes_max, depth_max, s->tokens) != simdjson::SUCCESS) {
     return error{errc::no_memory, signed_of(bytes_max), signed_of(bytes_limit)};
   }
-  return reader{std::move(p), bytes_max, depth_max};
+  return reader{std::move(s), bytes_max, depth_max};
 }
 
 status reader::validate(std::string_view text) noexcept {
+  state& s = *state_;
+  s.last = {};
   if (text.size() > bytes_max_) {
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(bytes_max_)};
   }
-  constexpr bool copy_if_no_tailroom = false;
-  const simdjson::error_code verdict =
-      parser_->dom.parse(text.data(), text.size(), copy_if_no_tailroom).error();
-  if (verdict == simdjson::SUCCESS) return {};
-
-  // Two of the DOM's verdicts are not ours: it has no integers beyond 64 bits, and it lets a level more pass
-  // when that is empty. On those the scan decides; on all others it says where.
-  const fault found = find_fault(text, depth_max_);
-  const bool scan_decides = verdict == simdjson::NUMBER_ERROR || verdict == simdjson::DEPTH_ERROR;
-  if (found.what == fault_kind::none && scan_decides) return {};
-  if (found.what == fault_kind::too_deep) {
-    return error{errc::too_deep, static_cast<std::int64_t>(found.at), static_cast<std::int64_t>(depth_max_)};
+  noted_members found;
+  if (has_valid_tokens(text, found)) [[likely]] {
+    s.last.text = text;
+    s.last.noted = {s.members.data(), found.count};
+    if (found.count != 0) s.last.behind_noted = found.all ? text.data() + text.size() : found.behind;
+    return {};
   }
-  return error{errc::malformed, static_cast<std::int64_t>(found.at)};
+  const fault wrong = find_fault(text, depth_max_);
+  if (wrong.what == fault_kind::none) {
+    s.last.text = text;
+    return {};
+  }
+  if (wrong.what == fault_kind::too_deep) {
+    return error{errc::too_deep, static_cast<std::int64_t>(wrong.at), static_cast<std::int64_t>(depth_max_)};
+  }
+  return error{errc::malformed, static_cast<std::int64_t>(wrong.at)};
 }
+
+bool reader::has_valid_tokens(std::string_view text, noted_members& found) noexcept {
+  auto& tokens = *state_->tokens;
+  if (text.empty() || tokens.stage1(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(),
+                                    simdjson::stage1_mode::regular) != simdjson::SUCCESS) {
+    return false;
+  }
+  return tokens_are_valid(text, {tokens.structural_indexes.get(), tokens.n_structural_indexes}, depth_max_,
+                          state_->members, found) &&
+         escapes_are_valid(text);
+}
+
+const document& reader::last() const noexcept { return state_->last; }
 
 } // namespace rowe::json

@@ -4,15 +4,16 @@
 // without a tree, a copy or an allocation. So malformed text never leaves the service thread, and nobody pays
 // for members that nobody reads.
 //
-// Validation is simdjson's DOM parse into a document allocated beforehand. (Its on-demand parser does not
-// validate what it does not visit.) One matter is decided differently: the DOM refuses integers beyond 64
-// bits, which browsers write (2^64 is 18446744073709552000 there) and JSON allows; on such a complaint
-// fault.hpp's scan decides, for which every number is a double, and only what no double can hold is refused.
+// Validation is simdjson's first stage, which finds tokens, strings and what is no UTF-8, and a check of the
+// tokens after it (token_check.hpp), which notes on its way where the members of the whole object are. What
+// the two do not accept, fault.hpp's scan decides, which knows nothing but the grammar, and says where it was
+// broken.
 //
 // What is accepted is RFC 8259 with these decisions: UTF-8 only, no byte order mark, no unpaired surrogate in
 // an escape, no number beyond the range of a double; duplicate names are accepted (codecs refuse them for the
 // names they reserve).
 #pragma once
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -38,6 +39,20 @@ struct member {
   value what;
 };
 
+// A validated text, and what its validation has noted: the first members, when it is an object. Valid as long
+// as the text is, and what was noted as the reader says.
+struct document {
+  document() noexcept = default;
+  template <std::convertible_to<std::string_view> Text>
+  document(const Text& validated) noexcept : text{validated} {}
+
+  std::string_view text;
+  std::span<const member> noted;
+  const char* behind_noted = nullptr; // where the other members are, if any were noted
+};
+
+struct noted_members;
+
 // Validates texts. Belongs to one thread at a time.
 class reader {
  public:
@@ -45,7 +60,7 @@ class reader {
   static constexpr std::size_t tailroom_bytes = 64;
   static constexpr std::size_t depth_max_default = 64;
 
-  // Allocates everything that validating texts of up to `bytes_max` bytes will ever need; about 14 bytes for
+  // Allocates everything that validating texts of up to `bytes_max` bytes will ever need; about 4 bytes for
   // each of them. For set-up. bad_argument when bytes_max is not in [1, 4 GiB) or depth_max not in [1, 1024];
   // no_memory.
   [[nodiscard]] static result<reader> create(std::size_t bytes_max,
@@ -61,14 +76,19 @@ class reader {
   // length when the text ends too early).
   [[nodiscard]] status validate(std::string_view text) noexcept;
 
+  // The text that validate() looked at last, if it was accepted. What is noted is valid until the next call.
+  const document& last() const noexcept;
+
   std::size_t bytes_max() const noexcept { return bytes_max_; }
   std::size_t depth_max() const noexcept { return depth_max_; }
 
  private:
-  struct parser;
-  reader(std::unique_ptr<parser> p, std::size_t bytes_max, std::size_t depth_max) noexcept;
+  struct state;
+  reader(std::unique_ptr<state> s, std::size_t bytes_max, std::size_t depth_max) noexcept;
 
-  std::unique_ptr<parser> parser_;
+  bool has_valid_tokens(std::string_view text, noted_members& found) noexcept;
+
+  std::unique_ptr<state> state_;
   std::size_t bytes_max_;
   std::size_t depth_max_;
 };
@@ -90,11 +110,19 @@ ROWE_RT inline bool is_object(std::string_view validated) noexcept {
 class object_walk {
  public:
   // Of anything but an object there are no members.
-  ROWE_RT explicit object_walk(std::string_view validated_object) noexcept;
+  ROWE_RT explicit object_walk(const document& validated_object) noexcept;
   // The next member; false, and `into` untouched, when there is none.
-  ROWE_RT bool next(member& into) noexcept;
+  ROWE_RT bool next(member& into) noexcept {
+    if (noted_ == noted_end_) return at_ != end_ && find_next(into);
+    into = *noted_++;
+    return true;
+  }
 
  private:
+  bool find_next(member& into) noexcept;
+
+  const member* noted_;
+  const member* noted_end_;
   const char* at_;
   const char* end_;
 };
@@ -133,7 +161,7 @@ ROWE_RT inline bool text_is(const value& v, std::string_view text) noexcept {
 }
 
 // The first member with this name, searched from the start of the object each time.
-ROWE_RT std::optional<value> find(std::string_view validated_object, std::string_view name) noexcept;
+ROWE_RT std::optional<value> find(const document& validated_object, std::string_view name) noexcept;
 
 // Escapes resolved. `escaped` is what stands between the quotes. The answer is `escaped` itself when there is
 // no backslash in it, else it lies in `scratch`; nothing when scratch is too small (escaped.size() bytes

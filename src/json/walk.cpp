@@ -89,10 +89,13 @@ value root(std::string_view validated) noexcept {
   return v;
 }
 
-object_walk::object_walk(std::string_view validated_object) noexcept
-    : at_{enter(validated_object, '{')}, end_{validated_object.data() + validated_object.size()} {}
+object_walk::object_walk(const document& validated_object) noexcept
+    : noted_{validated_object.noted.data()},
+      noted_end_{noted_ + validated_object.noted.size()},
+      at_{noted_ == noted_end_ ? enter(validated_object.text, '{') : validated_object.behind_noted},
+      end_{validated_object.text.data() + validated_object.text.size()} {}
 
-bool object_walk::next(member& into) noexcept {
+bool object_walk::find_next(member& into) noexcept {
   member found;
   at_ = skip_comma(at_, end_);
   if (at_ != end_ && *at_ == '"') {
@@ -133,7 +136,7 @@ bool says_by_escapes(std::string_view escaped, std::string_view plain) noexcept 
   return plain.empty();
 }
 
-std::optional<value> find(std::string_view validated_object, std::string_view name) noexcept {
+std::optional<value> find(const document& validated_object, std::string_view name) noexcept {
   object_walk members{validated_object};
   for (member m; members.next(m);) {
     if (name_is(m, name)) return m.what;

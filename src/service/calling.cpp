@@ -102,7 +102,7 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
       add(counter::malformed);
       return fails(fine.error());
     }
-    if (json::root(what.text).type != json::kind::object) return fails({errc::not_an_object});
+    if (!json::is_object(what.text)) return fails({errc::not_an_object});
   }
   const std::uint32_t index = calls_.open(asker, {}, service);
   if (index == no_index) {

@@ -223,8 +223,8 @@ class core final : public transport_sink {
   // inbound.cpp
   void take(connection& c, const wire::frame_step& step) noexcept;
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
-  void take_rosbridge(connection& c, std::string_view text) noexcept;
-  void take_bare(connection& c, std::string_view text, const wire::bare::envelope& said,
+  void take_rosbridge(connection& c, const json::document& text) noexcept;
+  void take_bare(connection& c, const json::document& text, const wire::bare::envelope& said,
                  const std::optional<wire::bare::refusal>& refusal) noexcept;
   void carry_out(connection& c, const wire::rosbridge::request& asked) noexcept;
   void subscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
@@ -464,7 +464,7 @@ class core final : public transport_sink {
   void detach_latch(std::uint32_t lane) noexcept;
   void take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
                       std::string_view args) noexcept;
-  bool asks_to_stop(std::string_view text) const noexcept;
+  bool asks_to_stop(const json::document& text) const noexcept;
   void take_silent_stop(connection& c, std::string_view args) noexcept;
   void carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept;
   void report_stop(std::string_view reason) noexcept;

@@ -69,38 +69,39 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
     report(event::kind::refused_request, c.peer(), why);
     return answer_bare_error(c, {}, valid.error().name(), why);
   }
+  const json::document known = validator_.last(); // its members are noted until the next validation
   // Rosbridge's clients put it first, so that most of their members need not be looked at twice.
-  json::object_walk members{text};
+  json::object_walk members{known};
   json::member first;
   if (members.next(first) && json::name_is(first, "op") && first.what.type == json::kind::string)
-    return take_rosbridge(c, text);
+    return take_rosbridge(c, known);
   bare::envelope said;
-  const auto refusal = bare::decode(text, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
-  said.op_is_text ? take_rosbridge(c, text) : take_bare(c, text, said, refusal);
+  const auto refusal = bare::decode(known, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
+  said.op_is_text ? take_rosbridge(c, known) : take_bare(c, known, said, refusal);
 }
 
-void core::take_rosbridge(connection& c, std::string_view text) noexcept {
+void core::take_rosbridge(connection& c, const json::document& text) noexcept {
   c.spoke_last = dialect::rosbridge;
   rosbridge::request asked;
   const rosbridge::name_limits names{.topic_bytes_max = bounds_.topic_bytes_max};
   if (const auto refusal = rosbridge::decode(text, scratch_, names, asked)) {
-    if (asks_to_stop(text)) take_silent_stop(c, text);
+    if (asks_to_stop(text)) take_silent_stop(c, text.text);
     std::array<char, rosbridge::refusal_text_bytes_max> why;
     return refuse(c, asked.id_raw, refusal->text(why));
   }
   carry_out(c, asked);
 }
 
-void core::take_bare(connection& c, std::string_view text, const bare::envelope& said,
+void core::take_bare(connection& c, const json::document& text, const bare::envelope& said,
                      const std::optional<bare::refusal>& refusal) noexcept {
   c.spoke_last = dialect::bare;
-  if (!json::is_object(text)) {
+  if (!json::is_object(text.text)) {
     add(counter::malformed);
     return answer_bare_error(c, {}, "not_an_object", "a message must be one JSON object");
   }
   if (!std::exchange(c.bare, true)) welcome(c);
   if (refusal || said.has_op) {
-    if (asks_to_stop(text)) take_silent_stop(c, text);
+    if (asks_to_stop(text)) take_silent_stop(c, text.text);
     std::array<char, bare::refusal_text_bytes_max> room;
     const std::string_view why = refusal ? refusal->text(room) : "the member \"op\" must be a string";
     report(event::kind::refused_request, c.peer(), why);
@@ -108,19 +109,19 @@ void core::take_bare(connection& c, std::string_view text, const bare::envelope&
     return answer_bare_error(c, asks ? said.id_raw : std::string_view{}, "bad_request", why);
   }
   switch (said.what) {
-  case bare::kind::reply: return take_reply(c, said, text);
+  case bare::kind::reply: return take_reply(c, said, text.text);
   case bare::kind::invocation:
-    return take_call(c, dialect::bare, said.id_raw, said.service, {.is = asking::form::object, .text = text},
-                     said.ttl_ns);
+    return take_call(c, dialect::bare, said.id_raw, said.service,
+                     {.is = asking::form::object, .text = text.text}, said.ttl_ns);
   case bare::kind::message: break;
   }
-  if (asks_to_stop(text)) return take_silent_stop(c, text);
+  if (asks_to_stop(text)) return take_silent_stop(c, text.text);
   // What finds no room is counted there.
   (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
                          .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
                          .what = detail::entry::message,
                          .peer = {c.id.index, c.id.generation}},
-                        text);
+                        text.text);
 }
 
 void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {

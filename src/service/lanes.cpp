@@ -212,7 +212,7 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
                    [&](json::writer& into) { lane.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  if (!validator_.validate(text) || json::root(text).type != json::kind::object)
+  if (!validator_.validate(text) || !json::is_object(text))
     return add(counter::malformed);
   publish(topic_index, published, expires, [&](json::writer& into) { into.raw(text); });
 }

@@ -100,10 +100,10 @@ void core::take_stop_call(connection& c, dialect in, std::string_view id_raw, st
 }
 
 // Whether a validated text names the stop, whatever else is wrong with it: then it is a stop.
-bool core::asks_to_stop(std::string_view text) const noexcept {
+bool core::asks_to_stop(const json::document& text) const noexcept {
   if (!stop_.in_use()) return false;
   for (const std::string_view member : {"service", "topic"}) {
-    const auto found = json::find(json::root(text).raw, member);
+    const auto found = json::find(text, member);
     if (found && (json::text_is(*found, stop_name) || json::text_is(*found, stop_name.substr(1))))
       return true;
   }

@@ -109,7 +109,7 @@ bool has_delivered_names(std::string_view object) noexcept {
 
 } // namespace
 
-std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, envelope& out) noexcept {
   out = envelope{};
   const auto found = collect(validated_text, names);
@@ -199,7 +199,7 @@ void write_delivered_call(json::writer& out, std::string_view service, std::stri
                           std::string_view id) noexcept {
   out.begin_object();
   detail::write_service(out, service);
-  if (json::root(args_raw).type == json::kind::object && !has_delivered_names(args_raw)) {
+  if (json::is_object(args_raw) && !has_delivered_names(args_raw)) {
     write_members(out, args_raw, "args");
   } else if (!args_raw.empty()) {
     out.key("args");

@@ -20,6 +20,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "json/reader.hpp"
 #include "json/splice.hpp"
 #include "json/writer.hpp"
 
@@ -94,7 +95,7 @@ inline constexpr std::size_t refusal_text_bytes_max = 192;
 // control characters; where it is not a string it is the users' own. A ttl_ms is a number of milliseconds, 0
 // or more, fractions allowed; one that 64 bits of nanoseconds cannot hold is none. None of message_id,
 // in_reply_to and ttl_ms may stand there twice; of an invocation, service neither; of a reply, error neither.
-std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, envelope& out) noexcept;
 
 // Which reserved member a user's own text has at its top level, op, message_id or in_reply_to (escapes are

@@ -88,7 +88,7 @@ class decoding {
   decoding(std::span<char> scratch, const name_limits& limits, request& out) noexcept
       : scratch_{scratch}, limits_{limits}, out_{out} {}
 
-  std::optional<refusal> run(std::string_view text) noexcept;
+  std::optional<refusal> run(const json::document& text) noexcept;
 
  private:
   bool accept(std::optional<refusal> wrong) noexcept {
@@ -137,10 +137,9 @@ class decoding {
   std::optional<refusal> refusal_;
 };
 
-std::optional<refusal> decoding::run(std::string_view text) noexcept {
-  const json::value whole = json::root(text);
-  if (whole.type != json::kind::object) return refusal{.what = refusal::kind::not_an_object};
-  found_ = collect(whole.raw, member_names);
+std::optional<refusal> decoding::run(const json::document& text) noexcept {
+  if (!json::is_object(text.text)) return refusal{.what = refusal::kind::not_an_object};
+  found_ = collect(text, member_names);
   const bool id_is_good = take_id(); // first, because the answer carries it whatever else is wrong
   const auto wrong_id = refusal_;
   if (!take_op()) return refusal_;
@@ -367,7 +366,7 @@ bool decoding::take_qos() noexcept {
 
 } // namespace
 
-std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept {
   out = request{};
   return decoding{scratch, limits, out}.run(validated_text);

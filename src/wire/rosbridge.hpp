@@ -19,6 +19,7 @@
 #include <string_view>
 
 namespace rowe::json {
+struct document;
 class writer;
 } // namespace rowe::json
 
@@ -132,7 +133,7 @@ inline constexpr std::size_t refusal_text_bytes_max = 416;
 // `fragment` is unsupported in both directions. The reference server cuts only for those who asked for a
 // `fragment_size`, which rowe never does; and its fragments could not be trusted (every id is 0, `total` is
 // not the count).
-std::optional<refusal> decode(std::string_view validated_text, std::span<char> scratch,
+std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept;
 
 // For op::unsupported and op::unknown.

@@ -2,8 +2,8 @@
 // The JSON reader under arbitrary bytes. The input is the text. What is required: the walkers stay inside any
 // text, validated or not; the reader's verdict is that of its own scan, and of simdjson's two parsers
 // wherever these have a say; the byte that it blames lies in the text; in a valid text the walkers find,
-// value by value, what those parsers find; and a string or number of it, written by the writer, reads back
-// the same.
+// value by value, what those parsers find, and the reader has noted the same members; and a string or number
+// of it, written by the writer, reads back the same.
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -60,6 +60,22 @@ void walk_unvalidated(std::string_view text) {
   (void)find(copy, "op");
 }
 
+void compare_noted(const document& last, std::string_view text) {
+  require(last.text.data() == text.data() && last.text.size() == text.size(), "the reader noted this text");
+  object_walk noted{last}, walked{text};
+  member a, b;
+  bool more = true;
+  while (more) {
+    more = walked.next(a);
+    require(noted.next(b) == more, "as many members are noted as are there");
+    require(!more || (a.name_raw.data() == b.name_raw.data() && a.name_raw.size() == b.name_raw.size()),
+            "their names are where they are");
+    require(!more || (a.what.type == b.what.type && a.what.raw.data() == b.what.raw.data() &&
+                      a.what.raw.size() == b.what.raw.size()),
+            "and their values");
+  }
+}
+
 // What is read can be written, and reads back the same.
 void write_again(reader& r, const value& v) {
   std::string room(v.raw.size() * 6 + 64, '\0');
@@ -105,7 +121,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fault found = find_fault(text, depth_max);
   require(status.has_value() == (found.what == fault_kind::none), "the scan agrees with the reader");
   require(found.at <= text.size(), "the fault lies in the text");
-  if (!status) {
+  if (status) {
+    compare_noted(r.last(), text);
+  } else {
     require(status.code() ==
                 (found.what == fault_kind::too_deep ? rowe::errc::too_deep : rowe::errc::malformed),
             "the reader says what the scan says");
