@@ -57,7 +57,7 @@ class target:
 _hand_over = "hand-over to another core and back, in round trips of a raw cache line each way"
 _publish = "publish(struct, now) beyond a bare push of the same bytes, in cache-line transfers"
 _odometry = "exact odometry text, 13 doubles"
-_receive = "validated receive of 300 B of JSON, as a share of a DOM parse alone"
+_receive = "validated receive of 300 B of JSON: the time of a DOM parse alone in ours"
 _invoke = "invoke through service thread and user thread"
 _arrival = "publish to arrival under spin, in times of one hand-over and one send"
 _phase = "publish to arrival under phase"
@@ -78,15 +78,17 @@ targets = (
     target(_publish, "publish", "publish/rowe_newest", "over_bare_in_lines", at_most(2), of="newest, p50"),
     target(_publish, "publish", "publish/rowe_newest", "over_bare_in_lines_p999", at_most(2),
            of="newest, p99.9"),
-    target(_odometry, "json", "write/rowe", "of_to_chars", at_most(0.6), of="of the same on std::to_chars"),
-    target(_odometry, "json", "write/json-c", "of_rowe", at_least(20), of="json-c's time in ours"),
-    target(_odometry, "json", "write_unchanged/rowe", "of_plain", at_most(1.3),
+    target(_odometry, "json_write", "odometry_write/rowe", "of_to_chars", at_most(0.6),
+           of="of the same on std::to_chars"),
+    target(_odometry, "json_write", "odometry_write/rowe", "x_json_c", at_least(20),
+           of="json-c's time in ours"),
+    target(_odometry, "json_write", "covariances_write/rowe_unchanged", "of_plain", at_most(1.3),
            of="with unchanged covariances, of plain odometry"),
-    target("small invocation: json-c's time in ours", "json", "write_call/json-c", "of_rowe", at_least(25),
-           of="write"),
-    target("small invocation: json-c's time in ours", "json", "read_call/json-c", "of_rowe", at_least(6),
+    target("small invocation: json-c's time in ours", "json_write", "call_write/rowe", "x_json_c",
+           at_least(25), of="write"),
+    target("small invocation: json-c's time in ours", "json_read", "call_read/rowe", "x_json_c", at_least(6),
            of="parse"),
-    target(_receive, "json", "receive/rowe", "of_dom", at_least(0.7)),
+    target(_receive, "json_read", "receive_300/rowe", "x_dom", at_least(0.7)),
     target(_idle, "idle_connections", "idle_connections/1000", "echo_ratio", at_most(1.1)),
     target(_scale, "scale", "peers_quiet/rowe/1000", "of_one", at_most(1.1), of="1000 peers, quiet"),
     target(_scale, "scale", "peers_sending/rowe/1000", "of_one", at_most(1.1), of="1000 peers, all send"),

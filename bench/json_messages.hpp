@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// The messages that JSON is measured with. For json_write.cpp and json_read.cpp.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <random>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <rowe/ros.hpp>
+
+#include "json/writer.hpp"
+
+namespace rowe::bench {
+
+// Without covariances: 13 doubles, about 500 bytes of text.
+struct odometry {
+  ros::header header;
+  ros::frame_name child_frame_id;
+  ros::pose pose;
+  ros::twist twist;
+};
+
+} // namespace rowe::bench
+
+template <>
+inline constexpr auto rowe::schema<rowe::bench::odometry> =
+    rowe::fields<&rowe::bench::odometry::header, &rowe::bench::odometry::child_frame_id,
+                 &rowe::bench::odometry::pose, &rowe::bench::odometry::twist>{};
+
+namespace rowe::bench {
+
+inline constexpr std::size_t messages = 256;
+
+// A small invocation.
+struct call {
+  std::string service, id;
+  std::int64_t a, b;
+};
+
+inline std::size_t write_call(std::span<char> room, const call& c) {
+  json::writer w{room};
+  w.begin_object();
+  w.key("service");
+  w.string(c.service);
+  w.key("a");
+  w.number(c.a);
+  w.key("b");
+  w.number(c.b);
+  w.key("message_id");
+  w.string(c.id);
+  w.end_object();
+  return w.bytes();
+}
+
+enum class covariances { sparse, dense, unchanged };
+
+class message_source {
+ public:
+  double number() { return metres_(random_); }
+
+  std::vector<odometry> odometries() {
+    std::vector<odometry> all;
+    for (std::size_t i = 0; i < messages; ++i) all.push_back({header(i), "base_link", pose(), twist()});
+    return all;
+  }
+
+  // 85 doubles: sparse are 12 of the 72 covariances, the diagonals, and dense all of them.
+  std::vector<ros::odometry> odometries_with(covariances which) {
+    std::vector<ros::odometry> all;
+    for (std::size_t i = 0; i < messages; ++i) {
+      ros::odometry o{header(i), "base_link", {pose(), {}}, {twist(), {}}};
+      for (std::size_t k = 0; k < 36; ++k) {
+        if (which != covariances::dense && k % 7 != 0) continue;
+        o.pose.covariance[k] = number();
+        o.twist.covariance[k] = number();
+      }
+      if (which == covariances::unchanged && i > 0) {
+        o.pose.covariance = all[0].pose.covariance;
+        o.twist.covariance = all[0].twist.covariance;
+      }
+      all.push_back(o);
+    }
+    return all;
+  }
+
+  // A rosbridge publish of about 300 bytes.
+  std::string publish(std::size_t i) {
+    std::array<char, 1024> room;
+    json::writer w{room};
+    w.append(R"({"op":"publish","id":"publish:/cmd_vel:)");
+    w.append(std::to_string(i));
+    w.append(R"(","topic":"/cmd_vel","msg":{"header":{"stamp":{"secs":1700000000,"nsecs":123456789},)"
+             R"("frame_id":"base_link"},"twist":)");
+    w.begin_object();
+    for (const char* const name : {"linear", "angular"}) {
+      w.key(name);
+      w.begin_object();
+      for (const char* const axis : {"x", "y", "z"}) {
+        w.key(axis);
+        w.number(number());
+      }
+      w.end_object();
+    }
+    w.append(R"(}},"latch":false})");
+    return std::string{w.text()};
+  }
+
+  std::vector<call> calls() {
+    std::vector<call> all;
+    for (std::size_t i = 0; i < messages; ++i) {
+      all.push_back({"add-two-numbers", "5c1f2e.1.2." + std::to_string(i), static_cast<std::int64_t>(i), 4});
+    }
+    return all;
+  }
+
+ private:
+  ros::pose pose() { return {{number(), number(), number()}, {number(), number(), number(), number()}}; }
+  ros::twist twist() { return {{number(), number(), number()}, {number(), number(), number()}}; }
+  static ros::header header(std::size_t i) {
+    return {.seq = static_cast<std::uint32_t>(100'000 + i),
+            .stamp = {1'700'000'000, 123'456'789},
+            .frame_id = "odom"};
+  }
+
+  std::mt19937_64 random_{20'240'229};
+  std::normal_distribution<double> metres_;
+};
+
+} // namespace rowe::bench
