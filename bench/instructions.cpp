@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Question: how many instructions does a loop's call take?
+// Question: how many instructions does a loop's call take, and what the service thread does with JSON?
 //
 // Measured, by callgrind: each function of namespace steps makes one call, and is called a thousand times in
-// a steady state: what it needs is there. A struct has 40 bytes, a text 16.
+// a steady state: what it needs is there. A struct has 40 bytes, a text 16. The messages of JSON are those of
+// json_write.cpp and json_read.cpp.
 //
 // Excluded: what the other side does in between.
 //
@@ -22,6 +23,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
+#include "json_steps.hpp"
 #include "api/lane_memory.hpp"
 
 struct counted_odometry {
@@ -226,6 +228,7 @@ int main() {
   rowe::bench::talking();
   rowe::bench::answering();
   rowe::bench::stopping();
+  rowe::bench::json_steps();
   rowe::bench::expiring(1'000, steps::wheel_with_1k_pending);
   rowe::bench::expiring(1'000'000, steps::wheel_with_1m_pending);
 }

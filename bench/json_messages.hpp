@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The messages that JSON is measured with. For json_write.cpp and json_read.cpp.
+// The messages that JSON is measured with. For json_write.cpp, json_read.cpp and json_steps.cpp.
 #pragma once
 #include <array>
 #include <cstdint>
