@@ -20,7 +20,8 @@
 // What would make it lie: other load on either core; a machine that halts its cores (a virtual one above
 // all), where waking costs ten times what it does where a core sleeps lightly.
 //
-// Run: bench_idle_policies [--rounds=11] [--here=CPU] [--there=CPU] [Google Benchmark's options]
+// Run: bench_idle_policies [--rounds=11] [--here=CPU] [--there=CPU] [--priority=50] [Google Benchmark's
+// options] (SCHED_FIFO of both threads, where that is permitted; 0: ordinary ones)
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -33,8 +34,8 @@
 
 #include <rowe/rowe.hpp>
 
+#include "loop_stand.hpp"
 #include "raw_client.hpp"
-#include "service_usage.hpp"
 #include "stand.hpp"
 
 namespace rowe::bench {
@@ -94,7 +95,8 @@ struct loop_figures : cost {
 };
 
 endpoint listen(idle waits) {
-  auto robot = endpoint::listen(0, {.idle_policy = waits, .service_cpu = there});
+  auto robot =
+      endpoint::listen(0, {.idle_policy = waits, .service_cpu = there, .service_priority = priority});
   if (!robot) give_up("cannot listen");
   return std::move(*robot);
 }
@@ -131,7 +133,7 @@ void run_loop(idle waits, loop_figures& into) {
   std::vector<double> published, arrived;
   auto next = monotonic_clock::now();
   const auto turn = [&] {
-    while (monotonic_clock::now() < next) continue;
+    wait_until(next);
     next += period;
     const auto begin = monotonic_clock::now();
     if (!odom.publish({0.001, 1, 2, 3, 4}, begin)) give_up("refused to publish");
@@ -168,7 +170,9 @@ int main(int count, char** arguments) {
   constexpr std::size_t kinds = std::size(companies);
   std::array<std::array<cost, kinds>, std::size(policies)> idles;
   std::array<loop_figures, std::size(policies)> loops;
+  read_priority(count, arguments);
   return run_on_two_cores("bench_idle_policies", count, arguments, [&](int rounds) {
+    take_priority();
     for (int round = 0; round < rounds; ++round) {
       for (std::size_t i = 0; i < std::size(policies); ++i) {
         for (std::size_t k = 0; k < kinds; ++k)

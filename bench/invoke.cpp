@@ -5,8 +5,8 @@
 // Measured, one call after the other, each timed alone; p50, p99, p99.9 of each round, medians over the
 // rounds. Core A is --here, core B --there:
 //
-// - rowe_spin, rowe_poll, rowe_wake, rowe_phase: an endpoint by each idle policy (nothing here has a period,
-// so phase is poll), its service thread on core B. The request's frame goes into a socket; the service thread
+// - rowe_spin, rowe_poll, rowe_wake, rowe_phase: an endpoint by each idle policy (phase: awake
+// for the answer), its service thread on core B. The request's frame goes into a socket; the service thread
 // reads it, validates the JSON, looks up the service and decodes a struct; a user thread on core A takes it
 // with try_next() and answers with reply(); the service thread encodes and sends; the same user thread reads
 // that from its socket. So who calls and who answers is one thread, since two cores hold two that spin.
@@ -239,6 +239,7 @@ constexpr contender contenders[] = {
     {"rowe_wake", rowe_server<idle::wake>},
     {"rowe_phase", rowe_server<idle::phase>},
     {"rowe_both_ends_poll", rowe_both_ends<idle::poll>},
+    {"rowe_both_ends_phase", rowe_both_ends<idle::phase>},
     {"rowe_both_ends_wake", rowe_both_ends<idle::wake>},
 };
 

@@ -24,8 +24,8 @@
 // What would make it lie: other load on either core; a machine that halts its cores (a virtual one above all:
 // how late it wakes is what is watched for in vain).
 //
-// Run: bench_phase [--rounds=11] [--here=CPU] [--there=CPU] [--priority=N] [Google Benchmark's options]
-// (SCHED_FIFO N of both threads; 0: ordinary ones)
+// Run: bench_phase [--rounds=11] [--here=CPU] [--there=CPU] [--priority=50] [Google Benchmark's options]
+// (SCHED_FIFO of both threads, where that is permitted; 0: ordinary ones)
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -37,10 +37,9 @@
 #include <benchmark/benchmark.h>
 
 #include <rowe/rowe.hpp>
-#include <rowe/rt/periodic.hpp>
 
+#include "loop_stand.hpp"
 #include "raw_client.hpp"
-#include "service_usage.hpp"
 #include "stand.hpp"
 
 namespace rowe::bench {
@@ -58,7 +57,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-int priority = 0;
 constexpr int values = 250;          // in a round
 constexpr int values_to_learn = 100; // before, untimed
 constexpr int values_to_pause = 100;
@@ -97,12 +95,6 @@ struct figures {
   std::vector<double> p50, of_spin, core, hits, watched, wakeups;
   std::vector<double> all; // times, of all rounds
 };
-
-// Asleep for the most part, but awake in time.
-void wait_until(rt::time_point when) {
-  rt::kernel_clock::sleep_until(when - 300us);
-  while (monotonic_clock::now() < when) continue;
-}
 
 class run {
  public:
@@ -209,10 +201,9 @@ void report(const scenario& of, figures& each) {
 int main(int count, char** arguments) {
   using namespace rowe::bench;
   std::array<figures, std::size(scenarios)> all;
-  priority = number_option(count, arguments, "priority", 0);
+  read_priority(count, arguments);
   return run_on_two_cores("bench_phase", count, arguments, [&](int rounds) {
-    if (priority > 0)
-      (void)rowe::rt::prepare_this_thread({.name = "arrives_bench", .priority = priority}); // or ordinary
+    take_priority();
     for (int round = 0; round < rounds; ++round) {
       for (std::size_t i = 0; i < all.size(); ++i) {
         run{scenarios[i]}.measure(all[i]);

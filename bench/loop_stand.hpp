@@ -1,15 +1,37 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the threads of this process but the calling one use: of a bench that has one thread, the service
-// thread of its endpoint.
+// What benches of one loop beside one service thread stand on: priorities, a loop that is on time, and what
+// the service thread uses.
 #pragma once
 #include <string_view>
 
 #include <sys/resource.h>
 
 #include <rowe/endpoint.hpp>
+#include <rowe/rt/periodic.hpp>
+#include <rowe/rt/thread.hpp>
+
+#include "rounds.hpp"
 
 namespace rowe::bench {
 
+inline int priority = 50; // SCHED_FIFO, of both threads, where that is permitted; 0: ordinary ones
+
+// Takes `--priority=N`. Before run_on_two_cores().
+inline void read_priority(int& count, char** arguments) {
+  priority = number_option(count, arguments, "priority", priority);
+}
+// For the calling thread, which run_on_two_cores() has put on its core. Refused: the bench still runs.
+inline void take_priority() {
+  if (priority > 0) (void)rt::prepare_this_thread({.name = "bench", .priority = priority});
+}
+
+// Asleep for the most part, but awake in time.
+inline void wait_until(rt::time_point when) {
+  rt::kernel_clock::sleep_until(when - std::chrono::microseconds{300});
+  while (rt::monotonic_clock::now() < when) continue;
+}
+
+// What the threads of this process but the calling one use: the service thread.
 struct service_usage {
   double cpu_s = 0;
   double sleeps = 0; // how often it gave its core up by itself, which is how often it wakes
