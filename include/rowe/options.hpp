@@ -21,7 +21,8 @@ enum class idle : std::uint8_t {
   wake,  // in the kernel, until there is something: then a handle that hands something over while the service
          // thread sleeps wakes it, which costs its own thread one write to an eventfd
   phase, // in the kernel, until shortly before a topic's next value is due by its `period`; then awake until
-         // it has come, for at most 8 ms of any 100 ms. What is due at no known time waits as under `poll`
+         // it has come, and for answers to calls, for at most 8 ms of any 100 ms. The rest waits as under
+         // `poll`
 };
 
 // What kind of peers an endpoint meets that speak the bare dialect. Hop programs know text frames and nothing

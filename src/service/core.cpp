@@ -178,6 +178,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   turn_stop();
   read_in_turn();
   place_waiting();
+  if (asked_lane_ != no_index) phases_.asked(now_);
   take_from_lanes();
   take_from_door();
   expire();

@@ -177,11 +177,46 @@ void phase_plan::fit(row& of) const noexcept {
   of.fitted = true;
 }
 
+// ---- answers
+
+void phase_plan::asked(rt::time_point now) noexcept {
+  asked_ = now;
+  answer_ = watch::closed;
+}
+
+void phase_plan::answered(rt::time_point given) noexcept {
+  if (asked_ == rt::never) return;
+  const bool soon = given - asked_ < answer_max;
+  asked_ = rt::never;
+  if (answers_soon_ || !soon) {
+    answers_streak_ = 0;
+  } else if (++answers_streak_ == hits_min) {
+    answers_soon_ = true;
+    answers_streak_ = 0;
+  }
+}
+
+rt::time_point phase_plan::look_for_answer(rt::time_point now) noexcept {
+  if (asked_ == rt::never || !answers_soon_) return rt::never;
+  if (now - asked_ >= answer_max) {
+    asked_ = rt::never;
+    if (answer_ != watch::open || ++answers_streak_ < misses_max) return rt::never;
+    answers_soon_ = false;
+    answers_streak_ = 0;
+    return rt::never;
+  }
+  const bool affordable = left_ >= (reserve_of(priority::normal) + answer_max) * 100;
+  if (answer_ == watch::closed) answer_ = affordable ? watch::open : watch::skipped;
+  if (left_ <= rt::duration{0}) answer_ = watch::skipped;
+  return answer_ == watch::open ? now : rt::never;
+}
+
 // ---- waiting
 
 rt::time_point phase_plan::wait_until(rt::time_point now, rt::duration poll_period) noexcept {
   pay(now);
   rt::time_point next = listened_ == 0 ? rt::never : now + rest_max;
+  next = std::min(next, look_for_answer(now));
   for (const std::uint32_t lane : used_.first(used_count_)) {
     row& of = rows_[lane];
     if (of.listened) next = std::min(next, look_at(of, now, now + poll_period));

@@ -11,6 +11,9 @@
 //   learning -> (8 values in a row, each a period after the one before) -> planned
 //   planned  -> (3 in a row that came outside their watch, or not at all)   -> learning, which is polled
 //
+// An answer is due, too: the thread a request was handed to may have waited for it. So the service thread
+// watches for it, for 100 us at most, unless the last three took longer.
+//
 // Watching has a budget of 8 ms in any 100 ms. Topics of less priority leave a part of it to the others; a
 // value that is not watched for is polled for, until it has come.
 //
@@ -40,6 +43,7 @@ class phase_plan {
   static constexpr rt::duration ahead_max = std::chrono::milliseconds{1};
   // The longest sleep while values are due: one that comes early waits no longer.
   static constexpr rt::duration rest_max = std::chrono::milliseconds{10};
+  static constexpr rt::duration answer_max = std::chrono::microseconds{100};
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   phase_plan(rt::arena& memory, const limits& bounds, counters& counts) noexcept;
@@ -56,6 +60,10 @@ class phase_plan {
     looked_ = now;
   }
   void saw(std::uint32_t lane, rt::time_point published) noexcept;
+
+  // A request was handed to a thread of this process; one answered, at the time `given`.
+  void asked(rt::time_point now) noexcept;
+  void answered(rt::time_point given) noexcept;
 
   // How to wait for what is listened to: not at all, when that is not after `now`; else so long at most.
   rt::time_point wait_until(rt::time_point now, rt::duration poll_period) noexcept;
@@ -91,6 +99,7 @@ class phase_plan {
   void put(row& of, std::int64_t periods, rt::time_point came) noexcept;
   void count_miss(row& of) noexcept;
   void fit(row& of) const noexcept;
+  rt::time_point look_for_answer(rt::time_point now) noexcept;
   rt::time_point look_at(row& of, rt::time_point now, rt::time_point poll) noexcept;
   void pass(row& of, rt::time_point now) noexcept;
   bool affords(const row& of, rt::time_point now) const noexcept;
@@ -102,6 +111,10 @@ class phase_plan {
   std::uint32_t listened_ = 0;
   counters& counts_;
   rt::time_point looked_{}, before_{}; // at the lanes: last, and the time before
+  rt::time_point asked_ = rt::never;   // the newest request, until it is answered
+  watch answer_ = watch::closed;
+  bool answers_soon_ = true;
+  std::uint8_t answers_streak_ = 0; // soon: that were not; else: that would have been
   bool watching_ = false;
   rt::time_point paid_{};
   rt::duration left_ = ahead_max * 100;         // of the budget, a hundredth of a nanosecond each

@@ -103,6 +103,7 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
   }
   case entry::reply:
   case entry::refusal: {
+    phases_.answered(time_of(header.stamped_ns));
     const status done =
         header.what == entry::refusal
             ? refuse_call(us, header.call, text)

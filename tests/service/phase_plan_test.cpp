@@ -287,6 +287,49 @@ TEST(phase_plan, forgets_a_topic_nobody_listens_to_and_a_publisher_that_is_gone)
   EXPECT_EQ(w.plan.wait_until(w.now, poll_period), w.now + poll_period);
 }
 
+// A request, and its answer after so long; returns how long was watched for it.
+duration ask(world& w, duration takes) {
+  const std::uint64_t before = w.count(counter::phase_watched_ns);
+  w.now += 5ms;
+  (void)w.plan.wait_until(w.now, poll_period);
+  w.plan.asked(w.now);
+  const time_point answer = w.now + takes;
+  while (w.now < answer && w.plan.wait_until(w.now, poll_period) <= w.now) w.now += turn;
+  w.now = std::max(w.now, answer);
+  w.plan.answered(answer);
+  EXPECT_EQ(w.plan.wait_until(w.now, poll_period), rowe::rt::never);
+  return duration{static_cast<std::int64_t>(w.count(counter::phase_watched_ns) - before)};
+}
+
+TEST(phase_plan, watches_for_answers_unless_three_were_long_in_coming_and_until_eight_were_not) {
+  world w{{}};
+  for (int i = 0; i < 20; ++i) EXPECT_GE(ask(w, 40us), 40us);
+  for (int i = 0; i < 2; ++i) EXPECT_GE(ask(w, 300us), phase_plan::answer_max);
+  EXPECT_GE(ask(w, 40us), 40us);
+  for (int i = 0; i < 3; ++i) EXPECT_LT(ask(w, 300us), phase_plan::answer_max + 2 * turn);
+  for (int i = 0; i < 5; ++i) EXPECT_EQ(ask(w, 300us), 0us);
+  for (int i = 0; i < 8; ++i) EXPECT_EQ(ask(w, 40us), 0us);
+  EXPECT_GE(ask(w, 40us), 40us);
+}
+
+TEST(phase_plan, watches_for_answers_within_its_budget) {
+  world w{{}};
+  const time_point end = w.now + 100ms;
+  duration watched{};
+  while (w.now < end) {
+    w.plan.asked(w.now);
+    const time_point answer = w.now + 90us;
+    while (w.now < answer) {
+      const bool awake = w.plan.wait_until(w.now, poll_period) <= w.now;
+      w.now += turn;
+      watched += awake ? turn : 0ns;
+    }
+    w.plan.answered(answer);
+  }
+  EXPECT_LE(watched, 8ms);
+  EXPECT_GT(watched, 5ms);
+}
+
 TEST(phase_plan, bears_stamps_that_are_no_times_of_its_clock) {
   for (const time_point stamp : {time_point::min(), time_point{}, time_point::max()}) {
     world w{{}};
