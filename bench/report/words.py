@@ -32,8 +32,6 @@ class counter:
         elif self.what.startswith("x_"):
             what = "times faster than " + what[2:]
         parts = [part for part in (what, self.quantile) if part]
-        if not parts:
-            return self.name
         return " ".join(parts) + (f", {self.unit}" if self.unit else "")
 
     @property
@@ -47,8 +45,8 @@ def read(name, unit_of_time="ns"):
         return counter(name, "", "median", _units.get(unit_of_time, unit_of_time))
     rest, unit = name, ""
     found = _with_unit.match(name)
-    if found:
-        rest, unit = found[1] or "", _units[found[2].lower()]
+    if found and found[1]:
+        rest, unit = found[1], _units[found[2].lower()]
     found = _quantile.search(rest)
     quantile = ""
     if found:

@@ -125,9 +125,10 @@ class wording(unittest.TestCase):
             self.assertEqual(words.read(name).heading, heading)
 
     def test_quantiles_come_first_and_ratios_last(self):
-        one = results.row("a/b", "us", dict.fromkeys(("of_raw", "max_us", "p99_us", "sends", "time"), 1))
+        names = ("of_raw", "bytes", "max_us", "p99_us", "sends", "time")
+        one = results.row("a/b", "us", dict.fromkeys(names, 1))
         self.assertEqual([each.name for each in words.columns([one])],
-                         ["time", "p99_us", "max_us", "sends", "of_raw"])
+                         ["time", "p99_us", "max_us", "bytes", "sends", "of_raw"])
 
     def test_a_counted_median_stands_for_the_time(self):
         one = results.row("a/b", "us", dict.fromkeys(("time", "p50_us", "p99_us"), 1))
