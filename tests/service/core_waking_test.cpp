@@ -162,6 +162,25 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
   EXPECT_GT(on.core.patience(1ms), 9ms);
 }
 
+TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
+  using json = rowe::json_text;
+  auto& lane = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
+  on.cycle();
+  rowe::responder<json, json> answers{theatre::handle_of(lane)};
+  peer p{on};
+  on.cycle();
+  EXPECT_EQ(next(), rowe::rt::never);
+  p.say(R"({"op":"call_service","id":"1","service":"/add"})");
+  on.cycle();
+  EXPECT_LE(next(), on.now + 20us) << "it turns without waiting";
+  on.now += 20us;
+  auto asked = answers.try_next(on.now);
+  ASSERT_TRUE(asked);
+  EXPECT_TRUE(answers.reply(*asked, std::string_view{"{}"}, on.now));
+  on.cycle(1us);
+  EXPECT_EQ(next(), rowe::rt::never);
+}
+
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
   theatre on{waking(), rowe::service::side::client};
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
