@@ -28,8 +28,9 @@
 // `of_raw` is the ratio to raw inside each round (target for rowe_spin: at most 1.25), `x_baseline_v1` how
 // many times faster than baseline_v1 (target for rowe_spin: at least 8).
 //
-// Excluded: names, TLS, a network: all is loopback with TCP_NODELAY. The two hand-overs more of a client that
-// is rowe's too, with cores for its threads to spin on; bench_hand_over says what they cost.
+// Excluded: what a raw client does with frames; names, TLS, a network: all is loopback with TCP_NODELAY. The
+// two hand-overs more of a client that is rowe's too, with cores for its threads to spin on; bench_hand_over
+// says what they cost.
 //
 // What would make it lie: other load on either core; a machine that halts its cores, where whoever sleeps
 // pays ten times what he pays elsewhere (a virtual one above all: it is hard on baseline_v1, and on rowe_poll
@@ -87,20 +88,24 @@ constexpr std::string_view reply_text = R"({"result":42,"in_reply_to":"100000"})
   std::exit(1);
 }
 
-// Times `count` trips behind some that are not timed; microseconds each.
-template <class Trip>
-std::vector<double> time_trips(int count, Trip&& trip) {
-  for (int i = 0; i < trips_to_warm; ++i)
-    if (!trip()) give_up("a call failed");
+// Times `count` trips behind some that do not count; microseconds each. `settle()` looks at what came, and
+// prepares the next one.
+template <class Trip, class Settle>
+std::vector<double> time_trips(int count, Trip&& trip, Settle&& settle) {
   std::vector<double> each;
   each.reserve(static_cast<std::size_t>(count));
-  for (int i = 0; i < count; ++i) {
+  for (int i = -trips_to_warm; i < count; ++i) {
     const auto begin = monotonic_clock::now();
     const bool done = trip();
-    each.push_back(nanoseconds_since(begin) / 1e3);
-    if (!done) give_up("a call failed");
+    const double took = nanoseconds_since(begin) / 1e3;
+    if (!done || !settle()) give_up("a call failed");
+    if (i >= 0) each.push_back(took);
   }
   return each;
+}
+template <class Trip>
+std::vector<double> time_trips(int count, Trip&& trip) {
+  return time_trips(count, trip, [] { return true; });
 }
 
 // ---- the contenders; each returns what its trips took
@@ -122,17 +127,26 @@ std::vector<double> raw() {
   return each;
 }
 
-// A call from a socket of this thread's; `answer()` is what this thread does for its reply meanwhile.
+// Calls from a socket of this thread's; `answer()` is what this thread does for the reply meanwhile. What the
+// client does with a frame is not timed, as it is not in raw.
 template <class Answer>
-auto socket_trip(raw_client& client, std::string& request, Answer&& answer) {
-  return [&client, &request, answer, id = 100'000]() mutable {
-    client.answer_pings();
-    const std::string digits = std::to_string(id = id % 900'000 + 100'000 + 1);
-    std::copy(digits.begin(), digits.end(), request.end() - 8); // the message_id
+std::vector<double> time_calls(int count, raw_client& client, Answer&& answer) {
+  std::string request = raw_client::frame_of(wire::opcode::text, call_text);
+  int id = 100'000;
+  const auto trip = [&] {
     if (!client.send(request)) return false;
     answer();
-    return !client.take().empty();
+    return client.wait();
   };
+  const auto settle = [&] {
+    if (client.take().empty()) return false;
+    client.answer_pings();
+    id = id == 999'999 ? 100'000 : id + 1;
+    const std::string digits = std::to_string(id);
+    std::copy(digits.begin(), digits.end(), request.end() - 8); // the message_id
+    return true;
+  };
+  return time_trips(count, trip, settle);
 }
 
 template <idle Policy>
@@ -142,12 +156,11 @@ std::vector<double> rowe_server() {
   auto adder = robot->serve<numbers, sum>(service);
   raw_client client{robot->port()};
   if (!adder || !client.ok()) give_up("no service, or no connection");
-  std::string request = raw_client::frame_of(wire::opcode::text, call_text);
-  return time_trips(Policy == idle::spin ? trips : trips_asleep, socket_trip(client, request, [&] {
-                      auto asked = adder->try_next();
-                      while (!asked) asked = adder->try_next();
-                      (void)adder->reply(*asked, {asked->body.a + asked->body.b}); // else no answer comes
-                    }));
+  return time_calls(Policy == idle::spin ? trips : trips_asleep, client, [&] {
+    auto asked = adder->try_next();
+    while (!asked) asked = adder->try_next();
+    (void)adder->reply(*asked, {asked->body.a + asked->body.b}); // else no answer comes
+  });
 }
 
 template <idle Policy>
@@ -218,8 +231,7 @@ std::vector<double> baseline_one_end() {
   while (port.load() == 0) continue;
   raw_client client{static_cast<std::uint16_t>(port.load())};
   if (!client.ok()) give_up("baseline_v1 lets nobody in");
-  std::string request = raw_client::frame_of(wire::opcode::text, call_text);
-  auto each = time_trips(trips_asleep, socket_trip(client, request, [] {}));
+  auto each = time_calls(trips_asleep, client, [] {});
   done.store(true);
   return each;
 }
