@@ -45,20 +45,21 @@ constexpr std::size_t header_bytes(std::byte second) noexcept {
   return 2 + length_bytes(second) + ((number_of(second) & mask_bit) != 0 ? sizeof(mask_key) : 0);
 }
 
-// The key as it meets data that begins at `offset` of the payload, twice.
-std::array<std::byte, 8> turned(mask_key key, std::size_t offset) noexcept {
-  std::array<std::byte, 8> pattern;
-  for (std::size_t i = 0; i < pattern.size(); ++i) pattern[i] = key[(offset + i) % key.size()];
-  return pattern;
+// The header's bytes and the payload's of the frame at the front; nothing when it is not here whole.
+struct frame_extent {
+  std::size_t header;
+  std::size_t payload;
+};
+std::optional<frame_extent> extent_of(std::span<const std::byte> bytes) noexcept {
+  if (bytes.size() < 2) return std::nullopt;
+  const std::size_t header = header_bytes(bytes[1]);
+  const std::size_t count = length_bytes(bytes[1]);
+  if (bytes.size() < header) return std::nullopt;
+  const std::uint64_t length =
+      count == 0 ? number_of(bytes[1]) & length_bits : read_big_endian(bytes.data() + 2, count);
+  if (length > bytes.size() - header) return std::nullopt;
+  return frame_extent{header, static_cast<std::size_t>(length)};
 }
-
-std::uint64_t load_word(const std::byte* at) noexcept {
-  std::uint64_t word;
-  std::memcpy(&word, at, sizeof word);
-  return word;
-}
-
-void store_word(std::byte* at, std::uint64_t word) noexcept { std::memcpy(at, &word, sizeof word); }
 
 } // namespace
 
@@ -173,6 +174,34 @@ auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
   return std::nullopt;
 }
 
+// A message in one frame that is here whole, which is the rule, without the states that all else needs. False
+// when it is anything else, or wrong; then nothing has happened.
+bool frame_parser::take_whole_message(std::span<std::byte> bytes, frame_step& step) noexcept {
+  if (in_message_ || header_have_ > 0) return false;
+  const auto frame = extent_of(bytes);
+  if (!frame || frame->payload > limits_.message_bytes_max) return false;
+  const std::uint8_t first = number_of(bytes[0]);
+  constexpr auto text = final_bit | static_cast<std::uint8_t>(opcode::text);
+  constexpr auto binary = final_bit | static_cast<std::uint8_t>(opcode::binary);
+  if (first != text && first != binary) return false;
+  if (((number_of(bytes[1]) & mask_bit) != 0) != (ours_ == role::server)) return false;
+  const std::size_t length = length_bytes(bytes[1]);
+  if (length > 2 || (length == 2 && frame->payload <= 125)) return false;
+  mask_key key{};
+  if (ours_ == role::server)
+    std::memcpy(key.data(), bytes.data() + frame->header - sizeof(mask_key), sizeof(mask_key));
+  const std::span<std::byte> payload = bytes.subspan(frame->header, frame->payload);
+  const bool ascii = mask(payload, key);
+  step.consumed = frame->header + frame->payload;
+  step.payload = payload;
+  step.event = first == text ? frame_event::text : frame_event::binary;
+  if (first == text && !ascii && !(text_.feed(payload) && text_.complete())) {
+    step = violate(not_utf8);
+    step.consumed = bytes.size();
+  }
+  return true;
+}
+
 // The payload. Both functions take it, or what there is of it, from the front of `rest`; in_frame_ says that
 // more of it must come.
 
@@ -189,7 +218,7 @@ frame_step frame_parser::take_control(std::span<std::byte> rest) noexcept {
     if (payload_done_ < size) return {.consumed = taken};
     payload = std::span{control_}.first(size);
   }
-  mask(payload, frame_.key);
+  (void)mask(payload, frame_.key);
   in_frame_ = false;
   frame_step step =
       frame_.what == opcode::close
@@ -203,14 +232,14 @@ frame_step frame_parser::take_control(std::span<std::byte> rest) noexcept {
 frame_step frame_parser::take_data(std::span<std::byte> rest) noexcept {
   if (payload_done_ == 0 && !in_message_ && frame_.final && rest.size() >= frame_.payload_bytes) {
     const std::span<std::byte> payload = rest.first(static_cast<std::size_t>(frame_.payload_bytes));
-    mask(payload, frame_.key);
-    if (message_ == opcode::text && !text_.feed(payload)) return violate(not_utf8);
+    const bool ascii = mask(payload, frame_.key);
+    if (message_ == opcode::text && !ascii && !text_.feed(payload)) return violate(not_utf8);
     return end_message(payload, payload.size());
   }
   const auto taken =
       static_cast<std::size_t>(std::min<std::uint64_t>(frame_.payload_bytes - payload_done_, rest.size()));
   const std::span<std::byte> piece = assembly_.subspan(message_bytes_, taken);
-  mask_copy(piece, rest.first(taken), frame_.key, static_cast<std::size_t>(payload_done_));
+  (void)mask_copy(piece, rest.first(taken), frame_.key, static_cast<std::size_t>(payload_done_));
   if (message_ == opcode::text && !text_.feed(piece)) return violate(not_utf8);
   message_bytes_ += taken;
   payload_done_ += taken;
@@ -265,6 +294,8 @@ void frame_parser::reset(role ours, frame_limits limits, std::span<std::byte> as
 
 frame_step frame_parser::next(std::span<std::byte> bytes) noexcept {
   std::size_t consumed = 0;
+  frame_step whole;
+  if (!ended_ && !in_frame_ && take_whole_message(bytes, whole)) return whole;
   while (!ended_) { // one turn a frame; a frame without an event is a fragment, and takes at least a header
     if (!in_frame_) {
       std::size_t taken = 0;
@@ -310,14 +341,24 @@ bool frame_parser::check() const noexcept {
 std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payload_bytes,
                                std::optional<mask_key> key) noexcept {
   assert(!is_control(what) || payload_bytes <= control_bytes_max);
-  const std::size_t size = frame_header_bytes(payload_bytes, key ? role::client : role::server);
-  const std::size_t count = size - 2 - (key ? sizeof(mask_key) : 0);
-  const std::uint64_t length = count == 0 ? payload_bytes : count == 2 ? length_16 : length_64;
+  const std::uint64_t masked = key ? mask_bit : 0;
+  std::size_t size = 2;
   out[0] = static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(what));
-  out[1] = static_cast<std::byte>((key ? mask_bit : 0) | length);
-  write_big_endian(out + 2, count, payload_bytes);
-  if (key) std::memcpy(out + 2 + count, key->data(), sizeof(mask_key));
-  return size;
+  if (payload_bytes <= 125) {
+    out[1] = static_cast<std::byte>(masked | payload_bytes);
+  } else if (payload_bytes <= 0xffff) {
+    out[1] = static_cast<std::byte>(masked | length_16);
+    out[2] = static_cast<std::byte>(payload_bytes >> 8);
+    out[3] = static_cast<std::byte>(payload_bytes & 0xff);
+    size = 4;
+  } else {
+    out[1] = static_cast<std::byte>(masked | length_64);
+    write_big_endian(out + 2, 8, payload_bytes);
+    size = 10;
+  }
+  if (!key) return size;
+  std::memcpy(out + size, key->data(), sizeof(mask_key));
+  return size + sizeof(mask_key);
 }
 
 std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint64_t payload_bytes,
@@ -325,33 +366,6 @@ std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint6
   std::byte* const start = payload - frame_header_bytes(payload_bytes, key ? role::client : role::server);
   write_frame_header(start, what, payload_bytes, key);
   return start;
-}
-
-void mask(std::span<std::byte> data, mask_key key, std::size_t offset) noexcept {
-  if (key == mask_key{}) return;
-  const std::array<std::byte, 8> pattern = turned(key, offset);
-  const std::uint64_t word = load_word(pattern.data());
-  std::byte* at = data.data();
-  std::size_t left = data.size();
-  for (; left >= 8; left -= 8, at += 8) store_word(at, load_word(at) ^ word);
-  for (std::size_t i = 0; i < left; ++i) at[i] ^= pattern[i];
-}
-
-void mask_copy(std::span<std::byte> target, std::span<const std::byte> source, mask_key key,
-               std::size_t offset) noexcept {
-  assert(target.size() == source.size());
-  if (source.empty()) return;
-  if (key == mask_key{}) {
-    std::memcpy(target.data(), source.data(), source.size());
-    return;
-  }
-  const std::array<std::byte, 8> pattern = turned(key, offset);
-  const std::uint64_t word = load_word(pattern.data());
-  const std::byte* from = source.data();
-  std::byte* to = target.data();
-  std::size_t left = source.size();
-  for (; left >= 8; left -= 8, from += 8, to += 8) store_word(to, load_word(from) ^ word);
-  for (std::size_t i = 0; i < left; ++i) to[i] = from[i] ^ pattern[i];
 }
 
 std::size_t close_payload(std::uint16_t code, std::string_view reason,
@@ -363,26 +377,6 @@ std::size_t close_payload(std::uint16_t code, std::string_view reason,
   if (!reason.empty()) std::memcpy(out.data() + 2, reason.data(), reason.size());
   return 2 + reason.size();
 }
-
-namespace {
-
-// The header's bytes and the payload's of the frame at the front; nothing when it is not here whole.
-struct frame_extent {
-  std::size_t header;
-  std::size_t payload;
-};
-std::optional<frame_extent> extent_of(std::span<const std::byte> bytes) noexcept {
-  if (bytes.size() < 2) return std::nullopt;
-  const std::size_t header = header_bytes(bytes[1]);
-  const std::size_t count = length_bytes(bytes[1]);
-  if (bytes.size() < header) return std::nullopt;
-  const std::uint64_t length =
-      count == 0 ? number_of(bytes[1]) & length_bits : read_big_endian(bytes.data() + 2, count);
-  if (length > bytes.size() - header) return std::nullopt;
-  return frame_extent{header, static_cast<std::size_t>(length)};
-}
-
-} // namespace
 
 std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept {
   const auto frame = extent_of(bytes);
@@ -397,7 +391,7 @@ std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::b
   mask_key key{};
   if ((number_of(bytes[1]) & mask_bit) != 0)
     std::memcpy(key.data(), bytes.data() + frame->header - sizeof(mask_key), sizeof(mask_key));
-  mask_copy(room.first(looked), bytes.subspan(frame->header, looked), key);
+  (void)mask_copy(room.first(looked), bytes.subspan(frame->header, looked), key);
   return {reinterpret_cast<const char*>(room.data()), looked};
 }
 

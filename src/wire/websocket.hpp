@@ -18,6 +18,7 @@
 #include <span>
 #include <string_view>
 
+#include "wire/mask.hpp"
 #include "wire/utf8.hpp"
 
 namespace rowe::wire {
@@ -27,9 +28,6 @@ namespace rowe::wire {
 enum class role : std::uint8_t { server, client };
 
 enum class opcode : std::uint8_t { continuation = 0, text = 1, binary = 2, close = 8, ping = 9, pong = 10 };
-
-// The four bytes of a masking key in the order in which they stand on the wire.
-using mask_key = std::array<std::byte, 4>;
 
 inline constexpr std::size_t control_bytes_max = 125;      // RFC 6455 5.5
 inline constexpr std::size_t close_reason_bytes_max = 123; // what a close code leaves of it
@@ -130,6 +128,7 @@ class frame_parser {
   std::optional<complaint> read_length(const std::byte* bytes) noexcept;
   std::optional<complaint> take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept;
   std::optional<complaint> begin_frame() noexcept;
+  bool take_whole_message(std::span<std::byte> bytes, frame_step& step) noexcept;
   frame_step take_control(std::span<std::byte> rest) noexcept;
   frame_step take_data(std::span<std::byte> rest) noexcept;
   frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;
@@ -175,14 +174,6 @@ std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::b
 
 // The length of the frame at the front of `bytes`; 0 when it is not here whole. Nothing is checked.
 std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept;
-
-// Masks or unmasks in place (the operation is its own inverse). `offset` is the position of data[0] in the
-// payload.
-void mask(std::span<std::byte> data, mask_key key, std::size_t offset = 0) noexcept;
-
-// Masks from `source` to `target`, which must not overlap and are equally long.
-void mask_copy(std::span<std::byte> target, std::span<const std::byte> source, mask_key key,
-               std::size_t offset = 0) noexcept;
 
 // The body of a close frame: code and reason, cut at a character's end where it is too long. `none_given`
 // gives an empty body. Returns its size.

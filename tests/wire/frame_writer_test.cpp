@@ -95,6 +95,21 @@ TEST(mask, is_the_rfcs_rule_for_every_length_offset_and_alignment) {
   }
 }
 
+TEST(mask, tells_where_nothing_but_ascii_comes_out) {
+  for (std::size_t length = 1; length <= 70; ++length) {
+    std::vector<std::byte> data(length, std::byte{0x7f});
+    (void)mask(data, a_key);
+    std::vector<std::byte> copy(length);
+    EXPECT_TRUE(mask_copy(copy, data, a_key));
+    for (std::size_t at = 0; at < length; ++at) {
+      data[at] ^= std::byte{0x80};
+      EXPECT_FALSE(mask_copy(copy, data, a_key)) << length << ' ' << at;
+      data[at] ^= std::byte{0x80};
+    }
+    EXPECT_TRUE(mask(data, a_key)) << length;
+  }
+}
+
 TEST(mask, undoes_itself_and_leaves_data_alone_with_a_key_of_zeros) {
   std::vector<std::byte> data(33, std::byte{'z'});
   const auto before = data;

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+// The masking of RFC 6455 5.3, its own inverse: each byte of a payload is combined with that byte of the key
+// whose turn it is. Every byte that a client says passes through here once and is looked at for UTF-8 on the
+// way; so it is done in blocks that a compiler puts into the widest registers it knows of.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <span>
+
+namespace rowe::wire {
+
+// The four bytes of a masking key in the order in which they stand on the wire.
+using mask_key = std::array<std::byte, 4>;
+
+// Both: `offset` is the position of the first byte in the payload. True only when all that comes out of it is
+// ASCII; a key of zeros changes nothing, and then nothing is looked at: false. Never waits, never allocates.
+
+// In place.
+bool mask(std::span<std::byte> data, mask_key key, std::size_t offset = 0) noexcept;
+
+// From `source` to `target`, which must not overlap and are equally long.
+bool mask_copy(std::span<std::byte> target, std::span<const std::byte> source, mask_key key,
+               std::size_t offset = 0) noexcept;
+
+} // namespace rowe::wire
