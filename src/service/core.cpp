@@ -23,9 +23,10 @@ std::size_t assembly_bytes(const limits& bounds) noexcept {
 // What one read of a connection takes, when others want to be read too.
 constexpr std::size_t aside_bytes = transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
 
-// A batch of masked frames holds the largest message and its header.
-std::size_t masked_bytes(const limits& bounds) noexcept {
-  return wire_slots::large_bytes(bounds) + wire::frame_header_bytes_max;
+// A batch has room for the largest message, with all that may have to go in front of it.
+std::size_t joined_bytes(const limits& bounds) noexcept {
+  return std::max(batch_bytes_max, wire_slots::large_bytes(bounds) + wire::frame_header_bytes_max +
+                                       sizeof(control_frames) + sizeof(stop_frames));
 }
 
 std::size_t scratch_bytes(const limits& bounds) noexcept {
@@ -73,14 +74,16 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
          arena::bytes_for<std::uint32_t>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // who has to write,
-         bounds.connections_max * arena::bytes_for(aside_bytes) +                // what was read,
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) +               // and in which order
-         arena::bytes_for<lane_view>(bounds.lanes_max) +                         //
-         arena::bytes_for<rt::timer_node>(node_count(bounds)) +                  //
-         arena::bytes_for(masked_bytes(bounds)) + arena::bytes_for(mask_bytes) + //
-         arena::bytes_for(scratch_bytes(bounds)) +                               //
-         phase_plan::footprint_bytes(bounds) +                                   //
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) + // who has to write,
+         bounds.connections_max * arena::bytes_for(aside_bytes) +  // what was read,
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) + // and in which order
+         arena::bytes_for<lane_view>(bounds.lanes_max) +           //
+         arena::bytes_for<rt::timer_node>(node_count(bounds)) +    //
+         arena::bytes_for<std::uint32_t>(bounds.small_slots + bounds.large_slots) +
+         arena::bytes_for(joined_bytes(bounds)) + arena::bytes_for<batch_piece>(batch_pieces_max) +
+         arena::bytes_for(mask_bytes) +            //
+         arena::bytes_for(scratch_bytes(bounds)) + //
+         phase_plan::footprint_bytes(bounds) +     //
          letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
          call_table::footprint_bytes(bounds) + //
          arena::bytes_for<std::uint32_t>(bounds.door_slots) +
@@ -114,7 +117,9 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
       nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
       wheel_{nodes_, start},
-      masked_{memory.carve_bytes(masked_bytes(bounds_))},
+      sealed_{memory.carve<std::uint32_t>(slots_.count())},
+      joined_{memory.carve_bytes(joined_bytes(bounds_))},
+      pieces_{memory.carve<batch_piece>(batch_pieces_max)},
       masks_{memory.carve_bytes(mask_bytes)},
       masks_used_{mask_bytes},
       scratch_{memory.carve<char>(scratch_bytes(bounds_))},
@@ -169,6 +174,17 @@ void core::arm(timer what, std::uint32_t index, rt::time_point when) noexcept {
 }
 void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node_of(what, index)); }
 
+// Most messages are written in the cycle that makes them and never need the wheel; the others come to it
+// here.
+void core::arm_sealed() noexcept {
+  for (const std::uint32_t slot : sealed_.first(std::exchange(sealed_count_, 0))) {
+    // One that was freed and is another message's by now is there twice, which does no harm.
+    const rt::time_point expires = slots_.expires(slot);
+    if (slots_.references(slot) != 0 && expires != rt::never)
+      arm(timer::slot, slot, expires + rt::duration{1});
+  }
+}
+
 // ---- the cycle
 
 rt::time_point core::cycle(rt::time_point now) noexcept {
@@ -184,6 +200,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   expire();
   show_stop_state();
   offer_all();
+  arm_sealed();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
   return next_cycle();
@@ -195,6 +212,7 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   take_from(std::exchange(asked_lane_, no_index));
   expire();
   offer_all();
+  arm_sealed();
   return next_cycle();
 }
 

@@ -13,9 +13,10 @@
 //   first on each
 //
 // core.cpp holds the cycle and the life of a connection, reading.cpp in which order peers are heard,
-// inbound.cpp what they say, outbound.cpp what is written to them, pinging.cpp how much at a time, lanes.cpp
-// what this process publishes and takes, talking.cpp what it says to peers, delivering.cpp what it is told,
-// calling.cpp who is asked, answering.cpp how calls end, providing.cpp services, stopping.cpp the stop.
+// inbound.cpp what they say, outbound.cpp what is queued for them, writing.cpp how it is written, pinging.cpp
+// how much at a time, lanes.cpp what this process publishes and takes, talking.cpp what it says to peers,
+// delivering.cpp what it is told, calling.cpp who is asked, answering.cpp how calls end, providing.cpp
+// services, stopping.cpp the stop.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -32,9 +33,11 @@
 #include <rowe/rt/thread.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
+#include "service/batch.hpp"
 #include "service/board.hpp"
 #include "service/calls.hpp"
 #include "service/connection.hpp"
+#include "service/core_options.hpp"
 #include "service/front_door.hpp"
 #include "service/letters.hpp"
 #include "service/phase_plan.hpp"
@@ -52,64 +55,6 @@ namespace rowe::service {
 
 // As slots' headers have it; the other way of rt::nanoseconds_of().
 inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
-
-// Where random bytes come from: the kernel, or a seed. Masks of a client's frames must be unpredictable (RFC
-// 6455 10.3); the back-off of reconnecting wants jitter.
-class entropy {
- public:
-  virtual void fill(std::span<std::byte> bytes) noexcept = 0;
-
- protected:
-  ~entropy() = default;
-};
-
-// What of an endpoint's options the core needs.
-struct core_options {
-  limits bounds;
-  side ours = side::server;
-  bool relay = false;
-  peer_profile profile = peer_profile::standard;
-  bool bare_unasked = false;
-  bool answers_any = false;
-  bool lanes_tell = false; // a handle that hands something over rings for it
-  bool phases = false;     // values are waited for by their periods
-  rt::duration inbound_ttl = rt::for_ever;
-  std::string_view name; // copied
-  rt::duration ping_period;
-  rt::duration silence_max;
-  rt::duration message_time_max;
-  rt::duration stats_period;
-  rt::duration retry_min;
-  rt::duration retry_max;
-  stop_options stop;
-
-  static core_options from(const endpoint_options& options, side ours, std::string_view name) noexcept {
-    return {.bounds = options.limits,
-            .ours = ours,
-            .relay = options.relay,
-            .profile = options.profile,
-            .bare_unasked = options.bare_unasked,
-            .answers_any = options.answers_any,
-            .lanes_tell = options.idle_policy == idle::wake,
-            .phases = options.idle_policy == idle::phase,
-            .inbound_ttl = options.inbound_ttl,
-            .name = name,
-            .ping_period = options.ping_period,
-            .silence_max = options.silence_max,
-            .message_time_max = options.message_time_max,
-            .stats_period = options.stats_period,
-            .retry_min = options.retry_min,
-            .retry_max = options.retry_max,
-            .stop = options.stop};
-  }
-};
-
-struct core_seams {
-  transport& carrier;
-  entropy& random;
-  json::reader& validator;
-  http_answer (*page)(const http_request&) noexcept; // what is served over HTTP
-};
 
 class core final : public transport_sink {
  public:
@@ -192,6 +137,7 @@ class core final : public transport_sink {
   timer_name name_of(std::uint32_t node) const noexcept;
   void arm(timer what, std::uint32_t index, rt::time_point when) noexcept;
   void disarm(timer what, std::uint32_t index) noexcept;
+  void arm_sealed() noexcept;
 
   // check.cpp
   bool check_calls() const noexcept;
@@ -240,7 +186,6 @@ class core final : public transport_sink {
                     std::string_view option) noexcept;
 
   // outbound.cpp
-  struct batch;
   template <class WriteText> // publishing.hpp has these four
   std::uint32_t compose(rt::time_point expires, WriteText&& write_text) noexcept;
   template <class WriteText>
@@ -259,13 +204,24 @@ class core final : public transport_sink {
   void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
   void place_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
   bool drop_dead_front(queue& from) noexcept;
+  // Takes out what is over at the front.
+  void drop_dead(queue& from) noexcept {
+    while (!from.empty() && !is_due(entries_.front(from)) && drop_dead_front(from)) continue;
+  }
+  // Whether a queued message is to be sent still.
+  bool is_due(slot_ref queued) const noexcept {
+    return slots_.alive(queued) && slots_.expires(queued.index) >= now_;
+  }
   void drop_front(queue& from) noexcept; // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
   bool reclaim(std::size_t bytes) noexcept;
   bool reclaim_message(connection& c, std::size_t bytes) noexcept;
   bool reclaim_answer(connection& c, std::size_t bytes) noexcept;
   void release(std::uint32_t slot) noexcept;
+  bool is_letter(std::uint32_t slot) const noexcept { return slots_.kept(slot) && letters_.under_way(slot); }
   void expire_slot(std::uint32_t slot) noexcept;
+
+  // writing.cpp
   void list(connection& c) noexcept;
   void offer_all() noexcept;
   // Messages too: only when what is over has been taken out, by expire() in this cycle.
@@ -277,9 +233,9 @@ class core final : public transport_sink {
   void gather_messages(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
-  bool gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
-                    batch& into) noexcept;
+  bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
   void settle(connection& c, batch& sent, std::size_t taken) noexcept;
+  void settle_message(connection& c, const batch_piece& piece, std::size_t part) noexcept;
   void note_sent(connection& c, std::uint32_t slot) noexcept;
   bool masks(const connection& c) const noexcept;
   // Of one message. Hop writes nine length bytes beyond 65 535, and reads none.
@@ -321,6 +277,7 @@ class core final : public transport_sink {
   void detach(std::uint32_t lane) noexcept;
   void count_refusals(const detail::lane& lane) noexcept;
   void take_from(std::uint32_t lane) noexcept;
+  std::size_t ample_budget(const topic& on) const noexcept;
   void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
   queue* queue_to_server(std::uint32_t lane) noexcept;
   bool has_unsent(std::uint32_t lane) noexcept;
@@ -538,8 +495,11 @@ class core final : public transport_sink {
   std::span<std::uint32_t> door_held_; // slots taken there that wait for room further on, in their order
   std::span<rt::timer_node> nodes_;
   rt::timer_wheel wheel_;
-  std::span<std::byte> masked_; // client side: a batch of masked frames
-  std::span<std::byte> masks_;  // client side: keys not used yet
+  std::span<std::uint32_t> sealed_; // slots with an end that are not on the wheel yet: in this cycle
+  std::uint32_t sealed_count_ = 0;
+  std::span<std::byte> joined_;   // a batch of frames,
+  std::span<batch_piece> pieces_; // and where they came from
+  std::span<std::byte> masks_;    // client side: keys not used yet
   std::size_t masks_used_ = 0;
   std::span<char> scratch_; // names unescaped while a request is carried out
 

@@ -16,7 +16,8 @@ using detail::lane_kind;
 using detail::lane_state;
 namespace rosbridge = wire::rosbridge;
 
-constexpr std::size_t lane_budget = 64; // values taken from one lane in one cycle
+constexpr std::size_t lane_budget = 64;        // values taken from one lane in one cycle
+constexpr std::size_t lane_budget_ample = 256; // the same where nothing would be lost by it
 
 } // namespace
 
@@ -187,16 +188,35 @@ void core::take_from(std::uint32_t index) noexcept {
       budget = std::min<std::size_t>(budget, bounds_.queue_depth_max -
                                                  std::min(towards->count, bounds_.queue_depth_max));
     }
-    const std::size_t taken = path.out->drain(
-        [&](std::uint32_t slot) {
-          take_value(index, slot);
-          path.home->give(slot);
-        },
-        budget);
-    lanes_left_ = lanes_left_ || taken == lane_budget;
+    const auto take = [&](std::uint32_t slot) {
+      take_value(index, slot);
+      path.home->give(slot);
+    };
+    const std::size_t taken = path.out->drain(take, budget);
+    if (taken == lane_budget) {
+      const std::size_t ample = ample_budget(router_.at(views_[index].topic));
+      lanes_left_ = path.out->drain(take, ample) == ample || lanes_left_;
+    }
     lanes_wait_ =
         lanes_wait_ || (taken == budget && budget < lane_budget && path.out->waiting_at_least() != 0);
   }
+}
+
+// How many values of a topic may be taken besides the usual ones. Messages that go out together cost one call
+// of the kernel; but none may be lost because it was taken too early: everybody who wants them has room for
+// them and reads, and all lanes together leave half of the slots.
+std::size_t core::ample_budget(const topic& on) const noexcept {
+  if (on.first_inbox != no_index) return 0;
+  std::size_t room =
+      std::min<std::size_t>(lane_budget_ample, slots_.count() / (2 * std::max(wanted_lanes_, 1U)));
+  room -= std::min(room, lane_budget);
+  for (std::uint32_t i = on.first_subscription; i != no_index && room != 0;
+       i = router_.subscription_at(i).next_on_topic) {
+    const subscription& s = router_.subscription_at(i);
+    if (connections_[s.connection].behind()) return 0;
+    room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
+  }
+  return room;
 }
 
 void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is written to peers. A message is encoded once into a slot; each subscription queues the slot's
-// number; each connection writes what its subscriptions have ready, several frames in one call of the
-// transport, urgent first and the subscriptions of one priority in turn. Whether a message may still be sent
-// is decided here, by the clock, when it is handed over; the wheel only gives the slots of those back that
-// nobody came to send.
-#include <algorithm>
-#include <array>
-#include <cassert>
+// What peers are to be given. A message is encoded once into a slot; each subscription queues the slot's
+// number; each connection that has something to write is put on a list, and writing.cpp writes it. Whether a
+// message may still be sent is decided by the clock, when it is handed over; the wheel only gives the slots
+// of those back that nobody came to send.
 #include <cstring>
 #include <utility>
 
@@ -14,50 +10,6 @@
 #include "service/publishing.hpp"
 
 namespace rowe::service {
-namespace {
-
-constexpr std::size_t pieces_max = 64;             // of one batch
-constexpr std::size_t batch_bytes_max = 64 * 1024; // a batch ends with the frame that reaches it
-constexpr unsigned batches_max = 8;                // to one connection in one cycle
-
-// Work of one cycle, beyond which the next connection waits for the next cycle: a call of the carrier counts
-// as one, and so does each 16 KiB. About 200 us on a fast core.
-constexpr std::size_t write_work_per_cycle = 32;
-constexpr std::size_t write_work_of(std::size_t bytes) noexcept { return 1 + bytes / (16 * 1024); }
-
-} // namespace
-
-// What one call of the transport is given, and where each piece came from.
-struct core::batch {
-  struct source {
-    // Where it is taken off: a queue, the stop's frames (of_stop), or neither: control frames, or the rest of
-    // the frame that was begun.
-    queue* from = nullptr;
-    bool of_stop = false;
-    std::uint32_t subscription = no_index;
-    std::uint32_t slot = no_index;
-    std::size_t bytes = 0;
-    wire::mask_key key{};
-  };
-
-  std::array<std::span<const std::byte>, pieces_max> pieces;
-  std::array<source, pieces_max> sources;
-  std::size_t count = 0;
-  std::size_t bytes = 0;
-  std::size_t masked = 0; // bytes of the core's masking room in use
-  std::size_t room = 0;   // what the peer's credit allows at the priority that is being gathered
-  bool more = false;      // something was left out that another batch may take at once
-  bool held = false;      // something was left out until the peer has read more
-
-  bool full() const noexcept { return count == pieces_max || bytes >= batch_bytes_max; }
-  void add(std::span<const std::byte> piece, const source& of) noexcept {
-    pieces[count] = piece;
-    sources[count] = of;
-    sources[count].bytes = piece.size();
-    ++count;
-    bytes += piece.size();
-  }
-};
 
 // ---- towards the queues
 
@@ -83,7 +35,7 @@ bool core::accepts(subscription& s) noexcept {
 
 void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
-  while (drop_dead_front(s.waiting)) continue;
+  drop_dead(s.waiting);
   while (s.waiting.count >= s.depth) {
     // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].behind();
@@ -150,22 +102,25 @@ wire::mask_key core::next_mask() noexcept {
   return key;
 }
 
-// A slot's text is complete: the frame header goes in front of it, and the wheel learns when it ends.
+// A slot's text is complete: the frame header goes in front of it. The wheel learns when it ends at the end
+// of the cycle, if it is still there.
 void core::seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept {
   slots_.finish(slot, bytes, expires);
   (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
                                         wire::opcode::text,
                                         bytes); // where it starts follows from `bytes`
-  if (expires != rt::never) arm(timer::slot, slot, expires + rt::duration{1});
+  if (expires == rt::never) return;
   if (expires == now_) offers_to_all_ = true;
+  if (sealed_count_ == sealed_.size()) return arm(timer::slot, slot, expires + rt::duration{1});
+  sealed_[sealed_count_++] = slot;
 }
 
 // ---- giving back
 
 // What only its own letter holds any more has no deliveries left: it is settled.
 void core::release(std::uint32_t slot) noexcept {
-  if (slots_.release(slot)) return disarm(timer::slot, slot);
-  if (letters_.under_way(slot) && slots_.references(slot) == 1) settle_letter(slot);
+  if (slots_.release(slot)) return wheel_.cancel(slot); // its node's number is its own: node_of()
+  if (is_letter(slot) && slots_.references(slot) == 1) settle_letter(slot);
 }
 
 // The clock decides; the wheel only noticed.
@@ -230,7 +185,7 @@ bool core::reclaim_message(connection& c, std::size_t bytes) noexcept {
   for (std::uint32_t i = c.first_subscription; i != no_index;
        i = router_.subscription_at(i).next_on_connection) {
     queue& waiting = router_.subscription_at(i).waiting;
-    while (drop_dead_front(waiting)) continue;
+    drop_dead(waiting);
     if (waiting.empty() || slots_.room(entries_.front(waiting).index).size() < bytes) continue;
     const slot_ref oldest = entries_.front(waiting);
     const std::uint32_t topic = router_.subscription_at(i).topic;
@@ -251,7 +206,7 @@ bool core::reclaim_message(connection& c, std::size_t bytes) noexcept {
 
 // The oldest one; not one whose sender waits to hear of it.
 bool core::reclaim_answer(connection& c, std::size_t bytes) noexcept {
-  while (drop_dead_front(c.direct)) continue;
+  drop_dead(c.direct);
   if (c.direct.count <= (c.behind() ? 0 : direct_depth_behind)) return false;
   const std::uint32_t oldest = entries_.front(c.direct).index;
   if (letters_.under_way(oldest) || slots_.room(oldest).size() < bytes) return false;
@@ -293,237 +248,6 @@ void core::let_go_topic(std::uint32_t index) noexcept {
   topic& held = router_.at(index);
   if (held.holders == 1) forget_last(held);
   (void)router_.let_go(index); // whether it was the last one matters to nobody here
-}
-
-// ---- towards the socket
-
-void core::list(connection& c) noexcept {
-  if (c.listed || c.blocked) return;
-  c.listed = true;
-  listed_.push(c.id.index);
-}
-
-// A message to a thousand peers is a thousand calls of the carrier: a stop must not wait for all of them.
-// Connections that have still more after their share are put behind those that have not had theirs. What has
-// no time to live is for this cycle only, so that goes to all in it.
-void core::offer_all() noexcept {
-  const bool all = std::exchange(offers_to_all_, false);
-  written_in_turn_ = 0;
-  for (std::uint32_t left = listed_.count; left != 0; --left) {
-    if (!all && written_in_turn_ >= write_work_per_cycle) return;
-    connection& c = connections_[listed_.pop()];
-    c.listed = false;
-    if (c.state != connection::phase::free) offer(c);
-  }
-}
-
-void core::offer(connection& c) noexcept {
-  // What stays, stays for a reason, and whoever lifts it puts the connection on the list.
-  const bool listed = std::exchange(c.listed, true);
-  bool more = true;
-  for (unsigned round = 0; more && round < batches_max && !c.blocked; ++round) {
-    batch next;
-    if (gather_urgent(c, next)) gather_messages(c, next);
-    c.held = next.held;
-    more = next.more;
-    write(c, next);
-  }
-  c.listed = listed;
-  if (more) list(c);
-}
-
-void core::offer_urgent(connection& c) noexcept {
-  if (!c.blocked) {
-    batch next;
-    (void)gather_urgent(c, next);
-    write(c, next);
-  }
-  list(c);
-}
-
-void core::write(connection& c, batch& what) noexcept {
-  const std::size_t taken =
-      what.count != 0 ? carrier_.write(c.id, std::span{what.pieces}.first(what.count)) : 0;
-  if (what.count != 0) written_in_turn_ += write_work_of(taken);
-  add(counter::bytes_out, taken);
-  c.credit.wrote(taken, now_);
-  c.blocked = taken < what.bytes;
-  settle(c, what, taken);
-}
-
-// What is written next, in the order in which it is: what was begun, control frames, the stop. False when no
-// message may follow.
-bool core::gather_urgent(connection& c, batch& into) noexcept {
-  if (!gather_begun(c, into)) return false;
-  // A frame that is begun goes on before any other.
-  const bool stop_first = c.stop_out.begun();
-  if (stop_first) into.add(c.stop_out.rest(), {.of_stop = true});
-  if (!ping_if_wanted(c, into.bytes)) into.more = true; // then the next batch begins with it
-  if (!c.control.rest().empty()) into.add(c.control.rest(), {});
-  if (!c.open()) return false;
-  if (!stop_first && !c.stop_out.rest().empty()) into.add(c.stop_out.rest(), {.of_stop = true});
-  return true;
-}
-
-// Then messages, by their priority.
-void core::gather_messages(connection& c, batch& into) noexcept {
-  // A server must know of a topic before anything is published on it.
-  const priority direct = c.ours == side::client ? priority::urgent : priority::normal;
-  for (std::size_t p = 0; p < c.ready.size(); ++p) {
-    into.room = c.credit.room(static_cast<priority>(p));
-    if (p == static_cast<std::size_t>(direct) && !gather_queue(c, c.direct, no_index, into)) return;
-    if (!gather_queue(c, c.letters[p], no_index, into)) return;
-    for (std::uint32_t i = c.ready[p].head; i != no_index; i = router_.subscription_at(i).next_ready) {
-      if (!gather_queue(c, router_.subscription_at(i).waiting, i, into)) return;
-    }
-  }
-}
-
-// The rest of the frame that a socket has the beginning of. Nothing may come before it. False when nothing
-// may follow either.
-bool core::gather_begun(connection& c, batch& into) noexcept {
-  if (c.begun.slot == no_index) return true;
-  return gather_frame(c, c.begun.slot, c.begun.key, c.begun.written, into);
-}
-
-// As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
-// full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
-bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
-  while (drop_dead_front(from)) continue;
-  const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
-  for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
-    const slot_ref slot = entries_.at(at);
-    if (!slots_.alive(slot) || slots_.expires(slot.index) < now_)
-      continue; // dropped when it comes to the front
-    if (into.bytes >= into.room && c.credit.ping_under_way()) {
-      c.credit.held_back();
-      into.held = true;
-      return false;
-    }
-    if (into.full() || into.bytes >= into.room ||
-        !gather_frame(c, slot.index, masks(c) ? next_mask() : wire::mask_key{}, 0, into)) {
-      into.more = true;
-      return false;
-    }
-    into.sources[into.count - 1].from = &from;
-    into.sources[into.count - 1].subscription = of;
-    if (one) break;
-  }
-  return true;
-}
-
-// Clients mask their frames; Hop of 2014 cannot read masked ones.
-bool core::masks(const connection& c) const noexcept {
-  return c.ours == side::client && options_.profile != peer_profile::hop_2014;
-}
-
-// One frame, or what is left of it behind `skip` bytes. As a server the header stands in front of the text
-// already, for all peers alike; as a client the frame is masked into a room of the core's. False when that is
-// full.
-bool core::gather_frame(connection& c, std::uint32_t slot, const wire::mask_key& key, std::size_t skip,
-                        batch& into) noexcept {
-  const std::span<char> text = slots_.text(slot);
-  const auto payload = std::as_writable_bytes(text);
-  if (!masks(c)) {
-    const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::server);
-    const std::span<const std::byte> frame{payload.data() - header, payload.size() + header};
-    into.add(frame.subspan(skip), {.slot = slot});
-    return true;
-  }
-  const std::size_t header = wire::frame_header_bytes(payload.size(), wire::role::client);
-  if (masked_.size() - into.masked < header + payload.size()) return false;
-  const auto frame = masked_.subspan(into.masked, header + payload.size());
-  (void)wire::write_frame_header(frame.data(), wire::opcode::text, payload.size(),
-                                 key); // its size is `header`
-  wire::mask_copy(frame.subspan(header), payload, key);
-  into.masked += frame.size();
-  into.add(frame.subspan(skip), {.slot = slot, .key = key});
-  return true;
-}
-
-// Books what the socket took: whole frames are done with, one may be begun, the rest stays queued where it
-// is.
-void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
-  for (std::size_t i = 0; i < sent.count; ++i) {
-    const batch::source& piece = sent.sources[i];
-    const std::size_t part = std::min(taken, piece.bytes);
-    taken -= part;
-    const bool whole = part == piece.bytes;
-    if (piece.of_stop) {
-      c.stop_out.advance(part);
-    } else if (piece.slot == no_index) {
-      c.control.written += part;
-    } else if (piece.from == nullptr) {
-      c.begun.written += part;
-      if (whole) {
-        slots_.end(c.begun.slot);
-        note_sent(c, c.begun.slot);
-        release(std::exchange(c.begun, {}).slot);
-      }
-    } else if (part > 0) {
-      // What stands in front of it was passed over when it was gathered, because it is dead.
-      while (drop_dead_front(*piece.from)) continue;
-      assert(entries_.front(*piece.from).index == piece.slot);
-      (void)entries_.pop(*piece.from); // its reference is released below, or goes on as the begun frame's
-      if (piece.subscription != no_index) settle_sent(router_.subscription_at(piece.subscription));
-      if (whole) {
-        note_sent(c, piece.slot);
-        release(piece.slot);
-      } else {
-        slots_.begin(piece.slot);
-        c.begun = {.slot = piece.slot, .written = part, .key = piece.key};
-      }
-    }
-    if (!whole) return settle_ready(c);
-  }
-  settle_ready(c);
-}
-
-void core::note_sent(connection& c, std::uint32_t slot) noexcept {
-  add(counter::messages_out);
-  ++c.messages_out;
-  if (!letters_.under_way(slot)) return;
-  letter& l = letters_.at(slot);
-  l.sent = true;
-  tell(std::exchange(l.sender, {}), l.own, {}); // one peer is enough: the others may not read for long
-}
-
-// A throttled subscription's next message is due a period after this one was, or after now if that is long
-// past.
-void core::settle_sent(subscription& of) noexcept {
-  of.served = true;
-  if (of.throttle == rt::duration{0}) return;
-  const bool in_step = now_ - of.next_due < of.throttle;
-  of.next_due = rt::deadline_after(in_step ? of.next_due : now_, of.throttle);
-}
-
-// Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served
-// behind those that were not, so that they take turns.
-void core::settle_ready(connection& c) noexcept {
-  for (ready_list& on : c.ready) {
-    std::uint32_t i = std::exchange(on, {}).head;
-    std::uint32_t served = no_index;
-    std::uint32_t* last_served = &served;
-    while (i != no_index) {
-      subscription& s = router_.subscription_at(i);
-      const std::uint32_t next = std::exchange(s.next_ready, no_index);
-      if (s.served) {
-        *last_served = i;
-        last_served = &s.next_ready;
-      } else {
-        s.ready = false;
-        make_ready(i);
-      }
-      i = next;
-    }
-    while (served != no_index) {
-      subscription& s = router_.subscription_at(served);
-      s.ready = s.served = false;
-      const std::uint32_t next = std::exchange(s.next_ready, no_index);
-      make_ready(served);
-      served = next;
-    }
-  }
 }
 
 } // namespace rowe::service

@@ -41,7 +41,7 @@ std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noex
 template <class WriteText>
 std::uint32_t core::answer(connection& c, WriteText&& write_text, rt::time_point expires) noexcept {
   if (!c.open()) return no_index;
-  while (drop_dead_front(c.direct)) continue;
+  drop_dead(c.direct);
   const bool has_place = c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
   const std::uint32_t slot = has_place ? compose(expires, write_text) : no_index;
   if (!has_place) add(counter::outbox_full);

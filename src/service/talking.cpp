@@ -193,7 +193,7 @@ status core::check_text(std::string_view text) noexcept {
 
 bool core::has_room(connection& c, priority at) noexcept {
   queue& to = c.letters[static_cast<std::size_t>(at)];
-  while (drop_dead_front(to)) continue;
+  drop_dead(to);
   return to.count < bounds_.queue_depth_max && entries_.in_use() < bounds_.queued_max;
 }
 

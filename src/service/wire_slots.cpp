@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/wire_slots.hpp"
 
-#include <cassert>
-
 #include "service/calls.hpp"
 
 namespace rowe::service {
@@ -44,74 +42,14 @@ wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
       memory_{memory.carve_bytes(slots_bytes(bounds))},
       small_bytes_{bounds.small_slot_bytes},
       large_bytes_{large_slot_bytes(bounds)},
+      small_stride_{stride(small_bytes_)},
+      large_stride_{stride(large_bytes_)},
       small_count_{bounds.small_slots} {
   for (std::uint32_t i = count(); i-- > 0;) {
     auto& list = small(i) ? free_small_ : free_large_;
     slots_[i].next_free = list;
     list = i;
   }
-}
-
-char* wire_slots::base(std::uint32_t index) const noexcept {
-  const std::size_t at =
-      small(index) ? index * stride(small_bytes_)
-                   : small_count_ * stride(small_bytes_) + (index - small_count_) * stride(large_bytes_);
-  return reinterpret_cast<char*>(memory_.data() + at + headroom_bytes);
-}
-
-std::optional<std::uint32_t> wire_slots::take(std::size_t bytes) noexcept {
-  auto& list = bytes <= small_bytes_ ? free_small_ : free_large_;
-  if (bytes > large_bytes_ || list == no_index) return std::nullopt;
-  const std::uint32_t index = list;
-  slot& taken = slots_[index];
-  list = taken.next_free;
-  taken.references = 1;
-  taken.kept = false;
-  taken.bytes = taken.body_at = taken.body_bytes = 0;
-  taken.expires = rt::never;
-  ++in_use_;
-  return index;
-}
-
-std::span<char> wire_slots::room(std::uint32_t index) noexcept {
-  return {base(index), small(index) ? small_bytes_ : large_bytes_};
-}
-
-void wire_slots::finish(std::uint32_t index, std::size_t bytes, rt::time_point expires) noexcept {
-  assert(bytes <= room(index).size());
-  slots_[index].bytes = static_cast<std::uint32_t>(bytes);
-  slots_[index].expires = expires;
-}
-
-void wire_slots::mark_body(std::uint32_t index, std::size_t at, std::size_t bytes) noexcept {
-  assert(at + bytes <= slots_[index].bytes);
-  slots_[index].body_at = static_cast<std::uint32_t>(at);
-  slots_[index].body_bytes = static_cast<std::uint32_t>(bytes);
-}
-
-std::span<char> wire_slots::text(std::uint32_t index) noexcept { return {base(index), slots_[index].bytes}; }
-
-std::span<const char> wire_slots::body(std::uint32_t index) const noexcept {
-  return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
-}
-
-void wire_slots::free(std::uint32_t index) noexcept {
-  slot& freed = slots_[index];
-  assert(freed.begun == 0 && in_use_ > 0);
-  freed.references = 0;
-  if (++freed.generation == 0) freed.generation = 1;
-  auto& list = small(index) ? free_small_ : free_large_;
-  freed.next_free = list;
-  list = index;
-  --in_use_;
-  ++freed_;
-}
-
-bool wire_slots::release(std::uint32_t index) noexcept {
-  assert(slots_[index].references > 0);
-  if (--slots_[index].references != 0) return false;
-  free(index);
-  return true;
 }
 
 std::optional<std::uint32_t> wire_slots::expire(std::uint32_t index) noexcept {

@@ -8,6 +8,7 @@
 // the wheel; when its time is over it is freed whoever still has it queued, and those find a newer generation
 // in its place. A slot that a socket has been given the first bytes of is held until the last one is out.
 #pragma once
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -38,7 +39,19 @@ class wire_slots {
   std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
 
   // A free slot of at least `bytes`, with one reference; nothing when all of that size are taken.
-  std::optional<std::uint32_t> take(std::size_t bytes) noexcept;
+  std::optional<std::uint32_t> take(std::size_t bytes) noexcept {
+    auto& list = bytes <= small_bytes_ ? free_small_ : free_large_;
+    if (bytes > large_bytes_ || list == no_index) return std::nullopt;
+    const std::uint32_t index = list;
+    slot& taken = slots_[index];
+    list = taken.next_free;
+    taken.references = 1;
+    taken.kept = false;
+    taken.bytes = taken.body_at = taken.body_bytes = 0;
+    taken.expires = rt::never;
+    ++in_use_;
+    return index;
+  }
   // Whether there is one for so many bytes, a large one if need be.
   bool has_free(std::size_t bytes) const noexcept {
     return (bytes <= small_bytes_ && free_small_ != no_index) || free_large_ != no_index;
@@ -48,16 +61,28 @@ class wire_slots {
 
   // The whole room of a slot, to encode into; finish() says what of it was used, and mark_body() where in it
   // the body of a topic's message lies.
-  std::span<char> room(std::uint32_t index) noexcept;
-  void finish(std::uint32_t index, std::size_t bytes, rt::time_point expires) noexcept;
-  void mark_body(std::uint32_t index, std::size_t at, std::size_t bytes) noexcept;
+  std::span<char> room(std::uint32_t index) noexcept {
+    return {base(index), small(index) ? small_bytes_ : large_bytes_};
+  }
+  void finish(std::uint32_t index, std::size_t bytes, rt::time_point expires) noexcept {
+    assert(bytes <= room(index).size());
+    slots_[index].bytes = static_cast<std::uint32_t>(bytes);
+    slots_[index].expires = expires;
+  }
+  void mark_body(std::uint32_t index, std::size_t at, std::size_t bytes) noexcept {
+    assert(at + bytes <= slots_[index].bytes);
+    slots_[index].body_at = static_cast<std::uint32_t>(at);
+    slots_[index].body_bytes = static_cast<std::uint32_t>(bytes);
+  }
 
   slot_ref ref(std::uint32_t index) const noexcept { return {index, slots_[index].generation}; }
   // False once the slot was freed, whether used again or not.
   bool alive(slot_ref ref) const noexcept { return slots_[ref.index].generation == ref.generation; }
   rt::time_point expires(std::uint32_t index) const noexcept { return slots_[index].expires; }
-  std::span<char> text(std::uint32_t index) noexcept;
-  std::span<const char> body(std::uint32_t index) const noexcept;
+  std::span<char> text(std::uint32_t index) noexcept { return {base(index), slots_[index].bytes}; }
+  std::span<const char> body(std::uint32_t index) const noexcept {
+    return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
+  }
 
   void retain(std::uint32_t index) noexcept { ++slots_[index].references; }
   std::uint32_t references(std::uint32_t index) const noexcept { return slots_[index].references; }
@@ -69,8 +94,14 @@ class wire_slots {
   }
   // It is no longer kept; release() gives its reference back.
   void unkeep(std::uint32_t index) noexcept { slots_[index].kept = false; }
+  bool kept(std::uint32_t index) const noexcept { return slots_[index].kept; }
   // True when that was the last reference, and the slot is free again.
-  bool release(std::uint32_t index) noexcept;
+  bool release(std::uint32_t index) noexcept {
+    assert(slots_[index].references > 0);
+    if (--slots_[index].references != 0) return false;
+    free(index);
+    return true;
+  }
 
   // A socket has the first bytes: expire() must not free the slot under it.
   void begin(std::uint32_t index) noexcept { ++slots_[index].begun; }
@@ -101,13 +132,30 @@ class wire_slots {
   };
 
   bool small(std::uint32_t index) const noexcept { return index < small_count_; }
-  char* base(std::uint32_t index) const noexcept;
-  void free(std::uint32_t index) noexcept;
+  char* base(std::uint32_t index) const noexcept {
+    const std::size_t at = small(index)
+                               ? index * small_stride_
+                               : small_count_ * small_stride_ + (index - small_count_) * large_stride_;
+    return reinterpret_cast<char*>(memory_.data() + at + headroom_bytes);
+  }
+  void free(std::uint32_t index) noexcept {
+    slot& freed = slots_[index];
+    assert(freed.begun == 0 && in_use_ > 0);
+    freed.references = 0;
+    if (++freed.generation == 0) freed.generation = 1;
+    auto& list = small(index) ? free_small_ : free_large_;
+    freed.next_free = list;
+    list = index;
+    --in_use_;
+    ++freed_;
+  }
 
   std::span<slot> slots_;
   std::span<std::byte> memory_;
   std::size_t small_bytes_;
   std::size_t large_bytes_;
+  std::size_t small_stride_;
+  std::size_t large_stride_;
   std::uint32_t small_count_;
   std::uint32_t free_small_ = no_index;
   std::uint32_t free_large_ = no_index;

@@ -312,6 +312,66 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
 
 } // namespace
 // A queue may begin with what expired long ago, in a slot that another message of the topic has now.
+// A core with slots for a lane's larger share, and a peer that wants all and may have `queue_length` waiting.
+struct ample {
+  explicit ample(int queue_length)
+      : on{[] {
+          rowe::endpoint_options options = small_options();
+          options.limits.small_slots = 1024;
+          options.limits.queue_depth_max = 256;
+          options.limits.queued_max = 1024;
+          return options;
+        }()} {
+    reader.say(R"({"op":"subscribe","topic":"/pose","queue_length":)" + std::to_string(queue_length) + "}");
+    on.cycle();
+  }
+  void publish_all(int values) {
+    for (int i = 0; i < values; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  }
+  std::size_t waiting() { return lane.service.out.out->waiting_at_least(); }
+  std::size_t heard(std::size_t values) {
+    std::size_t all = 0;
+    for (int i = 0; i < 100 && all < values; ++i) {
+      all += reader.hear().size();
+      on.cycle();
+    }
+    return all;
+  }
+  theatre on;
+  rowe::detail::lane& lane = advertise_pose(on, {.depth = 300});
+  peer reader{on};
+};
+
+TEST(core_publishing, takes_more_of_a_lane_at_once_where_everybody_has_room_for_it) {
+  ample a{256};
+  a.publish_all(300);
+  a.on.cycle();
+  EXPECT_EQ(a.waiting(), 44U);
+  EXPECT_EQ(a.heard(300), 300U);
+  EXPECT_TRUE(a.on.core.check());
+}
+
+TEST(core_publishing, takes_no_more_of_a_lane_at_once_than_the_smallest_queue_holds) {
+  ample a{100};
+  peer patient{a.on};
+  patient.say(R"({"op":"subscribe","topic":"/pose"})");
+  a.on.cycle();
+  a.publish_all(300);
+  a.on.cycle();
+  EXPECT_EQ(a.waiting(), 200U);
+  EXPECT_EQ(a.on.count(counter::outbox_full), 0U);
+}
+
+TEST(core_publishing, takes_the_usual_share_of_a_lane_where_a_peer_reads_slowly) {
+  ample a{256};
+  a.on.net.weather_of(a.reader.id()).room_bytes = 10;
+  a.publish_all(1);
+  a.on.cycle();
+  a.publish_all(200);
+  a.on.cycle();
+  EXPECT_EQ(a.waiting(), 200U - 64U);
+}
+
 TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold) {
   auto options = small_options();
   options.limits.small_slots = 2;

@@ -67,11 +67,15 @@ class lean_carrier final : public rowe::service::transport {
   std::size_t write(connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept override {
     if (!readers_[id.index]) return 0;
     std::size_t taken = 0;
-    for (const auto piece : pieces) {
-      taken += piece.size();
-      frames += piece[0] == std::byte{0x81};
-      if (piece[0] != std::byte{0x89}) continue; // a ping
-      send(id.index, 0x8a, {reinterpret_cast<const char*>(piece.data()) + 2, piece.size() - 2});
+    for (auto rest : pieces) {
+      taken += rest.size();
+      while (!rest.empty()) { // whole frames: all is taken
+        const std::size_t bytes = rowe::wire::whole_frame_bytes(rest);
+        frames += rest[0] == std::byte{0x81};
+        if (rest[0] == std::byte{0x89}) // a ping
+          send(id.index, 0x8a, {reinterpret_cast<const char*>(rest.data()) + 2, bytes - 2});
+        rest = rest.subspan(bytes);
+      }
     }
     return taken;
   }

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the core is given when it is made: its options, and the seams to what it does not have of its own.
+#pragma once
+#include <cstddef>
+#include <span>
+#include <string_view>
+
+#include <rowe/options.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/transport.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+// Where random bytes come from: the kernel, or a seed. Masks of a client's frames must be unpredictable (RFC
+// 6455 10.3); the back-off of reconnecting wants jitter.
+class entropy {
+ public:
+  virtual void fill(std::span<std::byte> bytes) noexcept = 0;
+
+ protected:
+  ~entropy() = default;
+};
+
+// What of an endpoint's options the core needs.
+struct core_options {
+  limits bounds;
+  side ours = side::server;
+  bool relay = false;
+  peer_profile profile = peer_profile::standard;
+  bool bare_unasked = false;
+  bool answers_any = false;
+  bool lanes_tell = false; // a handle that hands something over rings for it
+  bool phases = false;     // values are waited for by their periods
+  rt::duration inbound_ttl = rt::for_ever;
+  std::string_view name; // copied
+  rt::duration ping_period;
+  rt::duration silence_max;
+  rt::duration message_time_max;
+  rt::duration stats_period;
+  rt::duration retry_min;
+  rt::duration retry_max;
+  stop_options stop;
+
+  static core_options from(const endpoint_options& options, side ours, std::string_view name) noexcept {
+    return {.bounds = options.limits,
+            .ours = ours,
+            .relay = options.relay,
+            .profile = options.profile,
+            .bare_unasked = options.bare_unasked,
+            .answers_any = options.answers_any,
+            .lanes_tell = options.idle_policy == idle::wake,
+            .phases = options.idle_policy == idle::phase,
+            .inbound_ttl = options.inbound_ttl,
+            .name = name,
+            .ping_period = options.ping_period,
+            .silence_max = options.silence_max,
+            .message_time_max = options.message_time_max,
+            .stats_period = options.stats_period,
+            .retry_min = options.retry_min,
+            .retry_max = options.retry_max,
+            .stop = options.stop};
+  }
+};
+
+struct core_seams {
+  transport& carrier;
+  entropy& random;
+  json::reader& validator;
+  http_answer (*page)(const http_request&) noexcept; // what is served over HTTP
+};
+
+} // namespace rowe::service
