@@ -40,6 +40,7 @@ programs = (
     program("fan_out", "Fan-out"),
     program("arrivals", "Publish to arrival"),
     program("invoke", "Invoke"),
+    program("sending", "Throughput, one peer"),
     program("expiry", "Expiry"),
     program("scale", "Scale"),
     program("idle_connections", "Idle connections"),

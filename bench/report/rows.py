@@ -65,6 +65,9 @@ _echo = "echo round trip, 64 B"
 _send = "messages of 300 B a second to one client, in the best peer's"
 _receive_rate = "messages of 300 B a second from one client, in the best peer's"
 _fan_out = "fan-out of one message of 300 B to 1000 clients"
+_path = "rowe's own path: messages of 300 B to one client, next to sockets alone"
+_structs = "odometry published as structs, as a share of the encoder's own speed"
+_hear = "messages of 300 B from one client, as a share of a raw socket's"
 _idle = "echo with 1000 idle connections, in echoes with none"
 _scale = "a message with many peers, topics, lanes or calls, in one with one of them"
 _urgent = "urgent message behind a slow reader: default sockets' time in ours"
@@ -146,6 +149,15 @@ targets = (
     target(_phase, "phase", "arrives_spread_0/phase", "core_percent", at_most(10), of="percent of a core"),
     target(_phase, "phase", "arrives_spread_20/phase", "core_percent", at_most(10),
            of="percent of a core, values up to 20 us late"),
+    target(_path, "sending", "send_300/rowe_unclamped", "of_raw", at_least(0.82),
+           of="frame layer, of a raw socket's (3 times uWebSockets')"),
+    target(_path, "sending", "send_300/rowe", "of_raw", at_least(0.41),
+           of="the same as shipped (1.5 times uWebSockets')"),
+    target(_path, "sending", "publish_300/rowe_unclamped", "million_per_s", at_least(10),
+           of="million a second through lane, slot, queue and frame"),
+    target(_structs, "sending", "publish_odometry/rowe_unclamped", "of_encoder", at_least(0.7)),
+    target(_hear, "sending", "receive_300/rowe", "of_raw", at_least(0.88),
+           of="0.95 of uWebSockets'"),
     target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000", "time", at_most(10),
            of="1 k pending, ns"),
     target("expiry: insert and cancel", "expiry", "recent/rowe_wheel/1000000", "time", at_most(10),

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// A core over sockets without a thread of its own: whoever measures it takes its turns.
+#pragma once
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include <rowe/detail/lane_request.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "api/endpoint_state.hpp"
+#include "api/lane_memory.hpp"
+#include "net/socket_transport.hpp"
+#include "service/board.hpp"
+#include "service/core.hpp"
+#include "service/front_door.hpp"
+#include "service/memory_plan.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::bench {
+
+class sending_core {
+ public:
+  explicit sending_core(const net::socket_limits& sockets)
+      : memory_{service::plan_memory(options_.limits).arena(), rt::page_lock::attempted},
+        carrier_{net::socket_transport::listen({.limits = sockets}).value()},
+        lanes_{memory_.carve<detail::lane>(options_.limits.lanes_max)},
+        lane_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},
+        board_{*memory_.make<service::board>(memory_, options_.limits)},
+        door_{*memory_.make<service::front_door>(memory_, options_.limits)},
+        core_{*memory_.make<service::core>(
+            memory_, service::core_options::from(options_, service::side::server, "robot"), lanes_, board_,
+            door_,
+            service::core_seams{*carrier_, random_, validator_,
+                                [](const service::http_request&) noexcept { return service::http_answer{}; }},
+            rt::monotonic_clock::now())} {}
+
+  void cycle() { (void)core_.cycle(rt::monotonic_clock::now()); } // the next one comes at once
+  bool idle() const { return core_.drained(); }
+  std::uint32_t peers() const { return core_.peers(); }
+  std::uint16_t port() const { return carrier_->port(); }
+  std::uint64_t lost() const {
+    return board_.counts.read(service::counter::outbox_full) + board_.counts.read(service::counter::no_slot) +
+           board_.counts.read(service::counter::expired);
+  }
+
+  // Its only lane. Active after a cycle.
+  detail::lane& offer(const detail::lane_request& asked) {
+    detail::lane& one = lanes_[0];
+    if (detail::lane_bytes(asked) > lane_memory_.size()) std::abort();
+    one.memory = lane_memory_;
+    detail::build_lane(one, asked, board_.generations());
+    codecs_.emplace(detail::lane_codecs::compile(asked).value());
+    one.encoder = &*codecs_->encoder;
+    // release: pairs with the acquire in take_from_lanes(), though there is one thread
+    one.state.store(detail::lane_state::offered, std::memory_order_release);
+    return one;
+  }
+  // What a handle on it is made of. Such a handle does not give the lane back.
+  static detail::lane_handle handle_of(detail::lane& on) { return {nullptr, on}; }
+
+ private:
+  endpoint_options options_;
+  rt::arena memory_;
+  detail::kernel_entropy random_;
+  json::reader validator_ =
+      json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max).value();
+  std::unique_ptr<net::socket_transport> carrier_;
+  std::span<detail::lane> lanes_;
+  std::span<std::byte> lane_memory_;
+  std::optional<detail::lane_codecs> codecs_;
+  service::board& board_;
+  service::front_door& door_;
+  service::core& core_;
+};
+
+} // namespace rowe::bench
