@@ -5,8 +5,9 @@ import math
 import re
 
 _units = {"ns": "ns", "us": "µs", "ms": "ms", "s": "s", "per_s": "/s", "k_per_s": "k/s", "m_per_s": "M/s",
+          "million_per_s": "M/s",
           "percent": "%", "bytes": "B", "kib": "KiB", "mib": "MiB", "w": "W", "mhz": "MHz"}
-_with_unit = re.compile(r"(?i)^(?:(.*?)_)?(k_per_s|m_per_s|per_s|" + "|".join(sorted(_units, key=len)[::-1]) +
+_with_unit = re.compile(r"(?i)^(?:(.*?)_)?(" + "|".join(sorted(_units, key=len)[::-1]) +
                         r")$")
 _quantile = re.compile(r"(?:^|_)(p[\d.]+|min|median|max)$")
 _order = ["min", "p50", "median", "p90", "p99", "p99.9", "p99.99", "max"]
@@ -32,7 +33,7 @@ class counter:
         elif self.what.startswith("x_"):
             what = "times faster than " + what[2:]
         parts = [part for part in (what, self.quantile) if part]
-        return " ".join(parts) + (f", {self.unit}" if self.unit else "")
+        return ", ".join(part for part in (" ".join(parts), self.unit) if part)
 
     @property
     def key(self):
@@ -45,8 +46,8 @@ def read(name, unit_of_time="ns"):
         return counter(name, "", "median", _units.get(unit_of_time, unit_of_time))
     rest, unit = name, ""
     found = _with_unit.match(name)
-    if found and found[1]:
-        rest, unit = found[1], _units[found[2].lower()]
+    if found and (found[1] or "per" in found[2]):
+        rest, unit = found[1] or "", _units[found[2].lower()]
     found = _quantile.search(rest)
     quantile = ""
     if found:

@@ -120,6 +120,7 @@ class wording(unittest.TestCase):
     def test_counters_become_headings(self):
         for name, heading in (("p50_us", "p50, µs"), ("push_p999_ns", "push p99.9, ns"),
                               ("p99.9_us", "p99.9, µs"), ("of_raw", "× raw"), ("taken_per_s", "taken, /s"),
+                              ("million_per_s", "M/s"),
                               ("x_baseline_v1", "times faster than baseline v1"), ("sends", "sends"),
                               ("cpu_percent", "cpu, %"), ("bytes", "bytes"), ("max_ms", "max, ms")):
             self.assertEqual(words.read(name).heading, heading)
