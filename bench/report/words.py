@@ -7,7 +7,7 @@ import re
 _units = {"ns": "ns", "us": "µs", "ms": "ms", "s": "s", "per_s": "/s", "k_per_s": "k/s", "m_per_s": "M/s",
           "million_per_s": "M/s",
           "percent": "%", "bytes": "B", "kib": "KiB", "mib": "MiB", "w": "W", "mhz": "MHz"}
-_with_unit = re.compile(r"(?i)^(?:(.*?)_)?(" + "|".join(sorted(_units, key=len)[::-1]) +
+_with_unit = re.compile(r"(?i)^(?:(.*?)_)??(" + "|".join(sorted(_units, key=len)[::-1]) +
                         r")$")
 _quantile = re.compile(r"(?:^|_)(p[\d.]+|min|median|max)$")
 _order = ["min", "p50", "median", "p90", "p99", "p99.9", "p99.99", "max"]
