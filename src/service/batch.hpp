@@ -16,8 +16,9 @@
 
 namespace rowe::service {
 
-// A batch ends with the frame that reaches this, or before one for which there is no room.
-inline constexpr std::size_t batch_bytes_max = 64 * 1024;
+// A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
+// a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
+inline constexpr std::size_t batch_bytes_max = 60 * 1024;
 inline constexpr std::size_t batch_pieces_max = 256;
 
 struct batch_piece {
