@@ -4,9 +4,9 @@
 // Measured, nanoseconds of this thread's processor time for a message, each way once in every round:
 //   odometry_read/…      about 500 bytes with 13 random doubles, every number read
 //     rowe        the verdict, then the decoder into a struct, as typed subscribers use it
-//     simdjson_dom, simdjson_on_demand, rapidjson, nlohmann, json_c   parsed, then all numbers added up;
-//     on_demand
-//                 validates no more than it visits; rapidjson in situ, from a copy of the text
+//     simdjson_dom, simdjson_on_demand, rapidjson, nlohmann, json_c
+//                 parsed, then all numbers added up; on_demand validates no more than it visits; rapidjson
+//                 in situ, from a copy of the text
 //   covariances_read/…   the same with two covariances of 36, 12 of 85 doubles not 0
 //   call_read/…          a small invocation: a name compared, two integers read
 //   receive_300/…        a rosbridge publish of about 300 bytes

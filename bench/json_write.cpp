@@ -9,17 +9,14 @@
 //     copied      the same with each double replaced by a constant: the floor of all that is no digits
 //     rapidjson   its Writer, into a buffer that is kept
 //     nlohmann, json_c   a tree is built and printed, as their users do
-//   covariances_write/…  the same with two covariances of 36: 12 of the 85 doubles are not 0; `of_plain` is a
-//   ratio to
-//                        odometry_write of the same contender
-//     rowe_unchanged     the same covariances in each message, and the encoder's memory of what was written
-//     last
+//   covariances_write/…  the same with two covariances of 36: 12 of the 85 doubles are not 0
+//     rowe_unchanged     the same covariances in each message; the encoder remembers their text
 //   dense_write/…        the same, no double 0
 //   call_write/…         a small invocation: a service, two integers, an id
-// `x_json_c` says how many times as fast as json-c a contender is.
+// `x_json_c` says how many times as fast as json-c a contender is; `of_plain` is a ratio to rowe's
+// odometry_write.
 //
-// Excluded: sockets, frames, cold caches; the destruction of nothing: a tree is given back where there is
-// one.
+// Excluded: sockets, frames, cold caches. The destruction of a tree is not: it is given back in the time.
 //
 // What would make it lie: another compiler's idea of -O3 (build the release preset); 256 different messages
 // in turn, all in cache, are few enough for branches to learn some of them.
