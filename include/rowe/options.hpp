@@ -101,6 +101,7 @@ struct topic_options {
   std::uint32_t depth = 64; // values (keep::all) between this thread and the service thread; 1 to 4096
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
+  // A topic whose values live less than their period, and than 10 ms, is polled even so.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {};          // the type's name on the wire; empty: the schema's, or none
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text

@@ -483,6 +483,7 @@ class core final : public transport_sink {
     }
   };
   turns listed_;                    // those with something to write
+  std::uint32_t turn_left_ = 0;     // how many of those listed have not had their share of this turn
   std::size_t written_in_turn_ = 0; // work of this cycle
   bool offers_to_all_ = false;      // in this cycle, however much work that is
   turns unread_;                    // those with something that was put aside

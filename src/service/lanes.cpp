@@ -85,7 +85,11 @@ void core::attach(std::uint32_t index) noexcept {
     on.keep = lane.keep;
     on.priority = lane.priority;
     on.latched = on.latched || lane.latched;
-    if (options_.phases && lane.period > rt::duration{0}) phases_.begin(index, lane.period, lane.priority);
+    // Of a planned topic a value that comes early waits for its watch: not where it would not live as long.
+    const bool outlives_rest =
+        lane.ttl >= std::min(lane.period, phase_plan::rest_max) || lane.ttl == rt::duration{0};
+    if (options_.phases && lane.period > rt::duration{0} && outlives_rest)
+      phases_.begin(index, lane.period, lane.priority);
     for (std::uint32_t i = on.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_topic) {
       router_.merge(router_.subscription_at(i), bounds_.queue_depth_max);
@@ -170,6 +174,7 @@ void core::take_from(std::uint32_t index) noexcept {
   if (detail::is_latch(lane.kind)) return;   // looked at by turn_stop()
   if (options_.lanes_tell) lane.rope.mark(); // before looking
   if (views_[index].topic == no_index) return take_entries(index);
+  if (turn_left_ != 0) return; // offer_all() comes first; its list keeps the cycles going
   const detail::emptying_end& path = lane.service.out;
   if (path.newest != nullptr) {
     const auto found = path.newest->begin_read();
@@ -204,11 +209,14 @@ void core::take_from(std::uint32_t index) noexcept {
 
 // How many values of a topic may be taken besides the usual ones. Messages that go out together cost one call
 // of the kernel; but none may be lost because it was taken too early: everybody who wants them has room for
-// them and reads, and all lanes together leave half of the slots.
+// them and reads, and all lanes together leave half of the slots and of the entries of queues. Large slots
+// are few.
 std::size_t core::ample_budget(const topic& on) const noexcept {
-  if (on.first_inbox != no_index) return 0;
-  std::size_t room =
-      std::min<std::size_t>(lane_budget_ample, slots_.count() / (2 * std::max(wanted_lanes_, 1U)));
+  if (on.first_inbox != no_index || on.bytes > slots_.small_bytes() / 2) return 0;
+  const std::size_t halves = 2 * std::max<std::size_t>(wanted_lanes_, 1);
+  std::size_t room = std::min<std::size_t>(lane_budget_ample, slots_.count() / halves);
+  room = std::min<std::size_t>(room, (bounds_.queued_max - entries_.in_use()) /
+                                         (halves * std::max<std::size_t>(on.subscriptions, 1)));
   room -= std::min(room, lane_budget);
   for (std::uint32_t i = on.first_subscription; i != no_index && room != 0;
        i = router_.subscription_at(i).next_on_topic) {
@@ -224,7 +232,7 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
   const detail::value_header& header = *lane.service.out.slots.header(slot);
   const std::byte* const value = lane.service.out.slots.value(slot);
   const rt::time_point published = time_of(header.stamped_ns);
-  const rt::time_point expires = time_of(header.expires_ns);
+  const rt::time_point expires = expiry_of(published, time_of(header.expires_ns));
   const std::uint32_t topic_index = views_[index].topic;
   phases_.saw(index, published);
   if (lane.kind == lane_kind::publish_value) {
@@ -232,8 +240,7 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
                    [&](json::writer& into) { lane.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  if (!validator_.validate(text) || !json::is_object(text))
-    return add(counter::malformed);
+  if (!validator_.validate(text) || !json::is_object(text)) return add(counter::malformed);
   publish(topic_index, published, expires, [&](json::writer& into) { into.raw(text); });
 }
 

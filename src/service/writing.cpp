@@ -28,14 +28,17 @@ void core::list(connection& c) noexcept {
 }
 
 // A message to a thousand peers is a thousand calls of the carrier: a stop must not wait for all of them.
-// Connections that have still more after their share are put behind those that have not had theirs. What has
-// no time to live is for this cycle only, so that goes to all in it.
+// Connections that have still more after their share are put behind those that have not had theirs, and no
+// more values are taken from lanes before all have had it: in their queues those would push out what was not
+// offered yet. What has no time to live is for this cycle only, so that goes to all in it.
 void core::offer_all() noexcept {
   const bool all = std::exchange(offers_to_all_, false);
   written_in_turn_ = 0;
+  if (turn_left_ == 0) turn_left_ = listed_.count;
   for (std::uint32_t left = listed_.count; left != 0; --left) {
     if (!all && written_in_turn_ >= write_work_per_cycle) return;
     connection& c = connections_[listed_.pop()];
+    if (turn_left_ != 0) --turn_left_;
     c.listed = false;
     if (c.state != connection::phase::free) offer(c);
   }

@@ -72,6 +72,22 @@ TEST_F(writing, gives_everybody_a_turn_however_much_there_is_for_others) {
   }
 }
 
+// They read, and so nothing of a burst may be pushed out of their queues by what follows.
+TEST_F(writing, takes_no_more_from_lanes_than_everybody_has_been_offered) {
+  auto& lane = advertise_pose(on, {.depth = 32});
+  all_say(R"({"op":"subscribe","topic":"/pose","queue_length":8})");
+  std::size_t published = 0;
+  std::vector<std::size_t> heard_of(crowd);
+  for (int cycles = 0; cycles < 400; ++cycles) {
+    if (cycles < 100 && publish(on, lane, {1, 0})) ++published;
+    on.cycle();
+    for (std::size_t i = 0; i < crowd; ++i) heard_of[i] += peers[i].hear().size();
+  }
+  EXPECT_EQ(published, 100U);
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+  for (const std::size_t each : heard_of) EXPECT_EQ(each, published);
+}
+
 TEST_F(writing, large_messages_leave_turns_to_fewer_peers) {
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/map", 8000, {.depth = 4});
   all_say(R"({"op":"subscribe","topic":"/map"})");
