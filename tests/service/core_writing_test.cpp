@@ -72,18 +72,21 @@ TEST_F(writing, gives_everybody_a_turn_however_much_there_is_for_others) {
   }
 }
 
-// They read, and so nothing of a burst may be pushed out of their queues by what follows.
+// They read, and so nothing of a burst may be pushed out of their queues by the next one.
 TEST_F(writing, takes_no_more_from_lanes_than_everybody_has_been_offered) {
-  auto& lane = advertise_pose(on, {.depth = 32});
+  constexpr int burst = 6;
+  auto& lane = advertise_pose(on, {.depth = burst});
   all_say(R"({"op":"subscribe","topic":"/pose","queue_length":8})");
   std::size_t published = 0;
   std::vector<std::size_t> heard_of(crowd);
-  for (int cycles = 0; cycles < 400; ++cycles) {
-    if (cycles < 100 && publish(on, lane, {1, 0})) ++published;
+  for (int cycles = 0; cycles < 100; ++cycles) {
+    for (int i = 0; cycles < 50 && i < burst; ++i) {
+      if (publish(on, lane, {1, 0})) ++published; // else the lane is full, and the loop is told so
+    }
     on.cycle();
     for (std::size_t i = 0; i < crowd; ++i) heard_of[i] += peers[i].hear().size();
   }
-  EXPECT_EQ(published, 100U);
+  EXPECT_GT(published, 10U * burst);
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
   for (const std::size_t each : heard_of) EXPECT_EQ(each, published);
 }
