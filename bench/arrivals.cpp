@@ -73,7 +73,6 @@ using namespace std::chrono_literals;
 constexpr int messages = 1'000; // in a round
 constexpr int messages_to_warm = 50;
 constexpr int messages_at_1khz = 200;
-constexpr int trips = 2'000; // of a word
 constexpr rt::duration period = 50us;
 
 [[noreturn]] void give_up(const char* what) {
@@ -115,26 +114,6 @@ odometry message_of(odometry*, int n) {
 }
 
 // ---- the limit
-
-// A word each way, in turn; microseconds for one way.
-double hand_over() {
-  alignas(rt::line_bytes) static std::atomic<std::uint64_t> word;
-  word.store(0);
-  const rt::thread partner = on_the_other_core([] {
-    for (std::uint64_t trip = 0; trip < trips; ++trip) {
-      while (word.load(std::memory_order_acquire) != 2 * trip + 1) continue; // pairs with the release below
-      word.store(2 * trip + 2, std::memory_order_release);                   // pairs with the acquire below
-    }
-  });
-  std::vector<double> each;
-  for (std::uint64_t trip = 0; trip < trips; ++trip) {
-    const auto begin = monotonic_clock::now();
-    word.store(2 * trip + 1, std::memory_order_release);                   // pairs with the acquire above
-    while (word.load(std::memory_order_acquire) != 2 * trip + 2) continue; // pairs with the release above
-    each.push_back(nanoseconds_since(begin));
-  }
-  return std::max(median(each) - clock_cost(), 1.0) / 2e3;
-}
 
 struct limit {
   std::vector<double> arrived; // microseconds each
@@ -256,7 +235,7 @@ void run_round(const std::string& message, std::span<series> into) {
   const std::size_t bytes = seen[0].frame_bytes;
   const limits often{bytes, messages, period};
   const limits at_1khz{bytes, messages_at_1khz, 1ms};
-  const double over = hand_over();
+  const double over = line_cost() * 1e-3;
   const auto enter_limit = [&](series& of, const char* name, const limit& one, const limits& all) {
     enter(of, name + message, one.arrived, all.least(), one.send, over);
   };

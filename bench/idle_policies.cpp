@@ -39,16 +39,6 @@
 #include "stand.hpp"
 
 namespace rowe::bench {
-struct odometry {
-  double stamp, x, y, heading, speed;
-};
-} // namespace rowe::bench
-template <>
-inline constexpr auto rowe::schema<rowe::bench::odometry> =
-    rowe::fields<&rowe::bench::odometry::stamp, &rowe::bench::odometry::x, &rowe::bench::odometry::y,
-                 &rowe::bench::odometry::heading, &rowe::bench::odometry::speed>{};
-
-namespace rowe::bench {
 namespace {
 
 using namespace std::chrono_literals;

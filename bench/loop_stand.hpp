@@ -9,8 +9,20 @@
 #include <rowe/endpoint.hpp>
 #include <rowe/rt/periodic.hpp>
 #include <rowe/rt/thread.hpp>
+#include <rowe/schema.hpp>
 
 #include "rounds.hpp"
+
+namespace rowe::bench {
+// What the loops publish.
+struct odometry {
+  double stamp, x, y, heading, speed;
+};
+} // namespace rowe::bench
+template <>
+inline constexpr auto rowe::schema<rowe::bench::odometry> =
+    rowe::fields<&rowe::bench::odometry::stamp, &rowe::bench::odometry::x, &rowe::bench::odometry::y,
+                 &rowe::bench::odometry::heading, &rowe::bench::odometry::speed>{};
 
 namespace rowe::bench {
 

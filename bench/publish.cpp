@@ -61,9 +61,8 @@ namespace rowe::bench {
 namespace {
 
 constexpr int warm_up = 1'000;
-constexpr int calls = 40'000;       // of each way that takes turns: 40 of them lie above p99.9
-constexpr int calls_asleep = 1'000; // of each way whose consumer sleeps
-constexpr int trips = 2'000;
+constexpr int calls = 40'000;        // of each way that takes turns: 40 of them lie above p99.9
+constexpr int calls_asleep = 1'000;  // of each way whose consumer sleeps
 constexpr std::uint32_t depth = 256; // so that all of them together fit into a core's second cache
 constexpr rt::duration period = std::chrono::microseconds{1};
 constexpr rt::duration period_asleep = std::chrono::microseconds{100};
@@ -71,26 +70,6 @@ constexpr rt::duration period_asleep = std::chrono::microseconds{100};
 struct odometry {
   double position[3], orientation[4], linear[3], angular[3];
 };
-
-// One transfer of a line: half of a word's way there and back.
-double line_cost() {
-  alignas(rt::line_bytes) static std::atomic<std::uint64_t> word;
-  word.store(0);
-  const rt::thread partner = on_the_other_core([] {
-    for (std::uint64_t trip = 0; trip < trips; ++trip) {
-      while (word.load(std::memory_order_acquire) != 2 * trip + 1) continue; // pairs with the release below
-      word.store(2 * trip + 2, std::memory_order_release);                   // pairs with the acquire below
-    }
-  });
-  std::vector<double> each;
-  for (std::uint64_t trip = 0; trip < trips; ++trip) {
-    const auto begin = monotonic_clock::now();
-    word.store(2 * trip + 1, std::memory_order_release);                   // pairs with the acquire above
-    while (word.load(std::memory_order_acquire) != 2 * trip + 2) continue; // pairs with the release above
-    each.push_back(nanoseconds_since(begin));
-  }
-  return std::max(median(each) - clock_cost(), 1.0) / 2;
-}
 
 // ---- the ways; take() is the other thread's
 

@@ -2,6 +2,9 @@
 // What benches of two pinned threads stand on: the other core, the clock and its own cost, and the frame of a
 // main that takes the options, pins this thread and says what machine it was.
 #pragma once
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -9,6 +12,7 @@
 
 #include <benchmark/benchmark.h>
 
+#include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
@@ -35,6 +39,27 @@ inline double clock_cost() {
 template <class Function>
 rt::thread on_the_other_core(Function function) {
   return rt::thread{rt::thread_options{.name = "partner", .cpu = there}, std::move(function)};
+}
+
+// One transfer of a cache line, nanoseconds: half of a word's way there and back.
+inline double line_cost() {
+  constexpr std::uint64_t trips = 2'000;
+  alignas(rt::line_bytes) static std::atomic<std::uint64_t> word;
+  word.store(0);
+  const rt::thread partner = on_the_other_core([] {
+    for (std::uint64_t trip = 0; trip < trips; ++trip) {
+      while (word.load(std::memory_order_acquire) != 2 * trip + 1) continue; // pairs with the release below
+      word.store(2 * trip + 2, std::memory_order_release);                   // pairs with the acquire below
+    }
+  });
+  std::vector<double> each;
+  for (std::uint64_t trip = 0; trip < trips; ++trip) {
+    const auto begin = monotonic_clock::now();
+    word.store(2 * trip + 1, std::memory_order_release);                   // pairs with the acquire above
+    while (word.load(std::memory_order_acquire) != 2 * trip + 2) continue; // pairs with the release above
+    each.push_back(nanoseconds_since(begin));
+  }
+  return std::max(median(each) - clock_cost(), 1.0) / 2;
 }
 
 // The main of a bench: `measure(rounds)` runs all rounds and registers what they said.
