@@ -21,7 +21,7 @@
 #include <rowe/received.hpp>
 #include <rowe/responder.hpp>
 #include <rowe/result.hpp>
-#include <rowe/rt/thread.hpp>
+#include <rowe/rt/grants.hpp>
 #include <rowe/schema.hpp>
 #include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>

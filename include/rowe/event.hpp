@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What happened on an endpoint. The library never prints; whoever wants to know asks endpoint::try_event().
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <string_view>
@@ -26,8 +25,7 @@ struct event {
   class text {
    public:
     text& operator=(std::string_view from) noexcept {
-      bytes_ = static_cast<std::uint16_t>(std::min(from.size(), Bytes));
-      std::copy_n(from.data(), bytes_, room_.data());
+      bytes_ = static_cast<std::uint16_t>(from.copy(room_.data(), Bytes));
       return *this;
     }
     operator std::string_view() const noexcept {

@@ -2,7 +2,6 @@
 // Text inside a struct: up to `Capacity` bytes of UTF-8, in place, trivially copyable, so that a message that
 // holds some can be copied through a slot by a real-time loop.
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -29,7 +28,7 @@ class fixed_string {
   // False, and nothing changed, when `text` is longer than the capacity: text is never cut silently.
   ROWE_RT [[nodiscard]] constexpr bool assign(std::string_view text) noexcept {
     if (text.size() > Capacity) return false;
-    std::copy_n(text.data(), text.size(), text_);
+    text.copy(text_, text.size());
     bytes_ = static_cast<std::uint32_t>(text.size());
     return true;
   }

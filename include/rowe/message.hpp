@@ -12,8 +12,8 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <string_view>
 #include <tuple>
@@ -91,6 +91,14 @@ inline constexpr bool is_message<message_of<Bytes>> = true;
 
 template <class T>
 concept json_optional = std::same_as<T, std::optional<typename T::value_type>>;
+namespace range_access { // begin() and end() as the range-based for finds them
+using std::begin, std::end;
+template <class T>
+concept range = requires(const T& values) {
+  begin(values) != end(values);
+  *begin(values);
+};
+} // namespace range_access
 template <class T>
 concept json_string = std::convertible_to<const T&, std::string_view> && !std::same_as<T, std::nullptr_t>;
 template <class T>
@@ -151,7 +159,7 @@ void write_value(message_writer& to, const T& value) noexcept {
     to.end(']');
   } else if constexpr (json_string<type>) {
     to.string(value);
-  } else if constexpr (std::ranges::input_range<const type&>) {
+  } else if constexpr (range_access::range<type>) {
     bool first = true;
     to.begin('[');
     for (const auto& element : value) {

@@ -3,7 +3,6 @@
 // error has one code of a closed list, and the value and the limit that met. Nothing throws but value(),
 // which is for set-up code.
 #pragma once
-#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdint>
@@ -139,16 +138,17 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
   std::string_view sentence = detail::error_descriptions[static_cast<std::size_t>(code)].sentence;
   char* at = buffer.data();
   char* const end = at + buffer.size();
+  const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };
   while (!sentence.empty() && at != end) {
     if (sentence.starts_with("%v") || sentence.starts_with("%l")) {
       char digits[20]; // of the longest 64-bit number
       const char* const last =
           std::to_chars(digits, digits + sizeof digits, sentence[1] == 'v' ? value : limit).ptr;
-      at = std::copy_n(digits, std::min(last - digits, end - at), at);
+      put({digits, last});
       sentence.remove_prefix(2);
     } else if (sentence.starts_with("%n")) {
       const std::string_view named = name_of(about);
-      at = std::copy_n(named.data(), std::min<std::ptrdiff_t>(std::ssize(named), end - at), at);
+      put(named);
       if (!named.empty() && at != end) *at++ = ' ';
       sentence.remove_prefix(2);
     } else {

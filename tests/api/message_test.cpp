@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+namespace message_test {
 namespace {
 
 using rowe::array;
@@ -67,6 +68,16 @@ TEST(message, nests) {
                     ranges, "names", names)
                 .text(),
             R"({"goal":{"x":1.5,"at":{}},"path":[1,"two",null,[]],"r":[1,2.5],"names":["a","b"]})");
+}
+
+struct two_numbers {
+  int values[2] = {1, 2};
+};
+const int* begin(const two_numbers& these) { return these.values; }
+const int* end(const two_numbers& these) { return these.values + 2; }
+
+TEST(message, takes_ranges_of_which_only_free_functions_know_the_ends) {
+  EXPECT_EQ(message("n", two_numbers{}).text(), R"({"n":[1,2]})");
 }
 
 TEST(message, takes_text_that_is_json_already_and_other_messages) {
@@ -137,3 +148,4 @@ TEST(body, is_made_from_text_and_from_messages) {
 }
 
 } // namespace
+} // namespace message_test

@@ -12,7 +12,6 @@
 // steps bounded by the lane's depths, unless it says otherwise; what shows that are the exercises of the
 // handles that are made of these (tests/rt_contract).
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -329,7 +328,7 @@ auto wait_next(const lane_handle& handle, duration patience, TryNext&& try_next)
 class sentence {
  public:
   void assign(std::string_view from) noexcept {
-    bytes_ = std::min(from.size(), sentence_bytes_max);
+    bytes_ = from.size() < sentence_bytes_max ? from.size() : sentence_bytes_max;
     from.copy(text_.data(), bytes_);
   }
   std::string_view view() const noexcept { return {text_.data(), bytes_}; }

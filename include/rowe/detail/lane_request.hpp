@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -51,7 +50,8 @@ constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
 // The same, but a refusal's sentence must fit too.
 template <class T>
 constexpr std::size_t answer_bytes(std::uint32_t text_bytes_max) noexcept {
-  return std::max(slot_bytes<T>(text_bytes_max), sentence_bytes_max);
+  const auto bytes = slot_bytes<T>(text_bytes_max);
+  return bytes > sentence_bytes_max ? bytes : sentence_bytes_max;
 }
 
 template <class T>

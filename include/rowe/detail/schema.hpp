@@ -2,7 +2,6 @@
 // How rowe/schema.hpp turns types into descriptions. Nothing here is for users; every way to get a schema
 // wrong ends in one of the static_assert sentences below.
 #pragma once
-#include <algorithm>
 #include <limits>
 #include <memory>
 #include <new>
@@ -305,7 +304,8 @@ consteval schema_description describe_schema() noexcept {
   d.members = members_of<T, fields_type>::list;
   if constexpr (std::default_initializable<T>) {
     d.set_default = [](void* room) noexcept { ::new (room) T{}; }; // in place: T may be too large for a stack
-    d.decodable = std::ranges::all_of(members_of<T, fields_type>::decodable, [](bool b) { return b; });
+    d.decodable = true;
+    for (const bool one : members_of<T, fields_type>::decodable) d.decodable = d.decodable && one;
   }
   return d;
 }

@@ -7,7 +7,6 @@
 // One thread records: a handful of additions. Any thread may read at the same time; what it sees then is a
 // little older in some buckets than in others, and never torn.
 #pragma once
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cassert>
@@ -53,9 +52,9 @@ class histogram {
   ROWE_RT void record(duration value) noexcept { record(value, 1); }
   // The same, `times` times at once.
   ROWE_RT void record(duration value, std::uint64_t times) noexcept {
-    const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(value.count(), 0));
+    const std::uint64_t ns = value.count() > 0 ? static_cast<std::uint64_t>(value.count()) : 0;
     const auto top = static_cast<std::uint64_t>(value_max);
-    const std::uint64_t counted = std::min(ns, top);
+    const std::uint64_t counted = ns < top ? ns : top;
     if (ns > top) saturated_.add(times);
     counters_[index_of(counted, precision_bits_)].add(times);
     count_.add(times);
@@ -72,7 +71,10 @@ class histogram {
   // Any thread, never waits; all of them are 0 while nothing is recorded. The extremes are exact, above
   // value_max too; the mean is exact but for rounding down, and takes what is above value_max as value_max.
   ROWE_RT std::uint64_t count() const noexcept { return count_.get(); }
-  ROWE_RT duration min() const noexcept { return duration{signed_of(std::min(min_.get(), max_.get()))}; }
+  ROWE_RT duration min() const noexcept {
+    const std::uint64_t least = min_.get(), greatest = max_.get();
+    return duration{signed_of(least < greatest ? least : greatest)};
+  }
   ROWE_RT duration max() const noexcept { return duration{signed_of(max_.get())}; }
   ROWE_RT duration mean() const noexcept {
     const std::uint64_t n = count();

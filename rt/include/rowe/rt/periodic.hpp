@@ -19,8 +19,8 @@
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/counter.hpp>
+#include <rowe/rt/grants.hpp>
 #include <rowe/rt/histogram.hpp>
-#include <rowe/rt/thread.hpp>
 
 namespace rowe::rt {
 

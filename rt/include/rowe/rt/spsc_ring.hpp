@@ -11,7 +11,6 @@
 // into being; they live inside the ring, not in the handles that point to them, so that moving a handle moves
 // no index.
 #pragma once
-#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cstddef>
@@ -104,7 +103,8 @@ class ring_consumer {
   template <class Take>
   ROWE_RT std::size_t drain(Take&& take, std::size_t items_max) noexcept {
     if (seen_tail_ - head_ < items_max) look();
-    const std::uint64_t count = std::min<std::uint64_t>(seen_tail_ - head_, items_max);
+    const std::uint64_t there = seen_tail_ - head_;
+    const std::uint64_t count = there < items_max ? there : items_max;
     if (count == 0) return 0;
     for (const std::uint64_t end = head_ + count; head_ != end; ++head_) {
       const T& item = entries_[head_ & mask_].load();
@@ -187,7 +187,8 @@ class spsc_ring : ring_producer<T, Atomics>, ring_consumer<T, Atomics> {
     // acquire: pairs with the releases in ring_consumer; a tail loaded after that head is not before it
     const std::uint64_t head = shared_head_.load(std::memory_order_acquire);
     const std::uint64_t tail = shared_tail_.load(std::memory_order_relaxed); // relaxed: no item is read by it
-    return static_cast<std::size_t>(std::min(tail - head, producer::mask_ + 1));
+    const std::uint64_t places = producer::mask_ + 1;
+    return static_cast<std::size_t>(tail - head < places ? tail - head : places);
   }
 
   // The invariant that is broken, or nullptr. Only while no thread is inside either end.
