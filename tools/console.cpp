@@ -17,6 +17,20 @@ void append_code_point(std::string& to, unsigned code) {
 
 } // namespace
 
+void part::append_to(std::string& text) const {
+  switch (kind_) {
+  case kind::text: text.append(text_); break;
+  case kind::signed_number: text.append(std::to_string(static_cast<std::int64_t>(number_))); break;
+  case kind::unsigned_number: text.append(std::to_string(number_)); break;
+  }
+}
+
+std::string joined_parts(std::span<const part> parts) {
+  std::string text;
+  for (const part& one : parts) one.append_to(text);
+  return text;
+}
+
 // stderr is not buffered, so a line made first is one write and is not mixed with those of other programs.
 void console::write(std::string_view line) const {
   const std::string whole = joined(prefix_, line, "\n");

@@ -3,9 +3,10 @@
 // Nothing is coloured, so nothing has to be switched off where no colour is wanted.
 #pragma once
 #include <concepts>
+#include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 
 #include <rowe/event.hpp>
 #include <rowe/result.hpp>
@@ -13,19 +14,33 @@
 
 namespace rowe::tools {
 
+// A view of a text, or a whole number: one part of what joined() puts together.
+class part {
+ public:
+  template <class T>
+  requires std::integral<T> || std::convertible_to<const T&, std::string_view>
+  explicit part(const T& value) noexcept {
+    if constexpr (std::integral<T>) {
+      number_ = static_cast<std::uint64_t>(value);
+      kind_ = std::signed_integral<T> ? kind::signed_number : kind::unsigned_number;
+    } else {
+      text_ = std::string_view{value};
+    }
+  }
+  void append_to(std::string& text) const;
+
+ private:
+  enum class kind : std::uint8_t { text, signed_number, unsigned_number };
+  std::string_view text_;
+  std::uint64_t number_ = 0;
+  kind kind_ = kind::text;
+};
+
 // Texts and whole numbers, one after another.
+std::string joined_parts(std::span<const part> parts);
 template <class... Parts>
 std::string joined(const Parts&... parts) {
-  std::string text;
-  const auto append = [&](const auto& part) {
-    if constexpr (std::integral<std::remove_cvref_t<decltype(part)>>) {
-      text.append(std::to_string(part));
-    } else {
-      text.append(std::string_view{part});
-    }
-  };
-  (append(parts), ...);
-  return text;
+  return joined_parts({{part{parts}...}});
 }
 
 // What is typed to run a verb: "rowe serve"; a program of its own, such as "rowe_echo", is its own verb.

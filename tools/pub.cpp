@@ -17,6 +17,7 @@
 #include "json_check.hpp"
 #include "message_source.hpp"
 #include "remote.hpp"
+#include "sending.hpp"
 #include "verbs.hpp"
 
 namespace rowe::tools {
@@ -26,9 +27,6 @@ using namespace std::chrono_literals;
 
 constexpr std::uint32_t queue_depth = 64;
 constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
-constexpr rt::duration room_period = 200us; // how often a full queue is tried again; nothing tells of room
-constexpr rt::duration drain_time = 10s;    // for what is queued at the end, where --timeout does not say
-constexpr double rate_max = 100e3;          // Hz; above this, sleeping between messages means nothing
 
 struct pub_options {
   std::string url;

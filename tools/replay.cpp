@@ -15,6 +15,7 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "remote.hpp"
+#include "sending.hpp"
 #include "tum.hpp"
 #include "verbs.hpp"
 
@@ -24,9 +25,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::uint32_t queue_depth = 256;
-constexpr rt::duration room_period = 200us; // how often a full queue is tried again; nothing tells of room
-constexpr rt::duration drain_time = 10s;    // for what is queued at the end, where --timeout does not say
-constexpr double rate_max = 100e3;          // Hz; above this, sleeping between poses means nothing
 constexpr std::int64_t ns_per_second = 1'000'000'000;
 
 struct replay_options {

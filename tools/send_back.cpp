@@ -6,6 +6,7 @@
 
 #include "interrupt.hpp"
 #include "json_values.hpp"
+#include "sending.hpp"
 
 namespace rowe::tools {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 // Messages that may come at once before the first was sent back; more are dropped and counted. Each takes as
 // much as the largest may, both ways: 60 MiB in all.
 constexpr std::uint32_t burst = 512;
-constexpr rt::duration room_period = std::chrono::microseconds{200}; // nothing tells of room
 
 // Queues one answer, however long there is no room: the order is kept, and who sends too fast has to wait.
 void send_back(endpoint& through, const received& message, const console& to) {

@@ -3,6 +3,7 @@
 // signal ends it.
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <optional>
@@ -149,8 +150,7 @@ void report_events(endpoint& hub, const console& to) {
 std::string in_microseconds(rt::duration time) { return joined(time.count() / 1000, " us"); }
 
 // All counters, a line for each group in the order of their first. Zeros are shown: nothing lost is news too.
-void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_report>& driven,
-               const console& to) {
+void summarise(const endpoint& hub, rt::duration up, const console& to) {
   to.note("up for ", seconds_text(up));
   std::vector<std::pair<std::string_view, std::string>> lines;
   for (const count& one : hub.counts()) {
@@ -159,11 +159,13 @@ void summarise(const endpoint& hub, rt::duration up, const std::optional<demo_re
     line->second.append(joined(line->second.ends_with(':') ? " " : ", ", one.name, " ", one.value));
   }
   for (const auto& [group, line] : lines) to.note(line);
-  if (!driven) return;
-  to.note("robot: ", driven->cycles, " cycles, ", driven->skipped, " skipped; late by ",
-          in_microseconds(driven->late_p50), " (p50), ", in_microseconds(driven->late_p99), " (p99), ",
-          in_microseconds(driven->late_max), " (max); published ", driven->published, ", refused ",
-          driven->refused);
+}
+
+void summarise(const demo_report& driven, const console& to) {
+  to.note("robot: ", driven.cycles, " cycles, ", driven.skipped, " skipped; late by ",
+          in_microseconds(driven.late_p50), " (p50), ", in_microseconds(driven.late_p99), " (p99), ",
+          in_microseconds(driven.late_max), " (max); published ", driven.published, ", refused ",
+          driven.refused);
 }
 
 // A robot starts stopped. Whoever starts the demo wants to see it drive, so it is let go once, and no more.
@@ -210,10 +212,11 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
     report_events(hub, to);
     interrupt::sleep_until(rt::monotonic_clock::now() + event_period);
   }
-  const auto driven = loop ? std::optional{loop->stop()} : std::nullopt;
+  const demo_report driven = loop ? loop->stop() : demo_report{};
   (void)hub.close(goodbye_time); // a peer that does not read in that time has to do without
   report_events(hub, to);
-  summarise(hub, rt::monotonic_clock::now() - begin, driven, to);
+  summarise(hub, rt::monotonic_clock::now() - begin, to);
+  if (loop) summarise(driven, to);
   return exit_code::done;
 }
 

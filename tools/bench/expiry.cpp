@@ -24,7 +24,7 @@ struct expiry_settings : settings {
   std::int64_t pending = 1000;
 };
 
-command table_of(expiry_settings& s) {
+command expiry_table(expiry_settings& s) {
   command table{.verb = "bench expiry",
                 .examples = {{{"rowe bench expiry --pending 100000", "among a hundred thousand"},
                               {"rowe bench expiry -D 1s --cpu 3", "a short look"}}},
@@ -84,7 +84,7 @@ rt::duration mean_of_burst(rt::time_point begin, Step&& step) noexcept {
 exit_code expiry(argument_list arguments) {
   expiry_settings s;
   console to{"bench expiry"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(expiry_table(s), arguments, s, to)) return *end;
   s.peer = {}; // there is none
   s.here.service.reset();
   full_wheel wheel{static_cast<std::uint32_t>(s.pending)};

@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 constexpr rt::duration settle_time = 200ms; // what belongs to connecting is over then
 constexpr std::string_view quiet_topic = "/bench/quiet";
 
-command table_of(settings& s) {
+command idle_table(settings& s) {
   command table{
       .verb = "bench idle",
       .examples = {{{"rowe bench idle -D 60s", "ten seconds for each policy and number of peers"},
@@ -170,7 +170,7 @@ bool measure(const settings& s, const idle_case& c, rt::duration time, report& r
 exit_code idle(argument_list arguments) {
   settings s;
   console to{"bench idle"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(idle_table(s), arguments, s, to)) return *end;
   if (s.here.service) s.here.user.reset(); // nobody measures but the kernel
   s.peer = {};
   const std::vector<idle_case> cases = all_cases();

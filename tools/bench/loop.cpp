@@ -10,7 +10,7 @@
 namespace rowe::tools::bench {
 namespace {
 
-command table_of(settings& s) {
+command loop_table(settings& s) {
   command table{
       .verb = "bench loop",
       .examples = {{{"rowe bench loop -D 10m --cpu 3 --prio 80 --max 100us",
@@ -53,7 +53,7 @@ pump_counts cycle(rt::duration period, std::uint64_t cycles, recording& into, co
 exit_code loop(argument_list arguments) {
   settings s;
   console to{"bench loop"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(loop_table(s), arguments, s, to)) return *end;
   s.peer = {}; // there is none
   s.here.service.reset();
   const rt::duration period = period_of(s.rate_or_default());

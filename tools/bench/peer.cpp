@@ -34,7 +34,7 @@ struct peer_settings : settings {
   bool stop = false;
 };
 
-command table_of(peer_settings& s) {
+command peer_table(peer_settings& s) {
   return {
       .verb = "bench peer",
       .examples = {{{"rowe bench peer --listen 0.0.0.0:8080 --insecure --cpu 3 --prio 80", "on the board"},
@@ -169,7 +169,7 @@ exit_code peer(argument_list arguments) {
   peer_settings s;
   s.size = size_max;
   console to{"bench peer"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(peer_table(s), arguments, s, to)) return *end;
   if (s.cpu.empty()) s.here = s.peer; // away from where the measuring end runs by default
   endpoint_options options = s.options_of(s.here);
   options.insecure = s.insecure;

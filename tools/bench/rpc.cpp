@@ -93,7 +93,7 @@ struct rpc_settings : settings {
   std::string request;
 };
 
-command table_of(rpc_settings& s) {
+command rpc_table(rpc_settings& s) {
   command table{
       .verb = "bench rpc",
       .examples = {{{"rowe bench rpc -D 60s --cpu 3 --peer-cpu 2 --prio 80", "a robot is started for it"},
@@ -119,7 +119,7 @@ command table_of(rpc_settings& s) {
 exit_code rpc(argument_list arguments) {
   rpc_settings s;
   console to{"bench rpc"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(rpc_table(s), arguments, s, to)) return *end;
   const bool echo = s.service.empty();
   if (echo && !s.request.empty()) return usage_error("bench rpc", "--request is for a --service");
   if (!echo && s.url.empty()) return usage_error("bench rpc", "--service needs a URL: the robot that has it");

@@ -71,7 +71,7 @@ class values {
   std::optional<error> failure_;
 };
 
-command table_of(settings& s) {
+command send_table(settings& s) {
   command table{
       .verb = "bench send",
       .examples = {{{"rowe bench send -D 60s --cpu 3 --peer-cpu 2 --prio 80", "to a peer started for it"},
@@ -94,7 +94,7 @@ command table_of(settings& s) {
 exit_code send(argument_list arguments) {
   settings s;
   console to{"bench send"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(send_table(s), arguments, s, to)) return *end;
   link over = connect(s, to, {}, true);
   if (over.failed) return *over.failed;
   const rt::duration period = period_of(s.rate_or_default());

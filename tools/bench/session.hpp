@@ -3,6 +3,7 @@
 // and for Ctrl-C, a peer, and a connection to that.
 #pragma once
 #include <atomic>
+#include <cerrno>
 #include <memory>
 #include <optional>
 #include <string>

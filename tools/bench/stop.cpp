@@ -99,7 +99,7 @@ class stops {
   bool over_ = false;
 };
 
-command table_of(settings& s) {
+command stop_table(settings& s) {
   command table{
       .verb = "bench stop",
       .examples = {{{"rowe bench stop -D 60s --max 5ms", "exit code 5 when a brake comes later"},
@@ -127,7 +127,7 @@ exit_code stop(argument_list arguments) {
   settings s;
   s.rate = stop_rate_default;
   console to{"bench stop"};
-  if (const auto end = read_mode(table_of(s), arguments, s, to)) return *end;
+  if (const auto end = read_mode(stop_table(s), arguments, s, to)) return *end;
   link over = connect(s, to, {"--stop"}, true);
   if (over.failed) return *over.failed;
   auto ask = over.hub->client<json_text, json_text>("/rowe/stop", {.depth = 1});

@@ -119,7 +119,7 @@ finding irqbalance(const machine& on) {
 }
 
 // clang-format off
-constexpr std::array<check, 5> checks{{
+constexpr std::array<check, 5> isolation_table{{
     {.name = "isolation", .title = "isolated cores", .wanted = "the loop's cores",
      .why = "the scheduler puts other threads on a core that is not isolated",
      .change = "isolcpus=, or a cpuset partition of type isolated", .examine = isolation},
@@ -141,6 +141,6 @@ constexpr std::array<check, 5> checks{{
 
 } // namespace
 
-std::span<const check> isolation_checks() { return checks; }
+std::span<const check> isolation_checks() { return isolation_table; }
 
 } // namespace rowe::tools::fitness

@@ -101,7 +101,7 @@ finding clock_source(const machine& on) {
 }
 
 // clang-format off
-constexpr std::array<check, 5> checks{{
+constexpr std::array<check, 5> kernel_table{{
     {.name = "preempt_rt", .title = "real-time kernel", .wanted = "PREEMPT_RT",
      .why = "other kernels hold a loop up for milliseconds, in drivers, softirqs and spinlocks",
      .change = "install a PREEMPT_RT kernel and reboot", .vital = true, .examine = preempt_rt},
@@ -126,6 +126,6 @@ constexpr std::array<check, 5> checks{{
 
 } // namespace
 
-std::span<const check> kernel_checks() { return checks; }
+std::span<const check> kernel_checks() { return kernel_table; }
 
 } // namespace rowe::tools::fitness

@@ -62,7 +62,7 @@ finding fork_after_start(const machine&) {
 }
 
 // clang-format off
-constexpr std::array<check, 7> checks{{
+constexpr std::array<check, 7> memory_table{{
     {.name = "huge_pages", .title = "transparent huge pages", .wanted = "madvise or never",
      .why = "the kernel assembles huge pages behind a program's back, and its pages fault meanwhile",
      .change = "allow them on request only", .examine = huge_pages},
@@ -88,6 +88,6 @@ constexpr std::array<check, 7> checks{{
 
 } // namespace
 
-std::span<const check> memory_checks() { return checks; }
+std::span<const check> memory_checks() { return memory_table; }
 
 } // namespace rowe::tools::fitness

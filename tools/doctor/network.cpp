@@ -30,7 +30,7 @@ bool belongs_to(const machine& on, const std::string& number, const std::string&
   });
 }
 
-finding interrupts(const machine& on) {
+finding adapter_interrupts(const machine& on) {
   if (!on.files.exists("/sys/class/net")) return unseen("/sys/class/net", ENOENT);
   finding result;
   std::size_t seen = 0;
@@ -77,10 +77,10 @@ finding autocorking(const machine& on) {
 }
 
 // clang-format off
-constexpr std::array<check, 4> checks{{
+constexpr std::array<check, 4> network_table{{
     {.name = "network_interrupts", .title = "network interrupts", .wanted = "none on the loop's cores",
      .why = "the core that takes a packet's interrupt also does the network's work for it",
-     .change = "send them to the core of the service thread", .examine = interrupts},
+     .change = "send them to the core of the service thread", .examine = adapter_interrupts},
     {.name = "coalescing", .title = "interrupt coalescing", .wanted = "0",
      .why = "what came in waits so long for company", .change = "switch it off, for more interrupts",
      .examine = coalescing},
@@ -95,6 +95,6 @@ constexpr std::array<check, 4> checks{{
 
 } // namespace
 
-std::span<const check> network_checks() { return checks; }
+std::span<const check> network_checks() { return network_table; }
 
 } // namespace rowe::tools::fitness

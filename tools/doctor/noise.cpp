@@ -113,7 +113,7 @@ finding self_test(const machine& on) {
 }
 
 // clang-format off
-constexpr std::array<check, 7> checks{{
+constexpr std::array<check, 7> noise_table{{
     {.name = "timer_slack", .title = "timer slack", .wanted = "1 us or less",
      .why = "an ordinary thread may wake up so much late, to save power; SCHED_FIFO threads never do",
      .change = "nothing for rowe's threads, which set it themselves; elsewhere prctl(PR_SET_TIMERSLACK, 1)",
@@ -141,6 +141,6 @@ constexpr std::array<check, 7> checks{{
 
 } // namespace
 
-std::span<const check> noise_checks() { return checks; }
+std::span<const check> noise_checks() { return noise_table; }
 
 } // namespace rowe::tools::fitness

@@ -158,7 +158,7 @@ finding fair_server(const machine& on) {
 }
 
 // clang-format off
-constexpr std::array<check, 4> checks{{
+constexpr std::array<check, 4> permission_table{{
     {.name = "sched_fifo", .title = "may use SCHED_FIFO", .wanted = "granted",
      .why = "an ordinary thread waits for its turn behind every other",
      .change = "raise the rtprio limit, or grant CAP_SYS_NICE; in a control group, give it a budget",
@@ -177,6 +177,6 @@ constexpr std::array<check, 4> checks{{
 
 } // namespace
 
-std::span<const check> permission_checks() { return checks; }
+std::span<const check> permission_checks() { return permission_table; }
 
 } // namespace rowe::tools::fitness

@@ -173,7 +173,7 @@ finding temperature(const machine& on) {
 }
 
 // clang-format off
-constexpr std::array<check, 5> checks{{
+constexpr std::array<check, 5> processor_table{{
     {.name = "governor", .title = "frequency governor", .wanted = "performance",
      .why = "a core that slept in a slow gear runs the first microseconds of a cycle in it",
      .change = "choose the governor performance", .examine = governor},
@@ -195,6 +195,6 @@ constexpr std::array<check, 5> checks{{
 
 } // namespace
 
-std::span<const check> processor_checks() { return checks; }
+std::span<const check> processor_checks() { return processor_table; }
 
 } // namespace rowe::tools::fitness
