@@ -9,6 +9,7 @@
 
 #include "endpoints.hpp"
 
+namespace door_test {
 namespace {
 
 using namespace endpoints;
@@ -317,3 +318,4 @@ TEST(door, serves_many_threads_at_once) {
 }
 
 } // namespace
+} // namespace door_test

@@ -21,6 +21,7 @@ struct pose {
 template <>
 inline constexpr auto rowe::schema<pose> = rowe::fields<&pose::x, &pose::y>{}.type("test/Pose");
 
+namespace endpoint_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -578,3 +579,4 @@ TEST(phase, counts_nothing_under_other_policies) {
 }
 
 } // namespace
+} // namespace endpoint_test

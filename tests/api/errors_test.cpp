@@ -31,6 +31,7 @@ template <>
 inline constexpr auto rowe::schema<errors_test_reply> =
     rowe::fields<&errors_test_reply::n, &errors_test_reply::text>{};
 
+namespace errors_test {
 namespace {
 
 using namespace endpoints;
@@ -275,3 +276,4 @@ TEST_P(errors, can_be_met_and_say_what_they_mean) try {
 }
 
 } // namespace
+} // namespace errors_test

@@ -12,6 +12,7 @@
 #include <rowe/rt/slab.hpp>
 
 namespace rowe::detail {
+namespace lane_memory_test {
 namespace {
 
 // A path in memory of exactly the size that is planned for it.
@@ -131,4 +132,5 @@ TEST(lane_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behi
 }
 
 } // namespace
+} // namespace lane_memory_test
 } // namespace rowe::detail

@@ -11,6 +11,7 @@
 
 #include "handle_stage.hpp"
 
+namespace lane_test {
 namespace {
 
 using namespace handle_stage;
@@ -458,3 +459,4 @@ TEST(caller, that_is_empty_says_misuse) {
 }
 
 } // namespace
+} // namespace lane_test

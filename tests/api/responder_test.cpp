@@ -12,6 +12,7 @@
 
 #include "handle_stage.hpp"
 
+namespace responder_test {
 namespace {
 
 using namespace handle_stage;
@@ -239,3 +240,4 @@ TEST(typed_subscriber, that_is_empty_says_misuse) {
 }
 
 } // namespace
+} // namespace responder_test

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+namespace result_test {
 namespace {
 
 using rowe::errc;
@@ -61,3 +62,4 @@ TEST(status, is_success_unless_it_is_an_error) {
 }
 
 } // namespace
+} // namespace result_test

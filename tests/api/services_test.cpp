@@ -29,6 +29,7 @@ inline constexpr auto rowe::schema<whole_number> = rowe::fields<&whole_number::s
 template <>
 inline constexpr auto rowe::schema<short_name> = rowe::fields<&short_name::sum>{};
 
+namespace services_test {
 namespace {
 
 using namespace endpoints;
@@ -293,3 +294,4 @@ TEST(typed_subscribers, drop_and_count_what_is_not_what_their_schema_says) {
 }
 
 } // namespace
+} // namespace services_test

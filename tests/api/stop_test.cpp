@@ -10,6 +10,7 @@
 
 #include "endpoints.hpp"
 
+namespace stop_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -205,3 +206,4 @@ TEST(stop, comes_when_a_loop_does_not_look_in_time) {
 }
 
 } // namespace
+} // namespace stop_test

@@ -8,6 +8,7 @@
 #include "endpoints.hpp"
 #include "rt/watchdog.hpp"
 
+namespace talking_test {
 namespace {
 
 using namespace endpoints;
@@ -228,3 +229,4 @@ TEST(lanes, reuse_the_memory_of_handles_that_are_gone) {
 }
 
 } // namespace
+} // namespace talking_test

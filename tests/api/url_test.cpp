@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+namespace url_test {
 namespace {
 
 TEST(split_url, takes_a_url_apart) {
@@ -44,3 +45,4 @@ TEST(split_url, refuses_everything_else_and_says_where_it_goes_wrong) {
 }
 
 } // namespace
+} // namespace url_test

@@ -29,6 +29,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::json {
+namespace decoder_test {
 namespace {
 
 using tests::anything;
@@ -405,13 +406,15 @@ struct preset {
 };
 
 } // namespace
+} // namespace decoder_test
 } // namespace rowe::json
 
 template <>
-inline constexpr auto rowe::schema<rowe::json::preset> =
-    rowe::fields<&rowe::json::preset::maybe, &rowe::json::preset::other>{};
+inline constexpr auto rowe::schema<rowe::json::decoder_test::preset> =
+    rowe::fields<&rowe::json::decoder_test::preset::maybe, &rowe::json::decoder_test::preset::other>{};
 
 namespace rowe::json {
+namespace decoder_test {
 namespace {
 
 TEST(decoder, begins_with_the_default_but_empties_what_is_missing) {
@@ -641,22 +644,24 @@ template <std::size_t I>
 const void* value_address(const void* object) noexcept {
   return static_cast<const char*>(object) + 4 * I;
 }
+// A table, because a pack of a thousand descriptions takes a minute to compile.
+constexpr auto value_addresses = []<std::size_t... I>(std::index_sequence<I...>) {
+  return std::array{&value_address<I>...};
+}(std::make_index_sequence<wide_count + 1>{});
 
 // `count` integers with the names m0, m1, ...
 class wide_schema {
  public:
   explicit wide_schema(std::size_t count) {
-    for (std::size_t i = 0; i <= wide_count; ++i) names_[i] = "m" + std::to_string(i);
-    fill(std::make_index_sequence<wide_count + 1>{});
+    for (std::size_t i = 0; i <= wide_count; ++i) {
+      names_[i] = "m" + std::to_string(i);
+      members_[i] = {.name = names_[i], .type = &integer_, .address = value_addresses[i]};
+    }
     schema_.members = std::span{members_}.first(count);
   }
   const schema_description& description() const { return schema_; }
 
  private:
-  template <std::size_t... I>
-  void fill(std::index_sequence<I...>) {
-    members_ = {member_description{.name = names_[I], .type = &integer_, .address = &value_address<I>}...};
-  }
   static void set_default(void* room) noexcept { new (room) wide{}; }
 
   const value_description integer_{.kind = value_kind::int32, .bytes = 4};
@@ -771,20 +776,25 @@ struct constant_count {
 };
 
 } // namespace
+} // namespace decoder_test
 } // namespace rowe::json
 
 // clang-format off
-template <> inline constexpr auto rowe::schema<rowe::json::constant> = rowe::fields<&rowe::json::constant::fixed>{};
-template <> inline constexpr auto rowe::schema<rowe::json::with_constant> =
-    rowe::fields<&rowe::json::with_constant::inside>{};
-template <> inline constexpr auto rowe::schema<rowe::json::no_default> = rowe::fields<&rowe::json::no_default::value>{};
-template <> inline constexpr auto rowe::schema<rowe::json::maybe_no_default> =
-    rowe::fields<&rowe::json::maybe_no_default::maybe>{};
-template <> inline constexpr auto rowe::schema<rowe::json::constant_count> =
-    rowe::fields<rowe::counted<&rowe::json::constant_count::values, &rowe::json::constant_count::count>>{};
+template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::constant> =
+    rowe::fields<&rowe::json::decoder_test::constant::fixed>{};
+template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::with_constant> =
+    rowe::fields<&rowe::json::decoder_test::with_constant::inside>{};
+template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::no_default> =
+    rowe::fields<&rowe::json::decoder_test::no_default::value>{};
+template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::maybe_no_default> =
+    rowe::fields<&rowe::json::decoder_test::maybe_no_default::maybe>{};
+template <> inline constexpr auto rowe::schema<rowe::json::decoder_test::constant_count> =
+    rowe::fields<rowe::counted<&rowe::json::decoder_test::constant_count::values,
+                               &rowe::json::decoder_test::constant_count::count>>{};
 // clang-format on
 
 namespace rowe::json {
+namespace decoder_test {
 namespace {
 
 TEST(schema, says_what_cannot_be_read) {
@@ -811,4 +821,5 @@ TEST(decoder, can_be_moved) {
 }
 
 } // namespace
+} // namespace decoder_test
 } // namespace rowe::json

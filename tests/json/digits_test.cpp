@@ -16,6 +16,7 @@
 #include "rt/seed.hpp"
 
 namespace rowe::json {
+namespace digits_test {
 namespace {
 
 using tests::seed;
@@ -274,4 +275,5 @@ TEST(digits, of_fixed_precision_are_within_half_a_unit) {
 }
 
 } // namespace
+} // namespace digits_test
 } // namespace rowe::json

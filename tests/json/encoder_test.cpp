@@ -15,6 +15,7 @@
 
 #include "texts.hpp"
 
+namespace encoder_test {
 namespace {
 
 enum class gear : std::int8_t { reverse = -1, neutral, first };
@@ -101,36 +102,52 @@ struct derived : base {
 };
 
 } // namespace
+} // namespace encoder_test
 
 // clang-format off
-template <> inline constexpr auto rowe::schema<numbers> =
-    rowe::fields<&numbers::yes, &numbers::no, &numbers::i8, &numbers::i16, &numbers::i32, &numbers::i64, &numbers::u8,
-                 &numbers::u16, &numbers::u32, &numbers::u64, &numbers::f, &numbers::d, &numbers::g>{};
-template <> inline constexpr auto rowe::schema<point> = rowe::fields<&point::x, &point::y>{}.type("test/Point");
-template <> inline constexpr auto rowe::schema<nested> =
-    rowe::fields<&nested::a, rowe::field<&nested::b, "the \"b\"">, &nested::path, &nested::corners>{};
-template <> inline constexpr auto rowe::schema<arrays> =
-    rowe::fields<&arrays::covariance, &arrays::c_array, &arrays::matrix, &arrays::flags, &arrays::gears,
-                 &arrays::names>{};
-template <> inline constexpr auto rowe::schema<sequences> =
-    rowe::fields<&sequences::ranges, &sequences::points,
-                 rowe::counted<&sequences::samples, &sequences::sample_count>>{};
-template <> inline constexpr auto rowe::schema<maybe> = rowe::fields<&maybe::a, &maybe::b, &maybe::c, &maybe::d>{};
-template <> inline constexpr auto rowe::schema<only_maybe> =
-    rowe::fields<&only_maybe::a, &only_maybe::b, &only_maybe::c>{};
-template <> inline constexpr auto rowe::schema<maybe_first> =
-    rowe::fields<&maybe_first::a, &maybe_first::p, &maybe_first::z>{};
-template <> inline constexpr auto rowe::schema<formed> =
-    rowe::fields<rowe::field<&formed::serial>.as_string(), rowe::field<&formed::ids>.as_string(),
-                 rowe::field<&formed::angle>.decimals(4), rowe::field<&formed::angles, "a">.decimals(3),
-                 rowe::field<&formed::rounded>.decimals(2)>{};
-template <> inline constexpr auto rowe::schema<empty> = rowe::fields<>{};
-template <> inline constexpr auto rowe::schema<pair_of<int>> =
-    rowe::fields<&pair_of<int>::first, &pair_of<int>::second>{};
-template <> inline constexpr auto rowe::schema<derived> = rowe::fields<&derived::inherited, &derived::own>{};
+template <> inline constexpr auto rowe::schema<encoder_test::numbers> =
+    rowe::fields<&encoder_test::numbers::yes, &encoder_test::numbers::no, &encoder_test::numbers::i8,
+                 &encoder_test::numbers::i16, &encoder_test::numbers::i32, &encoder_test::numbers::i64,
+                 &encoder_test::numbers::u8, &encoder_test::numbers::u16, &encoder_test::numbers::u32,
+                 &encoder_test::numbers::u64, &encoder_test::numbers::f, &encoder_test::numbers::d,
+                 &encoder_test::numbers::g>{};
+template <> inline constexpr auto rowe::schema<encoder_test::point> =
+    rowe::fields<&encoder_test::point::x, &encoder_test::point::y>{}.type("test/Point");
+template <> inline constexpr auto rowe::schema<encoder_test::nested> =
+    rowe::fields<&encoder_test::nested::a, rowe::field<&encoder_test::nested::b, "the \"b\"">,
+                 &encoder_test::nested::path, &encoder_test::nested::corners>{};
+template <> inline constexpr auto rowe::schema<encoder_test::arrays> =
+    rowe::fields<&encoder_test::arrays::covariance, &encoder_test::arrays::c_array,
+                 &encoder_test::arrays::matrix, &encoder_test::arrays::flags,
+                 &encoder_test::arrays::gears, &encoder_test::arrays::names>{};
+template <> inline constexpr auto rowe::schema<encoder_test::sequences> =
+    rowe::fields<&encoder_test::sequences::ranges, &encoder_test::sequences::points,
+                 rowe::counted<&encoder_test::sequences::samples, &encoder_test::sequences::sample_count>>{};
+template <> inline constexpr auto rowe::schema<encoder_test::maybe> =
+    rowe::fields<&encoder_test::maybe::a, &encoder_test::maybe::b, &encoder_test::maybe::c,
+                 &encoder_test::maybe::d>{};
+template <> inline constexpr auto rowe::schema<encoder_test::only_maybe> =
+    rowe::fields<&encoder_test::only_maybe::a, &encoder_test::only_maybe::b,
+                 &encoder_test::only_maybe::c>{};
+template <> inline constexpr auto rowe::schema<encoder_test::maybe_first> =
+    rowe::fields<&encoder_test::maybe_first::a, &encoder_test::maybe_first::p,
+                 &encoder_test::maybe_first::z>{};
+template <> inline constexpr auto rowe::schema<encoder_test::formed> =
+    rowe::fields<rowe::field<&encoder_test::formed::serial>.as_string(),
+                 rowe::field<&encoder_test::formed::ids>.as_string(),
+                 rowe::field<&encoder_test::formed::angle>.decimals(4),
+                 rowe::field<&encoder_test::formed::angles, "a">.decimals(3),
+                 rowe::field<&encoder_test::formed::rounded>.decimals(2)>{};
+template <> inline constexpr auto rowe::schema<encoder_test::empty> = rowe::fields<>{};
+template <> inline constexpr auto rowe::schema<encoder_test::pair_of<int>> =
+    rowe::fields<&encoder_test::pair_of<int>::first, &encoder_test::pair_of<int>::second>{};
+template <> inline constexpr auto rowe::schema<encoder_test::derived> =
+    rowe::fields<&encoder_test::derived::inherited, &encoder_test::derived::own>{};
 // clang-format on
 
 namespace rowe::json {
+namespace encoder_test {
+using namespace ::encoder_test;
 namespace {
 
 // The text of an object; checked to be the same, and never to exceed the room, in rooms of every size.
@@ -292,15 +309,20 @@ struct scan {
 };
 
 } // namespace
+} // namespace encoder_test
 } // namespace rowe::json
 
-template <>
-inline constexpr auto rowe::schema<rowe::json::scan> =
-    rowe::fields<&rowe::json::scan::stamp, rowe::field<&rowe::json::scan::covariance>.decimals(6),
-                 rowe::counted<&rowe::json::scan::ranges, &rowe::json::scan::range_count>,
-                 &rowe::json::scan::position>{};
+// clang-format off
+template <> inline constexpr auto rowe::schema<rowe::json::encoder_test::scan> =
+    rowe::fields<&rowe::json::encoder_test::scan::stamp,
+                 rowe::field<&rowe::json::encoder_test::scan::covariance>.decimals(6),
+                 rowe::counted<&rowe::json::encoder_test::scan::ranges,
+                               &rowe::json::encoder_test::scan::range_count>,
+                 &rowe::json::encoder_test::scan::position>{};
+// clang-format on
 
 namespace rowe::json {
+namespace encoder_test {
 namespace {
 
 class encoder_memory : public ::testing::Test {
@@ -437,4 +459,5 @@ TEST(schema, says_what_a_type_looks_like) {
 }
 
 } // namespace
+} // namespace encoder_test
 } // namespace rowe::json

@@ -9,6 +9,7 @@
 #include "json/reader.hpp"
 
 namespace rowe::json {
+namespace members_noted_test {
 namespace {
 
 using tests::padded;
@@ -85,4 +86,5 @@ TEST_F(members_noted, of_a_text_that_is_refused_are_none) {
 }
 
 } // namespace
+} // namespace members_noted_test
 } // namespace rowe::json

@@ -13,6 +13,7 @@
 #include "json/fault.hpp"
 
 namespace rowe::json {
+namespace reader_test {
 namespace {
 
 using namespace std::string_literals;
@@ -436,4 +437,5 @@ TEST(reader, of_one_level_refuses_two) {
 }
 
 } // namespace
+} // namespace reader_test
 } // namespace rowe::json

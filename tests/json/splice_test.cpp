@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 namespace rowe::json {
+namespace splice_test {
 namespace {
 
 enum class around : std::uint8_t { nothing, before, behind, both };
@@ -138,4 +139,5 @@ TEST(splice, keeps_what_the_writer_counted) {
 }
 
 } // namespace
+} // namespace splice_test
 } // namespace rowe::json

@@ -19,6 +19,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::json {
+namespace walk_test {
 namespace {
 
 using tests::padded;
@@ -371,4 +372,5 @@ TEST(walkers, stay_inside_texts_that_were_not_validated) {
 }
 
 } // namespace
+} // namespace walk_test
 } // namespace rowe::json

@@ -13,6 +13,7 @@
 #include "texts.hpp"
 
 namespace rowe::json {
+namespace writer_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -271,4 +272,5 @@ TEST(writer, starts_again_after_a_reset) {
 }
 
 } // namespace
+} // namespace writer_test
 } // namespace rowe::json

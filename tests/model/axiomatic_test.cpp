@@ -16,6 +16,7 @@
 #include "model/program.hpp"
 
 namespace rowe::model {
+namespace axiomatic_test {
 namespace {
 
 // Two of three are seq_cst: what may go wrong is mostly where they meet the others.
@@ -125,4 +126,5 @@ TEST(explorer, finds_the_outcomes_the_axioms_allow_for_four_threads) {
 }
 
 } // namespace
+} // namespace axiomatic_test
 } // namespace rowe::model

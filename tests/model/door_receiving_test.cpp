@@ -12,6 +12,7 @@
 #include "model/source_text.hpp"
 
 namespace rowe::model {
+namespace door_receiving_test {
 namespace {
 
 // The receiver goes on until it is told that the door is closed.
@@ -127,4 +128,5 @@ TEST(door_receiving, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace door_receiving_test
 } // namespace rowe::model

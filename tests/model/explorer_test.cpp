@@ -13,6 +13,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace explorer_test {
 namespace {
 
 using std::string;
@@ -317,4 +318,5 @@ TEST(mutation_test, accepts_a_listed_order_but_not_one_that_is_listed_without_ne
 }
 
 } // namespace
+} // namespace explorer_test
 } // namespace rowe::model

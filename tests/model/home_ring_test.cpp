@@ -18,6 +18,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace home_ring_test {
 namespace {
 
 using home_ring = rt::home_ring<atomics>;
@@ -204,4 +205,5 @@ TEST(home_ring, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace home_ring_test
 } // namespace rowe::model

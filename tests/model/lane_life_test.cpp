@@ -14,6 +14,7 @@
 #include "model/source_text.hpp"
 
 namespace rowe::model {
+namespace lane_life_test {
 namespace {
 
 // One thread opens, publishes, closes, and opens again in the same memory.
@@ -257,4 +258,5 @@ TEST(lane_life, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace lane_life_test
 } // namespace rowe::model

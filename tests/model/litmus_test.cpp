@@ -11,6 +11,7 @@
 #include "model/program.hpp"
 
 namespace rowe::model {
+namespace litmus_test {
 namespace {
 
 constexpr std::size_t x = 0;
@@ -228,4 +229,5 @@ TEST(litmus, load_buffering_is_outside_the_model) {
 }
 
 } // namespace
+} // namespace litmus_test
 } // namespace rowe::model

@@ -15,6 +15,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace notification_test {
 namespace {
 
 using notification = rt::notification<atomics, futex>;
@@ -122,4 +123,5 @@ TEST(notification, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace notification_test
 } // namespace rowe::model

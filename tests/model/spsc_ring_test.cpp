@@ -14,6 +14,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace spsc_ring_test {
 namespace {
 
 using ring = rt::spsc_ring<std::uint32_t, atomics>;
@@ -169,4 +170,5 @@ TEST(spsc_ring, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace spsc_ring_test
 } // namespace rowe::model

@@ -15,6 +15,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace stop_permit_test {
 namespace {
 
 using detail::latch_number;
@@ -254,4 +255,5 @@ TEST(stop_permit, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace stop_permit_test
 } // namespace rowe::model

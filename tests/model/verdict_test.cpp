@@ -17,6 +17,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace verdict_test {
 namespace {
 
 using service::slot_holder;
@@ -190,4 +191,5 @@ TEST(verdict, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace verdict_test
 } // namespace rowe::model

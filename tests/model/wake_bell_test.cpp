@@ -16,6 +16,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace wake_bell_test {
 namespace {
 
 struct ring_of {
@@ -188,4 +189,5 @@ TEST(wake_bell, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace wake_bell_test
 } // namespace rowe::model

@@ -14,6 +14,7 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
+namespace window_test {
 namespace {
 
 // The number of the value, twice.
@@ -178,4 +179,5 @@ TEST(window, needs_every_memory_order_it_asks_for) {
 }
 
 } // namespace
+} // namespace window_test
 } // namespace rowe::model

@@ -2,6 +2,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace client_test {
 namespace {
 
 // A server of the test's own: accepts, and says what it is told to.
@@ -342,4 +343,5 @@ TEST_F(client, keeps_no_descriptor_of_a_hundred_attempts) {
 }
 
 } // namespace
+} // namespace client_test
 } // namespace rowe::net

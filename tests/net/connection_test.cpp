@@ -4,6 +4,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace connection_test {
 namespace {
 
 struct connection : testing::Test {
@@ -323,4 +324,5 @@ TEST(connections, clamp_the_send_buffer_of_whoever_is_near) {
 }
 
 } // namespace
+} // namespace connection_test
 } // namespace rowe::net

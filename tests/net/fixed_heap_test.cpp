@@ -10,6 +10,7 @@
 #include <vector>
 
 namespace rowe::net {
+namespace fixed_heap_test {
 namespace {
 
 struct heap_of {
@@ -146,4 +147,5 @@ TEST(fixed_heap, keeps_what_was_written_through_thousands_of_random_steps) {
 }
 
 } // namespace
+} // namespace fixed_heap_test
 } // namespace rowe::net

@@ -2,6 +2,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace handshake_test {
 namespace {
 
 TEST(handshake, opens_a_connection_by_an_upgrade) {
@@ -346,4 +347,5 @@ TEST(handshake, limits_connections_of_one_address_beyond_loopback) {
 }
 
 } // namespace
+} // namespace handshake_test
 } // namespace rowe::net

@@ -8,6 +8,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace listen_test {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__)
@@ -282,4 +283,5 @@ TEST(listen, twice_in_one_process_keeps_the_endpoints_apart) {
 }
 
 } // namespace
+} // namespace listen_test
 } // namespace rowe::net

@@ -7,6 +7,7 @@
 #include "net/lws_memory.hpp"
 
 namespace rowe::net {
+namespace memory_test {
 namespace {
 
 constexpr std::size_t least_bytes = std::size_t{1} << 16;
@@ -208,4 +209,5 @@ TEST(memory, of_a_size_out_of_its_range_is_refused) {
 }
 
 } // namespace
+} // namespace memory_test
 } // namespace rowe::net

@@ -7,6 +7,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace options_test {
 namespace {
 
 struct prepared : testing::Test {
@@ -76,4 +77,5 @@ TEST_F(prepared, keeps_to_what_the_kernel_can_do) {
 }
 
 } // namespace
+} // namespace options_test
 } // namespace rowe::net

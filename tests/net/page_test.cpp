@@ -4,6 +4,7 @@
 #include "net/http_page.hpp"
 
 namespace rowe::net {
+namespace page_test {
 namespace {
 
 std::span<const std::byte> bytes_of(std::string_view text) {
@@ -167,4 +168,5 @@ TEST(etag, is_matched_in_lists_weakly_and_by_a_star) {
 }
 
 } // namespace
+} // namespace page_test
 } // namespace rowe::net

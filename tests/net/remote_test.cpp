@@ -5,6 +5,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace remote_test {
 namespace {
 
 TEST(client_and_server, of_ours_understand_each_other) {
@@ -127,4 +128,5 @@ TEST(client_options, are_checked_before_anything_is_tried) {
 }
 
 } // namespace
+} // namespace remote_test
 } // namespace rowe::net

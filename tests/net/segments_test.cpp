@@ -5,6 +5,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace segments_test {
 namespace {
 
 struct segments : testing::Test {
@@ -56,4 +57,5 @@ TEST_F(segments, end_in_the_middle_of_pieces) {
 }
 
 } // namespace
+} // namespace segments_test
 } // namespace rowe::net

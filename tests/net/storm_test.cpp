@@ -9,6 +9,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace storm_test {
 namespace {
 
 class storm_sink final : public service::transport_sink {
@@ -159,4 +160,5 @@ TEST_P(storm, leaves_everything_in_order) {
 INSTANTIATE_TEST_SUITE_P(seeds, storm, testing::Range(std::uint64_t{1}, std::uint64_t{9}));
 
 } // namespace
+} // namespace storm_test
 } // namespace rowe::net

@@ -6,6 +6,7 @@
 #include "support.hpp"
 
 namespace rowe::net {
+namespace waiting_test {
 namespace {
 
 rt::time_point clock_now() { return rt::monotonic_clock::now(); }
@@ -201,4 +202,5 @@ TEST(deadline_list, gives_out_in_the_order_of_arming) {
 }
 
 } // namespace
+} // namespace waiting_test
 } // namespace rowe::net

@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 
+namespace page_test {
 namespace {
 
 using rowe::page::answer;
@@ -168,3 +169,4 @@ TEST(page, opens_every_source_with_its_licence) {
 }
 
 } // namespace
+} // namespace page_test

@@ -4,6 +4,7 @@
 
 #include <map>
 
+namespace conversation_test {
 namespace {
 
 using namespace sides;
@@ -147,3 +148,4 @@ INSTANTIATE_TEST_SUITE_P(endpoints, conversation,
                          name_of);
 
 } // namespace
+} // namespace conversation_test

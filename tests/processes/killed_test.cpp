@@ -2,6 +2,7 @@
 // A process that dies without a word in the middle of a call: the call is lost, which is no time-out.
 #include "sides.hpp"
 
+namespace killed_test {
 namespace {
 
 using namespace sides;
@@ -93,3 +94,4 @@ TEST(killed_peer, leaves_others_untouched) {
 }
 
 } // namespace
+} // namespace killed_test

@@ -3,6 +3,7 @@
 // the two is as it was, but for what was under way.
 #include "sides.hpp"
 
+namespace restarted_test {
 namespace {
 
 using namespace sides;
@@ -150,3 +151,4 @@ TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
 }
 
 } // namespace
+} // namespace restarted_test

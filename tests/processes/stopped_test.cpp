@@ -4,6 +4,7 @@
 // meant for it never reaches the process that takes its place.
 #include "sides.hpp"
 
+namespace stopped_test {
 namespace {
 
 using namespace sides;
@@ -111,3 +112,4 @@ TEST(stopped_client, makes_calls_of_its_services_time_out) {
 }
 
 } // namespace
+} // namespace stopped_test

@@ -27,6 +27,7 @@
 #endif
 #endif
 
+namespace arena_test {
 namespace {
 
 using rowe::rt::arena;
@@ -247,3 +248,4 @@ TEST(arena, moves_with_its_memory) {
 }
 
 } // namespace
+} // namespace arena_test

@@ -5,6 +5,7 @@
 
 #include <string_view>
 
+namespace clock_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -54,3 +55,4 @@ TEST(fake_clock, moves_only_when_told_to) {
 }
 
 } // namespace
+} // namespace clock_test

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+namespace histogram_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -269,3 +270,4 @@ TEST(histogram, is_read_by_another_thread_while_one_records) {
 }
 
 } // namespace
+} // namespace histogram_test

@@ -13,6 +13,7 @@
 
 #include "rt/seed.hpp"
 
+namespace home_ring_test {
 namespace {
 
 using home = rowe::rt::home_ring<>;
@@ -143,3 +144,4 @@ TEST(home_ring, loses_and_doubles_no_slot_whatever_is_done) {
 }
 
 } // namespace
+} // namespace home_ring_test

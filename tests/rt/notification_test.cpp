@@ -11,6 +11,7 @@
 
 #include "rt/watchdog.hpp"
 
+namespace notification_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -186,3 +187,4 @@ TEST(notification, takes_notifications_from_several_threads) {
 }
 
 } // namespace
+} // namespace notification_test

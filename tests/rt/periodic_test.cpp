@@ -12,6 +12,7 @@
 #include <csignal>
 #include <thread>
 
+namespace periodic_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -244,3 +245,4 @@ TEST(periodic, waits_for_its_deadline_through_a_rain_of_signals) {
 #endif // ROWE_UNDER_TSAN
 
 } // namespace
+} // namespace periodic_test

@@ -11,6 +11,7 @@
 
 #include "rt/seed.hpp"
 
+namespace slab_test {
 namespace {
 
 using rowe::rt::headroom_bytes;
@@ -190,3 +191,4 @@ TEST(pool, loses_and_doubles_no_slot_whatever_is_done) {
 }
 
 } // namespace
+} // namespace slab_test

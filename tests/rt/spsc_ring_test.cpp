@@ -11,6 +11,7 @@
 
 #include "rt/seed.hpp"
 
+namespace spsc_ring_test {
 namespace {
 
 using rowe::rt::spsc_ring;
@@ -202,3 +203,4 @@ TEST(spsc_ring, agrees_with_a_queue_whatever_is_done) {
 }
 
 } // namespace
+} // namespace spsc_ring_test

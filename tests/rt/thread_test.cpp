@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 
+namespace thread_test {
 namespace {
 
 using rowe::rt::grant;
@@ -255,3 +256,4 @@ TEST(grants, cut_their_sentence_where_the_buffer_ends) {
 }
 
 } // namespace
+} // namespace thread_test

@@ -13,6 +13,7 @@
 #include <random>
 #include <vector>
 
+namespace timer_wheel_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -307,3 +308,4 @@ TEST(timer_wheel, agrees_with_a_sorted_map_over_random_scripts) {
 }
 
 } // namespace
+} // namespace timer_wheel_test

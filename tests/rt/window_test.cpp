@@ -8,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+namespace window_test {
 namespace {
 
 using rowe::rt::freshness;
@@ -162,3 +163,4 @@ TEST(window_core, refuses_to_end_another_write_than_it_began_in_dev_builds) {
 }
 
 } // namespace
+} // namespace window_test

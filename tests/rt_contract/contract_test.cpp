@@ -27,12 +27,30 @@ std::string text(const rt::tripwire::report& report) {
   return std::string{report.text(buffer)};
 }
 
+bool only_faulted(const rt::tripwire::report& seen) {
+  rt::tripwire::report otherwise = seen;
+  otherwise.page_faults = 0;
+  return !seen.clean() && otherwise.clean();
+}
+
+// The kernel moves pages when memory is short elsewhere, locked ones, too (vm.compact_unevictable_allowed):
+// who touches one next has a page fault that no call caused. It does not come again; one that a call causes
+// does.
+outcome perform_with_pages_that_stay(const exercise& one, circumstance under) {
+  outcome result = perform(one, under);
+  for (int again = 0; again < 2 && only_faulted(result.seen); ++again) {
+    std::printf("%s, %s: %s; once more\n", one.function, one.state, text(result.seen).c_str());
+    result = perform(one, under);
+  }
+  return result;
+}
+
 void expect_all_to_keep_the_contract(circumstance under) {
   const tests::watchdog guard{"the real-time contract", std::chrono::seconds{580}};
   std::uint64_t told = 0;
   for (const exercise& one : all_exercises()) {
     SCOPED_TRACE(testing::Message() << one.function << ", " << one.state);
-    const outcome result = perform(one, under);
+    const outcome result = perform_with_pages_that_stay(one, under);
     ASSERT_EQ(result.trouble, "");
     if (under == circumstance::with_a_clock_in_the_kernel && one.reads_clock) {
       EXPECT_EQ(result.seen.system_calls, trapped_calls_made)
@@ -87,7 +105,7 @@ rt::tripwire::report planted(void (*breach)(real_time&), circumstance under = ci
   return result.seen;
 }
 
-TEST(rt_contract, catches_one_malloc_in_a_million_calls) {
+TEST(rt_contract, catches_one_malloc_in_all_calls) {
   const auto seen = planted([](real_time& rt) {
     rt.calls([](std::uint64_t i) {
       if (i == calls_made / 2) use(std::make_unique<int>(1));

@@ -10,6 +10,7 @@
 #include "rt/watchdog.hpp"
 
 namespace rowe::service {
+namespace board_test {
 namespace {
 
 class showing : public ::testing::Test {
@@ -70,4 +71,5 @@ TEST_F(showing, never_shows_an_address_that_is_not_its_generations) {
 }
 
 } // namespace
+} // namespace board_test
 } // namespace rowe::service

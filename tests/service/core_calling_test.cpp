@@ -18,6 +18,7 @@ inline constexpr auto rowe::schema<addends> = rowe::fields<&addends::a, &addends
 template <>
 inline constexpr auto rowe::schema<sum> = rowe::fields<&sum::sum>{};
 
+namespace core_calling_test {
 namespace {
 
 using namespace stage;
@@ -783,3 +784,4 @@ TEST_F(calling_client, ends_calls_when_its_server_is_lost_and_never_sends_them_a
 }
 
 } // namespace
+} // namespace core_calling_test

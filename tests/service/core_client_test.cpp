@@ -6,6 +6,7 @@
 
 #include "stage.hpp"
 
+namespace core_client_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -196,3 +197,4 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
 }
 
 } // namespace
+} // namespace core_client_test

@@ -3,6 +3,7 @@
 #include "core_stage.hpp"
 
 namespace stage {
+namespace core_connection_test {
 namespace {
 
 TEST_F(core_test, answers_a_ping_and_a_close) {
@@ -259,4 +260,5 @@ TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
 }
 
 } // namespace
+} // namespace core_connection_test
 } // namespace stage

@@ -5,6 +5,7 @@
 #include "service/credit.hpp"
 
 namespace stage {
+namespace core_pinging_test {
 namespace {
 
 using rowe::service::credit;
@@ -164,4 +165,5 @@ TEST_F(pinging_hop, neither_pings_nor_bounds) {
 }
 
 } // namespace
+} // namespace core_pinging_test
 } // namespace stage

@@ -3,6 +3,7 @@
 #include "core_stage.hpp"
 
 namespace stage {
+namespace core_publishing_test {
 namespace {
 
 TEST_F(core_test, sends_a_published_struct_to_the_peer_that_subscribed) {
@@ -311,6 +312,7 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
 }
 
 } // namespace
+} // namespace core_publishing_test
 // A queue may begin with what expired long ago, in a slot that another message of the topic has now.
 // A core with slots for a lane's larger share, and a peer that wants all and may have `queue_length` waiting.
 struct ample {

@@ -7,6 +7,7 @@
 
 #include <optional>
 
+namespace core_reading_test {
 namespace {
 
 using namespace stage;
@@ -170,3 +171,4 @@ TEST_F(reading, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
 }
 
 } // namespace
+} // namespace core_reading_test

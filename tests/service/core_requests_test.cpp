@@ -3,6 +3,7 @@
 #include "core_stage.hpp"
 
 namespace stage {
+namespace core_requests_test {
 namespace {
 
 struct throttling : core_test {
@@ -260,4 +261,5 @@ TEST_F(refusals, are_bounded_for_a_peer_that_does_not_read_its_answers) {
 }
 
 } // namespace
+} // namespace core_requests_test
 } // namespace stage

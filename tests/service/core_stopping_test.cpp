@@ -6,6 +6,7 @@
 
 #include <optional>
 
+namespace core_stopping_test {
 namespace {
 
 using namespace stage;
@@ -510,3 +511,4 @@ TEST(stopping_without_a_latch, is_no_service) {
 }
 
 } // namespace
+} // namespace core_stopping_test

@@ -5,6 +5,7 @@
 
 #include "core_stage.hpp"
 
+namespace core_talking_test {
 namespace {
 
 using namespace stage;
@@ -523,3 +524,4 @@ TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
 }
 
 } // namespace
+} // namespace core_talking_test

@@ -8,6 +8,7 @@
 #include "core_stage.hpp"
 
 namespace stage {
+namespace core_waking_test {
 namespace {
 
 rowe::endpoint_options waking() {
@@ -222,4 +223,5 @@ TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something
 }
 
 } // namespace
+} // namespace core_waking_test
 } // namespace stage

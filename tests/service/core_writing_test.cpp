@@ -6,6 +6,7 @@
 
 #include <algorithm>
 
+namespace core_writing_test {
 namespace {
 
 using namespace stage;
@@ -131,3 +132,4 @@ TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
 }
 
 } // namespace
+} // namespace core_writing_test

@@ -5,6 +5,7 @@
 
 #include <deque>
 
+namespace credit_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -230,3 +231,4 @@ TEST_F(credit_test, measures_the_way_anew_where_there_is_always_a_queue_and_noth
 }
 
 } // namespace
+} // namespace credit_test

@@ -13,6 +13,7 @@
 
 #include "rt/watchdog.hpp"
 
+namespace front_door_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -450,3 +451,4 @@ TEST(front_door, keeps_an_outcome_that_was_there_before_it_finished) {
 }
 
 } // namespace
+} // namespace front_door_test

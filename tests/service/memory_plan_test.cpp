@@ -5,6 +5,7 @@
 
 #include "stage.hpp"
 
+namespace memory_plan_test {
 namespace {
 
 TEST(memory_plan, stays_below_what_ordinary_users_may_lock_on_debian) {
@@ -22,3 +23,4 @@ TEST(memory_plan, is_the_sum_of_what_is_carved) {
 }
 
 } // namespace
+} // namespace memory_plan_test

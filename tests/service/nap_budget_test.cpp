@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+namespace nap_budget_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -85,3 +86,4 @@ TEST(nap_budget, begins_without_debt) {
 }
 
 } // namespace
+} // namespace nap_budget_test

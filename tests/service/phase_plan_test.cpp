@@ -12,6 +12,7 @@
 
 #include <rowe/rt/arena.hpp>
 
+namespace phase_plan_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -345,3 +346,4 @@ TEST(phase_plan, bears_stamps_that_are_no_times_of_its_clock) {
 }
 
 } // namespace
+} // namespace phase_plan_test

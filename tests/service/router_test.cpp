@@ -5,6 +5,7 @@
 
 #include <string>
 
+namespace router_test {
 namespace {
 
 using rowe::service::no_index;
@@ -134,3 +135,4 @@ TEST_F(router_test, keeps_only_the_newest_of_a_topic_that_says_so) {
 }
 
 } // namespace
+} // namespace router_test

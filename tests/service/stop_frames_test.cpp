@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+namespace stop_frames_test {
 namespace {
 
 using rowe::service::stop_frames;
@@ -109,3 +110,4 @@ TEST(stop_frames, lose_no_answer_they_took_however_the_socket_takes_the_bytes) {
 }
 
 } // namespace
+} // namespace stop_frames_test

@@ -13,6 +13,7 @@
 
 #include "json/writer.hpp"
 
+namespace stop_rules_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -539,3 +540,4 @@ TEST(latch_number, begins_anew_behind_the_largest_and_is_never_none) {
 }
 
 } // namespace
+} // namespace stop_rules_test

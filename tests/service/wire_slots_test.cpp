@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+namespace wire_slots_test {
 namespace {
 
 using rowe::service::slot_ref;
@@ -101,3 +102,4 @@ TEST_F(wire_slots_test, loses_and_doubles_no_slot_in_random_use) {
 }
 
 } // namespace
+} // namespace wire_slots_test

@@ -12,6 +12,7 @@
 #include "line.hpp"
 
 namespace sim {
+namespace backlog_sim_test {
 namespace {
 
 using rowe::service::credit;
@@ -137,4 +138,5 @@ TEST(backlog_sim, follows_a_reader_that_becomes_slower_or_faster_and_a_way_that_
 }
 
 } // namespace
+} // namespace backlog_sim_test
 } // namespace sim

@@ -8,6 +8,7 @@
 #include "delays.hpp"
 #include "service/stage.hpp"
 
+namespace delays_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -19,10 +20,12 @@ struct beat {
 };
 
 } // namespace
+} // namespace delays_test
 
 template <>
-inline constexpr auto rowe::schema<beat> = rowe::fields<&beat::n>{};
+inline constexpr auto rowe::schema<delays_test::beat> = rowe::fields<&delays_test::beat::n>{};
 
+namespace delays_test {
 namespace {
 
 std::int64_t number_in(std::string_view text) {
@@ -121,3 +124,4 @@ TEST(delays, let_all_messages_of_an_hour_through_in_order) {
 }
 
 } // namespace
+} // namespace delays_test

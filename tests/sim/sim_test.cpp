@@ -5,6 +5,7 @@
 
 #include "world.hpp"
 
+namespace sim_test {
 namespace {
 
 using rowe::service::counter;
@@ -76,3 +77,4 @@ TEST(sim, does_the_same_twice_from_one_seed) {
 }
 
 } // namespace
+} // namespace sim_test

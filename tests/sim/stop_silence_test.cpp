@@ -9,6 +9,7 @@
 #include "delays.hpp"
 #include "guarded.hpp"
 
+namespace stop_silence_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -144,3 +145,4 @@ TEST(stop_silence, stops_within_the_lease_however_the_guard_goes_and_whatever_st
 }
 
 } // namespace
+} // namespace stop_silence_test

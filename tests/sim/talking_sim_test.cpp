@@ -5,6 +5,7 @@
 
 #include "talking_world.hpp"
 
+namespace talking_sim_test {
 namespace {
 
 using sim::talking_world;
@@ -63,3 +64,4 @@ TEST(talking_sim, does_the_same_twice_from_one_seed) {
 }
 
 } // namespace
+} // namespace talking_sim_test

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 namespace rowe::tools::bench {
+namespace bench_pump_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -214,4 +215,5 @@ TEST_F(bench_pump, takes_no_late_message_of_an_earlier_run_for_its_own) {
 }
 
 } // namespace
+} // namespace bench_pump_test
 } // namespace rowe::tools::bench

@@ -15,6 +15,7 @@
 #include "json_values.hpp"
 
 namespace rowe::tools::bench {
+namespace bench_report_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -287,4 +288,5 @@ TEST_F(bench_machine, that_shows_nothing_has_a_line_all_the_same) {
 }
 
 } // namespace
+} // namespace bench_report_test
 } // namespace rowe::tools::bench

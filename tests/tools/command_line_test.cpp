@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 namespace rowe::tools {
+namespace command_line_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -236,4 +237,5 @@ TEST(command_line, does_not_pass_control_characters_on_to_the_terminal) {
 }
 
 } // namespace
+} // namespace command_line_test
 } // namespace rowe::tools

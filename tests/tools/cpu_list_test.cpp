@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace rowe::tools::fitness {
+namespace cpu_list_test {
 namespace {
 
 TEST(cpu_list, reads_lists_as_the_kernel_writes_them) {
@@ -38,4 +39,5 @@ TEST(cpu_list, compares_sets) {
 }
 
 } // namespace
+} // namespace cpu_list_test
 } // namespace rowe::tools::fitness

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace rowe::tools {
+namespace json_check_test {
 namespace {
 
 std::string nested(std::size_t depth) {
@@ -89,4 +90,5 @@ TEST(json_check, says_of_a_text_cut_short_that_it_ends_too_early) {
 }
 
 } // namespace
+} // namespace json_check_test
 } // namespace rowe::tools

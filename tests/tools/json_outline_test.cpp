@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace rowe::tools {
+namespace json_outline_test {
 namespace {
 
 TEST(json_outline, indents_objects_and_keeps_lists_of_scalars_on_a_line) {
@@ -45,4 +46,5 @@ TEST(json_outline, lets_no_control_character_through_to_a_terminal) {
 }
 
 } // namespace
+} // namespace json_outline_test
 } // namespace rowe::tools

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace rowe::tools {
+namespace json_values_test {
 namespace {
 
 constexpr std::string_view pose =
@@ -53,4 +54,5 @@ TEST(json_values, take_and_lose_members) {
 }
 
 } // namespace
+} // namespace json_values_test
 } // namespace rowe::tools

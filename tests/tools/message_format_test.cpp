@@ -6,6 +6,7 @@
 #include "message_source.hpp"
 
 namespace rowe::tools {
+namespace message_format_test {
 namespace {
 
 using kind = message_format::kind;
@@ -79,4 +80,5 @@ TEST(message_source, stamps_the_header) {
 }
 
 } // namespace
+} // namespace message_format_test
 } // namespace rowe::tools

@@ -7,6 +7,7 @@
 #include <numbers>
 
 namespace rowe::tools {
+namespace robot_test {
 namespace {
 
 constexpr int steps_a_second = 1000;
@@ -151,4 +152,5 @@ TEST(robot, is_the_same_each_time) {
 }
 
 } // namespace
+} // namespace robot_test
 } // namespace rowe::tools

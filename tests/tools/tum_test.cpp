@@ -8,6 +8,7 @@
 #include <limits>
 
 namespace rowe::tools {
+namespace tum_test {
 namespace {
 
 tum_pose only_pose(const std::string& text) {
@@ -108,4 +109,5 @@ TEST(tum, refuses_a_file_that_cannot_be_read) {
 }
 
 } // namespace
+} // namespace tum_test
 } // namespace rowe::tools

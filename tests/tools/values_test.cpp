@@ -6,6 +6,7 @@
 #include <string>
 
 namespace rowe::tools {
+namespace values_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -58,4 +59,5 @@ TEST(values, count_slips_of_the_keyboard) {
 }
 
 } // namespace
+} // namespace values_test
 } // namespace rowe::tools

@@ -13,6 +13,7 @@
 #include "json/reader.hpp"
 
 namespace rowe::wire::bare {
+namespace bare_test {
 namespace {
 
 constexpr name_limits limits{.service_bytes_max = 16, .id_bytes_max = 24};
@@ -376,4 +377,5 @@ TEST(bare_write, writes_all_or_says_that_it_does_not_fit) {
 }
 
 } // namespace
+} // namespace bare_test
 } // namespace rowe::wire::bare

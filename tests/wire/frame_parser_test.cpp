@@ -12,6 +12,7 @@
 #include "wire/frames.hpp"
 
 namespace rowe::wire::test {
+namespace frame_parser_test {
 namespace {
 
 using namespace std::string_view_literals;
@@ -467,4 +468,5 @@ TEST(frame_parser, is_mid_message_from_the_first_byte_to_the_last) {
 }
 
 } // namespace
+} // namespace frame_parser_test
 } // namespace rowe::wire::test

@@ -12,6 +12,7 @@
 #include "wire/frames.hpp"
 
 namespace rowe::wire::test {
+namespace frame_reads_test {
 namespace {
 
 std::string long_dialogue(role ours) {
@@ -93,4 +94,5 @@ TEST(frame_parser, gives_the_same_events_for_random_streams_in_random_reads) {
 }
 
 } // namespace
+} // namespace frame_reads_test
 } // namespace rowe::wire::test

@@ -11,6 +11,7 @@
 #include "wire/frames.hpp"
 
 namespace rowe::wire::test {
+namespace frame_writer_test {
 namespace {
 
 constexpr mask_key a_key{std::byte{0x12}, std::byte{0x34}, std::byte{0x56},
@@ -159,4 +160,5 @@ TEST(close_payload, is_taken_back_by_the_parser) {
 }
 
 } // namespace
+} // namespace frame_writer_test
 } // namespace rowe::wire::test

@@ -11,6 +11,7 @@
 #include "wire/requests.hpp"
 
 namespace rowe::wire::test {
+namespace http_answer_test {
 namespace {
 
 TEST(write_refusal, writes_a_complete_answer) {
@@ -110,4 +111,5 @@ TEST(write_clean_request, writes_nothing_for_what_was_refused_or_where_it_does_n
 }
 
 } // namespace
+} // namespace http_answer_test
 } // namespace rowe::wire::test

@@ -11,6 +11,7 @@
 #include "wire/requests.hpp"
 
 namespace rowe::wire::test {
+namespace http_lenient_test {
 namespace {
 
 constexpr handshake_policy lenient{.port = 8080, .subprotocols = known_subprotocols, .lenient = true};
@@ -69,4 +70,5 @@ TEST(lenient_handshake, takes_the_handshakes_of_hop) {
 }
 
 } // namespace
+} // namespace http_lenient_test
 } // namespace rowe::wire::test

@@ -10,6 +10,7 @@
 #include "wire/requests.hpp"
 
 namespace rowe::wire::test {
+namespace http_origin_test {
 namespace {
 
 TEST(judge_request, takes_our_own_names_with_our_port_or_none) {
@@ -122,4 +123,5 @@ TEST(judge_request, takes_origins_by_option) {
 }
 
 } // namespace
+} // namespace http_origin_test
 } // namespace rowe::wire::test

@@ -9,6 +9,7 @@
 #include "wire/requests.hpp"
 
 namespace rowe::wire::test {
+namespace http_request_test {
 namespace {
 
 using namespace std::string_view_literals;
@@ -262,4 +263,5 @@ TEST(judge_request, refuses_subprotocols_none_of_which_it_speaks) {
 }
 
 } // namespace
+} // namespace http_request_test
 } // namespace rowe::wire::test

@@ -10,6 +10,7 @@
 #include "wire/rosbridge.hpp"
 
 namespace rowe::wire::rosbridge {
+namespace rosbridge_decode_test {
 namespace {
 
 // The texts of roslib 2.1.0
@@ -387,4 +388,5 @@ TEST(rosbridge_decode, never_cuts_a_sentence_within_the_room_it_asks_for) {
 }
 
 } // namespace
+} // namespace rosbridge_decode_test
 } // namespace rowe::wire::rosbridge

@@ -10,6 +10,7 @@
 #include "json/reader.hpp"
 
 namespace rowe::wire::rosbridge {
+namespace rosbridge_encode_test {
 namespace {
 
 class rosbridge_encode : public testing::Test {
@@ -122,4 +123,5 @@ TEST_F(rosbridge_encode, writes_what_it_can_read) {
 }
 
 } // namespace
+} // namespace rosbridge_encode_test
 } // namespace rowe::wire::rosbridge

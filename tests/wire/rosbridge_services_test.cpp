@@ -12,6 +12,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::wire::rosbridge {
+namespace rosbridge_services_test {
 namespace {
 
 // Reading
@@ -278,4 +279,5 @@ TEST_F(rosbridge_services_written, needs_no_more_for_advertisements_than_request
 }
 
 } // namespace
+} // namespace rosbridge_services_test
 } // namespace rowe::wire::rosbridge

@@ -9,6 +9,7 @@
 #include <string_view>
 
 namespace rowe::wire {
+namespace utf8_test {
 namespace {
 
 std::span<const std::byte> bytes_of(std::string_view text) {
@@ -163,4 +164,5 @@ TEST(utf8, decides_alike_however_the_text_is_cut) {
 }
 
 } // namespace
+} // namespace utf8_test
 } // namespace rowe::wire
