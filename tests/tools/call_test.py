@@ -209,7 +209,9 @@ class the_robot(calling):
                 count = 1
                 while abs(float(echo.lines(count)[count - 1])) > 1e-3:
                     count += 100  # some of the thousand a second
-                self.assertEqual(echo.end(signal.SIGINT), 0)
+                # 6, and it says so: on a busy machine it lost some.
+                code = echo.end(signal.SIGINT)
+                self.assertTrue(code == 0 or (code == 6 and echo.stderr), (code, echo.stderr))
 
 
 class arguments(calling):

@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs the tests of a preset with ctest and takes in what became of them, from its JUnit file."""
+import collections
+import os
+import pathlib
+import re
+import subprocess
+import xml.etree.ElementTree as tree
+
+import terminal
+
+output_lines_max = 100
+shown_max = 10
+
+# What a test of ctest was: `count` and `failed` are of single tests, since a script can have many. `skipped`
+# has a (name, reason) for each that did not run.
+test = collections.namedtuple("test", "name seconds passed count failed skipped said")
+
+
+def run(preset, jobs, options=(), environment=None):
+    """Returns the tests that ran, or did not; prints those that failed."""
+    folder = pathlib.Path("build") / preset
+    results = folder / "tests.xml"
+    results.unlink(missing_ok=True)
+    command = ["ctest", "--preset", preset, "-j", str(jobs), "--timeout", "600", "--output-junit",
+               str(results.resolve()), "--test-output-size-passed", "1000000",
+               "--test-output-size-failed", "1000000", *options]
+    failed = 0
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, encoding="utf-8",
+                          errors="replace", env={**os.environ, **(environment or {})}) as ran:
+        said = []
+        for one in ran.stdout:
+            said.append(one)
+            done = re.match(r"\s*(\d+/\d+) Test\s+#\d+: (\S+) [. ]*(.*)", one)
+            if done:
+                failed += "Failed" in done[3] or "Exception" in done[3] or "Timeout" in done[3]
+                count = f", {failed} failed" if failed else ""
+                terminal.progress(f"[{done[1]}{count}] {done[2]}")
+    terminal.clear()
+    tests = taken_in(results.read_text(encoding="utf-8", errors="replace")) if results.exists() else []
+    if not tests or (ran.returncode != 0 and all(one.passed for one in tests)):
+        tests.append(test("ctest", 0.0, False, 1, 1, [], "".join(said[-output_lines_max:])))
+    show([one for one in tests if not one.passed], folder / "Testing/Temporary/LastTest.log")
+    return tests
+
+
+def show(tests, log):
+    for one in tests[:shown_max]:
+        lines = one.said.rstrip().splitlines()
+        if len(lines) > output_lines_max:
+            lines = [f"... ({len(lines) - output_lines_max} lines more above)", *lines[-output_lines_max:]]
+        terminal.line(f"FAILED: {one.name} ({one.seconds:.1f} s)")
+        terminal.line("\n".join("  " + each for each in lines))
+    for one in tests[shown_max:]:
+        terminal.line(f"FAILED: {one.name}")
+    if tests:
+        terminal.line(f"what all tests printed: {log}")
+
+
+def taken_in(junit):
+    """The tests of a JUnit file that ctest wrote."""
+    return [taken(case) for case in tree.fromstring(junit).iter("testcase")]
+
+
+def taken(case):
+    name, said = case.get("name"), case.findtext("system-out", "")
+    skip = case.find("skipped")
+    message = skip.get("message", "") if skip is not None else ""
+    # A program that is missing is "notrun", too, and no reason to be content.
+    if case.get("status") == "disabled" or message.startswith("SKIP_") or message == "Skipped":
+        reason = re.search(r": Skipped\n(.*)|^skipped: (.*)$", said, re.MULTILINE)
+        why = (reason[1] or reason[2]) if reason else said.strip().split("\n")[-1] or message
+        return test(name, 0.0, True, 1, 0, [(name, why)], said)
+    passed = case.find("failure") is None and case.get("status") == "run"
+    count, failed, skipped = parts_of(said)
+    return test(name, float(case.get("time", 0)), passed, max(count, 1), 0 if passed else max(failed, 1),
+                [(f"{name} {inner}", why) for inner, why in skipped], said if passed or said else message)
+
+
+def parts_of(said):
+    """How many tests a script had, how many of them failed, and which it skipped, by its own words: Python's
+    unittest, or the TAP of node --test."""
+    ran = re.findall(r"^Ran (\d+) tests? in ", said, re.MULTILINE)
+    if ran:
+        skipped = re.findall(r"^(\S+) \([^)]*\).* skipped ['\"](.*)['\"]$", said, re.MULTILINE)
+        failed = re.findall(r"^FAILED \((.*)\)$", said, re.MULTILINE)
+        bad = sum(int(number) for one in failed for number in re.findall(r"(?:failures|errors)=(\d+)", one))
+        return sum(map(int, ran)), bad, skipped
+    count, failed, skipped, plan = 0, 0, [], None
+    for indent, planned, bad, name, directive, why in re.findall(
+            r"^( *)(?:(\d+\.\.\d+)|(not )?ok \d+ - (.*?)(?: # ([A-Z]+) ?(.*))?)$", said, re.MULTILINE):
+        if planned:
+            plan = len(indent)  # the next point of the level above is that of these together
+        elif plan == len(indent) + 4:
+            plan = None
+        else:
+            count += 1
+            failed += bool(bad)
+            if directive == "SKIP":
+                skipped.append((name, why))
+    return count, failed, skipped
