@@ -8,7 +8,7 @@ import subprocess
 
 import terminal
 
-error_lines_max = 30
+first_error = pathlib.Path(__file__).resolve().parents[2] / "tools" / "first-error"
 
 
 class failed(Exception):
@@ -63,9 +63,9 @@ def build(preset, jobs, targets=()):
                 terminal.progress(f"[{step[1]}] {short(step[2])}")
     terminal.clear()
     if ran.returncode != 0:
-        text = kept.read_text(encoding="utf-8")
-        raise failed(f"preset {preset} does not build; the first error (all of them: {kept}):\n\n"
-                     f"{first_error(text)}")
+        shown = subprocess.run([first_error, kept], stdout=subprocess.PIPE, encoding="utf-8",
+                               errors="replace", check=True).stdout
+        raise failed(f"preset {preset} does not build; the first error (all of them: {kept}):\n\n{shown}")
     return timed(entries(log) - before, compiled_from(folder))
 
 
@@ -115,26 +115,3 @@ def named(sources):
 def short(step):
     """What a step is about, without where CMake keeps it."""
     return re.sub(r"CMakeFiles/[\w.-]+\.dir/|^Building \w+ object |^Linking \w+ ", "", step)
-
-
-def first_error(text):
-    """Of the output of ninja: the first step that failed, from its first error on, without the command."""
-    parts = text.split("\nFAILED: ", 1)
-    if len(parts) < 2:
-        return "\n".join(text.splitlines()[-error_lines_max:])
-    head, *lines = parts[1].splitlines()
-    said = []
-    for one in lines[1:]:  # the first is the command
-        if re.match(r"\[\d+/\d+\] |ninja: |FAILED: ", one):
-            break
-        said.append(one)
-    first = next((i for i, one in enumerate(said)
-                  if re.search(r"\b(?:fatal )?error\b|undefined reference|multiple definition", one)), 0)
-    # The places from which a faulty line is reached stand above it.
-    above = r"In file included|\s+from|\S+: In |.*required from|In function"
-    while first > 0 and re.match(above, said[first - 1]):
-        first -= 1
-    shown = said[first:first + error_lines_max]
-    rest = len(said) - first - len(shown)
-    more = [f"... and {rest} lines more"] if rest > 0 else []
-    return "\n".join([short(head.strip()), *shown, *more])
