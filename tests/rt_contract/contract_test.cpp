@@ -15,7 +15,9 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <mutex>
 #include <string>
 
@@ -27,30 +29,24 @@ std::string text(const rt::tripwire::report& report) {
   return std::string{report.text(buffer)};
 }
 
-bool only_faulted(const rt::tripwire::report& seen) {
-  rt::tripwire::report otherwise = seen;
-  otherwise.page_faults = 0;
-  return !seen.clean() && otherwise.clean();
-}
-
-// The kernel moves pages when memory is short elsewhere, locked ones, too (vm.compact_unevictable_allowed):
-// who touches one next has a page fault that no call caused. It does not come again; one that a call causes
-// does.
-outcome perform_with_pages_that_stay(const exercise& one, circumstance under) {
-  outcome result = perform(one, under);
-  for (int again = 0; again < 2 && only_faulted(result.seen); ++again) {
-    std::printf("%s, %s: %s; once more\n", one.function, one.state, text(result.seen).c_str());
-    result = perform(one, under);
+// The kernel takes pages back that were not used for a while, also of the program's own text, unless they are
+// locked: whoever touches one next has a page fault that no call caused. A real-time program locks them.
+class locked_memory {
+ public:
+  locked_memory() {
+    if (::mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return;
+    std::printf("memory is not locked (%s): a page fault may be the kernel's\n", std::strerror(errno));
   }
-  return result;
-}
+  ~locked_memory() { (void)::munlockall(); } // fails where nothing was locked
+};
 
 void expect_all_to_keep_the_contract(circumstance under) {
   const tests::watchdog guard{"the real-time contract", std::chrono::seconds{580}};
+  const locked_memory stays;
   std::uint64_t told = 0;
   for (const exercise& one : all_exercises()) {
     SCOPED_TRACE(testing::Message() << one.function << ", " << one.state);
-    const outcome result = perform_with_pages_that_stay(one, under);
+    const outcome result = perform(one, under);
     ASSERT_EQ(result.trouble, "");
     if (under == circumstance::with_a_clock_in_the_kernel && one.reads_clock) {
       EXPECT_EQ(result.seen.system_calls, trapped_calls_made)
