@@ -11,13 +11,16 @@ namespace rowe {
 // The defaults stay below 8 MiB together, Debian's limit on locked memory for ordinary users.
 struct limits {
   // Peers.
-  std::uint32_t connections_max = 64;            // established connections; one more is answered 503
+  std::uint32_t connections_max = 48;            // established connections; one more is answered 503
   std::uint32_t connections_per_address_max = 8; // from one address that is not loopback
   std::uint32_t handshakes_max = 32;             // sockets not yet upgraded; one more is answered 503
   std::size_t handshake_bytes = 96 * 1024;       // all the memory for answering them, and for pages
   std::uint32_t message_bytes_max = 60 * 1024; // one inbound message; a larger one ends its connection (1009)
   std::uint32_t fragments_max = 1024;          // of one inbound message
   std::uint32_t depth_max = 64;                // nesting of one inbound message
+  std::uint32_t messages_per_second_max = 50'000; // of one peer; what is beyond it is dropped, and a peer
+                                                  // that goes on for 5 s is cut (1008). 0: no limit
+  std::uint32_t refusals_per_second_max = 20; // of one peer that are answered, likewise; 0: no limit
 
   // Topics.
   std::uint32_t topics_max = 128;
@@ -29,9 +32,10 @@ struct limits {
   // Messages on their way out.
   std::uint32_t small_slots = 512; // encoded messages of up to small_slot_bytes that may exist at once
   std::uint32_t small_slot_bytes = 2 * 1024;
-  std::uint32_t large_slots = 12;       // encoded messages of up to message_bytes_max
-  std::uint32_t queue_depth_max = 256;  // messages queued for one peer on one topic; the oldest is dropped
-  std::uint32_t queued_max = 16 * 1024; // entries of all those queues together
+  std::uint32_t large_slots = 12;         // encoded messages of up to message_bytes_max
+  std::uint32_t queue_depth_max = 256;    // messages queued for one peer on one topic; the oldest is dropped
+  std::uint32_t queued_max = 16 * 1024;   // entries of all those queues together
+  std::size_t latched_bytes = 256 * 1024; // the last values of latched topics; peers may have half of it
 
   // Services and calls.
   std::uint32_t services_max = 64;             // of this process and of all peers

@@ -68,9 +68,10 @@ struct endpoint_options {
   peer_profile profile = peer_profile::standard;
   duration inbound_ttl = rt::for_ever; // what arrived and was not taken within this time is dropped; a call
                                        // of a peer ends when it was not answered within it
-  bool bare_unasked = false;           // plain messages go to peers that never spoke the bare dialect, too
-  bool answers_any = false; // calls that no handle serves wait for receive() from the start, not only once
-                            // it was called
+  duration call_timeout = std::chrono::seconds{30}; // of a peer's call that names none; 1 ms or more
+  bool bare_unasked = false; // plain messages go to peers that never spoke the bare dialect, too
+  bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
+                             // it was called
 
   // endpoint::listen only.
   std::string address = "127.0.0.1";           // numeric; beyond loopback only with `insecure`

@@ -69,12 +69,13 @@ enum class errc : std::uint8_t {
 // clang-format off
 #define ROWE_ARGUMENTS(X)                                                                                    \
   X(idle_policy) X(poll_period) X(service_priority) X(service_cpu) X(ping_period) X(silence_max)             \
-  X(message_time_max) X(stats_period) X(retry_min) X(retry_max) X(inbound_ttl) X(profile) X(ttl) X(period)   \
+  X(message_time_max) X(stats_period) X(retry_min) X(retry_max) X(inbound_ttl) X(call_timeout) X(profile) X(ttl) X(period)   \
   X(depth) X(inbox_depth) X(calls) X(name) X(type) X(port) X(connections_max)                                \
   X(connections_per_address_max) X(handshakes_max) X(handshake_bytes)                                        \
-  X(message_bytes_max) X(fragments_max) X(depth_max) X(topics_max) X(topic_bytes_max)                        \
+  X(message_bytes_max) X(fragments_max) X(depth_max) X(messages_per_second_max)                              \
+  X(refusals_per_second_max) X(topics_max) X(topic_bytes_max)                                                \
   X(subscriptions_max) X(subscriptions_per_connection_max) X(advertisements_per_connection_max)              \
-  X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(services_max)         \
+  X(small_slots) X(small_slot_bytes) X(large_slots) X(queue_depth_max) X(queued_max) X(latched_bytes) X(services_max) \
   X(calls_max) X(calls_per_connection_max) X(door_slots) X(door_slot_bytes) X(lanes_max) X(lane_bytes)       \
   X(events_max) X(lease) X(tick) X(service_timeout) X(observe_timeout) X(loop_timeout)
 // clang-format on

@@ -68,6 +68,7 @@ status check_options(const endpoint_options& o) noexcept {
            in_range(argument::retry_min, o.retry_min, 1ms, long_time),
            in_range(argument::retry_max, o.retry_max, o.retry_min, long_time),
            in_range(argument::inbound_ttl, o.inbound_ttl, 1ms, rt::for_ever),
+           in_range(argument::call_timeout, o.call_timeout, 1ms, rt::for_ever),
            in_range(argument::lease, o.stop.lease, 20ms, 60s),
            in_range(argument::tick, o.stop.tick, 1ms, o.stop.lease / 2),
            in_range(argument::service_timeout, o.stop.service_timeout, 2ms, 10s),

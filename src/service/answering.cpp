@@ -238,8 +238,9 @@ void core::close_call(std::uint32_t index) noexcept {
 // A connection is gone: what it asked needs no answer, and what it was to answer has none.
 void core::end_calls_of(connection& c) noexcept {
   for (std::uint32_t i = 0; i < services_.places(); ++i) {
-    if (services_.in_use(i) && services_.at(i).lane == no_index && services_.at(i).peer == c.id)
-      services_.remove(i);
+    if (!services_.in_use(i) || services_.at(i).lane != no_index || services_.at(i).peer != c.id) continue;
+    services_.remove(i);
+    --c.services;
   }
   for (std::uint32_t i = 0; i < calls_.places(); ++i) {
     const call& one = calls_.at(i);

@@ -11,6 +11,7 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "service/shares.hpp"
 #include "json/decoder.hpp"
 #include "json/encoder.hpp"
 
@@ -26,8 +27,8 @@ namespace rosbridge = wire::rosbridge;
 // ---- asked by peers
 
 rt::time_point core::time_limit(std::int64_t time_ns) const noexcept {
-  return std::min(rt::deadline_after(now_, rt::duration{time_ns}), // negative: never
-                  rt::deadline_after(now_, options_.inbound_ttl));
+  const rt::duration asked = time_ns < 0 ? options_.call_timeout : rt::duration{time_ns};
+  return std::min(rt::deadline_after(now_, asked), rt::deadline_after(now_, options_.inbound_ttl));
 }
 
 void core::take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
@@ -35,9 +36,10 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   add(counter::calls_in);
   if (const auto of_stop = stop_service_named(service); stop_.in_use() && of_stop != stop_service::none)
     return take_stop_call(c, in, id_raw, of_stop, what.text);
+  if (drops_excess()) return;
   const auto refuse = [&](std::string_view code, std::string_view why) {
     add(counter::calls_refused);
-    report(event::kind::refused_request, c.peer(), why);
+    if (!admits_refusal(c, event::kind::refused_request, why, {})) return;
     if (in == dialect::bare) return answer_bare_error(c, id_raw, code, why);
     (void)answer(c, [&](json::writer& into) { // what is lost is counted there
       rosbridge::write_service_response_head(into, service, id_raw, false);
@@ -45,9 +47,9 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
       rosbridge::write_service_response_tail(into);
     });
   };
-  // A quarter of the table is this process's own.
   if (c.calls_asked >= bounds_.calls_per_connection_max ||
-      peer_calls_ >= bounds_.calls_max - bounds_.calls_max / 4) {
+      !may_take(c.calls_asked,
+                left_of(share_of_peers(bounds_.calls_max, bounds_.calls_max / 4), peer_calls_))) {
     std::array<char, 160> why;
     const int bytes =
         std::snprintf(why.data(), why.size(),
@@ -184,13 +186,15 @@ void core::ask_peer(std::uint32_t index, connection* c, dialect in, std::string_
     write_args(into, what);
     rosbridge::write_call_service_tail(into);
   };
-  const std::uint32_t slot = compose(rt::never, write);
+  const bool stops = stop_service_named(service) == stop_service::stop;
+  const std::uint32_t slot = compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
   if (slot == no_index) return finish_badly(index, {errc::full});
   asked.provider = c != nullptr ? party::of(c->id, in) : party{.who = party::kind::nobody, .speaks = in};
   asked.request = slots_.ref(slot);
   add(counter::calls_out);
   begin_letter(slot, {.everyone = c == nullptr, .request_of = calls_.ref(index)});
-  if (c != nullptr && !queue_letter(*c, slot)) return finish_badly(index, {errc::full});
+  const bool may = c == nullptr || stops || has_share(*c, slots_.class_of(slot));
+  if (c != nullptr && (!may || !queue_letter(*c, slot))) return finish_badly(index, {errc::full});
   send_letter(slot);
 }
 

@@ -9,7 +9,35 @@ bool core::check() const noexcept {
   std::uint32_t there = 0;
   for (const connection& c : connections_) there += c.state != connection::phase::free;
   return there == peers_ && slots_.check() && router_.check() && letters_.check() && calls_.check() &&
-         wheel_.check() == nullptr && check_calls() && check_deliveries();
+         wheel_.check() == nullptr && check_calls() && check_deliveries() && check_shares();
+}
+
+// What peers are charged for is what they hold.
+bool core::check_shares() const noexcept {
+  std::uint32_t blocks = 0;
+  for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
+    const latched_value& last = router_.at(i).last;
+    blocks += last.blocks;
+    if (router_.at(i).holders == 0 && !last.empty()) return false;
+  }
+  if (blocks != latches_.in_use()) return false;
+  std::uint32_t services = 0;
+  for (const connection& c : connections_) {
+    if (c.state == connection::phase::free) {
+      if (latches_.held_by_peer(static_cast<std::uint32_t>(&c - connections_.data())) != 0) return false;
+      continue;
+    }
+    std::uint32_t provided = 0;
+    for (std::uint32_t i = 0; i < services_.places(); ++i)
+      provided += services_.in_use(i) && services_.at(i).lane == no_index && services_.at(i).peer == c.id;
+    std::uint32_t subscribed = 0;
+    for (std::uint32_t s = c.first_subscription; s != no_index;
+         s = router_.subscription_at(s).next_on_connection)
+      ++subscribed;
+    if (provided != c.services || subscribed != c.subscriptions) return false;
+    services += provided;
+  }
+  return services == services_.of_peers();
 }
 
 // Each call in flight has somebody who asked and somebody who may still answer, and the counts of those that

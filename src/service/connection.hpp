@@ -15,6 +15,7 @@
 #include "service/calls.hpp"
 #include "service/credit.hpp"
 #include "service/queues.hpp"
+#include "service/rate_limit.hpp"
 #include "service/stop_frames.hpp"
 #include "service/transport.hpp"
 #include "wire/rosbridge.hpp"
@@ -66,6 +67,11 @@ struct ready_list {
   std::uint32_t tail = no_index;
 };
 
+struct advertisement {
+  std::uint32_t topic = no_index;
+  bool latched = false; // what this peer publishes there is kept for those who come late
+};
+
 struct connection {
   enum class phase : std::uint8_t { free, open, closing };
 
@@ -94,7 +100,7 @@ struct connection {
 
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
-  std::span<std::uint32_t> advertised; // topics, `advertisements` of them in use
+  std::span<advertisement> advertised; // `advertisements` of them in use
   std::uint32_t advertisements = 0;
 
   bool local = false;             // on this machine: it may reset a stop, and guard
@@ -103,6 +109,11 @@ struct connection {
   bool bare = false;                  // plain messages may be sent to it
   dialect spoke_last = dialect::bare; // what a text that is no JSON is answered in
   std::uint32_t calls_asked = 0;      // by it, and not answered yet
+  std::uint32_t services = 0;         // that it provides
+  rate_limit messages;                // of what it says
+  rate_limit refusals;                // of what it is refused,
+  rate_limit reports;                 // and of the events about that
+  std::uint32_t unreported = 0;       // refusals since the last event
   std::uint64_t held_in = 0;          // the sender's turn in which a message to it found no room
   std::uint64_t messages_in = 0;
   std::uint64_t messages_out = 0;

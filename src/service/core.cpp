@@ -35,8 +35,7 @@ std::size_t scratch_bytes(const limits& bounds) noexcept {
 }
 
 std::size_t node_count(const limits& bounds) noexcept {
-  return bounds.small_slots + bounds.large_slots + bounds.subscriptions_max + bounds.connections_max +
-         bounds.calls_max + 2;
+  return wire_slots::count(bounds) + bounds.subscriptions_max + bounds.connections_max + bounds.calls_max + 2;
 }
 
 constexpr std::size_t mask_bytes =
@@ -69,21 +68,20 @@ std::uint64_t draw(entropy& from) noexcept {
 std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
-         router::footprint_bytes(bounds) +                                   //
+         router::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
          arena::bytes_for<connection>(bounds.connections_max) +              // peers,
          bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
-         arena::bytes_for<std::uint32_t>(std::size_t{bounds.connections_max} *
+         arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
          arena::bytes_for<std::uint32_t>(bounds.connections_max) + // who has to write,
          bounds.connections_max * arena::bytes_for(aside_bytes) +  // what was read,
          arena::bytes_for<std::uint32_t>(bounds.connections_max) + // and in which order
          arena::bytes_for<lane_view>(bounds.lanes_max) +           //
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +    //
-         arena::bytes_for<std::uint32_t>(bounds.small_slots + bounds.large_slots) +
-         arena::bytes_for(joined_bytes(bounds)) + arena::bytes_for<batch_piece>(batch_pieces_max) +
-         arena::bytes_for(mask_bytes) +            //
-         arena::bytes_for(scratch_bytes(bounds)) + //
-         phase_plan::footprint_bytes(bounds) +     //
+         arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) + arena::bytes_for(joined_bytes(bounds)) +
+         arena::bytes_for<batch_piece>(batch_pieces_max) + arena::bytes_for(mask_bytes) + //
+         arena::bytes_for(scratch_bytes(bounds)) +                                        //
+         phase_plan::footprint_bytes(bounds) +                                            //
          letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
          call_table::footprint_bytes(bounds) + //
          arena::bytes_for<std::uint32_t>(bounds.door_slots) +
@@ -105,6 +103,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       slots_{memory, bounds_},
       entries_{memory, bounds_},
       router_{memory, bounds_},
+      latches_{memory, bounds_},
       connections_{memory.carve<connection>(bounds_.connections_max)},
       listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
@@ -129,7 +128,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       opened_at_{start} {
   options.name.copy(name_.data(), name_bytes_);
   const auto advertised =
-      memory.carve<std::uint32_t>(connections_.size() * bounds_.advertisements_per_connection_max);
+      memory.carve<advertisement>(connections_.size() * bounds_.advertisements_per_connection_max);
   for (std::size_t i = 0; i < connections_.size(); ++i) {
     connections_[i].aside = memory.carve_bytes(aside_bytes);
     connections_[i].assembly = memory.carve_bytes(assembly_bytes(bounds_));
@@ -138,8 +137,10 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
   }
   calls_.begin(draw(random_));
   statistics_topic_ = router_.find_or_add("/rowe/stats");
-  router_.hold(statistics_topic_);
+  router_.hold_as_own(statistics_topic_);
   router_.at(statistics_topic_).keep = keep::newest;
+  stop_topic_ = router_.find_or_add(stop_state_topic);
+  router_.hold_as_own(stop_topic_);
   if (ours_ == side::client) arm(timer::reconnect, 0, start);
 }
 
@@ -329,6 +330,12 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
                  c.assembly.first(bounds_.message_bytes_max));
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
+  c.direct.owner = queue_entries::owner_of(id.index, queued_as::evictable);
+  for (queue& letters : c.letters)
+    letters.owner = queue_entries::owner_of(id.index, queued_as::direct_message);
+  if (c.ours == side::server) c.messages = rate_limit{bounds_.messages_per_second_max};
+  c.refusals = rate_limit{bounds_.refusals_per_second_max};
+  c.reports = rate_limit{std::chrono::seconds{1}, reports_burst};
   begin_credit(c);
   look_after_later(c);
   ++epoch_;
@@ -377,7 +384,9 @@ void core::forget(connection& c) noexcept {
   drop_all(c.direct, counter::lost_with_peer);
   for (queue& letters : c.letters) drop_all(letters, counter::lost_with_peer);
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
-  while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements]);
+  for (std::uint32_t i = 0; i < router_.topic_places(); ++i)
+    forget_latched(router_.at(i), {latch_owner::kind::peer, c.id.index});
+  while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements].topic);
   disarm(timer::connection, c.id.index);
   c.unread = {};
   c.state = connection::phase::free;
@@ -408,6 +417,7 @@ void core::look_after_later(const connection& c) noexcept {
 void core::look_after(connection& c) noexcept {
   if (!c.open()) return;
   look_after_later(c);
+  report_refusals(c);
   if (c.message_began_at != rt::never && now_ - c.message_began_at > options_.message_time_max) {
     add(counter::unfinished_messages);
     return close(c, wire::close_code::policy, "a message was not finished in time");

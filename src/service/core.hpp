@@ -58,6 +58,8 @@ inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{
 
 class core final : public transport_sink {
  public:
+  static constexpr std::string_view stop_state_topic = "/rowe/stop/state";
+
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
 
   // `lanes`, `shown` and `door` are shared with other threads; everything else of the core is the service
@@ -121,6 +123,9 @@ class core final : public transport_sink {
   std::uint32_t slots_in_use() const noexcept { return slots_.in_use(); }
 
  private:
+  static constexpr std::uint32_t own_topics = 2;    // statistics, and the stop's state
+  static constexpr std::uint32_t reports_burst = 8; // events about refusals to one peer; then one a second
+  static constexpr rt::duration flood_time_max = std::chrono::seconds{5};
   static constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
   // How long the next cycle may wait while a loop is to acknowledge a stop: not long at first.
   static constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
@@ -142,6 +147,7 @@ class core final : public transport_sink {
   // check.cpp
   bool check_calls() const noexcept;
   bool check_deliveries() const noexcept;
+  bool check_shares() const noexcept;
 
   // core.cpp
   connection* find(connection_id id) noexcept;
@@ -181,25 +187,46 @@ class core final : public transport_sink {
   void answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
                          std::string_view why) noexcept;
+  std::uint32_t topic_for(connection& c, const wire::rosbridge::request& asked) noexcept;
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
+  struct taken_share {
+    std::string_view what;
+    std::uint32_t held; // by the peer
+    std::uint32_t left; // for peers
+    std::uint32_t count;
+    std::string_view option;
+  };
+  void refuse_share(connection& c, std::string_view id_raw, const taken_share& of) noexcept;
+  void refuse_for(connection& c, std::string_view id_raw, std::string_view why,
+                  std::string_view option) noexcept;
+  bool admits_refusal(connection& c, event::kind kind, std::string_view why,
+                      std::string_view remedy) noexcept;
+  void report_refusals(connection& c) noexcept;
+  bool drops_excess() noexcept;
+  void cut_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;
 
   // outbound.cpp
   template <class WriteText> // publishing.hpp has these four
-  std::uint32_t compose(rt::time_point expires, WriteText&& write_text) noexcept;
+  std::uint32_t compose(rt::time_point expires, WriteText&& write_text,
+                        slot_use what = slot_use::ordinary) noexcept;
   template <class WriteText>
   std::uint32_t answer(connection& c, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
   template <class WriteBody>
   std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
   template <class WriteBody>
-  void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires,
+  void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires, latch_owner latches,
                WriteBody&& write_body) noexcept;
   void seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
   void deliver(std::uint32_t topic, std::uint32_t slot) noexcept;
   bool accepts(subscription& s) noexcept;
   void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
+  void trim(subscription& s, std::uint32_t most) noexcept;
+  bool enqueue(queue& to, std::uint32_t slot) noexcept;
+  void merge_requests(std::uint32_t subscription) noexcept;
   void make_ready(std::uint32_t subscription) noexcept;
+  bool has_place_for_answer(connection& c) noexcept;
   void send_direct(connection& c, std::string_view text) noexcept;
   void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
   void place_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
@@ -214,9 +241,10 @@ class core final : public transport_sink {
   }
   void drop_front(queue& from) noexcept; // of a queue that begins with a live one
   void drop_all(queue& from, counter as) noexcept;
-  bool reclaim(std::size_t bytes) noexcept;
-  bool reclaim_message(connection& c, std::size_t bytes) noexcept;
-  bool reclaim_answer(connection& c, std::size_t bytes) noexcept;
+  bool reclaim(slot_class of) noexcept;
+  void reclaim_entry() noexcept;
+  std::uint32_t holds_most(std::optional<slot_class> of) const noexcept;
+  void evict(connection& c, std::optional<slot_class> of) noexcept;
   void release(std::uint32_t slot) noexcept;
   bool is_letter(std::uint32_t slot) const noexcept { return slots_.kept(slot) && letters_.under_way(slot); }
   void expire_slot(std::uint32_t slot) noexcept;
@@ -233,6 +261,7 @@ class core final : public transport_sink {
   void gather_messages(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
+  bool may_begin(connection& c, batch& into) noexcept;
   bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
   void settle(connection& c, batch& sent, std::size_t taken) noexcept;
   void settle_message(connection& c, const batch_piece& piece, std::size_t part) noexcept;
@@ -248,8 +277,12 @@ class core final : public transport_sink {
   void settle_ready(connection& c) noexcept;
   wire::mask_key next_mask() noexcept;
   void remove_subscription(connection& c, std::uint32_t index) noexcept;
-  void forget_last(topic& on) noexcept;
+  void keep_latched(topic& on, std::uint32_t slot, latch_owner owner) noexcept;
+  void forget_latched(topic& on, latch_owner owner) noexcept;
+  void place_latched(subscription& of) noexcept;
+  std::uint32_t compose_latched(std::uint32_t topic) noexcept;
   void let_go_topic(std::uint32_t topic) noexcept;
+  void let_go_own_topic(std::uint32_t topic) noexcept;
 
   // pinging.cpp
   void begin_credit(connection& c) noexcept;
@@ -279,6 +312,7 @@ class core final : public transport_sink {
   void take_from(std::uint32_t lane) noexcept;
   std::size_t ample_budget(const topic& on) const noexcept;
   void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
+  void take_topic_from_peers(std::uint32_t topic, std::string_view type) noexcept;
   queue* queue_to_server(std::uint32_t lane) noexcept;
   bool has_unsent(std::uint32_t lane) noexcept;
   void note(topic& on, rt::time_point published) noexcept;
@@ -310,6 +344,8 @@ class core final : public transport_sink {
   // What those are told who wanted a peer that is there no more.
   errc gone_as() const noexcept { return closing_ ? errc::closed : errc::peer_lost; }
   bool has_room(connection& c, priority at) noexcept;
+  bool has_share(const connection& c, slot_class of) const noexcept;
+  std::uint32_t slots_for_messages(slot_class of) const noexcept;
   bool has_room_for(const message& m) noexcept;
   void begin_letter(std::uint32_t slot, const letter& as) noexcept;
   void send_letter(std::uint32_t slot) noexcept;
@@ -390,6 +426,7 @@ class core final : public transport_sink {
   void end_calls_of_lane(std::uint32_t lane) noexcept;
   void advertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
   void unadvertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void take_service_from_peer(std::uint32_t index) noexcept;
   void attach_talker(std::uint32_t lane) noexcept;
   void detach_talker(std::uint32_t lane) noexcept;
   void take_over_inbox(std::uint32_t lane) noexcept;
@@ -437,6 +474,12 @@ class core final : public transport_sink {
   void show_stop_to_hop(bool changed) noexcept;
   rt::time_point next_stop_turn() const noexcept;
 
+  // Whether a topic is shown: that of the stop's state only where there is a stop, or somebody subscribes.
+  bool is_listed(std::uint32_t topic) noexcept {
+    const std::uint32_t holders = router_.at(topic).holders;
+    return topic == stop_topic_ && !stop_.in_use() ? holders > 1 : holders != 0;
+  }
+
   // statistics.cpp
   void begin_statistics() noexcept;
   void end_statistics_period() noexcept;
@@ -463,6 +506,7 @@ class core final : public transport_sink {
   wire_slots slots_;
   queue_entries entries_;
   router router_;
+  latch_store latches_;
   std::span<connection> connections_;
   // Connections, each at most once, in their turn.
   struct turns {
@@ -525,7 +569,7 @@ class core final : public transport_sink {
   std::uint64_t lanes_attached_ = 0;
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
-  std::uint32_t reclaimed_at_ = 0;       // the connection at whose cost a slot was freed last
+  std::size_t composed_bytes_ = 0;       // for the message that is carried out
   std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
@@ -536,6 +580,7 @@ class core final : public transport_sink {
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool lanes_wait_ = false; // something stays in a lane until there is room further on
   bool closing_ = false;
+  bool excess_ = false; // the message that is carried out is beyond its peer's rate
   rt::grants granted_;
   bool memory_locked_ = false;
 };

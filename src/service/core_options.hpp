@@ -34,6 +34,7 @@ struct core_options {
   bool lanes_tell = false; // a handle that hands something over rings for it
   bool phases = false;     // values are waited for by their periods
   rt::duration inbound_ttl = rt::for_ever;
+  rt::duration call_timeout = rt::for_ever;
   std::string_view name; // copied
   rt::duration ping_period;
   rt::duration silence_max;
@@ -53,6 +54,7 @@ struct core_options {
             .lanes_tell = options.idle_policy == idle::wake,
             .phases = options.idle_policy == idle::phase,
             .inbound_ttl = options.inbound_ttl,
+            .call_timeout = options.call_timeout,
             .name = name,
             .ping_period = options.ping_period,
             .silence_max = options.silence_max,

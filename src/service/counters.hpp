@@ -17,6 +17,7 @@ namespace rowe::service {
   X(full, loss, "refused: the handle's queue to the service thread was full")                                \
   X(expired, loss, "its time to live passed before it was written")                                          \
   X(outbox_full, loss, "dropped as the oldest: the peer does not read fast enough")                          \
+  X(evicted, loss, "dropped as the oldest of the peer that held most: all places of a pool were taken")      \
   X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \
   X(malformed, loss, "not valid JSON, or not the object a message must be")                                  \
@@ -48,6 +49,10 @@ namespace rowe::service {
   X(slow_peers, flow, "peers that left two pings unanswered: only urgent messages, until they do")           \
   X(refused_handshakes, refusal, "connections refused before they were established")                         \
   X(handshakes_starved, refusal, "handshakes and pages for which handshake_bytes had no room")               \
+  X(over_rate, refusal, "messages of peers beyond messages_per_second_max, dropped but for stops")           \
+  X(refusals_unsaid, refusal, "refusals beyond refusals_per_second_max, not answered")                       \
+  X(flooding_peers, refusal, "connections closed because they went on beyond a rate")                        \
+  X(not_latched, loss, "last values of latched topics for which latched_bytes had no room")                  \
   X(refused_requests, refusal, "requests answered with a status error")                                      \
   X(violations, refusal, "connections closed because they broke the WebSocket protocol")                     \
   X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \

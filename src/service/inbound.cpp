@@ -9,6 +9,7 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
@@ -35,12 +36,25 @@ std::uint32_t queue_length_of(const rosbridge::request& asked) noexcept {
 
 void core::take(connection& c, const wire::frame_step& step) noexcept {
   switch (step.event) {
-  case wire::frame_event::text: take_text(c, step.payload); break;
+  case wire::frame_event::text: {
+    excess_ = !c.messages.take(now_);
+    take_text(c, step.payload);
+    excess_ = false;
+    cut_if_flooding(c, c.messages, "messages_per_second_max: too many messages for 5 s");
+    break;
+  }
   case wire::frame_event::binary:
     add(counter::refused_requests);
     close(c, wire::close_code::unsupported_data, "binary messages have no meaning here");
     break;
-  case wire::frame_event::ping: send_control(c, wire::opcode::pong, step.payload); break;
+  case wire::frame_event::ping:
+    if (c.messages.take(now_)) {
+      send_control(c, wire::opcode::pong, step.payload);
+    } else {
+      add(counter::over_rate);
+      cut_if_flooding(c, c.messages, "messages_per_second_max: too many pings for 5 s");
+    }
+    break;
   case wire::frame_event::close:
     expire();
     offer(c); // what was answered already goes out before the goodbye
@@ -63,11 +77,13 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
   const std::string_view text = text_of(payload);
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
+    if (drops_excess()) return;
     std::array<char, 160> room;
     const std::string_view why = valid.error().text(room);
     if (c.spoke_last == dialect::rosbridge) return refuse(c, {}, why);
-    report(event::kind::refused_request, c.peer(), why);
-    return answer_bare_error(c, {}, valid.error().name(), why);
+    if (admits_refusal(c, event::kind::refused_request, why, {}))
+      answer_bare_error(c, {}, valid.error().name(), why);
+    return;
   }
   const json::document known = validator_.last(); // its members are noted until the next validation
   // Rosbridge's clients put it first, so that most of their members need not be looked at twice.
@@ -86,6 +102,7 @@ void core::take_rosbridge(connection& c, const json::document& text) noexcept {
   const rosbridge::name_limits names{.topic_bytes_max = bounds_.topic_bytes_max};
   if (const auto refusal = rosbridge::decode(text, scratch_, names, asked)) {
     if (asks_to_stop(text)) take_silent_stop(c, text.text);
+    if (drops_excess()) return;
     std::array<char, rosbridge::refusal_text_bytes_max> why;
     return refuse(c, asked.id_raw, refusal->text(why));
   }
@@ -97,25 +114,33 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
   c.spoke_last = dialect::bare;
   if (!json::is_object(text.text)) {
     add(counter::malformed);
-    return answer_bare_error(c, {}, "not_an_object", "a message must be one JSON object");
+    if (drops_excess()) return;
+    const std::string_view why = "a message must be one JSON object";
+    if (admits_refusal(c, event::kind::refused_request, why, {}))
+      answer_bare_error(c, {}, "not_an_object", why);
+    return;
   }
   if (!std::exchange(c.bare, true)) welcome(c);
   if (refusal || said.has_op) {
     if (asks_to_stop(text)) take_silent_stop(c, text.text);
+    if (drops_excess()) return;
     std::array<char, bare::refusal_text_bytes_max> room;
     const std::string_view why = refusal ? refusal->text(room) : "the member \"op\" must be a string";
-    report(event::kind::refused_request, c.peer(), why);
+    if (!admits_refusal(c, event::kind::refused_request, why, {})) return;
     const bool asks = said.what == bare::kind::invocation;
     return answer_bare_error(c, asks ? said.id_raw : std::string_view{}, "bad_request", why);
   }
   switch (said.what) {
-  case bare::kind::reply: return take_reply(c, said, text.text);
+  case bare::kind::reply:
+    if (drops_excess()) return;
+    return take_reply(c, said, text.text);
   case bare::kind::invocation:
     return take_call(c, dialect::bare, said.id_raw, said.service,
                      {.is = asking::form::object, .text = text.text}, said.ttl_ns);
   case bare::kind::message: break;
   }
   if (asks_to_stop(text)) return take_silent_stop(c, text.text);
+  if (drops_excess()) return;
   // What finds no room is counted there.
   (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
                          .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
@@ -133,6 +158,8 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
     // only start a quarrel of two programs.
     return add(counter::refused_requests);
   }
+  const bool may_stop = asked.what == op::publish || asked.what == op::call_service;
+  if (!may_stop && drops_excess()) return;
   switch (asked.what) {
   case op::subscribe: return subscribe(c, asked);
   case op::unsubscribe: return unsubscribe(c, asked);
@@ -154,22 +181,52 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   refuse(c, asked.id_raw, rosbridge::refuse_op(asked).text(why));
 }
 
+// The topic that a peer wants to hold; no_index, and the peer is told, where it may not have one more. One
+// that this process holds costs nothing.
+std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) noexcept {
+  const std::uint32_t known = router_.find(asked.topic);
+  if (known != no_index && router_.at(known).own_holders != 0) return known;
+  const auto of_peers = [this](std::uint32_t topic) { return router_.at(topic).own_holders == 0; };
+  std::uint32_t held = 0;
+  for (std::uint32_t i = c.first_subscription; i != no_index;
+       i = router_.subscription_at(i).next_on_connection) {
+    const std::uint32_t topic = router_.subscription_at(i).topic;
+    if (topic == known) return known;
+    held += of_peers(topic);
+  }
+  for (std::uint32_t i = 0; i < c.advertisements; ++i) {
+    if (c.advertised[i].topic == known && known != no_index) return known;
+    held += of_peers(c.advertised[i].topic);
+  }
+  const std::uint32_t share = share_of_peers(bounds_.topics_max, bounds_.lanes_max + own_topics);
+  const std::uint32_t left = left_of(share, router_.topics_of_peers());
+  const std::uint32_t found = may_take(held, left) ? router_.find_or_add(asked.topic) : no_index;
+  if (found == no_index) {
+    refuse_share(c, asked.id_raw, {"topics", held, left, share, "topics_max"});
+  }
+  return found;
+}
+
 void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
-  const std::uint32_t topic = router_.find_or_add(asked.topic);
-  if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
+  const std::uint32_t topic = topic_for(c, asked);
+  if (topic == no_index) return;
   std::uint32_t index = router_.find_subscription(topic, c.first_subscription);
   const bool fresh = index == no_index;
   if (fresh) {
     router_.hold(topic); // until the subscription does
     const bool too_many = c.subscriptions >= bounds_.subscriptions_per_connection_max;
-    if (!too_many) index = router_.add_subscription(topic, c.id.index, c.first_subscription);
+    const std::uint32_t left = bounds_.subscriptions_max - router_.subscription_count();
+    const bool may = may_take(c.subscriptions, left);
+    if (!too_many && may) index = router_.add_subscription(topic, c.id.index, c.first_subscription);
     let_go_topic(topic);
     if (too_many) {
       return refuse_limit(c, asked.id_raw, "subscriptions of one peer",
                           bounds_.subscriptions_per_connection_max, "subscriptions_per_connection_max");
     }
     if (index == no_index) {
-      return refuse_limit(c, asked.id_raw, "subscriptions", bounds_.subscriptions_max, "subscriptions_max");
+      return refuse_share(
+          c, asked.id_raw,
+          {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, "subscriptions_max"});
     }
     ++c.subscriptions;
   }
@@ -182,11 +239,12 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   }
   if (place == s.request_count) ++s.request_count;
   s.requests[place] = {.id_hash = id, .throttle = throttle_of(asked), .queue_length = queue_length_of(asked)};
-  router_.merge(s, bounds_.queue_depth_max);
+  merge_requests(index);
   update_wanted(topic);
   if (topic == statistics_topic_) begin_statistics();
-  const slot_ref last = router_.at(topic).last;
-  if (fresh && last.index != no_index && slots_.alive(last)) push(index, last.index);
+  if (!fresh || router_.at(topic).last.empty()) return;
+  s.owes_last = true;
+  make_ready(index);
 }
 
 void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
@@ -202,7 +260,7 @@ void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept 
     if (place == s.request_count)
       return refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
     s.requests[place] = s.requests[--s.request_count];
-    if (s.request_count > 0) return router_.merge(s, bounds_.queue_depth_max);
+    if (s.request_count > 0) return merge_requests(index);
   }
   remove_subscription(c, index);
 }
@@ -210,10 +268,11 @@ void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept 
 void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
   if (reserved(asked.topic))
     return refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
-  const std::uint32_t topic = router_.find_or_add(asked.topic);
-  if (topic == no_index) return refuse_limit(c, asked.id_raw, "topics", bounds_.topics_max, "topics_max");
+  const std::uint32_t topic = topic_for(c, asked);
+  if (topic == no_index) return;
   const auto mine = c.advertised.first(c.advertisements);
-  const bool known = std::find(mine.begin(), mine.end(), topic) != mine.end();
+  const auto known =
+      std::find_if(mine.begin(), mine.end(), [&](const advertisement& a) { return a.topic == topic; });
   router_.hold(topic); // the advertisement's
   if (!router_.set_type(topic, asked.type)) {
     std::array<char, 192> why;
@@ -223,29 +282,31 @@ void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
     let_go_topic(topic);
     return refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
   }
-  if (asked.latch) router_.at(topic).latched = true;
-  if (known) return let_go_topic(topic);
+  if (known != mine.end()) {
+    known->latched = known->latched || asked.latch;
+    return let_go_topic(topic);
+  }
   if (c.advertisements == c.advertised.size()) {
     let_go_topic(topic);
     return refuse_limit(c, asked.id_raw, "topics advertised by one peer", c.advertised.size(),
                         "advertisements_per_connection_max");
   }
-  c.advertised[c.advertisements++] = topic;
+  c.advertised[c.advertisements++] = {topic, asked.latch};
 }
 
 void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t topic = router_.find(asked.topic);
   for (std::uint32_t i = 0; topic != no_index && i < c.advertisements; ++i) {
-    if (c.advertised[i] != topic) continue;
+    if (c.advertised[i].topic != topic) continue;
     c.advertised[i] = c.advertised[--c.advertisements];
+    forget_latched(router_.at(topic), {latch_owner::kind::peer, c.id.index});
     return let_go_topic(topic);
   }
   refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
 }
 
 void core::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
-  report(event::kind::refused_request, c.peer(), why);
-  answer_refusal(c, id_raw, why);
+  if (admits_refusal(c, event::kind::refused_request, why, {})) answer_refusal(c, id_raw, why);
 }
 
 void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
@@ -254,12 +315,65 @@ void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view
   const int bytes = std::snprintf(why.data(), why.size(), "all %llu %.*s are taken (limit %.*s)",
                                   static_cast<unsigned long long>(limit), static_cast<int>(what.size()),
                                   what.data(), static_cast<int>(option.size()), option.data());
-  const std::string_view sentence{why.data(), static_cast<std::size_t>(bytes)};
+  refuse_for(c, id_raw, {why.data(), static_cast<std::size_t>(bytes)}, option);
+}
+
+// One that has as much as it leaves, see shares.hpp.
+void core::refuse_share(connection& c, std::string_view id_raw, const taken_share& of) noexcept {
+  std::array<char, 224> why;
+  const int bytes = std::snprintf(
+      why.data(), why.size(),
+      "one peer may hold no more %.*s than it leaves: it holds %u, %u of %u are left (limit %.*s)",
+      static_cast<int>(of.what.size()), of.what.data(), of.held, of.left, of.count,
+      static_cast<int>(of.option.size()), of.option.data());
+  refuse_for(c, id_raw, {why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)}, of.option);
+}
+
+void core::refuse_for(connection& c, std::string_view id_raw, std::string_view why,
+                      std::string_view option) noexcept {
   std::array<char, 128> remedy;
-  const int remedy_bytes = std::snprintf(remedy.data(), remedy.size(), "raise `limits::%.*s`",
-                                         static_cast<int>(option.size()), option.data());
-  report(event::kind::limit, c.peer(), sentence, {remedy.data(), static_cast<std::size_t>(remedy_bytes)});
-  answer_refusal(c, id_raw, sentence);
+  const int bytes = std::snprintf(remedy.data(), remedy.size(), "raise `limits::%.*s`",
+                                  static_cast<int>(option.size()), option.data());
+  if (admits_refusal(c, event::kind::limit, why, {remedy.data(), static_cast<std::size_t>(bytes)}))
+    answer_refusal(c, id_raw, why);
+}
+
+// ---- rates
+
+// Whether a refusal is to be said: a peer that is refused all the time is not answered all the time, nor may
+// it fill logs and the ring of events.
+bool core::admits_refusal(connection& c, event::kind kind, std::string_view why,
+                          std::string_view remedy) noexcept {
+  if (c.reports.take(now_)) {
+    report(kind, c.peer(), why, remedy);
+  } else {
+    ++c.unreported;
+  }
+  if (c.ours == side::client || c.refusals.take(now_)) return true;
+  add(counter::refusals_unsaid);
+  cut_if_flooding(c, c.refusals, "refusals_per_second_max: too many requests were refused for 5 s");
+  return false;
+}
+
+// With look_after(): what was not reported one by one.
+void core::report_refusals(connection& c) noexcept {
+  if (c.unreported == 0 || !c.reports.take(now_)) return;
+  std::array<char, 64> text;
+  const int bytes = std::snprintf(text.data(), text.size(), "%u more requests were refused",
+                                  std::exchange(c.unreported, 0));
+  report(event::kind::refused_request, c.peer(), {text.data(), static_cast<std::size_t>(bytes)});
+}
+
+// Of a message beyond its peer's rate, which is no stop: true, counted.
+bool core::drops_excess() noexcept {
+  if (excess_) add(counter::over_rate);
+  return excess_;
+}
+
+void core::cut_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept {
+  if (!c.open() || rate.over_for(now_) < flood_time_max) return;
+  add(counter::flooding_peers);
+  close(c, wire::close_code::policy, why);
 }
 
 void core::answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept {

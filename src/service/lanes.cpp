@@ -2,6 +2,7 @@
 // What this process publishes and takes: the service thread's side of the lanes, and relaying.
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <cstring>
 
 #include "service/core.hpp"
@@ -68,11 +69,14 @@ void core::attach(std::uint32_t index) noexcept {
     lane.answer = {errc::too_many_topics, router_.topic_count(), bounds_.topics_max};
     return answer(lane_state::refused);
   }
-  router_.hold(topic_index);
+  router_.hold_as_own(topic_index);
   if (!router_.set_type(topic_index, lane.type())) {
-    lane.answer = {errc::type_conflict};
-    let_go_topic(topic_index);
-    return answer(lane_state::refused);
+    if (router_.at(topic_index).own_holders > 1) {
+      lane.answer = {errc::type_conflict};
+      let_go_own_topic(topic_index);
+      return answer(lane_state::refused);
+    }
+    take_topic_from_peers(topic_index, lane.type());
   }
   topic& on = router_.at(topic_index);
   view.attached = true;
@@ -81,10 +85,13 @@ void core::attach(std::uint32_t index) noexcept {
     view.next_inbox = on.first_inbox;
     on.first_inbox = index;
     if (topic_index == statistics_topic_) begin_statistics();
+    if (const std::uint32_t last = compose_latched(topic_index); last != no_index) {
+      deliver_inbox(index, slots_.body(last));
+      release(last);
+    }
   } else {
     on.keep = lane.keep;
     on.priority = lane.priority;
-    on.latched = on.latched || lane.latched;
     // Of a planned topic a value that comes early waits for its watch: not where it would not live as long.
     const bool outlives_rest =
         lane.ttl >= std::min(lane.period, phase_plan::rest_max) || lane.ttl == rt::duration{0};
@@ -92,7 +99,7 @@ void core::attach(std::uint32_t index) noexcept {
       phases_.begin(index, lane.period, lane.priority);
     for (std::uint32_t i = on.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_topic) {
-      router_.merge(router_.subscription_at(i), bounds_.queue_depth_max);
+      merge_requests(i);
     }
   }
   for (connection& c : connections_) {
@@ -101,6 +108,30 @@ void core::attach(std::uint32_t index) noexcept {
   update_wanted(
       topic_index); // before the answer, so that a first value is not refused for want of a listener
   answer(lane_state::active);
+}
+
+// A handle's type stands against the one that peers gave the topic before; they are told.
+void core::take_topic_from_peers(std::uint32_t topic, std::string_view type) noexcept {
+  std::array<char, 640> why;
+  const std::string_view name = router_.name(topic);
+  const std::string_view before = router_.type(topic);
+  const int bytes =
+      std::snprintf(why.data(), why.size(),
+                    "advertise: the topic %.*s has the type %.*s here now; it was advertised as %.*s",
+                    static_cast<int>(name.size()), name.data(), static_cast<int>(type.size()), type.data(),
+                    static_cast<int>(before.size()), before.data());
+  const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
+  router_.replace_type(topic, type);
+  for (connection& c : connections_) {
+    for (std::uint32_t i = 0; c.open() && i < c.advertisements; ++i) {
+      if (c.advertised[i].topic != topic) continue;
+      forget_latched(router_.at(topic), {latch_owner::kind::peer, c.id.index});
+      c.advertised[i] = c.advertised[--c.advertisements];
+      let_go_topic(topic); // never the last: the handle holds it
+      refuse(c, {}, text);
+      break;
+    }
+  }
 }
 
 // The queue towards the server of what a lane publishes; null where there is none.
@@ -158,8 +189,9 @@ void core::detach(std::uint32_t index) noexcept {
     phases_.end(index);
     const std::uint32_t topic_index = view.topic;
     view = {.generation = view.generation};
+    forget_latched(router_.at(topic_index), {latch_owner::kind::handle, index});
     update_wanted(topic_index);
-    let_go_topic(topic_index);
+    let_go_own_topic(topic_index);
   }
   lane.heard_by.store(audience::nobody, std::memory_order_relaxed); // relaxed: the store below publishes it
   lane.state.store(lane_state::free,
@@ -234,14 +266,15 @@ void core::take_value(std::uint32_t index, std::uint32_t slot) noexcept {
   const rt::time_point published = time_of(header.stamped_ns);
   const rt::time_point expires = expiry_of(published, time_of(header.expires_ns));
   const std::uint32_t topic_index = views_[index].topic;
+  const latch_owner latches = lane.latched ? latch_owner{latch_owner::kind::handle, index} : latch_owner{};
   phases_.saw(index, published);
   if (lane.kind == lane_kind::publish_value) {
-    return publish(topic_index, published, expires,
+    return publish(topic_index, published, expires, latches,
                    [&](json::writer& into) { lane.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   if (!validator_.validate(text) || !json::is_object(text)) return add(counter::malformed);
-  publish(topic_index, published, expires, [&](json::writer& into) { into.raw(text); });
+  publish(topic_index, published, expires, latches, [&](json::writer& into) { into.raw(text); });
 }
 
 // For the statistics: how many, and how far apart.
@@ -253,7 +286,7 @@ void core::note(topic& on, rt::time_point published) noexcept {
 
 // Whether anybody takes a message of this topic at the moment; counts why not.
 bool core::wanted_now(const topic& on) noexcept {
-  if (on.latched || on.first_inbox != no_index) return true;
+  if (on.first_inbox != no_index) return true;
   if (on.first_subscription == no_index) {
     add(counter::no_peer);
     return false;
@@ -270,11 +303,12 @@ bool core::wanted_now(const topic& on) noexcept {
 void core::update_wanted(std::uint32_t topic_index) noexcept {
   if (topic_index == stop_topic_) stop_state_due_ = now_; // whoever is new is shown it
   topic& on = router_.at(topic_index);
-  const bool wanted = on.first_subscription != no_index || on.first_inbox != no_index || on.latched;
-  if (!wanted) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
-  const audience now = wanted ? audience::somebody : audience::nobody;
+  const bool heard = on.first_subscription != no_index || on.first_inbox != no_index;
+  if (!heard) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     if (!views_[i].attached || views_[i].topic != topic_index || detail::subscribes(lanes_[i].kind)) continue;
+    const bool wanted = heard || lanes_[i].latched;
+    const audience now = wanted ? audience::somebody : audience::nobody;
     const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed); // ours alone
     if (before == now) continue;
     wanted ? ++wanted_lanes_ : --wanted_lanes_;
@@ -289,13 +323,21 @@ void core::update_wanted(std::uint32_t topic_index) noexcept {
 void core::relay(connection& c, const rosbridge::request& asked) noexcept {
   if (stop_.in_use() && stop_service_named(asked.topic) == stop_service::stop)
     return take_silent_stop(c, asked.msg_raw);
+  if (drops_excess()) return;
   if (asked.topic.starts_with("/rowe/") && c.ours == side::server) {
     return refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   }
   const std::uint32_t topic_index = router_.find(asked.topic);
   if (topic_index == no_index) return add(counter::no_peer); // nobody has asked for it
   const auto write_body = [&](json::writer& into) { into.raw(asked.msg_raw); };
-  if (options_.relay && c.ours == side::server) return publish(topic_index, now_, rt::never, write_body);
+  if (options_.relay && c.ours == side::server) {
+    const auto mine = c.advertised.first(c.advertisements);
+    const bool latches = asked.latch || std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
+                           return a.topic == topic_index && a.latched;
+                         });
+    return publish(topic_index, now_, rt::never,
+                   latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{}, write_body);
+  }
   topic& on = router_.at(topic_index);
   note(on, now_);
   on.bytes = asked.msg_raw.size();
@@ -348,7 +390,7 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
       if (subscribed == no_index) return add(counter::no_slot);
       ++c.subscriptions;
     }
-    router_.merge(router_.subscription_at(subscribed), bounds_.queue_depth_max);
+    merge_requests(subscribed);
   } else {
     send_direct(c, rosbridge::encode_unadvertise(text, lane.name(), 1));
     if (subscribed != no_index) remove_subscription(c, subscribed);

@@ -26,6 +26,7 @@ struct letter {
   rowe::priority priority = rowe::priority::normal;
   bool everyone = false; // else to one connection, with which it is lost
   bool sent = false;
+  errc lost_as = errc::peer_lost;
   party sender{};                // who wants to know; nobody
   detail::call_ref own{};        // and by which place of its own table, if it is a lane
   detail::call_ref request_of{}; // the call whose request this is
@@ -36,10 +37,10 @@ struct letter {
 class letters {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<letter>(bounds.small_slots + bounds.large_slots);
+    return rt::arena::bytes_for<letter>(wire_slots::count(bounds));
   }
   letters(rt::arena& memory, const limits& bounds) noexcept
-      : letters_{memory.carve<letter>(bounds.small_slots + bounds.large_slots)} {}
+      : letters_{memory.carve<letter>(wire_slots::count(bounds))} {}
 
   letter& at(std::uint32_t slot) noexcept { return letters_[slot]; }
   bool under_way(std::uint32_t slot) const noexcept { return letters_[slot].now != letter::state::none; }

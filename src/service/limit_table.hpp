@@ -36,7 +36,9 @@ inline constexpr std::array limit_table{
     limit_between<&limits::message_bytes_max>(argument::message_bytes_max, 128, 1U << 26),
     limit_between<&limits::fragments_max>(argument::fragments_max, 1, many),
     limit_between<&limits::depth_max>(argument::depth_max, 1, 1024),
-    limit_between<&limits::topics_max>(argument::topics_max, 2, many),
+    limit_between<&limits::messages_per_second_max>(argument::messages_per_second_max, 0, 1'000'000'000),
+    limit_between<&limits::refusals_per_second_max>(argument::refusals_per_second_max, 0, 1'000'000'000),
+    limit_between<&limits::topics_max>(argument::topics_max, 3, many),
     limit_between<&limits::topic_bytes_max>(argument::topic_bytes_max, 16, 255), // lane::name_bytes_max
     limit_between<&limits::subscriptions_max>(argument::subscriptions_max, 1, many),
     limit_between<&limits::subscriptions_per_connection_max>(argument::subscriptions_per_connection_max, 1,
@@ -48,6 +50,7 @@ inline constexpr std::array limit_table{
     limit_between<&limits::large_slots>(argument::large_slots, 1, many),
     limit_between<&limits::queue_depth_max>(argument::queue_depth_max, 1, many),
     limit_between<&limits::queued_max>(argument::queued_max, 1, many),
+    limit_between<&limits::latched_bytes>(argument::latched_bytes, 0, 1U << 30),
     limit_between<&limits::services_max>(argument::services_max, 1, 65536),
     limit_between<&limits::calls_max>(argument::calls_max, 1, 65536),
     limit_between<&limits::calls_per_connection_max>(argument::calls_per_connection_max, 1, 65536),

@@ -3,23 +3,28 @@
 // number; each connection that has something to write is put on a list, and writing.cpp writes it. Whether a
 // message may still be sent is decided by the clock, when it is handed over; the wheel only gives the slots
 // of those back that nobody came to send.
+#include <cassert>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 
 namespace rowe::service {
+namespace {
+
+constexpr std::uint32_t direct_depth = 64; // answers to one peer that it has not read yet
+// The same of a peer that reads more slowly than it is written to: a few that ask and do not read must not
+// take the slots of all.
+constexpr std::uint32_t direct_depth_behind = 16;
+
+} // namespace
 
 // ---- towards the queues
 
 void core::deliver(std::uint32_t topic_index, std::uint32_t slot) noexcept {
-  topic& on = router_.at(topic_index);
-  if (on.latched) {
-    forget_last(on);
-    slots_.keep(slot);
-    on.last = slots_.ref(slot);
-  }
+  const topic& on = router_.at(topic_index);
   for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
     if (accepts(router_.subscription_at(i))) push(i, slot);
   }
@@ -35,21 +40,43 @@ bool core::accepts(subscription& s) noexcept {
 
 void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
-  drop_dead(s.waiting);
-  while (s.waiting.count >= s.depth) {
+  if (s.owes_last) place_latched(s);
+  trim(s, s.depth - 1);
+  if (!enqueue(s.waiting, slot)) return add(counter::outbox_full);
+  make_ready(index);
+}
+
+// Drops the oldest messages of a subscription until it holds `most`.
+void core::trim(subscription& s, std::uint32_t most) noexcept {
+  for (drop_dead(s.waiting); s.waiting.count > most; drop_dead(s.waiting)) {
     // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].behind();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
     drop_front(s.waiting);
   }
-  if (!entries_.push(s.waiting, slots_.ref(slot))) return add(counter::outbox_full);
+}
+
+// False when all entries are taken by direct messages, which are not evicted.
+bool core::enqueue(queue& to, std::uint32_t slot) noexcept {
+  if (entries_.full()) reclaim_entry();
+  if (!entries_.push(to, slots_.ref(slot))) return false;
   slots_.retain(slot);
+  return true;
+}
+
+// What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
+void core::merge_requests(std::uint32_t index) noexcept {
+  subscription& s = router_.subscription_at(index);
+  router_.merge(s, bounds_.queue_depth_max);
+  trim(s, s.depth);
+  s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
+  if (std::exchange(s.timed, false)) disarm(timer::subscription, index);
   make_ready(index);
 }
 
 void core::make_ready(std::uint32_t index) noexcept {
   subscription& s = router_.subscription_at(index);
-  if (s.ready || s.waiting.empty()) return;
+  if (s.ready || (s.waiting.empty() && !s.owes_last)) return;
   if (now_ < s.next_due) {
     if (!std::exchange(s.timed, true)) arm(timer::subscription, index, s.next_due);
     return;
@@ -63,6 +90,11 @@ void core::make_ready(std::uint32_t index) noexcept {
   (on.head == no_index ? on.head : router_.subscription_at(on.tail).next_ready) = index;
   on.tail = index;
   list(c);
+}
+
+bool core::has_place_for_answer(connection& c) noexcept {
+  drop_dead(c.direct);
+  return c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
 }
 
 void core::send_direct(connection& c, std::string_view text) noexcept {
@@ -106,6 +138,7 @@ wire::mask_key core::next_mask() noexcept {
 // of the cycle, if it is still there.
 void core::seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept {
   slots_.finish(slot, bytes, expires);
+  composed_bytes_ += bytes;
   (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
                                         wire::opcode::text,
                                         bytes); // where it starts follows from `bytes`
@@ -163,56 +196,70 @@ void core::drop_all(queue& from, counter as) noexcept {
   }
 }
 
-// Frees a slot for so many bytes at the cost of peers that do not read: a message that is the oldest in the
-// queue of one of them is dropped there and wherever else it is the oldest. So a few that do not read cannot
-// take all slots away from those that do. Looks at each subscription once at most, and first where it found
-// one last: that peer has more as a rule.
-bool core::reclaim(std::size_t bytes) noexcept {
-  const auto from_one = [&](auto&& takes_from) {
-    for (std::size_t i = 0; i < connections_.size(); ++i) {
-      connection& c = connections_[(reclaimed_at_ + i) % connections_.size()];
-      if (!c.open() || !takes_from(c)) continue;
-      reclaimed_at_ = c.id.index;
-      return true;
-    }
-    return false;
-  };
-  return from_one([&](connection& c) { return c.behind() && reclaim_message(c, bytes); }) ||
-         from_one([&](connection& c) { return reclaim_answer(c, bytes); });
-}
-
-bool core::reclaim_message(connection& c, std::size_t bytes) noexcept {
-  for (std::uint32_t i = c.first_subscription; i != no_index;
-       i = router_.subscription_at(i).next_on_connection) {
-    queue& waiting = router_.subscription_at(i).waiting;
-    drop_dead(waiting);
-    if (waiting.empty() || slots_.room(entries_.front(waiting).index).size() < bytes) continue;
-    const slot_ref oldest = entries_.front(waiting);
-    const std::uint32_t topic = router_.subscription_at(i).topic;
-    for (std::uint32_t k = router_.at(topic).first_subscription; k != no_index;
-         k = router_.subscription_at(k).next_on_topic) {
-      subscription& same = router_.subscription_at(k);
-      if (!connections_[same.connection].behind() || same.waiting.empty() ||
-          entries_.front(same.waiting) != oldest || !slots_.alive(oldest)) {
-        continue;
-      }
-      add(counter::outbox_full);
-      drop_front(same.waiting);
-    }
-    if (slots_.has_free(bytes)) return true;
+// Frees a slot of a class at the cost of the peer that has most of them queued: its oldest message goes, and
+// the next one as long as others hold the same. So nobody who holds less than the others loses anything for
+// want of slots ("longest queue drop": Suter, Lakshman, Stiliadis and Choudhury, IEEE INFOCOM 1998). False
+// when there is nothing to evict, or when so many evictions freed none.
+bool core::reclaim(slot_class of) noexcept {
+  constexpr unsigned evictions_max = 64;
+  for (unsigned left = evictions_max; left != 0; --left) {
+    const std::uint32_t most = holds_most(of);
+    if (most == no_index) return false;
+    evict(connections_[most], of);
+    if (slots_.free_for_all(of) != 0) return true;
   }
   return false;
 }
 
-// The oldest one; not one whose sender waits to hear of it.
-bool core::reclaim_answer(connection& c, std::size_t bytes) noexcept {
-  drop_dead(c.direct);
-  if (c.direct.count <= (c.behind() ? 0 : direct_depth_behind)) return false;
-  const std::uint32_t oldest = entries_.front(c.direct).index;
-  if (letters_.under_way(oldest) || slots_.room(oldest).size() < bytes) return false;
-  add(counter::outbox_full);
-  drop_front(c.direct);
-  return slots_.has_free(bytes);
+// Of two that hold as much, one that does not read.
+std::uint32_t core::holds_most(std::optional<slot_class> of) const noexcept {
+  return entries_.longest(of, [this](std::uint32_t i) { return connections_[i].behind(); });
+}
+
+// The same for the entries of queues.
+void core::reclaim_entry() noexcept {
+  const std::uint32_t most = holds_most(std::nullopt);
+  if (most != no_index) evict(connections_[most], std::nullopt);
+}
+
+// Takes the oldest message out of the longest queue of a peer, of those that begin with a slot of the class
+// if there is one. The peer has something queued.
+void core::evict(connection& c, std::optional<slot_class> of) noexcept {
+  queue* longest = nullptr;
+  std::uint32_t topic = no_index;
+  bool fits = false;
+  const auto look_at = [&](queue& one, std::uint32_t its_topic) {
+    if (one.empty()) return;
+    const bool this_fits = !of || slots_.class_of(entries_.front(one).index) == *of;
+    if (longest != nullptr && (fits > this_fits || (fits == this_fits && longest->count >= one.count)))
+      return;
+    longest = &one;
+    topic = its_topic;
+    fits = this_fits;
+  };
+  look_at(c.direct, no_index);
+  for (std::uint32_t i = c.first_subscription; i != no_index;
+       i = router_.subscription_at(i).next_on_connection) {
+    look_at(router_.subscription_at(i).waiting, router_.subscription_at(i).topic);
+  }
+  assert(longest != nullptr);
+  if (drop_dead_front(*longest)) return;
+  const slot_ref oldest = entries_.front(*longest);
+  if (is_letter(oldest.index)) letters_.at(oldest.index).lost_as = errc::full; // an answer that is waited for
+  add(c.behind() ? counter::outbox_full : counter::evicted);
+  drop_front(*longest);
+  if (topic == no_index) return;
+  // Peers that do not read lose it, too: as a rule they hold what the first one holds.
+  for (std::uint32_t i = router_.at(topic).first_subscription; i != no_index && slots_.alive(oldest);
+       i = router_.subscription_at(i).next_on_topic) {
+    subscription& same = router_.subscription_at(i);
+    if (!connections_[same.connection].behind() || same.waiting.empty() ||
+        entries_.front(same.waiting) != oldest) {
+      continue;
+    }
+    add(counter::outbox_full);
+    drop_front(same.waiting);
+  }
 }
 
 void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
@@ -237,17 +284,48 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
   let_go_topic(topic);
 }
 
-// Gives back what a latched topic keeps for late subscribers.
-void core::forget_last(topic& on) noexcept {
-  if (on.last.index == no_index || !slots_.alive(on.last)) return;
-  slots_.unkeep(on.last.index);
-  release(on.last.index);
+// A value of a latched topic, for those who come late. What a handle of this process latches is not replaced
+// by peers.
+void core::keep_latched(topic& on, std::uint32_t slot, latch_owner owner) noexcept {
+  if (owner.who == latch_owner::kind::peer && on.last.owner.who == latch_owner::kind::handle) return;
+  const std::span<const char> body = slots_.body(slot);
+  if (latches_.store(on.last, {body.data(), body.size()}, owner, slots_.expires(slot))) return;
+  add(counter::not_latched);
+}
+
+void core::forget_latched(topic& on, latch_owner owner) noexcept {
+  if (on.last.owner == owner) latches_.clear(on.last);
+}
+
+// Queues the latched value for one who came late; not before it can be written, so that one who subscribes to
+// many topics at once does not take as many slots.
+void core::place_latched(subscription& of) noexcept {
+  of.owes_last = false;
+  const std::uint32_t slot = compose_latched(of.topic);
+  if (slot == no_index) return;
+  trim(of, of.depth - 1);
+  if (!enqueue(of.waiting, slot)) add(counter::outbox_full);
+  release(slot); // the queue has its own reference
+}
+
+// The latched value as a message in a slot of its own, with one reference; no_index where there is none, or
+// no slot, which is counted.
+std::uint32_t core::compose_latched(std::uint32_t topic_index) noexcept {
+  topic& on = router_.at(topic_index);
+  if (!on.last.empty() && on.last.expires < now_) latches_.clear(on.last);
+  if (on.last.empty()) return no_index;
+  return encode(topic_index, on.last.expires, [&](json::writer& into) { latches_.write(on.last, into); });
 }
 
 void core::let_go_topic(std::uint32_t index) noexcept {
-  topic& held = router_.at(index);
-  if (held.holders == 1) forget_last(held);
+  if (router_.at(index).holders == 1) latches_.clear(router_.at(index).last);
   (void)router_.let_go(index); // whether it was the last one matters to nobody here
+}
+
+// Of a handle of this process.
+void core::let_go_own_topic(std::uint32_t index) noexcept {
+  if (router_.at(index).holders == 1) latches_.clear(router_.at(index).last);
+  (void)router_.let_go_as_own(index); // likewise
 }
 
 } // namespace rowe::service

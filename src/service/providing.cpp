@@ -7,6 +7,7 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
@@ -19,6 +20,9 @@ constexpr std::array own_services{
     stats_service, std::string_view{"/rosapi/topics"}, std::string_view{"/rosapi/services"},
     std::string_view{"/rosapi/topic_type"}, std::string_view{"/rosapi/service_type"}};
 
+// Counted as so many bytes: the endpoint's answers walk all topics, services or counters.
+constexpr std::size_t own_answer_work = 10 * 1024;
+
 } // namespace
 
 // ---- the directory
@@ -26,26 +30,37 @@ constexpr std::array own_services{
 void core::advertise_service(connection& c, const rosbridge::request& asked) noexcept {
   if (asked.service.starts_with("/rowe/") || asked.service.starts_with("rowe/"))
     return refuse(c, asked.id_raw, "advertise_service: services below /rowe/ are the endpoint's own");
-  std::uint32_t mine = 0;
-  for (std::uint32_t i = 0; i < services_.places(); ++i)
-    mine += services_.in_use(i) && services_.at(i).lane == no_index && services_.at(i).peer == c.id;
-  if (mine >= bounds_.advertisements_per_connection_max) {
-    return refuse_limit(c, asked.id_raw, "services of one peer", bounds_.advertisements_per_connection_max,
-                        "advertisements_per_connection_max");
-  }
-  const auto [index, why] = services_.add(asked.service, asked.type, no_index, c.id);
-  if (why == services::refusal::no_room)
-    return refuse_limit(c, asked.id_raw, "services", bounds_.services_max, "services_max");
-  if (why == services::refusal::taken) {
-    const service_entry& there = services_.at(services_.find(asked.service));
+  if (const std::uint32_t found = services_.find(asked.service); found != no_index) {
+    const service_entry& there = services_.at(found);
     // Clients that reconnect say it again.
     if (there.lane == no_index && there.peer == c.id) return;
     std::array<char, 192> text;
     const int bytes = std::snprintf(text.data(), text.size(), "advertise_service: %.*s is provided already",
                                     static_cast<int>(std::min<std::size_t>(asked.service.size(), 128)),
                                     asked.service.data());
-    refuse(c, asked.id_raw, {text.data(), static_cast<std::size_t>(bytes)});
+    return refuse(c, asked.id_raw, {text.data(), static_cast<std::size_t>(bytes)});
   }
+  const std::uint32_t share = share_of_peers(bounds_.services_max, bounds_.lanes_max);
+  const std::uint32_t left = left_of(share, services_.of_peers());
+  if (!may_take(c.services, left) ||
+      services_.add(asked.service, asked.type, no_index, c.id).index == no_index) {
+    return refuse_share(c, asked.id_raw, {"services", c.services, left, share, "services_max"});
+  }
+  ++c.services;
+}
+
+// A handle provides what a peer did until now: the peer is told. Calls that it was given go on.
+void core::take_service_from_peer(std::uint32_t index) noexcept {
+  std::array<char, 192> text;
+  const std::string_view name = services_.name(index);
+  const int bytes =
+      std::snprintf(text.data(), text.size(), "advertise_service: this process provides %.*s now",
+                    static_cast<int>(std::min<std::size_t>(name.size(), 128)), name.data());
+  connection* const c = find(services_.at(index).peer);
+  services_.remove(index);
+  if (c == nullptr) return;
+  --c->services;
+  refuse(*c, {}, {text.data(), static_cast<std::size_t>(bytes)});
 }
 
 void core::unadvertise_service(connection& c, const rosbridge::request& asked) noexcept {
@@ -53,6 +68,7 @@ void core::unadvertise_service(connection& c, const rosbridge::request& asked) n
   if (index == no_index || services_.at(index).lane != no_index || services_.at(index).peer != c.id)
     return refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
   services_.remove(index);
+  --c.services;
 }
 
 // ---- what the endpoint itself answers
@@ -66,6 +82,11 @@ std::string_view core::own_service(std::string_view asked) noexcept {
 
 void core::answer_own(std::uint32_t index, std::string_view service, const asking& what) noexcept {
   calls_.at(index).provider = {.who = party::kind::core};
+  if (const call& one = calls_.at(index); one.asked_by.who == party::kind::peer) {
+    connection* const c = find(one.asked_by.connection());
+    if (c != nullptr && !has_place_for_answer(*c)) return end_without_room(index, errc::full);
+  }
+  composed_bytes_ += own_answer_work;
   const auto named = [&](std::string_view member) -> std::string_view {
     const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
     const auto text = found ? json::to_string(*found, scratch_) : std::nullopt;
@@ -76,7 +97,7 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
     into.begin_array();
     const std::uint32_t places = topics ? router_.topic_places() : services_.places();
     for (std::uint32_t i = 0; i < places; ++i) {
-      if (topics ? router_.at(i).holders == 0 : !services_.in_use(i)) continue;
+      if (topics ? !is_listed(i) : !services_.in_use(i)) continue;
       into.string(topics ? (types ? router_.type(i) : router_.name(i))
                          : (types ? services_.type(i) : services_.name(i)));
     }
@@ -111,7 +132,8 @@ void core::answer_stop_call(std::uint32_t index, stop_service which, const askin
   calls_.at(index).provider = {.who = party::kind::core};
   const stop_asker asker{.who = calls_.at(index).asked_by, .call = calls_.ref(index)};
   if (what.is != asking::form::value) return carry_out_stop(which, asker, what.text);
-  const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_args(into, what); });
+  const std::uint32_t slot = compose(
+      rt::never, [&](json::writer& into) { write_args(into, what); }, slot_use::stop);
   if (slot == no_index) return carry_out_stop(which, asker, {}); // a stop all the same
   carry_out_stop(which, asker, {slots_.text(slot).data(), slots_.text(slot).size()});
   release(slot);
@@ -135,6 +157,8 @@ void core::attach_talker(std::uint32_t index) noexcept {
     return answer_with(detail::lane_state::active);
   }
   if (detail::responds(lane.kind)) {
+    const std::uint32_t found = services_.find(lane.name());
+    if (found != no_index && services_.at(found).lane == no_index) take_service_from_peer(found);
     const auto [at, why] = services_.add(lane.name(), lane.type(), index, {});
     if (why != services::refusal::none) {
       lane.answer = why == services::refusal::taken

@@ -7,20 +7,17 @@
 
 namespace rowe::service {
 
-inline constexpr std::uint32_t direct_depth = 64; // answers to one peer that it has not read yet
-// The same of a peer that reads more slowly than it is written to: a few that ask and do not read must not
-// take the slots of all.
-inline constexpr std::uint32_t direct_depth_behind = 16;
-
 // The whole text of one message, which `write_text(json::writer&)` writes, in a slot with one reference;
-// no_index, counted, when there is no slot or none is large enough. Tried in a small slot first; what peers
-// hold that do not read makes room.
+// no_index, counted, when there is no slot or none is large enough. Tried in a small slot first; the peer
+// that holds most makes room. What the stop needs may take the last slot.
 template <class WriteText>
-std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noexcept {
+std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text, slot_use what) noexcept {
   counter why = counter::no_slot;
-  for (const std::size_t size : {slots_.small_bytes(), slots_.large_bytes()}) {
-    if (!slots_.has_free(size)) (void)reclaim(size); // whether it did is seen by what can be taken
-    const auto slot = slots_.take(size);
+  for (const slot_class size : {slot_class::small, slot_class::large}) {
+    const bool none = slots_.free_for_all(size) == 0;
+    if (none && what == slot_use::ordinary)
+      (void)reclaim(size); // whether it did is seen by what can be taken
+    const auto slot = slots_.take(slots_.bytes_of(size), what);
     if (!slot) continue;
     json::writer text{slots_.room(*slot)};
     write_text(text);
@@ -30,7 +27,7 @@ std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noex
       return *slot;
     }
     release(*slot);
-    if (size == slots_.large_bytes()) why = counter::too_big;
+    if (size == slot_class::large) why = counter::too_big;
   }
   add(why);
   return no_index;
@@ -41,18 +38,18 @@ std::uint32_t core::compose(rt::time_point expires, WriteText&& write_text) noex
 template <class WriteText>
 std::uint32_t core::answer(connection& c, WriteText&& write_text, rt::time_point expires) noexcept {
   if (!c.open()) return no_index;
-  drop_dead(c.direct);
-  const bool has_place = c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
+  const bool has_place = has_place_for_answer(c);
   const std::uint32_t slot = has_place ? compose(expires, write_text) : no_index;
   if (!has_place) add(counter::outbox_full);
   if (slot == no_index) return no_index;
-  if (entries_.push(c.direct, slots_.ref(slot))) {
-    list(c);
-    return slot;
+  const bool queued = enqueue(c.direct, slot);
+  release(slot); // the queue has its own reference
+  if (!queued) {
+    add(counter::outbox_full);
+    return no_index;
   }
-  release(slot);
-  add(counter::outbox_full);
-  return no_index;
+  list(c);
+  return slot;
 }
 
 // The message of `topic` whose body `write_body(json::writer&)` writes, as compose() does.
@@ -71,17 +68,20 @@ std::uint32_t core::encode(std::uint32_t topic, rt::time_point expires, WriteBod
   return slot;
 }
 
-// Sends a value to everyone who wants it now. `published` is its own time, `expires` the end of it.
+// Sends a value to everyone who wants it now. `published` is its own time, `expires` the end of it. With
+// `latches` it is kept for those who come late.
 template <class WriteBody>
 void core::publish(std::uint32_t topic_index, rt::time_point published, rt::time_point expires,
-                   WriteBody&& write_body) noexcept {
+                   latch_owner latches, WriteBody&& write_body) noexcept {
   topic& on = router_.at(topic_index);
   note(on, published);
   if (expires < now_) return add(counter::expired);
-  if (!wanted_now(on)) return;
+  const bool keeps = latches.who != latch_owner::kind::nobody;
+  if (!keeps && !wanted_now(on)) return;
   const std::uint32_t slot = encode(topic_index, expires, write_body);
   if (slot == no_index) return;
   on.bytes = slots_.body(slot).size();
+  if (keeps) keep_latched(on, slot, latches);
   deliver(topic_index, slot);
   for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
     deliver_inbox(i, slots_.body(slot));

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Bounded queues of encoded messages, one for each peer and topic. The entries of all of them come from one
-// pool, so that memory is bounded once and a queue costs nothing while it is empty. Service thread only.
+// pool, so that memory is bounded once and a queue costs nothing while it is empty. What each owner has
+// queued is counted by the slots' size class, so that the one who holds most can be found where a pool is
+// used up. Service thread only.
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstdint>
 #include <optional>
@@ -14,7 +18,11 @@
 
 namespace rowe::service {
 
+// Who queues: of each connection what may be evicted, and direct messages, whose senders are promised more.
+enum class queued_as : std::uint8_t { evictable, direct_message };
+
 struct queue {
+  std::uint32_t owner = 0; // queue_entries::owner_of()
   std::uint32_t head = no_index;
   std::uint32_t tail = no_index;
   std::uint32_t count = 0;
@@ -26,15 +34,21 @@ struct queue {
 class queue_entries {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<entry>(bounds.queued_max);
+    return rt::arena::bytes_for<entry>(bounds.queued_max) + rt::arena::bytes_for<held>(owner_count(bounds));
   }
 
   queue_entries(rt::arena& memory, const limits& bounds) noexcept
-      : entries_{memory.carve<entry>(bounds.queued_max)} {
+      : entries_{memory.carve<entry>(bounds.queued_max)},
+        held_{memory.carve<held>(owner_count(bounds))},
+        first_large_{wire_slots::first_large(bounds)} {
     for (std::uint32_t i = static_cast<std::uint32_t>(entries_.size()); i-- > 0;) {
       entries_[i].next = free_;
       free_ = i;
     }
+  }
+
+  static std::uint32_t owner_of(std::uint32_t connection, queued_as what) noexcept {
+    return 2 * connection + static_cast<std::uint32_t>(what);
   }
 
   // False when the pool is exhausted.
@@ -51,6 +65,8 @@ class queue_entries {
     to.tail = taken;
     ++to.count;
     ++in_use_;
+    ++held_[to.owner].of[class_of(slot)];
+    evictable_ += is_evictable(to);
     return true;
   }
 
@@ -65,6 +81,8 @@ class queue_entries {
     ++from.popped;
     ++popped_;
     --in_use_;
+    --held_[from.owner].of[class_of(entries_[popped].slot)];
+    evictable_ -= is_evictable(from);
     entries_[popped].next = free_;
     free_ = popped;
     return entries_[popped].slot;
@@ -74,6 +92,31 @@ class queue_entries {
   slot_ref at(std::uint32_t position) const noexcept { return entries_[position].slot; }
   std::uint32_t after(std::uint32_t position) const noexcept { return entries_[position].next; }
 
+  // How many entries the queues of a connection hold, of slots of one size class; some of those slots may
+  // have expired.
+  std::uint32_t held_by(std::uint32_t connection, queued_as what, slot_class of) const noexcept {
+    return held_[owner_of(connection, what)].of[static_cast<std::size_t>(of)];
+  }
+  // The connection that holds most of what may be evicted, of one size class or, with none named, of all;
+  // no_index where nobody holds any. Of several that hold as much, one that `rather(connection)` names. Looks
+  // at every connection.
+  template <class Rather>
+  std::uint32_t longest(std::optional<slot_class> of, Rather&& rather) const noexcept {
+    std::uint32_t found = no_index;
+    std::uint32_t most = 0;
+    for (std::uint32_t i = 0; i < held_.size(); i += 2) {
+      const auto& here = held_[i].of;
+      const std::uint32_t count = of ? here[static_cast<std::size_t>(*of)] : here[0] + here[1];
+      if (count < most || count == 0) continue;
+      if (count == most && !rather(i / 2)) continue;
+      most = count;
+      found = i / 2;
+    }
+    return found;
+  }
+
+  bool full() const noexcept { return free_ == no_index; }
+  bool any_evictable() const noexcept { return evictable_ != 0; }
   std::uint32_t in_use() const noexcept { return in_use_; }
   std::uint64_t popped() const noexcept { return popped_; } // of all queues, so far
 
@@ -82,10 +125,21 @@ class queue_entries {
     slot_ref slot;
     std::uint32_t next = no_index;
   };
+  struct held {
+    std::array<std::uint32_t, 2> of{}; // by size class
+  };
+  static std::size_t owner_count(const limits& bounds) noexcept {
+    return 2 * std::size_t{bounds.connections_max};
+  }
+  static std::uint32_t is_evictable(const queue& one) noexcept { return one.owner % 2 == 0; }
+  std::size_t class_of(slot_ref slot) const noexcept { return slot.index >= first_large_; }
 
   std::span<entry> entries_;
+  std::span<held> held_;
+  const std::uint32_t first_large_;
   std::uint32_t free_ = no_index;
   std::uint32_t in_use_ = 0;
+  std::uint32_t evictable_ = 0;
   std::uint64_t popped_ = 0;
 };
 

@@ -95,6 +95,23 @@ bool router::set_type(std::uint32_t index, std::string_view wanted) noexcept {
   return true;
 }
 
+void router::replace_type(std::uint32_t index, std::string_view wanted) noexcept {
+  assert(wanted.size() <= name_bytes_max_);
+  std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
+  topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
+}
+
+void router::hold_as_own(std::uint32_t index) noexcept {
+  hold(index);
+  if (topics_[index].own_holders++ == 0) ++own_topics_;
+}
+
+bool router::let_go_as_own(std::uint32_t index) noexcept {
+  assert(topics_[index].own_holders > 0);
+  if (--topics_[index].own_holders == 0) --own_topics_;
+  return let_go(index);
+}
+
 bool router::let_go(std::uint32_t index) noexcept {
   topic& held = topics_[index];
   assert(held.holders > 0);
@@ -127,6 +144,7 @@ std::uint32_t router::add_subscription(std::uint32_t to, std::uint32_t connectio
   fresh = subscription{};
   fresh.topic = to;
   fresh.connection = connection;
+  fresh.waiting.owner = queue_entries::owner_of(connection, queued_as::evictable);
   fresh.next_on_connection = first_on_connection;
   first_on_connection = added;
   topic& of = topics_[to];
@@ -134,6 +152,7 @@ std::uint32_t router::add_subscription(std::uint32_t to, std::uint32_t connectio
   if (of.first_subscription != no_index) subscriptions_[of.first_subscription].previous_on_topic = added;
   of.first_subscription = added;
   ++of.subscriptions;
+  ++subscription_count_;
   hold(to);
   return added;
 }
@@ -151,6 +170,7 @@ void router::remove_subscription(std::uint32_t index, std::uint32_t& first_on_co
   if (gone.next_on_topic != no_index)
     subscriptions_[gone.next_on_topic].previous_on_topic = gone.previous_on_topic;
   --of.subscriptions;
+  --subscription_count_;
   gone = subscription{};
   gone.next_on_connection = free_subscription_;
   free_subscription_ = index;
@@ -176,9 +196,14 @@ void router::merge(subscription& of, std::uint32_t depth_max) noexcept {
 
 bool router::check() const noexcept {
   std::uint32_t held = 0;
+  std::uint32_t own = 0;
+  std::uint32_t subscriptions = 0;
   for (std::uint32_t b = 0; b < buckets_.size(); ++b) {
     for (std::uint32_t i = buckets_[b]; i != no_index; i = topics_[i].next) {
       if (++held > topics_.size() || topics_[i].holders == 0) return false;
+      if (topics_[i].own_holders > topics_[i].holders) return false;
+      own += topics_[i].own_holders != 0;
+      subscriptions += topics_[i].subscriptions;
       std::uint32_t on_topic = 0;
       for (std::uint32_t s = topics_[i].first_subscription; s != no_index;
            s = subscriptions_[s].next_on_topic) {
@@ -187,7 +212,7 @@ bool router::check() const noexcept {
       if (on_topic != topics_[i].subscriptions) return false;
     }
   }
-  return held == topic_count_;
+  return held == topic_count_ && own == own_topics_ && subscriptions == subscription_count_;
 }
 
 } // namespace rowe::service

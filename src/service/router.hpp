@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Topics and who wants them. A topic exists while something holds it: a subscription of a peer, an
-// advertisement of a peer, or a handle of this process; the last one to let go frees its place, so that a
-// peer that makes up names can take no more than its own limits allow. Everything is an index into memory
-// taken at open. Service thread only.
+// advertisement of a peer, or a handle of this process; the last one to let go frees its place. Those that
+// only peers hold are counted apart, so that peers that make up names cannot take the places of this process.
+// Everything is an index into memory taken at open. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -16,6 +16,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/latch_store.hpp"
 #include "service/queues.hpp"
 #include "service/wire_slots.hpp"
 
@@ -25,6 +26,7 @@ struct topic {
   std::uint64_t hash = 0;
   std::uint32_t next = no_index; // in its bucket, or in the free list
   std::uint32_t holders = 0;     // subscriptions, advertisements and handles
+  std::uint32_t own_holders = 0; // those of this process
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
   std::uint32_t first_inbox = no_index; // handles of this process that subscribe
@@ -33,8 +35,7 @@ struct topic {
   std::uint16_t head_bytes = 0;
   rowe::priority priority = rowe::priority::normal;
   rowe::keep keep = rowe::keep::all;
-  bool latched = false;
-  slot_ref last; // of a latched topic: holds one reference
+  latched_value last; // for those who come late
 
   // For /rowe/stats.
   std::uint64_t messages = 0;
@@ -61,12 +62,14 @@ struct subscription {
   queue waiting;
   std::uint32_t depth = 0;
   rowe::priority ready_as = rowe::priority::normal; // on which of its connection's lists, while ready
-  bool ready = false;    // on its connection's list of those that may be written now
-  bool served = false;   // something of it was written in the batch that is being settled
-  bool timed = false;    // on the wheel until next_due
-  bool merges = false;   // a newer value takes the place of an older one
-  bool discards = false; // what comes within the throttle period is not even queued
+  bool ready = false;     // on its connection's list of those that may be written now
+  bool served = false;    // something of it was written in the batch that is being settled
+  bool timed = false;     // on the wheel until next_due
+  bool merges = false;    // a newer value takes the place of an older one
+  bool owes_last = false; // the latched value is to be queued in front of what comes
+  bool discards = false;  // what comes within the throttle period is not even queued
   rt::duration throttle{0};
+  rt::time_point sent_at{}; // the throttle counts from here; zero: nothing was sent
   rt::time_point next_due{};
   std::uint8_t request_count = 0;
   std::array<subscribe_request, 4> requests;
@@ -81,16 +84,23 @@ class router {
   std::uint32_t find(std::string_view name) const noexcept;  // no_index when there is none
   std::uint32_t find_or_add(std::string_view name) noexcept; // no_index when topics_max are taken
   topic& at(std::uint32_t index) noexcept { return topics_[index]; }
+  const topic& at(std::uint32_t index) const noexcept { return topics_[index]; }
   std::string_view name(std::uint32_t index) const noexcept;
   std::string_view type(std::uint32_t index) const noexcept;
-  // The type a topic is first given stays. False when it has another one.
+  // The type a topic is first given stays. False when it has another one, or the name is too long.
   bool set_type(std::uint32_t index, std::string_view type) noexcept;
+  // For a handle of this process: its type takes the place of another one.
+  void replace_type(std::uint32_t index, std::string_view type) noexcept;
   // `{"op":"publish","topic":NAME,"msg":`, made once.
   std::string_view head(std::uint32_t index) const noexcept;
   void hold(std::uint32_t index) noexcept { ++topics_[index].holders; }
-  // True when nobody holds the topic any more and its place is free; the caller releases `last` first.
+  void hold_as_own(std::uint32_t index) noexcept;
+  // True when nobody holds the topic any more and its place is free; the caller clears `last` first.
   bool let_go(std::uint32_t index) noexcept;
+  bool let_go_as_own(std::uint32_t index) noexcept;
   std::uint32_t topic_count() const noexcept { return topic_count_; }
+  // Those that no handle of this process holds.
+  std::uint32_t topics_of_peers() const noexcept { return topic_count_ - own_topics_; }
   // Places, for walking all topics: those in use have holders.
   std::uint32_t topic_places() const noexcept { return static_cast<std::uint32_t>(topics_.size()); }
 
@@ -101,6 +111,7 @@ class router {
   std::uint32_t add_subscription(std::uint32_t topic, std::uint32_t connection,
                                  std::uint32_t& first_on_connection) noexcept;
   void remove_subscription(std::uint32_t index, std::uint32_t& first_on_connection) noexcept;
+  std::uint32_t subscription_count() const noexcept { return subscription_count_; }
   std::uint32_t subscription_places() const noexcept {
     return static_cast<std::uint32_t>(subscriptions_.size());
   }
@@ -124,6 +135,8 @@ class router {
   std::uint32_t free_topic_ = no_index;
   std::uint32_t free_subscription_ = no_index;
   std::uint32_t topic_count_ = 0;
+  std::uint32_t own_topics_ = 0;
+  std::uint32_t subscription_count_ = 0;
 };
 
 // FNV-1a, 64 bits (Fowler, Noll, Vo): short names, no key, no allocation.

@@ -54,11 +54,13 @@ services::added services::add(std::string_view name, std::string_view type, std:
   std::copy(name.begin(), name.end(), names(index));
   std::copy(type.begin(), type.end(), names(index) + name_bytes_max_);
   ++count_;
+  if (lane == no_index) ++of_peers_;
   return {index, refusal::none};
 }
 
 void services::remove(std::uint32_t index) noexcept {
   assert(in_use(index));
+  if (entries_[index].lane == no_index) --of_peers_;
   entries_[index] = {};
   --count_;
 }

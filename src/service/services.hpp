@@ -42,6 +42,7 @@ class services {
   void remove(std::uint32_t index) noexcept;
 
   service_entry& at(std::uint32_t index) noexcept { return entries_[index]; }
+  const service_entry& at(std::uint32_t index) const noexcept { return entries_[index]; }
   std::string_view name(std::uint32_t index) const noexcept {
     return {names(index), entries_[index].name_bytes};
   }
@@ -52,6 +53,7 @@ class services {
   std::uint32_t places() const noexcept { return static_cast<std::uint32_t>(entries_.size()); }
   bool in_use(std::uint32_t index) const noexcept { return entries_[index].hash != 0; }
   std::uint32_t count() const noexcept { return count_; }
+  std::uint32_t of_peers() const noexcept { return of_peers_; }
 
  private:
   char* names(std::uint32_t index) const noexcept { return names_.data() + index * 2 * name_bytes_max_; }
@@ -60,6 +62,7 @@ class services {
   std::span<char> names_;
   std::size_t name_bytes_max_;
   std::uint32_t count_ = 0;
+  std::uint32_t of_peers_ = 0;
 };
 
 } // namespace rowe::service

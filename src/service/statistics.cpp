@@ -49,7 +49,7 @@ void core::publish_statistics() noexcept {
   arm(timer::statistics, 0, now_ + options_.stats_period);
   const rt::duration since = now_ - statistics_at_;
   if (since <= rt::duration{0}) return;
-  publish(statistics_topic_, now_, rt::never, [&](json::writer& into) { write_statistics(into, since); });
+  publish(statistics_topic_, now_, rt::never, {}, [&](json::writer& into) { write_statistics(into, since); });
   end_statistics_period();
 }
 
@@ -149,8 +149,8 @@ void core::write_topics(json::writer& into, rt::duration since) noexcept {
   into.key("topics");
   into.begin_array();
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
+    if (!is_listed(i)) continue;
     const topic& t = router_.at(i);
-    if (t.holders == 0) continue;
     into.begin_object();
     into.key("topic");
     into.string(router_.name(i));

@@ -17,9 +17,8 @@ namespace bare = wire::bare;
 namespace rosbridge = wire::rosbridge;
 
 constexpr std::string_view stop_name = "/rowe/stop";
-constexpr std::string_view state_topic_name = "/rowe/stop/state";
 constexpr std::array<std::string_view, 4> service_names{stop_name, "/rowe/stop/reset", "/rowe/stop/lease",
-                                                        state_topic_name};
+                                                        core::stop_state_topic};
 
 constexpr std::size_t body_bytes_max = 2560; // of any answer, and of the state
 constexpr std::size_t answer_bytes_max =
@@ -71,12 +70,6 @@ std::string_view core::name_of(stop_service which) noexcept {
 
 status core::attach_latch(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
-  if (stop_topic_ == no_index) {
-    const std::uint32_t topic = router_.find_or_add(state_topic_name);
-    if (topic == no_index) return error{errc::too_many_topics, router_.topic_count(), bounds_.topics_max};
-    router_.hold(topic);
-    stop_topic_ = topic;
-  }
   const std::uint32_t loop = stop_.add_loop(lane.name(), lane.loop_timeout, lane.latch, now_);
   if (loop == stop_rules::no_loop)
     return error{errc::too_many_latches, stop_rules::loops_max, stop_rules::loops_max};

@@ -9,6 +9,7 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
@@ -194,14 +195,29 @@ status core::check_text(std::string_view text) noexcept {
 bool core::has_room(connection& c, priority at) noexcept {
   queue& to = c.letters[static_cast<std::size_t>(at)];
   drop_dead(to);
-  return to.count < bounds_.queue_depth_max && entries_.in_use() < bounds_.queued_max;
+  return to.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
+}
+
+// Whether one more message may be composed for it, in a slot that nobody else waits for.
+bool core::has_share(const connection& c, slot_class of) const noexcept {
+  return may_take(entries_.held_by(c.id.index, queued_as::direct_message, of), slots_for_messages(of));
+}
+
+// How many slots of a class direct messages may still take: a quarter is never theirs, since they are kept
+// until they are sent.
+std::uint32_t core::slots_for_messages(slot_class of) const noexcept {
+  const std::uint32_t others = slots_.count(of) / 4;
+  return std::max(slots_.free_for_all(of), others) - others;
 }
 
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the lane
 // full instead of losing something; and behind those that wait for room already. Among several peers one that
 // does not read must not stop the others.
 bool core::has_room_for(const message& m) noexcept {
-  if (m.to.generation != 0) return has_room(connections_[m.to.index], m.priority);
+  if (m.to.generation != 0) {
+    connection& to = connections_[m.to.index];
+    return has_room(to, m.priority) && has_share(to, slots_.class_for(m.text.size()));
+  }
   bool any = false;
   for (connection& c : connections_) {
     if (!c.open() || !c.bare) continue;
@@ -226,7 +242,8 @@ bool core::post_in_turn(const message& m) noexcept {
   }
   if (post(m)) return true;
   // A peer has no room; or nobody has, or there is no slot, and then no later one may pass.
-  (to != nullptr && slots_.has_free(m.text.size()) ? to->held_in : all_held_in_) = turn_;
+  (to != nullptr && slots_for_messages(slots_.class_for(m.text.size())) != 0 ? to->held_in : all_held_in_) =
+      turn_;
   return false;
 }
 
@@ -251,7 +268,8 @@ bool core::post(const message& m) noexcept {
                  counter::too_big);
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
-  if (!slots_.has_free(m.text.size())) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
+  if (slots_for_messages(slots_.class_for(m.text.size())) == 0)
+    return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   // Last, since what waits for room comes by here in every cycle.
   if (const status fine = check_text(m.text); !fine) {
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
@@ -293,11 +311,10 @@ void core::send_letter(std::uint32_t slot) noexcept {
 // False, counted, when the peer's queue is full.
 bool core::queue_letter(connection& c, std::uint32_t slot) noexcept {
   const priority at = letters_.at(slot).priority;
-  if (!has_room(c, at) || !entries_.push(c.letters[static_cast<std::size_t>(at)], slots_.ref(slot))) {
+  if (!has_room(c, at) || !enqueue(c.letters[static_cast<std::size_t>(at)], slot)) {
     add(counter::outbox_full);
     return false;
   }
-  slots_.retain(slot);
   list(c);
   return true;
 }
@@ -309,7 +326,7 @@ void core::settle_letter(std::uint32_t slot) noexcept {
   if (l.sent) return end_letter(slot, {});
   const rt::time_point expires = slots_.expires(slot);
   if (closing_) return end_letter(slot, errc::closed);
-  if (!l.everyone) return end_letter(slot, errc::peer_lost);
+  if (!l.everyone) return end_letter(slot, l.lost_as);
   if (expires <= now_) {
     add(counter::expired);
     return end_letter(slot, errc::expired);

@@ -24,8 +24,9 @@ std::size_t large_slot_bytes(const limits& bounds) noexcept {
 }
 
 std::size_t slots_bytes(const limits& bounds) noexcept {
-  return bounds.small_slots * stride(bounds.small_slot_bytes) +
-         bounds.large_slots * stride(large_slot_bytes(bounds));
+  const std::size_t small = wire_slots::first_large(bounds);
+  return small * stride(bounds.small_slot_bytes) +
+         (wire_slots::count(bounds) - small) * stride(large_slot_bytes(bounds));
 }
 
 } // namespace
@@ -33,22 +34,22 @@ std::size_t slots_bytes(const limits& bounds) noexcept {
 std::size_t wire_slots::large_bytes(const limits& bounds) noexcept { return large_slot_bytes(bounds); }
 
 std::size_t wire_slots::footprint_bytes(const limits& bounds) noexcept {
-  return rt::arena::bytes_for<slot>(bounds.small_slots + bounds.large_slots) +
-         rt::arena::bytes_for(slots_bytes(bounds));
+  return rt::arena::bytes_for<slot>(count(bounds)) + rt::arena::bytes_for(slots_bytes(bounds));
 }
 
 wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
-    : slots_{memory.carve<slot>(bounds.small_slots + bounds.large_slots)},
+    : slots_{memory.carve<slot>(count(bounds))},
       memory_{memory.carve_bytes(slots_bytes(bounds))},
       small_bytes_{bounds.small_slot_bytes},
       large_bytes_{large_slot_bytes(bounds)},
       small_stride_{stride(small_bytes_)},
       large_stride_{stride(large_bytes_)},
-      small_count_{bounds.small_slots} {
+      small_count_{first_large(bounds)} {
   for (std::uint32_t i = count(); i-- > 0;) {
-    auto& list = small(i) ? free_small_ : free_large_;
-    slots_[i].next_free = list;
-    list = i;
+    free_list& list = free_[static_cast<std::size_t>(class_of(i))];
+    slots_[i].next_free = list.first;
+    list.first = i;
+    ++list.count;
   }
 }
 
@@ -68,10 +69,13 @@ std::uint64_t wire_slots::deliveries() const noexcept {
 
 bool wire_slots::check() const noexcept {
   std::uint32_t free_count = 0;
-  for (std::uint32_t list : {free_small_, free_large_}) {
-    for (; list != no_index; list = slots_[list].next_free) {
-      if (slots_[list].references != 0 || slots_[list].begun != 0 || ++free_count > count()) return false;
+  for (const free_list& list : free_) {
+    std::uint32_t counted = 0;
+    for (std::uint32_t i = list.first; i != no_index; i = slots_[i].next_free) {
+      if (slots_[i].references != 0 || slots_[i].begun != 0 || ++counted > list.count) return false;
     }
+    if (counted != list.count) return false;
+    free_count += counted;
   }
   return free_count + in_use_ == count();
 }

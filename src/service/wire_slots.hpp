@@ -7,7 +7,11 @@
 // if it does not fit, again into a large one. Each slot has room in front for a frame header and one node on
 // the wheel; when its time is over it is freed whoever still has it queued, and those find a newer generation
 // in its place. A slot that a socket has been given the first bytes of is held until the last one is out.
+//
+// One slot of each size class, beyond those that the limits name, is kept for the stop.
 #pragma once
+#include <algorithm>
+#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -28,9 +32,21 @@ struct slot_ref {
   friend bool operator==(const slot_ref&, const slot_ref&) = default;
 };
 
+enum class slot_class : std::uint8_t { small, large };
+enum class slot_use : std::uint8_t { ordinary, stop };
+
 class wire_slots {
  public:
   static constexpr std::size_t headroom_bytes = 16; // the longest frame header is 14
+  static constexpr std::uint32_t kept_for_stop = 1; // of each class
+
+  // Slots are numbered from 0, small ones first.
+  static std::uint32_t first_large(const limits& bounds) noexcept {
+    return bounds.small_slots + kept_for_stop;
+  }
+  static std::size_t count(const limits& bounds) noexcept {
+    return std::size_t{bounds.small_slots} + bounds.large_slots + 2 * kept_for_stop;
+  }
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   static std::size_t large_bytes(const limits& bounds) noexcept; // of a large slot
@@ -39,12 +55,13 @@ class wire_slots {
   std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
 
   // A free slot of at least `bytes`, with one reference; nothing when all of that size are taken.
-  std::optional<std::uint32_t> take(std::size_t bytes) noexcept {
-    auto& list = bytes <= small_bytes_ ? free_small_ : free_large_;
-    if (bytes > large_bytes_ || list == no_index) return std::nullopt;
-    const std::uint32_t index = list;
+  std::optional<std::uint32_t> take(std::size_t bytes, slot_use what = slot_use::ordinary) noexcept {
+    free_list& list = free_[static_cast<std::size_t>(class_for(bytes))];
+    if (bytes > large_bytes_ || list.count <= left_by(what)) return std::nullopt;
+    const std::uint32_t index = list.first;
     slot& taken = slots_[index];
-    list = taken.next_free;
+    list.first = taken.next_free;
+    --list.count;
     taken.references = 1;
     taken.kept = false;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
@@ -52,9 +69,27 @@ class wire_slots {
     ++in_use_;
     return index;
   }
+  // The class of the smallest slot for so many bytes.
+  slot_class class_for(std::size_t bytes) const noexcept {
+    return bytes <= small_bytes_ ? slot_class::small : slot_class::large;
+  }
+  slot_class class_of(std::uint32_t index) const noexcept {
+    return small(index) ? slot_class::small : slot_class::large;
+  }
+  // How many of a class there are for ordinary use, and how many of those are free.
+  std::uint32_t count(slot_class of) const noexcept {
+    return of == slot_class::small ? small_count_ - kept_for_stop : count() - small_count_ - kept_for_stop;
+  }
+  std::uint32_t free_for_all(slot_class of) const noexcept {
+    return std::max(free_[static_cast<std::size_t>(of)].count, kept_for_stop) - kept_for_stop;
+  }
   // Whether there is one for so many bytes, a large one if need be.
   bool has_free(std::size_t bytes) const noexcept {
-    return (bytes <= small_bytes_ && free_small_ != no_index) || free_large_ != no_index;
+    return (bytes <= small_bytes_ && free_for_all(slot_class::small) != 0) ||
+           free_for_all(slot_class::large) != 0;
+  }
+  std::size_t bytes_of(slot_class of) const noexcept {
+    return of == slot_class::small ? small_bytes_ : large_bytes_;
   }
   std::size_t small_bytes() const noexcept { return small_bytes_; }
   std::size_t large_bytes() const noexcept { return large_bytes_; }
@@ -86,8 +121,7 @@ class wire_slots {
 
   void retain(std::uint32_t index) noexcept { ++slots_[index].references; }
   std::uint32_t references(std::uint32_t index) const noexcept { return slots_[index].references; }
-  // A reference that is no delivery: a latched topic's last value, a letter that is under way. expire() does
-  // not count it.
+  // A reference that is no delivery: a letter that is under way. expire() does not count it.
   void keep(std::uint32_t index) noexcept {
     retain(index);
     slots_[index].kept = true;
@@ -131,6 +165,12 @@ class wire_slots {
     rt::time_point expires = rt::never;
   };
 
+  struct free_list {
+    std::uint32_t first = no_index;
+    std::uint32_t count = 0;
+  };
+
+  static std::uint32_t left_by(slot_use what) noexcept { return what == slot_use::stop ? 0 : kept_for_stop; }
   bool small(std::uint32_t index) const noexcept { return index < small_count_; }
   char* base(std::uint32_t index) const noexcept {
     const std::size_t at = small(index)
@@ -143,9 +183,10 @@ class wire_slots {
     assert(freed.begun == 0 && in_use_ > 0);
     freed.references = 0;
     if (++freed.generation == 0) freed.generation = 1;
-    auto& list = small(index) ? free_small_ : free_large_;
-    freed.next_free = list;
-    list = index;
+    free_list& list = free_[static_cast<std::size_t>(class_of(index))];
+    freed.next_free = list.first;
+    list.first = index;
+    ++list.count;
     --in_use_;
     ++freed_;
   }
@@ -157,8 +198,7 @@ class wire_slots {
   std::size_t small_stride_;
   std::size_t large_stride_;
   std::uint32_t small_count_;
-  std::uint32_t free_small_ = no_index;
-  std::uint32_t free_large_ = no_index;
+  std::array<free_list, 2> free_;
   std::uint32_t in_use_ = 0;
   std::uint64_t freed_ = 0;
 };

@@ -118,27 +118,39 @@ bool core::gather_begun(connection& c, batch& into) noexcept {
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
 // full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
 bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
+  if (of != no_index && router_.subscription_at(of).owes_last) {
+    if (!may_begin(c, into)) return false;
+    place_latched(router_.subscription_at(of));
+  }
   drop_dead(from);
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
   const bool masked = masks(c);
   for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
     const slot_ref slot = entries_.at(at);
     if (!is_due(slot)) continue; // dropped when it comes to the front
-    if (into.bytes >= into.credit && c.credit.ping_under_way()) {
-      c.credit.held_back();
-      into.held = true;
-      return false;
-    }
+    if (!may_begin(c, into)) return false;
     batch_piece piece{
         .from = &from, .subscription = of, .slot = slot.index, .is = batch_piece::origin::message};
     if (masked) piece.key = next_mask();
-    if (into.full() || into.bytes >= into.credit || !gather_frame(masked, 0, into, piece)) {
+    if (!gather_frame(masked, 0, into, piece)) {
       into.more = true;
       return false;
     }
     if (one) break;
   }
   return true;
+}
+
+// Whether one more frame may be begun; if not, the batch says what for it waits.
+bool core::may_begin(connection& c, batch& into) noexcept {
+  if (into.bytes >= into.credit && c.credit.ping_under_way()) {
+    c.credit.held_back();
+    into.held = true;
+    return false;
+  }
+  if (!into.full() && into.bytes < into.credit) return true;
+  into.more = true;
+  return false;
 }
 
 // Clients mask their frames; Hop of 2014 cannot read masked ones.
@@ -228,7 +240,8 @@ void core::settle_sent(subscription& of) noexcept {
   of.served = true;
   if (of.throttle == rt::duration{0}) return;
   const bool in_step = now_ - of.next_due < of.throttle;
-  of.next_due = rt::deadline_after(in_step ? of.next_due : now_, of.throttle);
+  of.sent_at = in_step ? of.next_due : now_;
+  of.next_due = rt::deadline_after(of.sent_at, of.throttle);
 }
 
 // Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served

@@ -437,7 +437,7 @@ TEST(endpoint_errors, tell_a_second_type_of_one_topic) {
 TEST(endpoint_errors, tell_when_lanes_topics_or_their_memory_run_out) {
   rowe::endpoint_options few;
   few.limits.lanes_max = 3;
-  few.limits.topics_max = 2;
+  few.limits.topics_max = 3;
   few.limits.lane_bytes = 64 * 1024;
   auto robot = endpoint::listen(0, few).value();
   const auto big = robot.subscribe<json_text>("/a", {.depth = 64, .text_bytes_max = 4096});

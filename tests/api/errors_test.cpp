@@ -157,7 +157,7 @@ error too_many_lanes() {
   return of(endpoint.open_lane());
 }
 error too_many_topics() {
-  auto endpoint = with([](rowe::limits& l) { l.topics_max = 2; }); // one is /rowe/stats
+  auto endpoint = with([](rowe::limits& l) { l.topics_max = 3; }); // /rowe/stats and /rowe/stop/state
   const auto first = endpoint.advertise<json_text>("/x").value();
   return of(endpoint.advertise<json_text>("/y"));
 }

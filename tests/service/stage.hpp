@@ -50,7 +50,7 @@ inline rowe::endpoint_options small_options() {
   rowe::endpoint_options options;
   options.limits.connections_max = 8;
   options.limits.message_bytes_max = 8 * 1024;
-  options.limits.topics_max = 16;
+  options.limits.topics_max = 32;
   options.limits.subscriptions_max = 64;
   options.limits.subscriptions_per_connection_max = 8;
   options.limits.advertisements_per_connection_max = 4;
@@ -60,7 +60,7 @@ inline rowe::endpoint_options small_options() {
   options.limits.queue_depth_max = 16;
   options.limits.queued_max = 256;
   options.limits.lanes_max = 6;
-  options.limits.services_max = 8;
+  options.limits.services_max = 16;
   options.limits.calls_max = 16;
   options.limits.calls_per_connection_max = 4;
   options.limits.door_slots = 4;

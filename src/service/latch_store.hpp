@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+// The last values of latched topics, for subscribers that come late: the body of the message, in blocks of a
+// pool of their own, so that values that stand for hours take no slot from messages on their way. Service
+// thread only; nothing here waits or allocates.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/wire_slots.hpp"
+
+namespace rowe::json {
+class writer;
+}
+
+namespace rowe::service {
+
+// Whose value it is; with its publisher it goes.
+struct latch_owner {
+  enum class kind : std::uint8_t { nobody, handle, peer };
+  kind who = kind::nobody;
+  std::uint32_t index = no_index; // of the lane, or the connection
+  friend bool operator==(const latch_owner&, const latch_owner&) = default;
+};
+
+struct latched_value {
+  std::uint32_t first = no_index; // block
+  std::uint32_t bytes = 0;
+  std::uint32_t blocks = 0;
+  latch_owner owner{};
+  rt::time_point expires = rt::never;
+
+  bool empty() const noexcept { return first == no_index; }
+};
+
+class latch_store {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  latch_store(rt::arena& memory, const limits& bounds) noexcept;
+
+  // Puts `body` in the place of what `into` holds. False when it finds no room, or is more than its owner may
+  // take: then `into` is empty. A peer may hold what shares.hpp says; half of the pool is this process's own.
+  bool store(latched_value& into, std::string_view body, latch_owner owner, rt::time_point expires) noexcept;
+  void clear(latched_value& what) noexcept;
+  void write(const latched_value& what, json::writer& into) const noexcept;
+
+  std::uint32_t blocks() const noexcept { return static_cast<std::uint32_t>(blocks_.size()); }
+  std::uint32_t in_use() const noexcept { return in_use_; }
+  std::uint32_t held_by_peer(std::uint32_t connection) const noexcept { return held_[connection]; }
+
+ private:
+  static constexpr std::size_t block_bytes = 1020;
+  struct block {
+    std::uint32_t next = no_index;
+    std::array<char, block_bytes> text;
+  };
+  static std::size_t block_count(const limits& bounds) noexcept {
+    return bounds.latched_bytes / sizeof(block);
+  }
+
+  std::span<block> blocks_;
+  std::span<std::uint32_t> held_; // blocks, by connection
+  std::uint32_t free_ = no_index;
+  std::uint32_t in_use_ = 0;
+  std::uint32_t of_peers_ = 0;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many things a second one peer may do: a token bucket that holds what comes in one second, as the
+// virtual scheduling algorithm of ITU-T I.371 has it. Pure; service thread only.
+#pragma once
+#include <algorithm>
+#include <cstdint>
+
+#include <rowe/rt/clock.hpp>
+
+namespace rowe::service {
+
+class rate_limit {
+ public:
+  static constexpr rt::duration burst = std::chrono::seconds{1};
+
+  rate_limit() noexcept = default;
+  // 0: no limit. More than 1e9 a second counts as that.
+  explicit rate_limit(std::uint32_t per_second) noexcept
+      : period_{per_second == 0 ? 0 : std::max<std::int64_t>(1'000'000'000 / per_second, 1)} {}
+  // One for each period, after a first burst of so many.
+  rate_limit(rt::duration period, std::uint32_t burst_count) noexcept
+      : period_{period}, burst_{period * burst_count} {}
+
+  // One more at `now`. False when that is too many.
+  bool take(rt::time_point now) noexcept {
+    if (period_ == rt::duration{0}) return true;
+    const rt::time_point from = std::max(paid_until_, now);
+    if (from - now < burst_ / 2) over_since_ = rt::never;
+    if (from - now > burst_ - period_) {
+      over_since_ = std::min(over_since_, now);
+      return false;
+    }
+    paid_until_ = from + period_;
+    return true;
+  }
+  // For how long there were too many, without a pause of half a burst.
+  rt::duration over_for(rt::time_point now) const noexcept {
+    return over_since_ == rt::never ? rt::duration{0} : now - over_since_;
+  }
+
+ private:
+  rt::duration period_{0};
+  rt::duration burst_{burst};
+  rt::time_point paid_until_{};
+  rt::time_point over_since_ = rt::never;
+};
+
+} // namespace rowe::service

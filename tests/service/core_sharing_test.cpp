@@ -1,0 +1,528 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one peer may take of what all share, and what it cannot take: slots, topics, services, latched values,
+// rates. Each test has one peer that takes all it gets, or is only clumsy, and others that must not notice.
+#include "core_stage.hpp"
+
+namespace stage {
+namespace core_sharing_test {
+namespace {
+
+using rowe::detail::lane_kind;
+using rowe::detail::lane_state;
+
+std::string subscribe(std::string_view topic, std::string_view more = "") {
+  return R"({"op":"subscribe","topic":")" + std::string{topic} + '"' + std::string{more} + "}";
+}
+
+std::string publish_on(std::string_view topic, std::string_view body) {
+  return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":)" + std::string{body} + "}";
+}
+
+std::size_t count_of(const texts& in, std::string_view part) {
+  return static_cast<std::size_t>(std::count_if(
+      in.begin(), in.end(), [&](const std::string& t) { return t.find(part) != std::string::npos; }));
+}
+
+// Adds what it has heard; pings are answered meanwhile.
+void hear_more(peer& by, texts& to) {
+  for (std::string& text : by.hear()) to.push_back(std::move(text));
+}
+
+rowe::endpoint_options hub_options() {
+  auto options = small_options();
+  options.relay = true;
+  return options;
+}
+
+rowe::detail::lane& offer_text(theatre& on, lane_kind kind, std::string_view topic, std::size_t bytes,
+                               rowe::topic_options how = {}, std::string_view type = {}) {
+  auto& lane = on.offer(kind, topic, bytes, how, nullptr, type);
+  on.cycle();
+  return lane;
+}
+
+// Closes a lane as its handle does.
+void give_up(theatre& on, rowe::detail::lane& lane) {
+  lane.state.store(lane_state::closing, std::memory_order_release); // release: as the handle does
+  on.cycle();
+}
+
+// ---- queues
+
+// A live message in front of expired ones, and a depth that became smaller.
+TEST(core_sharing, survives_a_queue_that_becomes_shorter_with_expired_messages_behind_a_live_one) {
+  theatre on{hub_options()};
+  auto& odom = offer_text(on, lane_kind::publish_text, "/odom", 64, {.ttl = 100ms});
+  peer p{on};
+  for (int round = 0; round < 5; ++round) {
+    p.say(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
+    on.cycle();
+    (void)publish_text(on, odom, R"({"n":0})"); // throttled from here on
+    on.cycles(2);
+    p.say(publish_on("/odom", R"({"n":"lives"})"));
+    on.cycle();
+    for (int i = 0; i < 8; ++i) {
+      (void)publish_text(on, odom, R"({"n":1})");
+      on.cycle();
+    }
+    on.cycle(220ms);
+    p.say(subscribe("/odom", R"(,"queue_length":1)"));
+    on.cycle();
+    (void)publish_text(on, odom, R"({"n":2})");
+    on.cycles(2);
+    p.say(R"({"op":"unsubscribe","topic":"/odom"})");
+    on.cycle();
+    (void)p.hear();
+    ASSERT_TRUE(on.core.check()) << round;
+  }
+  EXPECT_EQ(on.core.slots_in_use(), 0U);
+  EXPECT_LT(on.count(counter::expired), 100U);
+}
+
+TEST(core_sharing, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
+  theatre on{hub_options()};
+  auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
+  peer p{on};
+  p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
+  on.cycle();
+  for (int i = 0; i < 11; ++i) {
+    (void)publish_text(on, lane, R"({"n":)" + std::to_string(i) + "}");
+    on.cycle();
+  }
+  ASSERT_EQ(on.core.slots_in_use(), 10U);
+  p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":2)"));
+  on.cycle();
+  EXPECT_EQ(on.core.slots_in_use(), 2U);
+  on.cycles(3, 1s);
+  EXPECT_EQ(count_of(p.hear(), R"("n":9)"), 1U);
+}
+
+TEST(core_sharing, follows_a_throttle_that_is_lowered_at_once) {
+  theatre on;
+  auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
+  peer p{on};
+  p.say(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
+  on.cycle();
+  for (int i = 0; i < 3; ++i) {
+    (void)publish_text(on, lane, R"({"n":)" + std::to_string(i) + "}");
+    on.cycle();
+  }
+  ASSERT_EQ(p.hear().size(), 1U);
+  p.say(subscribe("/t", R"(,"throttle_rate":10,"queue_length":4)"));
+  on.cycles(40);
+  EXPECT_EQ(p.hear().size(), 2U);
+  p.say(subscribe("/t", R"(,"queue_length":4)"));
+  on.cycle();
+  for (int i = 3; i < 6; ++i) (void)publish_text(on, lane, R"({"n":)" + std::to_string(i) + "}");
+  on.cycles(2);
+  EXPECT_EQ(p.hear().size(), 3U);
+}
+
+// ---- slots
+
+TEST(core_sharing, serves_others_beside_a_reader_that_queues_all_it_may) {
+  theatre on;
+  auto& lane = offer_text(on, lane_kind::publish_text, "/live", 64);
+  std::vector<rowe::detail::lane*> slow;
+  for (const char* topic : {"/a", "/b", "/c", "/d"})
+    slow.push_back(&offer_text(on, lane_kind::publish_text, topic, 64));
+  peer hoards{on}, other{on};
+  for (const char* topic : {"/a", "/b", "/c", "/d"})
+    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
+  other.say(subscribe("/live"));
+  on.cycle();
+  for (int i = 0; i < 20; ++i) {
+    for (auto* one : slow) (void)publish_text(on, *one, R"({"x":1})");
+    on.cycle();
+  }
+  (void)hoards.hear();
+  texts heard;
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_TRUE(publish_text(on, lane, R"({"x":1})"));
+    other.say(R"({"op":"call_service","id":"c","service":"/rosapi/topics"})");
+    on.cycle();
+    hear_more(other, heard);
+  }
+  EXPECT_EQ(count_of(heard, "/live\",\"msg"), 100U);
+  EXPECT_EQ(count_of(heard, "service_response"), 100U);
+  EXPECT_EQ(on.count(counter::no_slot), 0U);
+  EXPECT_GT(on.count(counter::evicted), 0U);
+  EXPECT_TRUE(on.core.check());
+}
+
+TEST(core_sharing, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
+  auto options = small_options();
+  options.limits.queued_max = 40;
+  theatre on{options};
+  auto& brief = offer_text(on, lane_kind::publish_text, "/a", 64, {.ttl = 2ms});
+  auto& brief_too = offer_text(on, lane_kind::publish_text, "/b", 64, {.ttl = 2ms});
+  auto& brief_3 = offer_text(on, lane_kind::publish_text, "/c", 64, {.ttl = 2ms});
+  auto& live = offer_text(on, lane_kind::publish_text, "/live", 64);
+  peer hoards{on}, other{on};
+  for (const char* topic : {"/a", "/b", "/c"})
+    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
+  other.say(subscribe("/live"));
+  on.cycle();
+  for (int i = 0; i < 20; ++i) {
+    for (auto* one : {&brief, &brief_too, &brief_3}) (void)publish_text(on, *one, R"({"x":1})");
+    on.cycle();
+  }
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(publish_text(on, live, R"({"x":1})"));
+    on.cycle();
+  }
+  EXPECT_EQ(other.hear().size(), 10U);
+  EXPECT_TRUE(on.core.check());
+}
+
+TEST(core_sharing, delivers_large_messages_beside_many_large_latched_values) {
+  auto options = small_options();
+  options.limits.lanes_max = 12;
+  options.limits.latched_bytes = 64 * 1024;
+  theatre on{options};
+  std::vector<rowe::detail::lane*> maps;
+  const std::string map = R"({"m":")" + std::string(3000, 'm') + R"("})";
+  for (int i = 0; i < 8; ++i) { // twice as many as there are large slots
+    maps.push_back(&offer_text(on, lane_kind::publish_text, "/map" + std::to_string(i), 4000,
+                               {.depth = 2, .latched = true}));
+    ASSERT_TRUE(publish_text(on, *maps.back(), map));
+    on.cycle();
+  }
+  auto& live = offer_text(on, lane_kind::publish_text, "/live", 4000, {.depth = 2});
+  peer p{on};
+  p.say(subscribe("/live"));
+  on.cycle();
+  texts heard;
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(publish_text(on, live, map));
+    on.cycle();
+    hear_more(p, heard);
+  }
+  EXPECT_EQ(heard.size(), 10U);
+  EXPECT_EQ(on.count(counter::no_slot) + on.count(counter::not_latched), 0U);
+  peer late{on};
+  for (int i = 0; i < 8; ++i) late.say(subscribe("/map" + std::to_string(i)));
+  texts late_heard;
+  for (int i = 0; i < 20; ++i) {
+    on.cycle();
+    hear_more(late, late_heard);
+  }
+  EXPECT_EQ(count_of(late_heard, map), 8U);
+}
+
+TEST(core_sharing, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
+  auto options = small_options();
+  options.limits.latched_bytes = 2048; // two blocks
+  theatre on{options};
+  auto& lane = offer_text(on, lane_kind::publish_text, "/map", 4000, {.latched = true});
+  peer p{on};
+  p.say(subscribe("/map"));
+  on.cycle();
+  ASSERT_TRUE(publish_text(on, lane, R"({"m":")" + std::string(3000, 'm') + R"("})"));
+  on.cycle();
+  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(on.count(counter::not_latched), 1U);
+  ASSERT_TRUE(publish_text(on, lane, R"({"m":1})"));
+  on.cycle();
+  peer late{on};
+  late.say(subscribe("/map"));
+  on.cycles(2);
+  EXPECT_EQ(late.hear().size(), 1U);
+}
+
+// ---- what is latched, and by whom
+
+TEST(core_sharing, keeps_no_value_for_those_who_latch_nothing) {
+  theatre on{hub_options()};
+  peer latches{on}, plain{on};
+  latches.say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
+  plain.say(publish_on("/t", R"({"from":"plain"})"));
+  on.cycle();
+  peer late{on};
+  late.say(subscribe("/t"));
+  on.cycle();
+  EXPECT_EQ(late.hear().size(), 0U);
+  latches.say(publish_on("/t", R"({"from":"latches"})"));
+  plain.say(publish_on("/t", R"({"from":"plain"})"));
+  on.cycle();
+  peer later{on};
+  later.say(subscribe("/t"));
+  on.cycle();
+  const texts heard = later.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find("latches"), std::string::npos);
+}
+
+TEST(core_sharing, forgets_a_latched_value_with_the_peer_that_latched_it) {
+  for (const bool leaves : {true, false}) {
+    theatre on{hub_options()};
+    peer keeps_topic{on};
+    keeps_topic.say(subscribe("/t"));
+    auto latches = std::make_unique<peer>(on);
+    latches->say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
+    latches->say(publish_on("/t", R"({"n":1})"));
+    on.cycle();
+    leaves ? latches->leave() : latches->say(R"({"op":"unadvertise","topic":"/t"})");
+    on.cycle();
+    peer late{on};
+    late.say(subscribe("/t"));
+    on.cycles(2);
+    EXPECT_EQ(late.hear().size(), 0U) << leaves;
+  }
+}
+
+TEST(core_sharing, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
+  theatre on{hub_options()};
+  auto& map = offer_text(on, lane_kind::publish_text, "/map", 64, {.latched = true});
+  ASSERT_TRUE(publish_text(on, map, R"({"from":"robot"})"));
+  on.cycle();
+  peer rude{on};
+  rude.say(R"({"op":"advertise","topic":"/map","latch":true})");
+  rude.say(publish_on("/map", R"({"from":"stranger"})"));
+  on.cycle();
+  peer late{on};
+  late.say(subscribe("/map"));
+  on.cycle();
+  const texts heard = late.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find("robot"), std::string::npos);
+  give_up(on, map);
+  peer later{on};
+  later.say(subscribe("/map"));
+  on.cycle();
+  EXPECT_EQ(later.hear().size(), 0U);
+}
+
+TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
+  auto options = hub_options();
+  options.limits.latched_bytes = 16 * 1024; // sixteen blocks, eight for peers
+  options.limits.topics_max = 64;
+  options.limits.advertisements_per_connection_max = 16;
+  theatre on{options};
+  peer greedy{on}, other{on};
+  for (int i = 0; i < 16; ++i) {
+    const std::string topic = "/g" + std::to_string(i);
+    greedy.say(R"({"op":"advertise","topic":")" + topic + R"(","latch":true})");
+    greedy.say(publish_on(topic, R"({"n":1})"));
+  }
+  on.cycles(4);
+  EXPECT_EQ(on.count(counter::not_latched), 12U);
+  other.say(R"({"op":"advertise","topic":"/o","latch":true})");
+  other.say(publish_on("/o", R"({"n":1})"));
+  on.cycles(2);
+  EXPECT_EQ(on.count(counter::not_latched), 12U);
+}
+
+// ---- topics
+
+TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
+  theatre on;
+  std::vector<std::unique_ptr<peer>> crowd;
+  for (int k = 0; k < 7; ++k) {
+    crowd.push_back(std::make_unique<peer>(on));
+    for (int i = 0; i < 40; ++i) {
+      const std::string name = "/x" + std::to_string(k) + "_" + std::to_string(i);
+      crowd.back()->say(i % 2 == 0 ? subscribe(name) : R"({"op":"advertise","topic":")" + name + R"("})");
+    }
+    on.cycles(3);
+  }
+  for (int i = 0; i < 4; ++i) {
+    auto& lane = offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
+    EXPECT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active) << i;
+  }
+  EXPECT_EQ(on.offer(rowe::detail::latch_request({})).state.load(std::memory_order_acquire),
+            lane_state::offered);
+  on.cycle();
+  peer page{on};
+  page.say(subscribe("/rowe/stop/state"));
+  on.cycle();
+  EXPECT_EQ(page.hear().size(), 1U);
+}
+
+TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
+  auto options = small_options();
+  options.limits.topics_max = 20; // twelve of them for peers
+  theatre on{options};
+  peer greedy{on}, other{on};
+  for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
+  on.cycle();
+  const texts said = greedy.hear();
+  ASSERT_EQ(said.size(), 2U);
+  EXPECT_NE(said[0].find("holds 6, 6 of 12 are left (limit topics_max)"), std::string::npos) << said[0];
+  other.say(subscribe("/mine"));
+  on.cycle();
+  EXPECT_EQ(other.hear().size(), 0U);
+  greedy.say(subscribe("/mine")); // no more than it leaves, whoever made it
+  greedy.say(R"({"op":"unsubscribe","topic":"/g0"})");
+  on.cycle();
+  EXPECT_EQ(greedy.hear().size(), 1U);
+}
+
+TEST(core_sharing, charges_nobody_for_topics_of_this_process) {
+  theatre on;
+  for (int i = 0; i < 4; ++i) offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
+  peer p{on};
+  for (int i = 0; i < 4; ++i) p.say(subscribe("/mine" + std::to_string(i)));
+  for (int i = 0; i < 4; ++i) p.say(subscribe("/other" + std::to_string(i)));
+  on.cycle();
+  EXPECT_EQ(p.hear().size(), 0U);
+}
+
+TEST(core_sharing, gives_a_topic_the_type_of_this_process_whoever_named_it_first) {
+  theatre on;
+  peer early{on};
+  early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
+  on.cycle();
+  auto& lane = offer_text(on, lane_kind::subscribe_text, "/cmd", 64, {}, "geometry_msgs/Twist");
+  EXPECT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active);
+  const texts said = early.hear();
+  ASSERT_EQ(said.size(), 1U);
+  EXPECT_NE(said[0].find("/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"),
+            std::string::npos)
+      << said[0];
+  auto& second = offer_text(on, lane_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
+  EXPECT_EQ(second.state.load(std::memory_order_acquire), lane_state::refused);
+  peer late{on};
+  late.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
+  on.cycle();
+  EXPECT_EQ(count_of(late.hear(), "exists with the type"), 1U);
+}
+
+// ---- services and calls
+
+TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) {
+  theatre on{hub_options()};
+  peer early{on}, asks{on};
+  early.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
+  for (int i = 0; i < 20; ++i)
+    early.say(R"({"op":"advertise_service","service":"/x)" + std::to_string(i) + R"(","type":"a/Add"})");
+  on.cycle();
+  const texts refused = early.hear();
+  EXPECT_EQ(refused.size(), 16U); // of sixteen services ten are for peers, and one may have five
+  auto& mine = on.offer({.kind = lane_kind::respond_text,
+                         .name = "/add",
+                         .out_depth = 1,
+                         .in_depth = 1,
+                         .ends_depth = 1,
+                         .out_bytes = 64,
+                         .in_bytes = 64,
+                         .ends_bytes = 64});
+  on.cycle();
+  EXPECT_EQ(mine.state.load(std::memory_order_acquire), lane_state::active);
+  EXPECT_EQ(count_of(early.hear(), "this process provides /add now"), 1U);
+  asks.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1}})");
+  on.cycle();
+  EXPECT_TRUE(take(mine)) << "the handle was asked";
+  peer other{on};
+  other.say(R"({"op":"advertise_service","service":"/other","type":"a/Add"})");
+  on.cycle();
+  EXPECT_EQ(other.hear().size(), 0U);
+}
+
+TEST(core_sharing, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_answered) {
+  theatre on{hub_options()}; // sixteen calls, twelve for peers, four for one
+  peer provides{on}, first{on}, second{on}, third{on};
+  provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
+  on.cycle();
+  for (peer* one : {&first, &second, &third}) {
+    for (int i = 0; i < 6; ++i)
+      one->say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/never"})");
+  }
+  on.cycles(2);
+  peer fine{on};
+  fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
+  on.cycle();
+  EXPECT_EQ(count_of(fine.hear(), R"("result":true)"), 1U);
+  // And none of them lasts for ever, although nobody named a time.
+  for (int i = 0; i < 80; ++i) {
+    on.cycle(500ms);
+    for (peer* one : {&provides, &first, &second, &third, &fine}) (void)one->hear();
+  }
+  EXPECT_GT(on.count(counter::calls_timed_out), 0U);
+}
+
+// ---- rates
+
+TEST(core_sharing, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
+  auto options = hub_options();
+  options.limits.messages_per_second_max = 100;
+  theatre on{options};
+  (void)on.offer(rowe::detail::latch_request({}));
+  peer flood{on}, other{on};
+  other.say(subscribe("/t"));
+  on.cycle();
+  texts heard;
+  for (int i = 0; i < 60; ++i) {
+    for (int k = 0; k < 5; ++k) flood.say(publish_on("/t", R"({"n":1})"));
+    on.cycle(1us);
+    hear_more(other, heard);
+  }
+  flood.say(R"({"op":"publish","topic":"\/rowe\/stop","msg":{}})");
+  flood.say(R"({"op":"call_service","id":"s","service":"/rowe/stop","args":{"source":"x"}})");
+  flood.say(R"({"service":"/rowe/stop","message_id":"b"})");
+  on.cycle();
+  EXPECT_EQ(count_of(heard, "/t"), 100U);
+  EXPECT_EQ(on.count(counter::over_rate), 200U);
+  EXPECT_EQ(on.count(counter::stops), 3U);
+  EXPECT_FALSE(flood.cut());
+  for (int i = 0; i < 20; ++i) { // and its rate comes back
+    on.cycle(100ms);
+    (void)flood.hear();
+    (void)other.hear();
+  }
+  flood.say(publish_on("/t", R"({"n":2})"));
+  on.cycles(2);
+  EXPECT_EQ(count_of(other.hear(), R"("n":2)"), 1U);
+}
+
+TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
+  auto options = small_options();
+  options.limits.messages_per_second_max = 10;
+  theatre on{options};
+  peer flood{on};
+  int seconds = 0;
+  for (; seconds < 20 && !flood.cut(); ++seconds) {
+    for (int i = 0; i < 10 && !flood.cut(); ++i) {
+      for (int k = 0; k < 5; ++k) flood.say(R"({"op":"unsubscribe","topic":"/none"})");
+      on.cycle(100ms);
+      (void)flood.hear();
+    }
+  }
+  EXPECT_EQ(seconds, 6); // the first one is a burst
+  EXPECT_EQ(flood.close_code, 1008);
+  EXPECT_EQ(on.count(counter::flooding_peers), 1U);
+}
+
+TEST(core_sharing, says_and_reports_refusals_that_repeat_so_often_and_counts_the_others) {
+  theatre on;
+  peer clumsy{on};
+  on.cycle();
+  while (on.board.try_event()) continue;
+  for (int i = 0; i < 50; ++i) clumsy.say(R"({"op":"unsubscribe","topic":"/none"})");
+  on.cycle();
+  EXPECT_EQ(clumsy.hear().size(), 20U);
+  EXPECT_EQ(on.count(counter::refusals_unsaid), 30U);
+  int events = 0;
+  while (on.board.try_event()) ++events;
+  EXPECT_EQ(events, 8);
+  on.cycles(4, 500ms);
+  std::string last;
+  while (const auto one = on.board.try_event()) last = std::string_view{one->what};
+  EXPECT_EQ(last, "42 more requests were refused");
+}
+
+TEST(core_sharing, composes_no_answer_for_which_its_asker_has_no_place) {
+  theatre on;
+  peer deaf{on};
+  on.cycle();
+  on.net.weather_of(deaf.id()).room_bytes = 0;
+  for (int i = 0; i < 40; ++i)
+    deaf.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/rowe/stats"})");
+  on.cycles(20);
+  EXPECT_LE(on.core.slots_in_use(), 16U);
+  EXPECT_TRUE(on.core.check());
+}
+
+} // namespace
+} // namespace core_sharing_test
+} // namespace stage
