@@ -46,8 +46,9 @@ struct control_frames {
       written = 0;
     }
     if (what == wire::opcode::ping && size != 0) return nullptr;
+    // By the longest frame, not by this one: whatever takes the place of the last one fits there.
     const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
-    if (room - size < frame_bytes) size = last_at;
+    if (room - size < frame_bytes_max) size = last_at;
     last_at = size;
     size += frame_bytes;
     return bytes.data() + last_at;

@@ -243,7 +243,7 @@ class core final : public transport_sink {
   void drop_all(queue& from, counter as) noexcept;
   bool reclaim(slot_class of) noexcept;
   void reclaim_entry() noexcept;
-  std::uint32_t holds_most(std::optional<slot_class> of) const noexcept;
+  std::uint32_t holds_most(std::optional<slot_class> of) noexcept;
   void evict(connection& c, std::optional<slot_class> of) noexcept;
   void release(std::uint32_t slot) noexcept;
   bool is_letter(std::uint32_t slot) const noexcept { return slots_.kept(slot) && letters_.under_way(slot); }

@@ -196,8 +196,8 @@ void core::drop_all(queue& from, counter as) noexcept {
   }
 }
 
-// Frees a slot of a class at the cost of the peer that has most of them queued: its oldest message goes, and
-// the next one as long as others hold the same. So nobody who holds less than the others loses anything for
+// Frees a slot of a class at the cost of a peer that has more than an equal share of them queued: its oldest
+// message goes, and the next one as long as others hold the same. So nobody who holds less loses anything for
 // want of slots ("longest queue drop": Suter, Lakshman, Stiliadis and Choudhury, IEEE INFOCOM 1998). False
 // when there is nothing to evict, or when so many evictions freed none.
 bool core::reclaim(slot_class of) noexcept {
@@ -211,9 +211,11 @@ bool core::reclaim(slot_class of) noexcept {
   return false;
 }
 
-// Of two that hold as much, one that does not read.
-std::uint32_t core::holds_most(std::optional<slot_class> of) const noexcept {
-  return entries_.longest(of, [this](std::uint32_t i) { return connections_[i].behind(); });
+// Who has more than an equal share; of several that hold as much, one that does not read.
+std::uint32_t core::holds_most(std::optional<slot_class> of) noexcept {
+  const std::uint32_t all = of ? slots_.count(*of) : bounds_.queued_max;
+  return entries_.longest(of, all / std::max(peers_, 1U),
+                          [this](std::uint32_t i) { return connections_[i].behind(); });
 }
 
 // The same for the entries of queues.

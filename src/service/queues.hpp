@@ -65,8 +65,7 @@ class queue_entries {
     to.tail = taken;
     ++to.count;
     ++in_use_;
-    ++held_[to.owner].of[class_of(slot)];
-    evictable_ += is_evictable(to);
+    note_pushed(to, class_of(slot));
     return true;
   }
 
@@ -97,21 +96,23 @@ class queue_entries {
   std::uint32_t held_by(std::uint32_t connection, queued_as what, slot_class of) const noexcept {
     return held_[owner_of(connection, what)].of[static_cast<std::size_t>(of)];
   }
-  // The connection that holds most of what may be evicted, of one size class or, with none named, of all;
-  // no_index where nobody holds any. Of several that hold as much, one that `rather(connection)` names. Looks
-  // at every connection.
+  // A connection that holds more than `share` of what may be evicted, of one size class or, with none named,
+  // of all: as a rule the one that was seen to hold most. Where that holds no more by now, the one that does,
+  // and of several one that `rather(connection)` names; then every connection is looked at. no_index where
+  // nobody holds any.
   template <class Rather>
-  std::uint32_t longest(std::optional<slot_class> of, Rather&& rather) const noexcept {
+  std::uint32_t longest(std::optional<slot_class> of, std::uint32_t share, Rather&& rather) noexcept {
+    std::uint32_t& known = most_[of ? static_cast<std::size_t>(*of) : all_classes];
+    if (evictable(known, of) > std::max(share, 1U)) return known;
     std::uint32_t found = no_index;
-    std::uint32_t most = 0;
-    for (std::uint32_t i = 0; i < held_.size(); i += 2) {
-      const auto& here = held_[i].of;
-      const std::uint32_t count = of ? here[static_cast<std::size_t>(*of)] : here[0] + here[1];
-      if (count < most || count == 0) continue;
-      if (count == most && !rather(i / 2)) continue;
+    std::uint32_t most = 1;
+    for (std::uint32_t i = 0; i < held_.size() / 2; ++i) {
+      const std::uint32_t count = evictable(i, of);
+      if (count < most || (count == most && found != no_index && !rather(i))) continue;
       most = count;
-      found = i / 2;
+      found = i;
     }
+    if (found != no_index) known = found;
     return found;
   }
 
@@ -131,6 +132,20 @@ class queue_entries {
   static std::size_t owner_count(const limits& bounds) noexcept {
     return 2 * std::size_t{bounds.connections_max};
   }
+  static constexpr std::size_t all_classes = 2;
+
+  void note_pushed(const queue& to, std::size_t slot_class) noexcept {
+    ++held_[to.owner].of[slot_class];
+    if (is_evictable(to) == 0) return;
+    ++evictable_;
+    const std::uint32_t by = to.owner / 2;
+    if (held_[to.owner].of[slot_class] > held_[2 * most_[slot_class]].of[slot_class]) most_[slot_class] = by;
+    if (evictable(by, std::nullopt) > evictable(most_[all_classes], std::nullopt)) most_[all_classes] = by;
+  }
+  std::uint32_t evictable(std::uint32_t connection, std::optional<slot_class> of) const noexcept {
+    const auto& here = held_[2 * connection].of;
+    return of ? here[static_cast<std::size_t>(*of)] : here[0] + here[1];
+  }
   static std::uint32_t is_evictable(const queue& one) noexcept { return one.owner % 2 == 0; }
   std::size_t class_of(slot_ref slot) const noexcept { return slot.index >= first_large_; }
 
@@ -140,6 +155,7 @@ class queue_entries {
   std::uint32_t free_ = no_index;
   std::uint32_t in_use_ = 0;
   std::uint32_t evictable_ = 0;
+  std::array<std::uint32_t, 3> most_{}; // connections, by class, and of both
   std::uint64_t popped_ = 0;
 };
 

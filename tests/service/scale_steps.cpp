@@ -129,10 +129,10 @@ rowe::endpoint_options options_for(std::uint32_t count, std::uint32_t queue_dept
   rowe::limits& l = chosen.limits;
   l.connections_max = count + 8;
   l.message_bytes_max = 4096;
-  l.topics_max = count + 8;
-  l.subscriptions_max = 2 * count + 64;
+  l.topics_max = 4 * count + 64;
+  l.subscriptions_max = 4 * count + 64;
   l.subscriptions_per_connection_max = count + 8;
-  l.calls_max = 2 * count + 64;
+  l.calls_max = 4 * count + 64;
   l.calls_per_connection_max = 2 * count + 64;
   l.small_slots = 4 * count + 512;
   l.queue_depth_max = queue_depth;
@@ -324,7 +324,7 @@ struct slow : place {
     for (std::uint32_t i = peers - 2; i < peers; ++i) on.net.say(i, subscribe_to("/down"));
     settle();
     on.net.stop_reading(peers - 1);
-    while (on.core.slots_in_use() < on.options.limits.small_slots + on.options.limits.large_slots) step();
+    while (on.count(rowe::service::counter::outbox_full) == 0) step();
     frames_due = steps;
   }
   void step() {
