@@ -69,7 +69,9 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
 
 void core::limit_call(std::uint32_t index, rt::time_point until) noexcept {
   calls_.at(index).deadline = until;
-  if (until != rt::never) arm(timer::call, index, until);
+  if (until == rt::never) return;
+  if (until <= now_ || unarmed_count_ == unarmed_calls_.size()) return arm(timer::call, index, until);
+  unarmed_calls_[unarmed_count_++] = index;
 }
 
 // ---- asked by this process

@@ -78,7 +78,8 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<std::uint32_t>(bounds.connections_max) + // and in which order
          arena::bytes_for<lane_view>(bounds.lanes_max) +           //
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +    //
-         arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) + arena::bytes_for(joined_bytes(bounds)) +
+         arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
+         arena::bytes_for<std::uint32_t>(bounds.calls_max) + arena::bytes_for(joined_bytes(bounds)) +
          arena::bytes_for<batch_piece>(batch_pieces_max) + arena::bytes_for(mask_bytes) + //
          arena::bytes_for(scratch_bytes(bounds)) +                                        //
          phase_plan::footprint_bytes(bounds) +                                            //
@@ -117,6 +118,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
       wheel_{nodes_, start},
       sealed_{memory.carve<std::uint32_t>(slots_.count())},
+      unarmed_calls_{memory.carve<std::uint32_t>(bounds_.calls_max)},
       joined_{memory.carve_bytes(joined_bytes(bounds_))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)},
       masks_{memory.carve_bytes(mask_bytes)},
@@ -175,14 +177,18 @@ void core::arm(timer what, std::uint32_t index, rt::time_point when) noexcept {
 }
 void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node_of(what, index)); }
 
-// Most messages are written in the cycle that makes them and never need the wheel; the others come to it
-// here.
-void core::arm_sealed() noexcept {
+// Most messages are written in the cycle that makes them and never need the wheel, and some calls are
+// answered in it; the others come to it here.
+void core::arm_what_stays() noexcept {
   for (const std::uint32_t slot : sealed_.first(std::exchange(sealed_count_, 0))) {
     // One that was freed and is another message's by now is there twice, which does no harm.
     const rt::time_point expires = slots_.expires(slot);
     if (slots_.references(slot) != 0 && expires != rt::never)
       arm(timer::slot, slot, expires + rt::duration{1});
+  }
+  for (const std::uint32_t index : unarmed_calls_.first(std::exchange(unarmed_count_, 0))) {
+    const call& one = calls_.at(index); // likewise
+    if (one.open && one.deadline != rt::never) arm(timer::call, index, one.deadline);
   }
 }
 
@@ -201,7 +207,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   expire();
   show_stop_state();
   offer_all();
-  arm_sealed();
+  arm_what_stays();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
   return next_cycle();
@@ -213,7 +219,7 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   take_from(std::exchange(asked_lane_, no_index));
   expire();
   offer_all();
-  arm_sealed();
+  arm_what_stays();
   return next_cycle();
 }
 

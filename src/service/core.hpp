@@ -142,7 +142,7 @@ class core final : public transport_sink {
   timer_name name_of(std::uint32_t node) const noexcept;
   void arm(timer what, std::uint32_t index, rt::time_point when) noexcept;
   void disarm(timer what, std::uint32_t index) noexcept;
-  void arm_sealed() noexcept;
+  void arm_what_stays() noexcept;
 
   // check.cpp
   bool check_calls() const noexcept;
@@ -223,10 +223,22 @@ class core final : public transport_sink {
   bool accepts(subscription& s) noexcept;
   void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
   void trim(subscription& s, std::uint32_t most) noexcept;
-  bool enqueue(queue& to, std::uint32_t slot) noexcept;
+  // The queue gets a reference of the caller's. False when all entries are taken by direct messages, which
+  // are not evicted.
+  bool enqueue(queue& to, std::uint32_t slot) noexcept {
+    if (entries_.full()) reclaim_entry();
+    return entries_.push(to, slots_.ref(slot));
+  }
   void merge_requests(std::uint32_t subscription) noexcept;
   void make_ready(std::uint32_t subscription) noexcept;
-  bool has_place_for_answer(connection& c) noexcept;
+  // Answers that a peer has not read yet. Of one that reads more slowly than it is written to fewer: a few
+  // that ask and do not read must not take the slots of all.
+  static constexpr std::uint32_t direct_depth = 64;
+  static constexpr std::uint32_t direct_depth_behind = 16;
+  bool has_place_for_answer(connection& c) noexcept {
+    drop_dead(c.direct);
+    return c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
+  }
   void send_direct(connection& c, std::string_view text) noexcept;
   void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
   void place_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
@@ -542,6 +554,8 @@ class core final : public transport_sink {
   rt::timer_wheel wheel_;
   std::span<std::uint32_t> sealed_; // slots with an end that are not on the wheel yet: in this cycle
   std::uint32_t sealed_count_ = 0;
+  std::span<std::uint32_t> unarmed_calls_; // likewise: calls with a deadline
+  std::uint32_t unarmed_count_ = 0;
   std::span<std::byte> joined_;   // a batch of frames,
   std::span<batch_piece> pieces_; // and where they came from
   std::span<std::byte> masks_;    // client side: keys not used yet

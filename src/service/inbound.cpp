@@ -39,8 +39,8 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
   case wire::frame_event::text: {
     excess_ = !c.messages.take(now_);
     take_text(c, step.payload);
-    excess_ = false;
-    cut_if_flooding(c, c.messages, "messages_per_second_max: too many messages for 5 s");
+    if (std::exchange(excess_, false))
+      cut_if_flooding(c, c.messages, "messages_per_second_max: too many messages for 5 s");
     break;
   }
   case wire::frame_event::binary:

@@ -12,14 +12,6 @@
 #include "service/publishing.hpp"
 
 namespace rowe::service {
-namespace {
-
-constexpr std::uint32_t direct_depth = 64; // answers to one peer that it has not read yet
-// The same of a peer that reads more slowly than it is written to: a few that ask and do not read must not
-// take the slots of all.
-constexpr std::uint32_t direct_depth_behind = 16;
-
-} // namespace
 
 // ---- towards the queues
 
@@ -41,8 +33,10 @@ bool core::accepts(subscription& s) noexcept {
 void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
   if (s.owes_last) place_latched(s);
-  trim(s, s.depth - 1);
+  drop_dead(s.waiting);
+  if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
   if (!enqueue(s.waiting, slot)) return add(counter::outbox_full);
+  slots_.retain(slot);
   make_ready(index);
 }
 
@@ -54,14 +48,6 @@ void core::trim(subscription& s, std::uint32_t most) noexcept {
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
     drop_front(s.waiting);
   }
-}
-
-// False when all entries are taken by direct messages, which are not evicted.
-bool core::enqueue(queue& to, std::uint32_t slot) noexcept {
-  if (entries_.full()) reclaim_entry();
-  if (!entries_.push(to, slots_.ref(slot))) return false;
-  slots_.retain(slot);
-  return true;
 }
 
 // What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
@@ -90,11 +76,6 @@ void core::make_ready(std::uint32_t index) noexcept {
   (on.head == no_index ? on.head : router_.subscription_at(on.tail).next_ready) = index;
   on.tail = index;
   list(c);
-}
-
-bool core::has_place_for_answer(connection& c) noexcept {
-  drop_dead(c.direct);
-  return c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
 }
 
 void core::send_direct(connection& c, std::string_view text) noexcept {
@@ -306,8 +287,9 @@ void core::place_latched(subscription& of) noexcept {
   const std::uint32_t slot = compose_latched(of.topic);
   if (slot == no_index) return;
   trim(of, of.depth - 1);
-  if (!enqueue(of.waiting, slot)) add(counter::outbox_full);
-  release(slot); // the queue has its own reference
+  if (enqueue(of.waiting, slot)) return; // with its reference
+  add(counter::outbox_full);
+  release(slot);
 }
 
 // The latched value as a message in a slot of its own, with one reference; no_index where there is none, or

@@ -42,14 +42,13 @@ std::uint32_t core::answer(connection& c, WriteText&& write_text, rt::time_point
   const std::uint32_t slot = has_place ? compose(expires, write_text) : no_index;
   if (!has_place) add(counter::outbox_full);
   if (slot == no_index) return no_index;
-  const bool queued = enqueue(c.direct, slot);
-  release(slot); // the queue has its own reference
-  if (!queued) {
-    add(counter::outbox_full);
-    return no_index;
+  if (enqueue(c.direct, slot)) {
+    list(c);
+    return slot;
   }
-  list(c);
-  return slot;
+  release(slot);
+  add(counter::outbox_full);
+  return no_index;
 }
 
 // The message of `topic` whose body `write_body(json::writer&)` writes, as compose() does.

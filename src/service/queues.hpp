@@ -65,7 +65,7 @@ class queue_entries {
     to.tail = taken;
     ++to.count;
     ++in_use_;
-    note_pushed(to, class_of(slot));
+    ++held_[to.owner].of[class_of(slot)];
     return true;
   }
 
@@ -81,7 +81,6 @@ class queue_entries {
     ++popped_;
     --in_use_;
     --held_[from.owner].of[class_of(entries_[popped].slot)];
-    evictable_ -= is_evictable(from);
     entries_[popped].next = free_;
     free_ = popped;
     return entries_[popped].slot;
@@ -97,13 +96,11 @@ class queue_entries {
     return held_[owner_of(connection, what)].of[static_cast<std::size_t>(of)];
   }
   // A connection that holds more than `share` of what may be evicted, of one size class or, with none named,
-  // of all: as a rule the one that was seen to hold most. Where that holds no more by now, the one that does,
-  // and of several one that `rather(connection)` names; then every connection is looked at. no_index where
-  // nobody holds any.
+  // of all: the one that was found last, as long as it does. Else the one that holds most, and of several one
+  // that `rather(connection)` names; then every connection is looked at. no_index where nobody holds any.
   template <class Rather>
   std::uint32_t longest(std::optional<slot_class> of, std::uint32_t share, Rather&& rather) noexcept {
-    std::uint32_t& known = most_[of ? static_cast<std::size_t>(*of) : all_classes];
-    if (evictable(known, of) > std::max(share, 1U)) return known;
+    if (evictable(longest_, of) > std::max(share, 1U)) return longest_;
     std::uint32_t found = no_index;
     std::uint32_t most = 1;
     for (std::uint32_t i = 0; i < held_.size() / 2; ++i) {
@@ -112,12 +109,18 @@ class queue_entries {
       most = count;
       found = i;
     }
-    if (found != no_index) known = found;
+    if (found != no_index) longest_ = found;
     return found;
+  }
+  // Looks at every connection.
+  bool any_evictable() const noexcept {
+    for (std::uint32_t i = 0; i < held_.size() / 2; ++i) {
+      if (evictable(i, std::nullopt) != 0) return true;
+    }
+    return false;
   }
 
   bool full() const noexcept { return free_ == no_index; }
-  bool any_evictable() const noexcept { return evictable_ != 0; }
   std::uint32_t in_use() const noexcept { return in_use_; }
   std::uint64_t popped() const noexcept { return popped_; } // of all queues, so far
 
@@ -132,21 +135,10 @@ class queue_entries {
   static std::size_t owner_count(const limits& bounds) noexcept {
     return 2 * std::size_t{bounds.connections_max};
   }
-  static constexpr std::size_t all_classes = 2;
-
-  void note_pushed(const queue& to, std::size_t slot_class) noexcept {
-    ++held_[to.owner].of[slot_class];
-    if (is_evictable(to) == 0) return;
-    ++evictable_;
-    const std::uint32_t by = to.owner / 2;
-    if (held_[to.owner].of[slot_class] > held_[2 * most_[slot_class]].of[slot_class]) most_[slot_class] = by;
-    if (evictable(by, std::nullopt) > evictable(most_[all_classes], std::nullopt)) most_[all_classes] = by;
-  }
   std::uint32_t evictable(std::uint32_t connection, std::optional<slot_class> of) const noexcept {
-    const auto& here = held_[2 * connection].of;
+    const auto& here = held_[owner_of(connection, queued_as::evictable)].of;
     return of ? here[static_cast<std::size_t>(*of)] : here[0] + here[1];
   }
-  static std::uint32_t is_evictable(const queue& one) noexcept { return one.owner % 2 == 0; }
   std::size_t class_of(slot_ref slot) const noexcept { return slot.index >= first_large_; }
 
   std::span<entry> entries_;
@@ -154,8 +146,7 @@ class queue_entries {
   const std::uint32_t first_large_;
   std::uint32_t free_ = no_index;
   std::uint32_t in_use_ = 0;
-  std::uint32_t evictable_ = 0;
-  std::array<std::uint32_t, 3> most_{}; // connections, by class, and of both
+  std::uint32_t longest_ = 0; // the connection that was found last
   std::uint64_t popped_ = 0;
 };
 

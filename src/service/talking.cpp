@@ -315,6 +315,7 @@ bool core::queue_letter(connection& c, std::uint32_t slot) noexcept {
     add(counter::outbox_full);
     return false;
   }
+  slots_.retain(slot);
   list(c);
   return true;
 }

@@ -98,9 +98,11 @@ void core::gather_messages(connection& c, batch& into) noexcept {
   // A server must know of a topic before anything is published on it.
   const priority direct = c.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < c.ready.size(); ++p) {
+    const bool answers = p == static_cast<std::size_t>(direct) && !c.direct.empty();
+    if (!answers && c.letters[p].empty() && c.ready[p].head == no_index) continue;
     into.credit = c.credit.room(static_cast<priority>(p));
-    if (p == static_cast<std::size_t>(direct) && !gather_queue(c, c.direct, no_index, into)) return;
-    if (!gather_queue(c, c.letters[p], no_index, into)) return;
+    if (answers && !gather_queue(c, c.direct, no_index, into)) return;
+    if (!c.letters[p].empty() && !gather_queue(c, c.letters[p], no_index, into)) return;
     for (std::uint32_t i = c.ready[p].head; i != no_index; i = router_.subscription_at(i).next_ready) {
       if (!gather_queue(c, router_.subscription_at(i).waiting, i, into)) return;
     }
@@ -128,7 +130,7 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
   for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
     const slot_ref slot = entries_.at(at);
     if (!is_due(slot)) continue; // dropped when it comes to the front
-    if (!may_begin(c, into)) return false;
+    if ((into.full() || into.bytes >= into.credit) && !may_begin(c, into)) return false;
     batch_piece piece{
         .from = &from, .subscription = of, .slot = slot.index, .is = batch_piece::origin::message};
     if (masked) piece.key = next_mask();
