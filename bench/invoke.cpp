@@ -151,7 +151,8 @@ std::vector<double> time_calls(int count, raw_client& client, Answer&& answer) {
 
 template <idle Policy>
 std::vector<double> rowe_server() {
-  auto robot = endpoint::listen(0, {.idle_policy = Policy, .service_cpu = there});
+  auto robot = endpoint::listen(
+      0, {.idle_policy = Policy, .service_cpu = there, .limits = {.messages_per_second_max = 0}});
   if (!robot) give_up("cannot listen");
   auto adder = robot->serve<numbers, sum>(service);
   raw_client client{robot->port()};
@@ -165,7 +166,8 @@ std::vector<double> rowe_server() {
 
 template <idle Policy>
 std::vector<double> rowe_both_ends() {
-  auto robot = endpoint::listen(0, {.idle_policy = Policy, .service_cpu = there});
+  auto robot = endpoint::listen(
+      0, {.idle_policy = Policy, .service_cpu = there, .limits = {.messages_per_second_max = 0}});
   if (!robot) give_up("cannot listen");
   auto adder = robot->serve<numbers, sum>(service);
   auto operators =

@@ -261,7 +261,8 @@ endpoint_options options_for(std::uint32_t peers) {
   endpoint_options chosen;
   chosen.relay = true;
   chosen.limits.connections_max = peers;
-  chosen.limits.subscriptions_max = 2 * peers + 64;
+  chosen.limits.subscriptions_max = 4 * peers + 64;
+  chosen.limits.messages_per_second_max = 0; // one peer stands for many
   return chosen;
 }
 
@@ -339,8 +340,8 @@ struct topics final : subject {
   explicit topics(std::uint32_t count) {
     name = "topics";
     endpoint_options options = options_for(8);
-    options.limits.topics_max = count + 8;
-    options.limits.subscriptions_max = count + 64;
+    options.limits.topics_max = 4 * count + 64; // one peer may hold no more than it leaves
+    options.limits.subscriptions_max = 4 * count + 64;
     options.limits.subscriptions_per_connection_max = count;
     in = std::make_shared<stand>(options, 2);
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -381,7 +382,7 @@ struct calls final : subject {
   explicit calls(std::uint32_t count) {
     name = "calls";
     endpoint_options options = options_for(8);
-    options.limits.calls_max = 2 * count + 64; // a quarter is this process's own
+    options.limits.calls_max = 4 * count + 64; // a quarter is this process's own, and half of the rest for one
     options.limits.calls_per_connection_max = count + 8;
     in = std::make_shared<stand>(options, 2);
     in->ask(in->peers[0], R"({"op":"advertise_service","service":"/slow"})");

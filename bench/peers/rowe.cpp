@@ -157,6 +157,7 @@ int serve_endpoint(const peer_arguments& how) {
   limits within;
   within.connections_max = connections_max;
   within.subscriptions_max = 2 * connections_max;
+  within.messages_per_second_max = 0;
   const idle policy = how.idle == "spin" ? idle::spin : how.idle == "poll" ? idle::poll : idle::wake;
   // A peer that is silent while others connect is not asked whether it is alive: sends are counted.
   const auto hub = endpoint::listen(how.port, {.idle_policy = policy,

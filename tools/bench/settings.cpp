@@ -64,6 +64,7 @@ endpoint_options settings::options_of(const placement& end) const {
   o.service_cpu = end.service.value_or(-1);
   o.service_priority = std::max(end.priority - 1, 0); // on a CPU that they share, the loop goes first
   o.page = false;
+  o.limits.messages_per_second_max = 0; // what is measured is what can be done
   // All lanes of either end, with room to spare.
   constexpr std::size_t small_lanes = std::size_t{4} << 20;
   constexpr std::size_t large_paths = 8;
