@@ -382,7 +382,7 @@ struct calls final : subject {
   explicit calls(std::uint32_t count) {
     name = "calls";
     endpoint_options options = options_for(8);
-    options.limits.calls_max = 4 * count + 64; // a quarter is this process's own, and half of the rest for one
+    options.limits.calls_max = 4 * count + 64; // a quarter is ours, half of the rest for one
     options.limits.calls_per_connection_max = count + 8;
     in = std::make_shared<stand>(options, 2);
     in->ask(in->peers[0], R"({"op":"advertise_service","service":"/slow"})");
