@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ready-made messages, spelt as ROS 1 spells them in JSON through rosbridge (stamps are {secs, nsecs},
-// headers have a seq), so that roslib pages, Foxglove panels and ROS bridges understand what a loop
+// Ready-made messages, so that roslib pages, Foxglove panels and ROS bridges understand what a loop
 // publishes. Plain structs; lengths are in metres, angles in radians, speeds in m/s and rad/s, in the frame
 // that the header names.
+//
+// ROS 1 and ROS 2 spell headers differently in JSON: stamps are {secs, nsecs} beside a seq, or {sec, nanosec}
+// without one. What is published is the choice of a namespace: rowe::ros writes as ROS 1, rowe::ros2 as
+// ROS 2. What is read may be of either shape, whichever of the two a subscriber names. Types without a header
+// are the same in both.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -73,13 +77,50 @@ struct odometry {
 
 } // namespace rowe::ros
 
+namespace rowe::ros2 {
+
+using ros::covariance6;
+using ros::frame_name;
+using ros::point;
+using ros::pose;
+using ros::pose_with_covariance;
+using ros::quaternion;
+using ros::twist;
+using ros::twist_with_covariance;
+using ros::vector3;
+
+struct time {
+  std::int32_t sec = 0;
+  std::uint32_t nanosec = 0;
+};
+
+struct header {
+  time stamp;
+  frame_name frame_id;
+};
+
+struct pose_stamped {
+  ros2::header header;
+  ros2::pose pose;
+};
+
+struct odometry {
+  ros2::header header;
+  frame_name child_frame_id;
+  pose_with_covariance pose;
+  twist_with_covariance twist;
+};
+
+} // namespace rowe::ros2
+
 // clang-format off
 template <> inline constexpr auto rowe::schema<rowe::ros::time> =
-    rowe::fields<&rowe::ros::time::secs, &rowe::ros::time::nsecs>{}.type("std_msgs/Time");
+    rowe::fields<rowe::field<&rowe::ros::time::secs, "secs", "sec">,
+                 rowe::field<&rowe::ros::time::nsecs, "nsecs", "nanosec">>{}.type("std_msgs/Time");
 
 template <> inline constexpr auto rowe::schema<rowe::ros::header> =
-    rowe::fields<&rowe::ros::header::seq, &rowe::ros::header::stamp, &rowe::ros::header::frame_id>{}
-        .type("std_msgs/Header");
+    rowe::fields<rowe::field<&rowe::ros::header::seq>.or_default(), &rowe::ros::header::stamp,
+                 &rowe::ros::header::frame_id>{}.type("std_msgs/Header");
 
 template <> inline constexpr auto rowe::schema<rowe::ros::point> =
     rowe::fields<&rowe::ros::point::x, &rowe::ros::point::y, &rowe::ros::point::z>{}.type("geometry_msgs/Point");
@@ -113,4 +154,19 @@ template <> inline constexpr auto rowe::schema<rowe::ros::twist_with_covariance>
 template <> inline constexpr auto rowe::schema<rowe::ros::odometry> =
     rowe::fields<&rowe::ros::odometry::header, &rowe::ros::odometry::child_frame_id, &rowe::ros::odometry::pose,
                  &rowe::ros::odometry::twist>{}.type("nav_msgs/Odometry");
+
+template <> inline constexpr auto rowe::schema<rowe::ros2::time> =
+    rowe::fields<rowe::field<&rowe::ros2::time::sec, "sec", "secs">,
+                 rowe::field<&rowe::ros2::time::nanosec, "nanosec", "nsecs">>{}.type("builtin_interfaces/msg/Time");
+
+template <> inline constexpr auto rowe::schema<rowe::ros2::header> =
+    rowe::fields<&rowe::ros2::header::stamp, &rowe::ros2::header::frame_id>{}.type("std_msgs/msg/Header");
+
+template <> inline constexpr auto rowe::schema<rowe::ros2::pose_stamped> =
+    rowe::fields<&rowe::ros2::pose_stamped::header, &rowe::ros2::pose_stamped::pose>{}
+        .type("geometry_msgs/msg/PoseStamped");
+
+template <> inline constexpr auto rowe::schema<rowe::ros2::odometry> =
+    rowe::fields<&rowe::ros2::odometry::header, &rowe::ros2::odometry::child_frame_id,
+                 &rowe::ros2::odometry::pose, &rowe::ros2::odometry::twist>{}.type("nav_msgs/msg/Odometry");
 // clang-format on

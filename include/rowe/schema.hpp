@@ -10,6 +10,8 @@
 //
 //   rowe::fields<&scan::stamp,
 //                rowe::field<&scan::frame, "frame_id">,              // renamed
+//                rowe::field<&scan::nsecs, "nsecs", "nanosec">,      // read by either name, written by the
+//                first rowe::field<&scan::seq>.or_default(),               // a text may leave it out
 //                rowe::field<&scan::serial>.as_string(),             // "9007199254740993": beyond 2^53
 //                rowe::field<&scan::angle>.decimals(4),              // fixed precision: shorter, faster
 //                rowe::counted<&scan::ranges, &scan::range_count>    // the first `range_count` elements
@@ -82,9 +84,11 @@ struct member_description {
   const value_description* type = nullptr;
   const void* (*address)(const void* object) noexcept = nullptr; // of the member; reads nothing
   std::size_t (*count)(const void* object) noexcept =
-      nullptr;            // counted: elements in use, may exceed the array
-  bool as_string = false; // integers are written in quotes
-  int decimals = -1;      // digits behind the point; -1: as many as are needed to read back the same value
+      nullptr;                   // counted: elements in use, may exceed the array
+  bool as_string = false;        // integers are written in quotes
+  bool or_default = false;       // a text that is read may leave it out; then it is what T{} has
+  std::string_view other_name{}; // that it is read by as well; empty: none
+  int decimals = -1; // digits behind the point; -1: as many as are needed to read back the same value
 
   // counted: the counting member; reads nothing.
   const void* (*count_address)(const void* object) noexcept = nullptr;
@@ -154,36 +158,40 @@ struct member_pointer<Value Class::*> : std::bool_constant<!std::is_function_v<V
 
 // A member with what is said about it; what rowe::field and rowe::counted make. Its data members are public
 // because a template argument's must be.
-template <auto Member, auto Name, auto Count>
+template <auto Member, auto Name, auto Other, auto Count>
 struct field_spec {
   static_assert(member_pointer<decltype(Member)>::value,
                 "rowe::field: the first argument must be a pointer to a data member, such as &odometry::x");
   bool quoted = false;
   int digits = -1;
+  bool may_miss = false;
 
   // An integer is written in quotes, because a browser rounds numbers beyond 2^53.
-  consteval field_spec as_string() const noexcept { return {true, digits}; }
+  consteval field_spec as_string() const noexcept { return {true, digits, may_miss}; }
   // Numbers are rounded to `count` digits (0 to 9) behind the point; trailing zeros are not written. Numbers
   // too large for that (|x| x 10^count >= 2^53) keep the digits they need.
-  consteval field_spec decimals(int count) const noexcept { return {quoted, count}; }
+  consteval field_spec decimals(int count) const noexcept { return {quoted, count, may_miss}; }
+  // A text that is read may leave the member out: it is then what T{} has.
+  consteval field_spec or_default() const noexcept { return {quoted, digits, true}; }
 };
 
 template <class T>
 inline constexpr bool is_field_spec = false;
-template <auto Member, auto Name, auto Count>
-inline constexpr bool is_field_spec<field_spec<Member, Name, Count>> = true;
+template <auto Member, auto Name, auto Other, auto Count>
+inline constexpr bool is_field_spec<field_spec<Member, Name, Other, Count>> = true;
 
 } // namespace detail
 
-// A member, by another name or in another form.
-template <auto Member, detail::name_literal Name = "">
-inline constexpr detail::field_spec<Member, Name, nullptr> field{};
+// A member, by another name or in another form. It is written as `Name` and read as `Name` or `Other`; a text
+// that has both is refused, as one that has a member twice.
+template <auto Member, detail::name_literal Name = "", detail::name_literal Other = "">
+inline constexpr detail::field_spec<Member, Name, Other, nullptr> field{};
 
 // An array of which only the first `Count` elements are in use; Count is an integer member of the same
 // struct. (It is not itself written unless it is listed too. Negative is none; more than the array has is
 // all.)
 template <auto Array, auto Count, detail::name_literal Name = "">
-inline constexpr detail::field_spec<Array, Name, Count> counted{};
+inline constexpr detail::field_spec<Array, Name, detail::name_literal<1>{""}, Count> counted{};
 
 // The members of a struct, in the order in which they are written.
 template <auto... Members>

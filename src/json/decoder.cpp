@@ -78,13 +78,24 @@ std::size_t unescaped_bytes(std::string_view escaped) noexcept {
 
 class decoder::run {
  public:
-  explicit run(std::string_view text) noexcept : begin_{text.data()}, end_{begin_ + text.size()} {}
+  run(std::string_view text, diagnosis* why) noexcept
+      : begin_{text.data()}, end_{begin_ + text.size()}, why_{why} {}
 
   status whole(const shape& s, char* into) noexcept {
     const char* const at = skip_space(begin_, end_);
-    if (at == end_ || *at != '{') return errc::not_an_object;
-    if (object(s, into, at) == nullptr) return failed_;
-    return {};
+    if (at == end_ || *at != '{') {
+      fail(errc::not_an_object, 0);
+      failed_.value = 0;
+      found_ = at;
+    } else if (object(s, into, at) != nullptr) {
+      return {};
+    }
+    if (why_ != nullptr) {
+      why_->why_ = failed_;
+      why_->found_ = found_;
+      why_->end_ = end_;
+    }
+    return failed_;
   }
 
  private:
@@ -95,8 +106,18 @@ class decoder::run {
     return nullptr;
   }
   const char* fail_at(errc code, const char* at) noexcept {
+    found_ = at;
     return fail(code, static_cast<std::size_t>(at - begin_));
   }
+
+  // Whose value failed, on the way out of it: for whoever wants to know. Null, for those who return it.
+  [[gnu::cold]] const char* failed_in(const member* named, std::size_t element, const step& value) noexcept {
+    if (why_ == nullptr) return nullptr;
+    if (why_->parts_ == 0) why_->wanted_ = &value;
+    if (why_->parts_ < why_->path_.size()) why_->path_[why_->parts_++] = {named, element};
+    return nullptr;
+  }
+  const char* failed_in(const member& m) noexcept { return failed_in(&m, 0, m.value); }
   const char* wrong_type(const char* at) noexcept { return fail_at(errc::wrong_type, at); }
 
   // Behind a literal of so many bytes.
@@ -133,18 +154,21 @@ class decoder::run {
       if (at == end_) break;
 
       if (m != nullptr) [[likely]] {
-        const auto index = static_cast<std::size_t>(m - s.members);
+        const std::size_t index = m->index;
         std::uint64_t& word = seen[Words == 1 ? 0 : index / 64];
         const std::uint64_t bit = std::uint64_t{1} << index % 64;
-        if ((word & bit) != 0) return fail_at(errc::duplicate_member, quote);
+        if ((word & bit) != 0) {
+          fail_at(errc::duplicate_member, quote);
+          return failed_in(*m);
+        }
         if (m->shares_count) [[unlikely]] {
           at = counted_alike(s, seen, *m, base, at);
         } else {
           at = m->value.unused ? unused(m->value, at) : value(m->value, base, at);
         }
-        if (at == nullptr) return nullptr;
+        if (at == nullptr) return failed_in(*m);
         word |= bit;
-        expected = m + 1;
+        expected = s.members + index + 1;
       } else {
         at = skip_value(at, end_);
       }
@@ -197,12 +221,12 @@ class decoder::run {
     const auto is_it = [escaped](const member& m) {
       return escaped.size() <= escape_bytes * m.name_bytes && says(escaped, m.view());
     };
-    const member* const end = s.members + s.count;
+    const member* const end = s.members + s.names;
     const member* const found = std::find_if(s.members, end, is_it);
     return found == end ? nullptr : found;
   }
 
-  // All required members were there; optionals that were not are emptied.
+  // All required members were there; optionals that were not are emptied, unless they keep what they had.
   template <std::size_t Words>
   bool complete(const shape& s, const std::array<std::uint64_t, Words>& seen, char* base) noexcept {
     for (std::size_t i = 0; i < Words && i * 64 < s.count; ++i) {
@@ -213,12 +237,14 @@ class decoder::run {
         continue;
       const member* const members = s.members + i * 64;
       if (const std::uint64_t fault = missing & s.required[i]; fault != 0) {
-        fail(errc::missing_member, members[std::countr_zero(fault)].number);
+        const member& m = members[std::countr_zero(fault)];
+        fail(errc::missing_member, m.number);
+        failed_in(m);
         return false;
       }
       for (std::uint64_t left = missing; left != 0; left &= left - 1) {
-        const step& optional = members[std::countr_zero(left)].value;
-        optional.reset(base + optional.offset);
+        const member& m = members[std::countr_zero(left)];
+        if (!m.keeps_default) m.value.reset(base + m.value.offset);
       }
     }
     return true;
@@ -320,7 +346,7 @@ class decoder::run {
     while (more) {
       if (count == s.count) return fail(errc::too_long, elements(begin), s.count);
       at = value(*s.element, into, at);
-      if (at == nullptr) return nullptr;
+      if (at == nullptr) return failed_in(nullptr, count, *s.element);
       into += s.stride;
       ++count;
       at = skip_space(at, end_);
@@ -351,6 +377,8 @@ class decoder::run {
 
   const char* const begin_;
   const char* const end_;
+  const char* found_ = nullptr; // what stands where it failed
+  diagnosis* const why_;
   error failed_{errc::misuse};
 };
 
@@ -359,16 +387,10 @@ decoder::decoder(decoder&&) noexcept = default;
 decoder& decoder::operator=(decoder&&) noexcept = default;
 decoder::~decoder() = default;
 
-status decoder::decode(std::string_view validated_object, void* object) const noexcept {
+status decoder::decode(std::string_view validated_object, void* object, diagnosis* why) const noexcept {
   set_default_(object);
-  return run{validated_object}.whole(shapes_[0], static_cast<char*>(object));
-}
-
-std::string_view decoder::member_name(std::int64_t number) const noexcept {
-  for (std::size_t i = 0; i < member_count_; ++i) {
-    if (members_[i].number == number) return members_[i].view();
-  }
-  return {};
+  if (why != nullptr) why->parts_ = 0;
+  return run{validated_object, why}.whole(shapes_[0], static_cast<char*>(object));
 }
 
 } // namespace rowe::json

@@ -13,7 +13,8 @@
 //                         largest float does not fit one
 //   fixed_string          a string
 //   struct                an object. Its members may come in any order; those that the schema does not know
-//                         are passed over, those that it knows must come once, optionals at most once
+//                         are passed over, those that it knows must come once; optionals, and those that are
+//                         or_default(), at most once
 //   std::array, C array   an array of exactly as many elements
 //   bounded_array         an array of at most as many elements as it holds
 //   counted array         the same; the counting member is set to the length of the text's array, whatever
@@ -21,9 +22,11 @@
 //                         counting member must be equally long
 //   std::optional         null or, as a member, nothing at all: empty; else the value
 #pragma once
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string_view>
 
 #include <rowe/result.hpp>
@@ -41,10 +44,15 @@ class decoder {
   // How many members an object may have.
   static constexpr std::size_t members_max = 1024;
 
+  // Members that a text leaves out: an error, but for those that the schema lets miss; or all of them are
+  // what T{} has.
+  enum class missing : std::uint8_t { refused, filled };
+
   // Flattens `schema`; the decoder keeps nothing of it but its functions. Allocates; for set-up. bad_argument
   // when it nests deeper than depth_max, an object has more than members_max members, the struct is larger
   // than bytes_limit, or it is not decodable (value 0; see schema_description); no_memory.
-  [[nodiscard]] static result<decoder> compile(const schema_description& schema);
+  [[nodiscard]] static result<decoder> compile(const schema_description& schema,
+                                               missing what = missing::refused);
 
   decoder(decoder&&) noexcept;
   decoder& operator=(decoder&&) noexcept;
@@ -65,16 +73,44 @@ class decoder {
   //   too_long          value: the string's bytes or the array's elements; limit: what its member holds.
   //                     Of an array of fixed size, which it should be exactly, value may be less than limit;
   //                     of one that is counted together with another, limit may be that one's length
-  ROWE_RT status decode(std::string_view validated_object, void* object) const noexcept;
-
-  // The name of the member with this number, as missing_member counts; empty when there is none. Looks at
-  // each member, so it is for sentences.
-  std::string_view member_name(std::int64_t number) const noexcept;
+  ROWE_RT status decode(std::string_view validated_object, void* object) const noexcept {
+    return decode(validated_object, object, nullptr);
+  }
 
  private:
   struct step;
   struct member;
   struct shape;
+
+ public:
+  // Which member a text failed by, what was wanted there and what stood there. Points into the decoder and
+  // into the text.
+  class diagnosis {
+   public:
+    static constexpr std::size_t text_bytes_max = 512; // always enough for text()
+
+    // E.g. `the member "linear.y" is missing; a number is wanted`, `the member "path[2].x" must be a number;
+    // it is "far"`. Long names and values are shortened. Cut where `buffer` ends, never within a character.
+    std::string_view text(std::span<char> buffer) const noexcept;
+
+   private:
+    friend class decoder;
+    struct part {
+      const member* named; // null: an element
+      std::size_t element;
+    };
+    error why_{errc::misuse};
+    const step* wanted_ = nullptr;
+    const char* found_ = nullptr;
+    const char* end_ = nullptr; // of the text
+    std::size_t parts_ = 0;
+    std::array<part, 2 * depth_max> path_; // the innermost first; `parts_` of them are there
+  };
+
+  // decode(), which says in `*why` how it failed.
+  status decode(std::string_view validated_object, void* object, diagnosis* why) const noexcept;
+
+ private:
   class compiler;
   class run;
 
@@ -83,7 +119,6 @@ class decoder {
   void (*set_default_)(void* object) noexcept = nullptr;
   std::unique_ptr<shape[]> shapes_; // of each object in the schema; the first is the whole
   std::unique_ptr<member[]> members_;
-  std::size_t member_count_ = 0;
   std::unique_ptr<step[]> elements_;       // of arrays and optionals
   std::unique_ptr<std::uint16_t[]> slots_; // of the tables of names
   std::unique_ptr<char[]> names_;

@@ -25,7 +25,8 @@ class decoder::compiler {
  public:
   // Counts when `into` is null. `base` is the sample, from which the offsets of every object and element are
   // counted anew: none is larger or more aligned than the whole.
-  compiler(const char* base, decoder* into) noexcept : base_{base}, into_{into} {}
+  compiler(const char* base, missing what, decoder* into) noexcept
+      : base_{base}, fills_missing_{what == missing::filled}, into_{into} {}
 
   status compile(const schema_description& schema) noexcept {
     object(schema, base_, 0);
@@ -60,29 +61,44 @@ class decoder::compiler {
     if (count > members_max) fail(count, members_max);
     if (!failed_) return nullptr;
 
-    const std::size_t slots = std::bit_ceil(2 * count + 1);
+    const auto others = std::count_if(schema.members.begin(), schema.members.end(),
+                                      [](const auto& one) { return !one.other_name.empty(); });
+    const std::size_t names = count + static_cast<std::size_t>(others);
+    const std::size_t slots = std::bit_ceil(2 * names + 1);
     shape* const s = take(shapes(), shape_count_, 1);
-    member* const members = take(this->members(), member_count_, count);
+    member* const members = take(this->members(), member_count_, names);
     std::uint16_t* const table = take(this->slots(), slot_count_, slots);
     if (s != nullptr) {
       s->members = members;
       s->count = static_cast<std::uint32_t>(count);
+      s->names = static_cast<std::uint32_t>(names);
       s->slots = table;
       s->slot_mask = static_cast<std::uint32_t>(slots - 1);
     }
+    std::size_t other = count;
     for (std::size_t i = 0; i < count; ++i) {
       const member_description& d = schema.members[i];
       member m;
       m.number = ++number_;
+      m.index = static_cast<std::uint32_t>(i);
+      m.keeps_default = d.or_default || fills_missing_;
       name(m, d.name);
       m.value = member_value(schema, d, at, depth);
-      m.shares_count = std::any_of(schema.members.begin(), schema.members.end(), [&](const auto& other) {
-        return &other != &d && other.count != nullptr && other.count == d.count;
+      m.shares_count = std::any_of(schema.members.begin(), schema.members.end(), [&](const auto& another) {
+        return &another != &d && another.count != nullptr && another.count == d.count;
       });
+      member same = m;
+      if (!d.other_name.empty()) name(same, d.other_name);
       if (s == nullptr) continue;
       members[i] = m;
       if (m.plain) enter(*s, table, i);
-      if (d.type->kind != value_kind::optional) s->required[i / 64] |= std::uint64_t{1} << i % 64;
+      if (!d.other_name.empty()) {
+        members[other] = same;
+        if (same.plain) enter(*s, table, other);
+        ++other;
+      }
+      const bool may_miss = m.keeps_default || d.type->kind == value_kind::optional;
+      if (!may_miss) s->required[i / 64] |= std::uint64_t{1} << i % 64;
     }
     return s;
   }
@@ -95,6 +111,8 @@ class decoder::compiler {
     m.name = room;
     m.name_bytes = static_cast<std::uint32_t>(text.size());
     m.hash = name_hash(text);
+    std::memset(m.head, 0, sizeof m.head);
+    std::memset(m.mask, 0, sizeof m.mask);
     m.plain = is_plain(text);
     const std::size_t head = std::min(text.size() + 1, member::head_bytes);
     std::memcpy(m.head, room, head);
@@ -183,6 +201,7 @@ class decoder::compiler {
   }
 
   const char* const base_;
+  const bool fills_missing_;
   decoder* const into_;
   std::size_t shape_count_ = 0;
   std::size_t member_count_ = 0;
@@ -193,7 +212,7 @@ class decoder::compiler {
   status failed_;
 };
 
-result<decoder> decoder::compile(const schema_description& schema) {
+result<decoder> decoder::compile(const schema_description& schema, missing what) {
   const auto no_memory = [](std::size_t bytes) {
     return error{errc::no_memory, static_cast<std::int64_t>(bytes), 0};
   };
@@ -205,14 +224,13 @@ result<decoder> decoder::compile(const schema_description& schema) {
   const sample object{schema};
   if (object.at() == nullptr) return no_memory(schema.bytes);
 
-  compiler counter{object.at(), nullptr};
+  compiler counter{object.at(), what, nullptr};
   if (const status s = counter.compile(schema); !s) return s.error();
 
   decoder d;
   d.set_default_ = schema.set_default;
   d.shapes_.reset(new (std::nothrow) shape[counter.shape_count()]);
   d.members_.reset(new (std::nothrow) member[counter.member_count()]);
-  d.member_count_ = counter.member_count();
   d.elements_.reset(new (std::nothrow) step[counter.element_count()]);
   d.slots_.reset(new (std::nothrow) std::uint16_t[counter.slot_count()]{});
   d.names_.reset(new (std::nothrow) char[counter.name_bytes()]);
@@ -221,7 +239,7 @@ result<decoder> decoder::compile(const schema_description& schema) {
     return no_memory(counter.shape_count() * sizeof(shape) + counter.member_count() * sizeof(member) +
                      counter.element_count() * sizeof(step));
   }
-  compiler c{object.at(), &d};
+  compiler c{object.at(), what, &d};
   if (const status s = c.compile(schema); !s) return s.error();
   return d;
 }

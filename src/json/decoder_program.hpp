@@ -41,9 +41,11 @@ struct decoder::member {
   const char* name = nullptr;   // with the quote behind it
   std::uint32_t name_bytes = 0; // without
   std::uint32_t hash = 0;
-  std::uint32_t number = 0;  // from 1, in the order in which the schema is read
-  bool plain = false;        // is written in JSON as it is
-  bool shares_count = false; // one counting member counts several arrays, this one among them
+  std::uint32_t number = 0;   // from 1, in the order in which the schema is read
+  std::uint32_t index = 0;    // in its shape: of two names of one member, that of the first
+  bool plain = false;         // is written in JSON as it is
+  bool shares_count = false;  // one counting member counts several arrays, this one among them
+  bool keeps_default = false; // where it is missing; else an optional is emptied, and others are required
   step value;
 
   std::string_view view() const noexcept { return {name, name_bytes}; }
@@ -53,7 +55,8 @@ struct decoder::shape {
   static constexpr std::size_t words_max = members_max / 64;
 
   const member* members = nullptr;
-  std::uint32_t count = 0;
+  std::uint32_t count = 0; // of members; behind them stand `names - count` that are members by another name
+  std::uint32_t names = 0;
   std::uint32_t slot_mask = 0;
   const std::uint16_t* slots = nullptr; // by hash: 1 + index of a plain member; 0: none. Never full
   std::array<std::uint64_t, words_max>

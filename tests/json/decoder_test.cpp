@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "json/decoder.hpp"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -399,6 +400,33 @@ TEST(decoder, refuses_to_do_without_members) {
       (error{errc::missing_member, 9}));
 }
 
+// ROS 2's headers have no seq, and its stamps other names.
+TEST(decoder, reads_headers_of_either_ros_into_either_struct) {
+  constexpr std::string_view ros1 = R"({"seq":7,"stamp":{"secs":1,"nsecs":2},"frame_id":"odom"})";
+  constexpr std::string_view ros2 = R"({"stamp":{"sec":1,"nanosec":2},"frame_id":"odom"})";
+  for (const std::string_view text : {ros1, ros2}) {
+    const auto one = decoded<ros::header>(text);
+    EXPECT_EQ(one.seq, text == ros1 ? 7U : 0U);
+    EXPECT_EQ(one.stamp.secs, 1U);
+    EXPECT_EQ(one.stamp.nsecs, 2U);
+    EXPECT_EQ(one.frame_id.view(), "odom");
+    const auto two = decoded<ros2::header>(text);
+    EXPECT_EQ(two.stamp.sec, 1);
+    EXPECT_EQ(two.stamp.nanosec, 2U);
+    EXPECT_EQ(two.frame_id.view(), "odom");
+  }
+  EXPECT_EQ(decoded<ros2::time>(R"({"nanosec":4,"sec":-3})").sec, -3);
+  EXPECT_EQ(decoded<ros::time>(R"({"nanosec":4,"secs":3})").nsecs, 4U); // even mixed
+}
+
+TEST(decoder, takes_two_names_of_a_member_for_that_member) {
+  EXPECT_EQ(refused<ros::time>(R"({"secs":1,"sec":1,"nsecs":2})"), (error{errc::duplicate_member, 10}));
+  EXPECT_EQ(refused<ros::time>(R"({"sec":1,"secs":1,"nsecs":2})"), (error{errc::duplicate_member, 9}));
+  EXPECT_EQ(refused<ros::time>(R"({"sec":1})"), (error{errc::missing_member, 2}));
+  EXPECT_EQ(refused<ros::time>(R"({"sec":1,"sec":1,"nanosec":2})").code, errc::duplicate_member);
+  EXPECT_EQ(decoded<ros::time>(R"({"\u0073ec":1,"nanosec":2})").secs, 1U);
+}
+
 struct preset {
   std::optional<int> maybe = 5;
   int other = 7;
@@ -416,6 +444,95 @@ inline constexpr auto rowe::schema<rowe::json::decoder_test::preset> =
 namespace rowe::json {
 namespace decoder_test {
 namespace {
+
+TEST(decoder, fills_in_what_is_missing_where_it_is_asked_to) {
+  const decoder d = decoder::compile(describe<preset>(), decoder::missing::filled).value();
+  preset p;
+  p.other = 1;
+  const padded text{R"({"maybe":3})"};
+  ASSERT_TRUE(d.decode(text.text(), &p));
+  EXPECT_EQ(p.maybe, 3);
+  EXPECT_EQ(p.other, 7);
+  const padded none{"{}"};
+  ASSERT_TRUE(d.decode(none.text(), &p));
+  EXPECT_EQ(p.maybe, 5);
+  const padded null{R"({"maybe":null})"};
+  ASSERT_TRUE(d.decode(null.text(), &p));
+  EXPECT_EQ(p.maybe, std::nullopt);
+
+  // Inside of others, too.
+  const decoder twist = decoder::compile(describe<ros::twist>(), decoder::missing::filled).value();
+  ros::twist t{.linear = {9, 9, 9}, .angular = {9, 9, 9}};
+  const padded part{R"({"linear":{"x":0.1}})"};
+  ASSERT_TRUE(twist.decode(part.text(), &t));
+  EXPECT_EQ(t.linear.x, 0.1);
+  EXPECT_EQ(t.linear.y, 0);
+  EXPECT_EQ(t.angular.z, 0);
+  const padded twice{R"({"linear":{},"linear":{}})"};
+  EXPECT_EQ(twist.decode(twice.text(), &t).code(), errc::duplicate_member);
+}
+
+template <class T>
+std::string diagnosis_of(std::string_view text) {
+  const padded p{text};
+  auto room = std::make_unique<T>();
+  decoder::diagnosis why;
+  const status s = decoder_of<T>().decode(p.text(), room.get(), &why);
+  EXPECT_FALSE(s);
+  EXPECT_EQ(s.error(), decoder_of<T>().decode(p.text(), room.get()).error()); // the same with and without
+  std::array<char, decoder::diagnosis::text_bytes_max> words;
+  return std::string{why.text(words)};
+}
+
+TEST(decoder, says_which_member_was_wanted_and_what_was_found) {
+  EXPECT_EQ(diagnosis_of<ros::twist>(R"({"linear":{"x":0.1}})"),
+            R"(the member "linear.y" is missing; a number is wanted)");
+  EXPECT_EQ(diagnosis_of<ros::twist>("{}"), R"(the member "linear" is missing; an object is wanted)");
+  EXPECT_EQ(diagnosis_of<ros::twist>(R"({"linear":[1,2,3]})"),
+            R"(the member "linear" must be an object; it is [1,2,3])");
+  EXPECT_EQ(diagnosis_of<ros::twist>(R"({"linear":{"x":"fast"}})"),
+            R"(the member "linear.x" must be a number; it is "fast")");
+  EXPECT_EQ(diagnosis_of<ros::twist>(" [1] "), "a JSON object is wanted; it is [1]");
+  EXPECT_EQ(diagnosis_of<ros::twist>("7"), "a JSON object is wanted; it is 7");
+  EXPECT_EQ(diagnosis_of<point>(R"({"x":1,"x":2})"), R"(the member "x" occurs twice)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"i8":300})"),
+            R"(the member "i8" must be a whole number from -128 to 127 or null; it is 300)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"u64":-1 })"),
+            R"(the member "u64" must be a whole number of 64 bits that is not negative or null; it is -1)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"f":1e300})"),
+            R"(the member "f" must be a number of single precision or null; it is 1e300)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"text":"sixsix"})"),
+            R"(the member "text" must be a string of at most 5 bytes or null; it has 6)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"list":[1,2,3,4,5]})"),
+            R"(the member "list" must be an array of at most 3 elements or null; it has 5)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"list":[1,null,true]})"),
+            R"(the member "list[2]" must be a number; it is true)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"two":[1]})"),
+            R"(the member "two" must be an array of 2 elements or null; it has 1)");
+  EXPECT_EQ(diagnosis_of<anything>(R"({"yes":0})"),
+            R"(the member "yes" must be true or false or null; it is 0)");
+}
+
+TEST(decoder, shortens_what_it_quotes_and_cuts_no_character) {
+  const std::string huge = R"({"x":")" + repeat("ü", 1000) + R"(","y":1})";
+  const std::string said = diagnosis_of<point>(huge);
+  EXPECT_EQ(said.substr(0, 42), R"(the member "x" must be a number; it is "ü)");
+  EXPECT_TRUE(said.ends_with("ü...")) << said;
+  EXPECT_LT(said.size(), 120U);
+  const padded p{huge};
+  for (std::size_t room = 0; room < said.size(); ++room) {
+    point into;
+    decoder::diagnosis why;
+    ASSERT_FALSE(decoder_of<point>().decode(p.text(), &into, &why));
+    std::string words(room, '\0');
+    const std::string cut{why.text(words)};
+    EXPECT_LE(cut.size(), room);
+    EXPECT_TRUE(said.starts_with(cut)) << cut;
+    std::string quoted{cut};
+    std::replace(quoted.begin(), quoted.end(), '"', ' ');
+    EXPECT_TRUE(is_valid('"' + quoted + '"')) << cut; // still UTF-8
+  }
+}
 
 TEST(decoder, begins_with_the_default_but_empties_what_is_missing) {
   const auto p = decoded<preset>(R"({"other":1})");
@@ -465,6 +582,12 @@ TEST(decoder, sets_counts_by_the_arrays_whatever_the_text_says) {
             errc::out_of_range);
   EXPECT_EQ(refused<everything>(everything_with(R"("ranges":[],"intensities":[],"ü":[])")),
             (error{errc::missing_member, 34})); // what is inside of others counts, too
+}
+
+TEST(decoder, says_of_arrays_counted_together_how_long_they_must_be) {
+  const std::string text = everything_with(R"("ranges":[1,2],"intensities":[1],"count":1,"ü":[])");
+  EXPECT_EQ(diagnosis_of<everything>(text),
+            R"(the member "intensities" must be as long as the array that is counted with it, 2; it has 1)");
 }
 
 TEST(decoder, refuses_counted_arrays_that_are_too_long_to_hold_or_to_count) {
@@ -647,7 +770,8 @@ const void* value_address(const void* object) noexcept {
 // A table, because a pack of a thousand descriptions takes a minute to compile.
 constexpr auto value_addresses = []<std::size_t... I>(std::index_sequence<I...>) {
   return std::array{&value_address<I>...};
-}(std::make_index_sequence<wide_count + 1>{});
+}
+(std::make_index_sequence<wide_count + 1>{});
 
 // `count` integers with the names m0, m1, ...
 class wide_schema {

@@ -68,7 +68,7 @@ class slow_decoder {
       const std::string name = unescaped(found.name_raw);
       for (std::size_t i = 0; i < seen.size(); ++i) {
         const member_description& m = schema.members[i];
-        if (m.name != name) continue;
+        if (m.name != name && (m.other_name.empty() || m.other_name != name)) continue;
         if (seen[i]) return at(errc::duplicate_member, found.name_raw.data() - 1);
         seen[i] = true;
         if (const status s = read_member(schema, m, found.what, object, numbers[i], counts); !s) return s;
@@ -76,6 +76,7 @@ class slow_decoder {
     }
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const value_description& type = *schema.members[i].type;
+      if (!seen[i] && schema.members[i].or_default) continue;
       if (!seen[i] && type.kind != value_kind::optional) return error{errc::missing_member, numbers[i]};
       if (!seen[i]) type.reset(const_cast<void*>(schema.members[i].address(object)));
     }

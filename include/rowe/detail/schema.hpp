@@ -220,8 +220,9 @@ consteval member_description describe_entry() noexcept {
 template <class T, auto Entry>
 requires is_field_spec<std::remove_cv_t<decltype(Entry)>>
 consteval member_description describe_entry() noexcept {
-  return []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) consteval {
-    constexpr field_spec<Member, Name, Count> spec = Entry;
+  return
+      []<auto Member, auto Name, auto Other, auto Count>(field_spec<Member, Name, Other, Count>) consteval {
+    constexpr field_spec<Member, Name, Other, Count> spec = Entry;
     member_description m = describe_member<T, Member>(Name.view());
     using member_type = typename member_pointer<decltype(Member)>::value_type;
     constexpr value_description type = value_description_of<member_type>;
@@ -231,6 +232,8 @@ consteval member_description describe_entry() noexcept {
                   "rowe::field: decimals() is for float, double and arrays of these");
     static_assert(spec.digits >= -1 && spec.digits <= 9, "rowe::field: decimals() takes 0 to 9");
     m.as_string = spec.quoted;
+    m.or_default = spec.may_miss;
+    m.other_name = Other.view();
     m.decimals = spec.digits;
     if constexpr (!std::same_as<std::remove_cv_t<decltype(Count)>, std::nullptr_t>) {
       using pointer = member_pointer<decltype(Count)>;
@@ -255,8 +258,11 @@ template <std::size_t N>
 consteval bool names_differ(const std::array<member_description, N>& members) noexcept {
   for (std::size_t i = 0; i < N; ++i) {
     for (std::size_t j = 0; j < i; ++j) {
-      if (members[i].name == members[j].name) return false;
+      if (members[i].name == members[j].name || members[i].other_name == members[j].name) return false;
+      if (members[i].name == members[j].other_name) return false;
+      if (!members[i].other_name.empty() && members[i].other_name == members[j].other_name) return false;
     }
+    if (members[i].other_name == members[i].name) return false;
   }
   return true;
 }
@@ -275,7 +281,8 @@ consteval bool is_decodable_entry() noexcept {
 template <auto Entry>
 requires is_field_spec<std::remove_cv_t<decltype(Entry)>>
 consteval bool is_decodable_entry() noexcept {
-  return []<auto Member, auto Name, auto Count>(field_spec<Member, Name, Count>) consteval {
+  return
+      []<auto Member, auto Name, auto Other, auto Count>(field_spec<Member, Name, Other, Count>) consteval {
     return is_decodable_member<Member>() && !member_pointer<decltype(Count)>::constant;
   }
   (Entry);

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a text failed by, in words: for a status, an event or a refusal. Looked up only when one is written.
+#include <algorithm>
+#include <charconv>
+#include <limits>
+
+#include "cursor.hpp"
+#include "decoder_program.hpp"
+#include "utf8.hpp"
+
+namespace rowe::json {
+namespace {
+
+constexpr std::size_t path_bytes_max = 128;
+constexpr std::size_t value_bytes_max = 48;
+
+// Pieces one behind the other; what does not fit is cut at a character.
+class words {
+ public:
+  explicit words(std::span<char> room) noexcept : room_{room} {}
+
+  words& add(std::string_view piece) noexcept {
+    const std::size_t left = cut_ ? 0 : room_.size() - used_;
+    used_ += utf8_prefix(piece, left).copy(room_.data() + used_, left);
+    cut_ = cut_ || piece.size() > left;
+    return *this;
+  }
+  template <std::integral Number>
+  words& add(Number number) noexcept {
+    char digits[20];
+    const char* const last = std::to_chars(digits, digits + sizeof digits, number).ptr;
+    return add({digits, static_cast<std::size_t>(last - digits)});
+  }
+  words& add_shortened(std::string_view piece, std::size_t bytes_max) noexcept {
+    if (piece.size() <= bytes_max) return add(piece);
+    return add(utf8_prefix(piece, bytes_max)).add("...");
+  }
+  std::string_view text() const noexcept { return {room_.data(), used_}; }
+
+ private:
+  std::span<char> room_;
+  std::size_t used_ = 0;
+  bool cut_ = false;
+};
+
+template <class Integer>
+words& add_integer(words& to) noexcept {
+  return to.add("a whole number from ")
+      .add(std::numeric_limits<Integer>::min())
+      .add(" to ")
+      .add(std::numeric_limits<Integer>::max());
+}
+
+} // namespace
+
+std::string_view decoder::diagnosis::text(std::span<char> buffer) const noexcept {
+  words to{buffer};
+  const auto add_elements = [&](const step& s) {
+    to.add(s.all_of_it ? "an array of " : "an array of at most ").add(s.count);
+    to.add(s.count == 1 ? " element" : " elements");
+  };
+  const auto add_wanted = [&](const step& wanted) {
+    const step* s = &wanted;
+    while (s->what == value_kind::optional) s = s->element;
+    switch (s->what) {
+    case value_kind::boolean: to.add("true or false"); break;
+    case value_kind::int8: add_integer<std::int8_t>(to); break;
+    case value_kind::int16: add_integer<std::int16_t>(to); break;
+    case value_kind::int32: add_integer<std::int32_t>(to); break;
+    case value_kind::int64: to.add("a whole number of 64 bits"); break;
+    case value_kind::uint8: add_integer<std::uint8_t>(to); break;
+    case value_kind::uint16: add_integer<std::uint16_t>(to); break;
+    case value_kind::uint32: add_integer<std::uint32_t>(to); break;
+    case value_kind::uint64: to.add("a whole number of 64 bits that is not negative"); break;
+    case value_kind::float32:
+      to.add(why_.code == errc::out_of_range ? "a number of single precision" : "a number");
+      break;
+    case value_kind::float64: to.add("a number"); break;
+    case value_kind::text: to.add("a string of at most ").add(s->count).add(" bytes"); break;
+    case value_kind::object: to.add("an object"); break;
+    case value_kind::array: add_elements(*s); break;
+    case value_kind::optional: break;
+    }
+    if (s != &wanted) to.add(" or null");
+  };
+  const auto add_found = [&] {
+    const char* last = end_;
+    if (found_ != end_) {
+      switch (*found_) {
+      case '{':
+      case '[': last = skip_container(found_, end_); break;
+      case '"': last = skip_string(found_, end_); break;
+      default: last = skip_scalar(found_, end_);
+      }
+    }
+    to.add_shortened(between(found_, last), value_bytes_max);
+  };
+
+  if (parts_ == 0) {
+    to.add("a JSON object is wanted; it is ");
+    add_found();
+    return to.text();
+  }
+  std::array<char, path_bytes_max + 64> room;
+  words path{room};
+  for (std::size_t i = parts_; i-- > 0;) {
+    const part& p = path_[i];
+    if (p.named == nullptr) {
+      path.add("[").add(p.element).add("]");
+    } else {
+      path.add(i + 1 == parts_ ? "" : ".").add_shortened(p.named->view(), path_bytes_max);
+    }
+  }
+  to.add("the member \"").add_shortened(path.text(), path_bytes_max).add("\" ");
+  switch (why_.code) {
+  case errc::missing_member:
+    to.add("is missing; ");
+    add_wanted(*wanted_);
+    to.add(" is wanted");
+    break;
+  case errc::duplicate_member: to.add("occurs twice"); break;
+  case errc::too_long:
+    to.add("must be ");
+    // Counted together with another array: as long as that one.
+    if (wanted_->what == value_kind::array && why_.limit != static_cast<std::int64_t>(wanted_->count)) {
+      to.add("as long as the array that is counted with it, ").add(why_.limit);
+    } else {
+      add_wanted(*wanted_);
+    }
+    to.add("; it has ").add(why_.value);
+    break;
+  default:
+    to.add("must be ");
+    add_wanted(*wanted_);
+    to.add("; it is ");
+    add_found();
+  }
+  return to.text();
+}
+
+} // namespace rowe::json
