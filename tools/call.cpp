@@ -89,10 +89,10 @@ struct outcome {
   rt::duration took{};
 };
 
-std::string reason_of(const error& why, std::string_view refusal, rt::duration timeout) {
+std::string reason_of(const error& why, std::string_view said, rt::duration timeout) {
   switch (why.code) {
-  case errc::refused: return printable(refusal);
-  case errc::no_service: return "nobody provides it";
+  case errc::refused: return printable(said);
+  case errc::no_service: return joined("nobody provides it (", printable(said), ")");
   case errc::no_peer: return "there is nobody to ask";
   case errc::timed_out: return joined("no answer within ", seconds_text(timeout));
   case errc::peer_lost: return "who was to answer went away before it did";
@@ -100,17 +100,9 @@ std::string reason_of(const error& why, std::string_view refusal, rt::duration t
   }
 }
 
-// rosbridge has no code for a service that is not there, but always the same sentence.
-bool says_unknown(std::string_view refusal) noexcept {
-  return refusal.starts_with("Service ") && refusal.ends_with(" does not exist");
-}
-
-// Why there is no answer; `why` is rowe's word for it, `refusal` the provider's.
-outcome failed(const error& why, std::string_view refusal, rt::duration timeout, rt::duration took) {
-  if (why.code == errc::refused && says_unknown(refusal)) {
-    return {errc::no_service, joined("nobody provides it (", printable(refusal), ")"), took};
-  }
-  return {why.code, reason_of(why, refusal, timeout), took};
+// Why there is no answer; `why` is rowe's word for it, `said` the provider's or the server's.
+outcome failed(const error& why, std::string_view said, rt::duration timeout, rt::duration took) {
+  return {why.code, reason_of(why, said, timeout), took};
 }
 
 // A service, asked over rosbridge.

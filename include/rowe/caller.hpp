@@ -73,7 +73,9 @@ class caller {
     if (lane_) detail::give_up(*lane_, {call.index, call.generation});
   }
 
-  // The sentence of the last errc::refused of this handle; cut at 192 bytes. Valid until the next one.
+  // What is said of the last call that failed with refused or no_service (the provider's or the server's own
+  // sentence), or because of its reply (which member, what was wanted and what was found); cut at 192 bytes.
+  // Valid until the next one.
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
  private:

@@ -118,7 +118,8 @@ class endpoint {
   result<received> receive(duration patience);
 
   // Sends an invocation and waits for its reply at most `timeout` (negative: for ever). Errors: as
-  // lane::invoke(). Where it was refused and `why` is given, the provider's sentence is assigned to it.
+  // lane::invoke(). Where it was refused, or nobody provides it, and `why` is given, the sentence that says
+  // so is assigned to it.
   result<received> invoke(body object, duration timeout, connection to = everyone,
                           std::string* why = nullptr);
 

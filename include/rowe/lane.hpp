@@ -109,7 +109,8 @@ class lane {
     if (lane_) detail::give_up(*lane_, {call.index, call.generation});
   }
 
-  // The sentence of the last errc::refused of this lane; cut at 192 bytes. Valid until the next one.
+  // The sentence of the last call that failed with refused or no_service; cut at 192 bytes. Valid until the
+  // next one.
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
   // ---- replying

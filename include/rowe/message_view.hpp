@@ -78,7 +78,7 @@ class value_view {
   }
   // When its last byte was read from the socket, or when it was published in this process.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
-  // From whom: no connection (false) where this process published it, or a hub passed it on.
+  // From whom: no connection (false) where this process published it.
   ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
 
  private:

@@ -104,7 +104,10 @@ struct topic_options {
   bool latched = false; // a late subscriber gets the last value
   // A topic whose values live less than their period, and than 10 ms, is polled even so.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
-  std::string_view type = {};          // the type's name on the wire; empty: the schema's, or none
+  std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none
+  // subscribe, of a struct: members that a message leaves out are what T{} has, as with ROS's own bridge;
+  // else such a message is refused, but for members that the schema lets miss.
+  bool fill_missing = false;
   std::uint32_t text_bytes_max = 4096; // publisher<json_text>, subscriber<json_text>: the longest text
 };
 

@@ -38,7 +38,7 @@ namespace rowe {
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
   X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
   X(reserved_topic, "names below /rowe/ are the endpoint's own")                                             \
-  X(type_conflict, "the topic exists with another type")                                                     \
+  X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
   X(no_memory, "%v bytes of memory cannot be had or locked (limit %l)")                                      \
   X(no_thread, "the service thread cannot be started (errno %v)")                                            \
@@ -51,10 +51,10 @@ namespace rowe {
   X(service_taken, "the service is provided already")                                                        \
   X(not_an_object, "a message must be one JSON object")                                                      \
   X(reserved_member, "op, message_id and in_reply_to are no members of a user's message (at byte %v)")       \
-  X(missing_member, "the member number %v of the schema is missing")                                         \
+  X(missing_member, "a member or element that is wanted is missing")                                         \
   X(duplicate_member, "a member occurs twice (at byte %v)")                                                  \
-  X(wrong_type, "the value is of another type than the schema says (at byte %v)")                            \
-  X(out_of_range, "the number does not fit its member (at byte %v)")                                         \
+  X(wrong_type, "a value is of another type than is wanted")                                                 \
+  X(out_of_range, "a number does not fit what it is read into")                                              \
   X(too_long, "the text or array has %v elements, its member holds %l")                                      \
   X(misuse, "the handle is empty or was used in a way its documentation forbids")
 

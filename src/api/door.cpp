@@ -116,7 +116,7 @@ result<received> endpoint::invoke(body object, duration timeout, connection to, 
   if (outcome) {
     return received{state_, *slot, {.text = text, .arrived = rt::monotonic_clock::now(), .reply = true}};
   }
-  if (why != nullptr && outcome.code() == errc::refused) why->assign(text);
+  if (why != nullptr && detail::has_sentence(outcome.code())) why->assign(text);
   door.give_back(*slot);
   if (outcome.code() == errc::timed_out) return error{errc::timed_out, 0, timeout.count()};
   return outcome.error();

@@ -14,6 +14,7 @@
 #include "page/page.hpp"
 #include "service/limit_table.hpp"
 #include "service/memory_plan.hpp"
+#include "service/names.hpp"
 #include "service/stop_rules.hpp"
 
 namespace rowe::detail {
@@ -25,8 +26,6 @@ using service::counter;
 constexpr duration closing_max = std::chrono::milliseconds{1500};
 
 constexpr std::uint32_t depth_max = 4096;
-
-constexpr std::string_view own_names = "/rowe/";
 
 std::string host_name() {
   std::array<char, 64> name{};
@@ -188,7 +187,7 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
 }
 
 status endpoint_state::check_topic(const lane_request& asked) const noexcept {
-  if (asked.name.starts_with(own_names)) return errc::reserved_topic;
+  if (service::is_own_name(asked.name)) return errc::reserved_topic;
   // A value that cannot live as long as it may wait for the service thread would never be sent.
   const bool polls = options_.idle_policy == idle::poll || options_.idle_policy == idle::phase;
   if (polls && asked.ttl > duration::zero() && asked.ttl <= options_.poll_period)
@@ -205,8 +204,7 @@ status endpoint_state::check_service(const lane_request& asked) const noexcept {
   const std::size_t bytes = asked.name.size() + (slash ? 0 : 1);
   const std::size_t most{options_.limits.topic_bytes_max};
   if (const status ok = in_range(argument::name, bytes, std::size_t{2}, most); !ok) return ok;
-  const std::string_view reserved = slash ? own_names : own_names.substr(1);
-  if (responds(asked.kind) && asked.name.starts_with(reserved)) return errc::reserved_topic;
+  if (responds(asked.kind) && service::is_own_name(asked.name)) return errc::reserved_topic;
   return {};
 }
 

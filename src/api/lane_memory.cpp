@@ -172,7 +172,9 @@ result<lane_codecs> lane_codecs::compile(const lane_request& asked) {
     made.encoder.emplace(std::move(encoder).value());
   }
   if (asked.decoded != nullptr) {
-    auto decoder = json::decoder::compile(*asked.decoded);
+    auto decoder =
+        json::decoder::compile(*asked.decoded, asked.fill_missing ? json::decoder::missing::filled
+                                                                  : json::decoder::missing::refused);
     if (!decoder) return decoder.error();
     made.decoder.emplace(std::move(decoder).value());
   }

@@ -25,8 +25,8 @@ int fail(const error& reason, std::string_view more = {}) noexcept;
 inline int fail(errc code) noexcept { return fail(error{code}); }
 
 // The same for functions that return pointers.
-inline std::nullptr_t no(const error& reason) noexcept {
-  fail(reason);
+inline std::nullptr_t no(const error& reason, std::string_view more = {}) noexcept {
+  fail(reason, more);
   return nullptr;
 }
 inline std::nullptr_t no(errc code) noexcept { return no(error{code}); }

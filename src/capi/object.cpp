@@ -3,11 +3,14 @@
 #include "capi/object.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <charconv>
 #include <limits>
 #include <utility>
 
 #include "capi/error.hpp"
+#include "json/utf8.hpp"
 
 using namespace rowe::capi;
 using rowe::errc;
@@ -60,19 +63,97 @@ namespace {
 
 rowe::json::value number_in(const rowe_object& value) noexcept { return {kind::number, value.text}; }
 
-// What was asked is a value of another type, or none: then rowe_get() or rowe_at() found nothing.
-int wrong(const rowe_object* value) noexcept {
-  return fail(value == nullptr ? errc::missing_member : errc::wrong_type);
+// ---- what is said of a value that is not what was asked for
+
+// A sentence of pieces, cut where the thread's error would cut it too.
+class words {
+ public:
+  words& add(std::string_view piece) noexcept {
+    used_ +=
+        rowe::json::utf8_prefix(piece, room_.size() - used_).copy(room_.data() + used_, room_.size() - used_);
+    return *this;
+  }
+  words& add(std::size_t number) noexcept {
+    char digits[20];
+    return add(std::string_view{digits, std::to_chars(digits, digits + sizeof digits, number).ptr});
+  }
+  // Of one member: its name, which may be long.
+  words& add_member(const char* key) noexcept {
+    if (key == nullptr) return *this;
+    const std::string_view name{key};
+    return add("the member \"")
+        .add(rowe::json::utf8_prefix(name, 64))
+        .add(name.size() > 64 ? "...\": " : "\": ");
+  }
+  std::string_view text() const noexcept { return {room_.data(), used_}; }
+
+ private:
+  std::array<char, 256> room_;
+  std::size_t used_ = 0;
+};
+
+std::string_view name_of(kind of) noexcept {
+  switch (of) {
+  case kind::null: return "null";
+  case kind::boolean: return "a boolean";
+  case kind::number: return "a number";
+  case kind::string: return "a string";
+  case kind::object: return "an object";
+  case kind::array: return "an array";
+  }
+  return "";
+}
+
+// What was asked is a value of another type, or none: then rowe_get() or rowe_at() found nothing. `key`: the
+// member it is; null where that is not known.
+int wrong(const rowe_object* value, const char* key, std::string_view wanted) noexcept {
+  if (value == nullptr) return fail(errc::missing_member, "there is no value (NULL)");
+  words why;
+  why.add_member(key).add(wanted).add(" is wanted, it is ").add(name_of(value->type));
+  return fail(errc::wrong_type, why.text());
+}
+
+std::nullptr_t no_container(const rowe_object& value, std::string_view wanted) noexcept {
+  wrong(&value, nullptr, wanted);
+  return nullptr;
 }
 
 template <class Integer>
-int as_integer(const rowe_object* value, Integer* into) noexcept {
+int as_integer(const rowe_object* value, Integer* into, const char* key = nullptr) noexcept {
   if (into == nullptr) return fail(errc::misuse);
-  if (value == nullptr || value->type != kind::number) return wrong(value);
-  if (value->text.find_first_of(".eE") != std::string::npos) return fail(errc::wrong_type);
+  if (value == nullptr || value->type != kind::number) return wrong(value, key, "a whole number");
+  words why;
+  why.add_member(key);
+  const std::string_view token = std::string_view{value->text}.substr(0, 64);
+  if (value->text.find_first_of(".eE") != std::string::npos)
+    return fail(errc::wrong_type, why.add("a whole number is wanted, it is ").add(token).text());
   const auto whole = rowe::json::to_integer(number_in(*value));
-  if (!whole || !std::in_range<Integer>(*whole)) return fail(errc::out_of_range);
+  if (!whole || !std::in_range<Integer>(*whole)) {
+    why.add(token).add(sizeof(Integer) == sizeof(std::int64_t) ? " has more than 64 bits"
+                                                               : " has more than 32 bits");
+    return fail(errc::out_of_range, why.text());
+  }
   *into = static_cast<Integer>(*whole);
+  return rowe_ok;
+}
+
+const char* as_string(const rowe_object* value, const char* key = nullptr) noexcept {
+  if (value != nullptr && value->type == kind::string) return value->text.c_str();
+  wrong(value, key, "a string");
+  return nullptr;
+}
+
+int as_double(const rowe_object* value, double* into, const char* key = nullptr) noexcept {
+  if (into == nullptr) return fail(errc::misuse);
+  if (value == nullptr || value->type != kind::number) return wrong(value, key, "a number");
+  *into = rowe::json::to_double(number_in(*value)).value_or(std::numeric_limits<double>::quiet_NaN());
+  return rowe_ok;
+}
+
+int as_boolean(const rowe_object* value, bool* into, const char* key = nullptr) noexcept {
+  if (into == nullptr) return fail(errc::misuse);
+  if (value == nullptr || value->type != kind::boolean) return wrong(value, key, "a boolean");
+  *into = value->truth;
   return rowe_ok;
 }
 
@@ -97,38 +178,39 @@ int rowe_type_of(const struct rowe_object* value) {
 
 const struct rowe_object* rowe_get(const struct rowe_object* object, const char* key) {
   if (object == nullptr || key == nullptr) return no(errc::misuse);
-  if (object->type != kind::object) return no(errc::wrong_type);
+  if (object->type != kind::object) return no_container(*object, "an object");
   const std::size_t at = object->find(key);
-  if (at == object->names.size()) return no(errc::missing_member);
+  if (at == object->names.size()) {
+    words why;
+    return no(errc::missing_member, why.add_member(key).add("the object has none of this name").text());
+  }
   return &object->values[at];
 }
 
 const struct rowe_object* rowe_at(const struct rowe_object* object, size_t index) {
   if (object == nullptr) return no(errc::misuse);
-  if (object->type != kind::object && object->type != kind::array) return no(errc::wrong_type);
+  if (object->type != kind::object && object->type != kind::array)
+    return no_container(*object, "an object or array");
   if (index >= object->values.size()) {
+    words why;
+    why.add("the index is ").add(index).add(", and there are ").add(object->values.size());
     return no({errc::missing_member, static_cast<std::int64_t>(index),
-               static_cast<std::int64_t>(object->values.size())});
+               static_cast<std::int64_t>(object->values.size())},
+              why.text());
   }
   return &object->values[index];
 }
 
 const char* rowe_key_at(const struct rowe_object* object, size_t index) {
   if (object == nullptr) return no(errc::misuse);
-  if (object->type != kind::object) return no(errc::wrong_type);
+  if (object->type != kind::object) return no_container(*object, "an object");
   if (rowe_at(object, index) == nullptr) return nullptr;
   return object->names[index].c_str();
 }
 
 size_t rowe_count(const struct rowe_object* object) { return object == nullptr ? 0 : object->values.size(); }
 
-const char* rowe_as_string(const struct rowe_object* value) {
-  if (value == nullptr || value->type != kind::string) {
-    wrong(value);
-    return nullptr;
-  }
-  return value->text.c_str();
-}
+const char* rowe_as_string(const struct rowe_object* value) { return as_string(value); }
 
 size_t rowe_string_bytes(const struct rowe_object* value) {
   return value != nullptr && value->type == kind::string ? value->text.size() : 0;
@@ -136,38 +218,26 @@ size_t rowe_string_bytes(const struct rowe_object* value) {
 
 int rowe_as_int(const struct rowe_object* value, int* into) { return as_integer(value, into); }
 int rowe_as_int64(const struct rowe_object* value, int64_t* into) { return as_integer(value, into); }
-
-int rowe_as_double(const struct rowe_object* value, double* into) {
-  if (into == nullptr) return fail(errc::misuse);
-  if (value == nullptr || value->type != kind::number) return wrong(value);
-  *into = rowe::json::to_double(number_in(*value)).value_or(std::numeric_limits<double>::quiet_NaN());
-  return rowe_ok;
-}
-
-int rowe_as_boolean(const struct rowe_object* value, bool* into) {
-  if (into == nullptr) return fail(errc::misuse);
-  if (value == nullptr || value->type != kind::boolean) return wrong(value);
-  *into = value->truth;
-  return rowe_ok;
-}
+int rowe_as_double(const struct rowe_object* value, double* into) { return as_double(value, into); }
+int rowe_as_boolean(const struct rowe_object* value, bool* into) { return as_boolean(value, into); }
 
 const char* rowe_get_string(const struct rowe_object* object, const char* key) {
   const rowe_object* const value = rowe_get(object, key);
-  return value == nullptr ? nullptr : rowe_as_string(value);
+  return value == nullptr ? nullptr : as_string(value, key);
 }
 int rowe_get_int(const struct rowe_object* object, const char* key, int* into) {
   const rowe_object* const value = rowe_get(object, key);
-  return value == nullptr ? rowe_last_error() : rowe_as_int(value, into);
+  return value == nullptr ? rowe_last_error() : as_integer(value, into, key);
 }
 int rowe_get_int64(const struct rowe_object* object, const char* key, int64_t* into) {
   const rowe_object* const value = rowe_get(object, key);
-  return value == nullptr ? rowe_last_error() : rowe_as_int64(value, into);
+  return value == nullptr ? rowe_last_error() : as_integer(value, into, key);
 }
 int rowe_get_double(const struct rowe_object* object, const char* key, double* into) {
   const rowe_object* const value = rowe_get(object, key);
-  return value == nullptr ? rowe_last_error() : rowe_as_double(value, into);
+  return value == nullptr ? rowe_last_error() : as_double(value, into, key);
 }
 int rowe_get_boolean(const struct rowe_object* object, const char* key, bool* into) {
   const rowe_object* const value = rowe_get(object, key);
-  return value == nullptr ? rowe_last_error() : rowe_as_boolean(value, into);
+  return value == nullptr ? rowe_last_error() : as_boolean(value, into, key);
 }

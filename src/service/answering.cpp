@@ -8,6 +8,7 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "wire/text_out.hpp"
 #include "json/encoder.hpp"
 
 namespace rowe::service {
@@ -16,7 +17,7 @@ namespace {
 namespace bare = wire::bare;
 namespace rosbridge = wire::rosbridge;
 
-constexpr std::size_t sentence_bytes_max = 256;
+constexpr std::size_t sentence_bytes_max = 320; // the longest service's name in a sentence
 
 // A string's text for people; what does not fit or is no string is shown as it stands there.
 std::string_view sentence_of(std::string_view raw, std::span<char> scratch) noexcept {
@@ -26,10 +27,16 @@ std::string_view sentence_of(std::string_view raw, std::span<char> scratch) noex
   return raw.substr(0, sentence_bytes_max);
 }
 
-std::string_view print(std::span<char> into, const char* format, std::string_view value) noexcept {
-  const int bytes = std::snprintf(into.data(), into.size(), format,
-                                  static_cast<int>(std::min<std::size_t>(value.size(), 128)), value.data());
-  return {into.data(), std::min(static_cast<std::size_t>(bytes), into.size() - 1)};
+// rosbridge has no code for a service that nobody provides, but always the same sentence, which names it.
+constexpr std::string_view unknown_begins = "Service ";
+constexpr std::string_view unknown_ends = " does not exist";
+
+bool says_unknown(std::string_view sentence, std::string_view service) noexcept {
+  if (!sentence.starts_with(unknown_begins) || !sentence.ends_with(unknown_ends)) return false;
+  sentence.remove_prefix(unknown_begins.size());
+  if (sentence.size() < unknown_ends.size()) return false;
+  sentence.remove_suffix(unknown_ends.size());
+  return !sentence.empty() && without_slash(sentence) == without_slash(service);
 }
 
 // A value as the one member of an object.
@@ -123,7 +130,9 @@ void core::take_service_response(connection& c, const rosbridge::request& said) 
     return end_without_room(meant->index, finish_with(meant->index, values));
   }
   std::array<char, sentence_bytes_max> room;
-  finish_badly(meant->index, {errc::refused}, sentence_of(said.values_raw, room));
+  const std::string_view sentence = sentence_of(said.values_raw, room);
+  const bool unknown = says_unknown(sentence, calls_.service(meant->index));
+  finish_badly(meant->index, {unknown ? errc::no_service : errc::refused}, sentence);
 }
 
 // ---- ends
@@ -195,9 +204,10 @@ void core::end_without_room(std::uint32_t index, const result<std::uint32_t>& fi
 // The call ends without a reply. The one who asked is told why: code and sentence.
 void core::finish_badly(std::uint32_t index, const error& why, std::string_view sentence) noexcept {
   const call ended = calls_.at(index);
-  std::array<char, 256> room;
+  std::array<char, 320> room; // of the longest name
   if (why.code == errc::no_service && sentence.empty() && ended.service_bytes != 0) {
-    sentence = print(room, "Service %.*s does not exist", calls_.service(index));
+    wire::text_out unknown{room};
+    sentence = unknown.add(unknown_begins).add(calls_.service(index)).add(unknown_ends).text();
   } else if (why.code == errc::timed_out) {
     sentence = "the service did not answer in time";
   } else if (sentence.empty()) {

@@ -34,6 +34,7 @@ struct batch_piece {
   std::uint32_t bytes = 0;
   wire::mask_key key{};
   origin is = origin::message;
+  bool unslashed = false; // message, begun: as subscription::unslashed
 };
 
 struct batch {

@@ -234,36 +234,34 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
           by_peer ? detail::peer_ref{asked.asked_by.index, asked.asked_by.generation} : detail::peer_ref{},
       .call = calls_.ref(index)};
   status done;
+  json::decoder::diagnosis fault;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  std::string_view fault_text; // where the text that it points into is gone
   const bool decodes = lanes_[lane].decoder != nullptr;
   if (what.is == asking::form::args || (decodes && what.is == asking::form::object)) {
-    done = fill_inbox(lane, header, what.text.empty() ? std::string_view{"{}"} : what.text);
+    done = fill_inbox(lane, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {
     const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_args(into, what); });
     if (slot == no_index) return finish_badly(index, {errc::full});
-    done = fill_inbox(lane, header, {slots_.text(slot).data(), slots_.text(slot).size()});
+    done = fill_inbox(lane, header, {slots_.text(slot).data(), slots_.text(slot).size()}, fault);
+    if (!done && lanes_[lane].decoder != nullptr) fault_text = fault.text(room);
     release(slot);
   }
   if (done) {
     asked_lane_ = lane;
     return;
   }
-  std::array<char, 192> why;
   switch (done.code()) {
   case errc::full:
     add(counter::inbox_full);
     return finish_badly(index, {errc::refused}, "the service is busy: all its places for requests are taken");
-  case errc::too_big: add(counter::too_big); break;
-  case errc::missing_member: {
-    // Whoever asked knows names, not the numbers of a schema.
+  case errc::too_big:
+    add(counter::too_big);
+    return finish_badly(index, {errc::refused}, done.error().text(room));
+  default:
     add(counter::undecodable);
-    const std::string_view name = lanes_[lane].decoder->member_name(done.error().value);
-    const int bytes = std::snprintf(why.data(), why.size(), "the member \"%.*s\" is missing",
-                                    static_cast<int>(std::min<std::size_t>(name.size(), 128)), name.data());
-    return finish_badly(index, {errc::refused}, {why.data(), static_cast<std::size_t>(bytes)});
+    return finish_badly(index, {errc::refused}, fault_text.empty() ? fault.text(room) : fault_text);
   }
-  default: add(counter::undecodable); break;
-  }
-  finish_badly(index, {errc::refused}, done.error().text(why));
 }
 
 // To whoever receives what no other handle takes, as a message of the bare dialect whatever it came in.

@@ -60,6 +60,7 @@ struct begun_frame {
   std::uint32_t slot = no_index;
   std::size_t written = 0; // of header and payload together
   wire::mask_key key{};    // client side: the rest is masked with the same key
+  bool unslashed = false;  // as subscription::unslashed
 };
 
 // The subscriptions of one priority that have something to write, served in turn.
@@ -126,6 +127,27 @@ struct connection {
 
   std::array<char, 64> address{};
   std::size_t address_bytes = 0;
+
+  // Topics on which it published what no handle could take, and when it was told so, in ms since it is there.
+  struct misfit {
+    std::uint32_t topic = no_index;
+    std::uint32_t told_ms = 0;
+  };
+  std::array<misfit, 2> misfits;
+  // Whether it may be told so now: once a second for each topic, and of as many topics as there are places.
+  bool may_be_told(std::uint32_t topic, rt::time_point now) noexcept {
+    // The clock of one peer ends after 49 days, and then begins anew.
+    const auto ms = static_cast<std::uint32_t>((now - opened_at) / std::chrono::milliseconds{1});
+    const auto long_ago = [ms](const misfit& one) {
+      return one.topic == no_index || ms - one.told_ms >= 1000;
+    };
+    auto place =
+        std::find_if(misfits.begin(), misfits.end(), [&](const misfit& one) { return one.topic == topic; });
+    if (place == misfits.end()) place = std::find_if(misfits.begin(), misfits.end(), long_ago);
+    if (place == misfits.end() || !long_ago(*place)) return false;
+    *place = {topic, ms};
+    return true;
+  }
 
   std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
   bool open() const noexcept { return state == phase::open; }

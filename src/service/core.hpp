@@ -48,6 +48,7 @@
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
 #include "wire/bare.hpp"
+#include "json/decoder.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
 
@@ -184,7 +185,11 @@ class core final : public transport_sink {
   void advertise(connection& c, const wire::rosbridge::request& asked) noexcept;
   void unadvertise(connection& c, const wire::rosbridge::request& asked) noexcept;
   void relay(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void tell_other_type(connection& c, std::string_view id_raw, std::uint32_t topic,
+                       std::string_view asked) noexcept;
+  void tell_other_types(std::uint32_t topic) noexcept;
   void answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
                          std::string_view why) noexcept;
   std::uint32_t topic_for(connection& c, const wire::rosbridge::request& asked) noexcept;
@@ -215,9 +220,14 @@ class core final : public transport_sink {
   std::uint32_t answer(connection& c, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
   template <class WriteBody>
   std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
+  // Which peer published what is relayed, and its request's id; none: this process.
+  struct published_by {
+    detail::peer_ref peer{};
+    std::string_view id_raw{};
+  };
   template <class WriteBody>
   void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires, latch_owner latches,
-               WriteBody&& write_body) noexcept;
+               WriteBody&& write_body, const published_by& who = {}) noexcept;
   void seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
   void deliver(std::uint32_t topic, std::uint32_t slot) noexcept;
   bool accepts(subscription& s) noexcept;
@@ -275,6 +285,7 @@ class core final : public transport_sink {
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
   bool may_begin(connection& c, batch& into) noexcept;
   bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
+  bool gather_unslashed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
   void settle(connection& c, batch& sent, std::size_t taken) noexcept;
   void settle_message(connection& c, const batch_piece& piece, std::size_t part) noexcept;
   void note_sent(connection& c, std::uint32_t slot) noexcept;
@@ -316,6 +327,7 @@ class core final : public transport_sink {
     std::uint32_t held_first = no_index; // slots that were taken and wait for room further on, in their
     std::uint32_t held_last = no_index;  // order, each naming the next
     std::uint64_t order = 0;             // the generic receiver is the one that was attached first
+    rt::time_point misfit_at{}; // when an event last told of a message that it could not take; zero: never
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
@@ -326,10 +338,13 @@ class core final : public transport_sink {
   void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
   void take_topic_from_peers(std::uint32_t topic, std::string_view type) noexcept;
   queue* queue_to_server(std::uint32_t lane) noexcept;
+  void report_conflict(std::uint32_t topic, const detail::lane& asked) noexcept;
+  bool has_other_handle(std::uint32_t topic, bool that_reads) const noexcept;
   bool has_unsent(std::uint32_t lane) noexcept;
   void note(topic& on, rt::time_point published) noexcept;
   bool wanted_now(const topic& on) noexcept;
-  void deliver_inbox(std::uint32_t lane, std::span<const char> body, detail::peer_ref from = {}) noexcept;
+  void deliver_inbox(std::uint32_t lane, std::span<const char> body, const published_by& who) noexcept;
+  void tell_misfit(std::uint32_t lane, const published_by& who, std::string_view why) noexcept;
   void update_wanted(std::uint32_t topic) noexcept;
   void announce(connection& c, std::uint32_t lane, bool begins) noexcept;
   void announce_all(connection& c) noexcept;
@@ -376,7 +391,8 @@ class core final : public transport_sink {
   std::uint32_t receiver() const noexcept;
   bool received() const noexcept;
   status deliver_message(const detail::value_header& header, std::string_view text) noexcept;
-  status fill_inbox(std::uint32_t lane, const detail::value_header& header, std::string_view body) noexcept;
+  status fill_inbox(std::uint32_t lane, const detail::value_header& header, std::string_view body,
+                    json::decoder::diagnosis& why) noexcept;
   rt::time_point inbound_expiry(std::int64_t ttl_ns) const noexcept;
   // When something of this process ends that was stamped so: at its own time means in the cycle that takes
   // it, however long it has lain in its lane.

@@ -2,11 +2,13 @@
 // What this process is given: what became of calls and of sends that wait, and what peers say, decoded where
 // a handle reads values. Who receives plain messages is decided here.
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <utility>
 
 #include "service/core.hpp"
 #include "json/decoder.hpp"
+#include "json/utf8.hpp"
 
 namespace rowe::service {
 namespace {
@@ -35,12 +37,15 @@ void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
     return add(counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
   std::byte* const value = path.slots.value(*slot);
   std::size_t bytes = 0;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
   if (outcome && lane.decoder != nullptr && !text.empty()) {
     bytes = path.slots.bytes_max;
-    outcome = lane.decoder->decode(text, value);
+    json::decoder::diagnosis why;
+    outcome = lane.decoder->decode(text, value, &why);
     if (!outcome) {
       add(counter::undecodable);
-      text = {};
+      bytes = 0;
+      text = why.text(room);
     }
   } else if (outcome && text.size() > path.slots.bytes_max) {
     add(counter::too_big);
@@ -49,7 +54,7 @@ void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
     text = {};
   }
   if (bytes == 0) {
-    bytes = std::min(text.size(), path.slots.bytes_max); // a sentence may be cut
+    bytes = json::utf8_prefix(text, path.slots.bytes_max).size(); // a sentence may be cut
     if (bytes != 0) std::memcpy(value, text.data(), bytes);
   }
   *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(now_),
@@ -91,7 +96,8 @@ status core::deliver_message(const detail::value_header& header, std::string_vie
   const std::uint32_t lane = receiver();
   status done = errc::full;
   if (lane != no_index) {
-    done = fill_inbox(lane, header, text);
+    json::decoder::diagnosis nothing; // who receives takes texts
+    done = fill_inbox(lane, header, text, nothing);
   } else {
     done = door_.deliver(
         {.what = header.what == entry::invocation ? door_request::invocation : door_request::message,
@@ -105,9 +111,9 @@ status core::deliver_message(const detail::value_header& header, std::string_vie
   return done;
 }
 
-// Into the inbox of a lane, decoded where that reads values.
-status core::fill_inbox(std::uint32_t index, const detail::value_header& header,
-                        std::string_view body) noexcept {
+// Into the inbox of a lane, decoded where that reads values. When that fails, `why` says how.
+status core::fill_inbox(std::uint32_t index, const detail::value_header& header, std::string_view body,
+                        json::decoder::diagnosis& why) noexcept {
   detail::lane& lane = lanes_[index];
   const detail::filling_end& path = lane.service.in;
   if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
@@ -128,7 +134,7 @@ status core::fill_inbox(std::uint32_t index, const detail::value_header& header,
   std::size_t bytes = body.size();
   if (lane.decoder != nullptr) {
     bytes = path.slots.bytes_max;
-    if (const status read = lane.decoder->decode(body, value); !read) {
+    if (const status read = lane.decoder->decode(body, value, &why); !read) {
       if (path.newest == nullptr) views_[index].spare = slot;
       return read;
     }

@@ -10,6 +10,7 @@
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 #include "service/shares.hpp"
+#include "wire/text_out.hpp"
 
 namespace rowe::service {
 namespace {
@@ -21,8 +22,26 @@ std::string_view text_of(std::span<const std::byte> bytes) noexcept {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// Topics that the endpoint itself publishes.
-bool reserved(std::string_view topic) noexcept { return topic.starts_with("/rowe/"); }
+// Why a text is no JSON. NaN and infinities are what programs write that do not know that JSON has none.
+std::string_view sentence_of(const error& why, std::string_view text, std::span<char> room) noexcept {
+  const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
+  for (const std::string_view word : {std::string_view{"NaN"}, std::string_view{"Infinity"}}) {
+    if (why.code != errc::malformed || !text.substr(at).starts_with(word)) continue;
+    const int bytes = std::snprintf(
+        room.data(), room.size(),
+        "the text is no valid JSON, which has no %s (at byte %zu): send null, or leave the member out",
+        word.data(), at);
+    return {room.data(), static_cast<std::size_t>(bytes)};
+  }
+  return why.text(room);
+}
+
+// In which dialect a text is answered that is no JSON: what can be seen of it decides, then what its peer
+// spoke last.
+bool seems_rosbridge(const connection& from, std::string_view text) noexcept {
+  if (rosbridge::names_operation(text)) return true;
+  return from.spoke_last == dialect::rosbridge && !bare::names_id(text);
+}
 
 rt::duration throttle_of(const rosbridge::request& asked) noexcept {
   return std::chrono::milliseconds{asked.throttle_ms};
@@ -78,9 +97,9 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
     if (drops_excess()) return;
-    std::array<char, 160> room;
-    const std::string_view why = valid.error().text(room);
-    if (c.spoke_last == dialect::rosbridge) return refuse(c, {}, why);
+    std::array<char, 192> room;
+    const std::string_view why = sentence_of(valid.error(), text, room);
+    if (seems_rosbridge(c, text)) return refuse(c, {}, why);
     if (admits_refusal(c, event::kind::refused_request, why, {}))
       answer_bare_error(c, {}, valid.error().name(), why);
     return;
@@ -172,7 +191,10 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   case op::service_response: return take_service_response(c, asked);
   case op::advertise_service: return advertise_service(c, asked);
   case op::unadvertise_service: return unadvertise_service(c, asked);
-  case op::status: return report(event::kind::status_from_peer, c.peer(), asked.msg_raw);
+  case op::status: {
+    const auto plain = json::to_string(json::root(asked.msg_raw), scratch_);
+    return report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.msg_raw));
+  }
   case op::set_level: c.status_level = asked.level; return;
   case op::unsupported:
   case op::unknown: break;
@@ -210,7 +232,8 @@ std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) no
 void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t topic = topic_for(c, asked);
   if (topic == no_index) return;
-  std::uint32_t index = router_.find_subscription(topic, c.first_subscription);
+  const bool unslashed = !has_slash(asked.topic);
+  std::uint32_t index = router_.find_subscription(topic, c.first_subscription, unslashed);
   const bool fresh = index == no_index;
   if (fresh) {
     router_.hold(topic); // until the subscription does
@@ -229,6 +252,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
           {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, "subscriptions_max"});
     }
     ++c.subscriptions;
+    router_.subscription_at(index).unslashed = unslashed;
   }
   subscription& s = router_.subscription_at(index);
   const std::uint64_t id = hash_of(asked.id_raw);
@@ -242,6 +266,9 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   merge_requests(index);
   update_wanted(topic);
   if (topic == statistics_topic_) begin_statistics();
+  s.type_hash = hash_of_type(asked.type);
+  if (!router_.type(topic).empty() && !asked.type.empty() && !same_type(asked.type, router_.type(topic)))
+    tell_other_type(c, asked.id_raw, topic, asked.type);
   if (!fresh || router_.at(topic).last.empty()) return;
   s.owes_last = true;
   make_ready(index);
@@ -249,8 +276,12 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
 
 void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t topic = router_.find(asked.topic);
-  const std::uint32_t index =
-      topic == no_index ? no_index : router_.find_subscription(topic, c.first_subscription);
+  std::uint32_t index = no_index;
+  if (topic != no_index) {
+    index = router_.find_subscription(topic, c.first_subscription, !has_slash(asked.topic));
+    if (index == no_index)
+      index = router_.find_subscription(topic, c.first_subscription); // the other spelling
+  }
   if (index == no_index) return refuse(c, asked.id_raw, "unsubscribe: there is no such subscription");
   subscription& s = router_.subscription_at(index);
   if (!asked.id_raw.empty()) {
@@ -266,10 +297,11 @@ void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept 
 }
 
 void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
-  if (reserved(asked.topic))
+  if (is_own_name(asked.topic))
     return refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
   const std::uint32_t topic = topic_for(c, asked);
   if (topic == no_index) return;
+  const bool typed = !router_.type(topic).empty();
   const auto mine = c.advertised.first(c.advertisements);
   const auto known =
       std::find_if(mine.begin(), mine.end(), [&](const advertisement& a) { return a.topic == topic; });
@@ -282,6 +314,7 @@ void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
     let_go_topic(topic);
     return refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
   }
+  if (!typed) tell_other_types(topic);
   if (known != mine.end()) {
     known->latched = known->latched || asked.latch;
     return let_go_topic(topic);
@@ -303,6 +336,32 @@ void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept 
     return let_go_topic(topic);
   }
   refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
+}
+
+// Its messages come all the same: that they are not what the peer expects is for it to judge.
+void core::tell_other_type(connection& c, std::string_view id_raw, std::uint32_t topic,
+                           std::string_view asked) noexcept {
+  std::array<char, rosbridge::refusal_text_bytes_max> room;
+  wire::text_out why{room};
+  why.add("subscribe ").add_shortened(router_.name(topic), 96).add(": the topic has the type ");
+  why.add_shortened(router_.type(topic), 96);
+  if (!asked.empty()) {
+    why.add(", not ").add_shortened(asked, 96);
+  } else {
+    why.add(", not the one that was asked for");
+  }
+  send_status(c, id_raw, why.text());
+}
+
+// The topic has got its type: those who subscribed before and expect another one are told.
+void core::tell_other_types(std::uint32_t topic) noexcept {
+  const std::uint32_t type = hash_of_type(router_.type(topic));
+  if (type == 0) return;
+  for (std::uint32_t i = router_.at(topic).first_subscription; i != no_index;
+       i = router_.subscription_at(i).next_on_topic) {
+    const subscription& s = router_.subscription_at(i);
+    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(connections_[s.connection], {}, topic, {});
+  }
 }
 
 void core::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
@@ -378,6 +437,10 @@ void core::cut_if_flooding(connection& c, const rate_limit& rate, std::string_vi
 
 void core::answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept {
   add(counter::refused_requests);
+  send_status(c, id_raw, why);
+}
+
+void core::send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept {
   if (c.ours == side::client || c.status_level == rosbridge::level::none) return;
   std::array<char, 6 * rosbridge::refusal_text_bytes_max + 512> text;
   send_direct(c, rosbridge::encode_status(text, rosbridge::level::error, id_raw, why));

@@ -7,7 +7,9 @@
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "wire/text_out.hpp"
 #include "json/encoder.hpp"
+#include "json/utf8.hpp"
 
 namespace rowe::service {
 namespace {
@@ -19,6 +21,9 @@ namespace rosbridge = wire::rosbridge;
 
 constexpr std::size_t lane_budget = 64;        // values taken from one lane in one cycle
 constexpr std::size_t lane_budget_ample = 256; // the same where nothing would be lost by it
+
+constexpr rt::duration misfit_period = std::chrono::seconds{1};
+constexpr std::size_t event_text_bytes = 224; // of event::what
 
 } // namespace
 
@@ -70,23 +75,30 @@ void core::attach(std::uint32_t index) noexcept {
     return answer(lane_state::refused);
   }
   router_.hold_as_own(topic_index);
+  bool typed = !router_.type(topic_index).empty();
   if (!router_.set_type(topic_index, lane.type())) {
     if (router_.at(topic_index).own_holders > 1) {
       lane.answer = {errc::type_conflict};
+      report_conflict(topic_index, lane);
       let_go_own_topic(topic_index);
       return answer(lane_state::refused);
     }
     take_topic_from_peers(topic_index, lane.type());
+    typed = false;
   }
+  if (!typed) tell_other_types(topic_index);
   topic& on = router_.at(topic_index);
+  const bool reads = detail::subscribes(lane.kind);
+  if (!has_other_handle(topic_index, reads))
+    (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(lane.name());
   view.attached = true;
   view.topic = topic_index;
-  if (detail::subscribes(lane.kind)) {
+  if (reads) {
     view.next_inbox = on.first_inbox;
     on.first_inbox = index;
     if (topic_index == statistics_topic_) begin_statistics();
     if (const std::uint32_t last = compose_latched(topic_index); last != no_index) {
-      deliver_inbox(index, slots_.body(last));
+      deliver_inbox(index, slots_.body(last), {});
       release(last);
     }
   } else {
@@ -132,6 +144,26 @@ void core::take_topic_from_peers(std::uint32_t topic, std::string_view type) noe
       break;
     }
   }
+}
+
+// Set-up is told by a number, which cannot name the types: an event does.
+void core::report_conflict(std::uint32_t topic, const detail::lane& asked) noexcept {
+  std::array<char, event_text_bytes> room;
+  wire::text_out what{room};
+  what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
+      .add_shortened(router_.name(topic), 64);
+  what.add(": the topic has the type ").add_shortened(router_.type(topic), 56);
+  what.add(", not ").add_shortened(asked.type(), 56);
+  report(event::kind::warning, {}, what.text(), "use the same type, or leave the option `type` empty");
+}
+
+// Whether there is a handle that reads, or one that publishes, on the topic.
+bool core::has_other_handle(std::uint32_t topic, bool that_reads) const noexcept {
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if (views_[i].attached && views_[i].topic == topic && detail::subscribes(lanes_[i].kind) == that_reads)
+      return true;
+  }
+  return false;
 }
 
 // The queue towards the server of what a lane publishes; null where there is none.
@@ -324,39 +356,72 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
   if (stop_.in_use() && stop_service_named(asked.topic) == stop_service::stop)
     return take_silent_stop(c, asked.msg_raw);
   if (drops_excess()) return;
-  if (asked.topic.starts_with("/rowe/") && c.ours == side::server) {
+  if (is_own_name(asked.topic) && c.ours == side::server) {
     return refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   }
   const std::uint32_t topic_index = router_.find(asked.topic);
   if (topic_index == no_index) return add(counter::no_peer); // nobody has asked for it
   const auto write_body = [&](json::writer& into) { into.raw(asked.msg_raw); };
+  const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (options_.relay && c.ours == side::server) {
     const auto mine = c.advertised.first(c.advertisements);
     const bool latches = asked.latch || std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
                            return a.topic == topic_index && a.latched;
                          });
     return publish(topic_index, now_, rt::never,
-                   latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{}, write_body);
+                   latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{}, write_body, who);
   }
   topic& on = router_.at(topic_index);
   note(on, now_);
   on.bytes = asked.msg_raw.size();
   if (on.first_inbox == no_index) return add(counter::no_peer);
   for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox) {
-    deliver_inbox(i, asked.msg_raw, {c.id.index, c.id.generation});
+    deliver_inbox(i, asked.msg_raw, who);
   }
 }
 
-void core::deliver_inbox(std::uint32_t index, std::span<const char> body, detail::peer_ref from) noexcept {
+void core::deliver_inbox(std::uint32_t index, std::span<const char> body, const published_by& who) noexcept {
+  json::decoder::diagnosis why;
   const status done = fill_inbox(index,
                                  {.stamped_ns = rt::nanoseconds_of(now_),
                                   .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl)),
-                                  .peer = from},
-                                 {body.data(), body.size()});
+                                  .peer = who.peer},
+                                 {body.data(), body.size()}, why);
   if (done) return;
-  add(done.code() == errc::full      ? counter::inbox_full
-      : done.code() == errc::too_big ? counter::too_big
-                                     : counter::undecodable);
+  if (done.code() == errc::full) return add(counter::inbox_full);
+  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  if (done.code() == errc::too_big) {
+    add(counter::too_big);
+    wire::text_out text{room};
+    text.add("the message has ").add(done.error().value).add(" bytes, its subscriber takes ");
+    text.add(done.error().limit).add(": raise the option `text_bytes_max`");
+    return tell_misfit(index, who, text.text());
+  }
+  add(counter::undecodable);
+  tell_misfit(index, who, why.text(room));
+}
+
+// A message does not fit a handle that subscribed: a difference of two programs, which would go on in
+// silence. Whoever sent it is told, and an event tells this process; each once a second for a topic, at most,
+// since what goes wrong once goes wrong with every message.
+void core::tell_misfit(std::uint32_t index, const published_by& who, std::string_view why) noexcept {
+  const std::uint32_t topic = views_[index].topic;
+  rt::time_point& told_at =
+      views_[router_.at(topic).first_inbox].misfit_at; // one of all handles on the topic
+  connection* const c = find({who.peer.index, who.peer.generation});
+  const bool first = told_at == rt::time_point{} || now_ - told_at >= misfit_period;
+  const bool tells = c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, now_);
+  if (!first && !tells) return;
+  std::array<char, rosbridge::refusal_text_bytes_max> room;
+  wire::text_out text{room};
+  text.add("publish ").add_shortened(router_.name(topic), 64).add(": ").add_shortened(why, 320);
+  if (tells) send_status(*c, who.id_raw, text.text());
+  if (!first) return;
+  told_at = now_;
+  const bool by_peer = c != nullptr && c->ours == side::server;
+  report(by_peer ? event::kind::refused_request : event::kind::warning,
+         c != nullptr ? c->peer() : std::string_view{}, json::utf8_prefix(text.text(), event_text_bytes),
+         "publish what the subscriber's type says, or set its option `fill_missing`");
 }
 
 // ---- as a client
@@ -367,6 +432,7 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
   if (options_.profile != peer_profile::standard) return; // Hop's programs know no topics
   const detail::lane& lane = lanes_[index];
   const std::uint32_t topic_index = views_[index].topic;
+  const topic& on = router_.at(topic_index);
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
     const bool reader = detail::subscribes(lanes_[i].kind);
     if (i != index && views_[i].attached && views_[i].topic == topic_index &&
@@ -376,23 +442,26 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
   }
   std::array<char, 8192>
       text; // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then
-  if (detail::subscribes(lane.kind)) {
-    return send_direct(c, begins
-                              ? rosbridge::encode_subscribe(text, {.topic = lane.name(), .type = lane.type()})
-                              : rosbridge::encode_unsubscribe(text, lane.name(), 1));
+  const bool reads = detail::subscribes(lane.kind);
+  const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
+  const std::string_view name = router_.name(topic_index).substr(unslashed ? 1 : 0);
+  if (reads) {
+    return send_direct(c, begins ? rosbridge::encode_subscribe(text, {.topic = name, .type = lane.type()})
+                                 : rosbridge::encode_unsubscribe(text, name, 1));
   }
   std::uint32_t subscribed = router_.find_subscription(topic_index, c.first_subscription);
   if (begins) {
-    send_direct(c, rosbridge::encode_advertise(
-                       text, {.topic = lane.name(), .type = lane.type(), .latch = lane.latched}));
+    send_direct(
+        c, rosbridge::encode_advertise(text, {.topic = name, .type = lane.type(), .latch = lane.latched}));
     if (subscribed == no_index) {
       subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
       if (subscribed == no_index) return add(counter::no_slot);
       ++c.subscriptions;
+      router_.subscription_at(subscribed).unslashed = unslashed;
     }
     merge_requests(subscribed);
   } else {
-    send_direct(c, rosbridge::encode_unadvertise(text, lane.name(), 1));
+    send_direct(c, rosbridge::encode_unadvertise(text, name, 1));
     if (subscribed != no_index) remove_subscription(c, subscribed);
   }
   update_wanted(topic_index);

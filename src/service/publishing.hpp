@@ -71,7 +71,7 @@ std::uint32_t core::encode(std::uint32_t topic, rt::time_point expires, WriteBod
 // `latches` it is kept for those who come late.
 template <class WriteBody>
 void core::publish(std::uint32_t topic_index, rt::time_point published, rt::time_point expires,
-                   latch_owner latches, WriteBody&& write_body) noexcept {
+                   latch_owner latches, WriteBody&& write_body, const published_by& who) noexcept {
   topic& on = router_.at(topic_index);
   note(on, published);
   if (expires < now_) return add(counter::expired);
@@ -83,7 +83,7 @@ void core::publish(std::uint32_t topic_index, rt::time_point published, rt::time
   if (keeps) keep_latched(on, slot, latches);
   deliver(topic_index, slot);
   for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
-    deliver_inbox(i, slots_.body(slot));
+    deliver_inbox(i, slots_.body(slot), who);
   release(slot);
 }
 

@@ -14,11 +14,15 @@ namespace {
 std::size_t bucket_count(const limits& bounds) noexcept {
   return std::bit_ceil(std::size_t{bounds.topics_max} * 2);
 }
+// Of a name that got its slash here.
+std::size_t name_bytes_max_of(const limits& bounds) noexcept {
+  return std::size_t{bounds.topic_bytes_max} + 1;
+}
 std::size_t head_bytes_max_of(const limits& bounds) noexcept {
-  return wire::rosbridge::publish_head_bytes_max(bounds.topic_bytes_max);
+  return wire::rosbridge::publish_head_bytes_max(name_bytes_max_of(bounds));
 }
 std::size_t name_stride_of(const limits& bounds) noexcept {
-  return 2 * bounds.topic_bytes_max + head_bytes_max_of(bounds);
+  return 2 * name_bytes_max_of(bounds) + head_bytes_max_of(bounds);
 }
 
 } // namespace
@@ -35,7 +39,7 @@ router::router(rt::arena& memory, const limits& bounds) noexcept
       buckets_{memory.carve<std::uint32_t>(bucket_count(bounds))},
       names_{memory.carve<char>(bounds.topics_max * name_stride_of(bounds))},
       subscriptions_{memory.carve<subscription>(bounds.subscriptions_max)},
-      name_bytes_max_{bounds.topic_bytes_max},
+      name_bytes_max_{name_bytes_max_of(bounds)},
       head_bytes_max_{head_bytes_max_of(bounds)},
       name_stride_{name_stride_of(bounds)} {
   std::fill(buckets_.begin(), buckets_.end(), no_index);
@@ -62,25 +66,30 @@ std::string_view router::head(std::uint32_t index) const noexcept {
 }
 
 std::uint32_t router::find(std::string_view wanted) const noexcept {
+  wanted = without_slash(wanted);
   const std::uint64_t hash = hash_of(wanted);
   for (std::uint32_t i = bucket(hash); i != no_index; i = topics_[i].next) {
-    if (topics_[i].hash == hash && name(i) == wanted) return i;
+    if (topics_[i].hash == hash && without_slash(name(i)) == wanted) return i;
   }
   return no_index;
 }
 
 std::uint32_t router::find_or_add(std::string_view wanted) noexcept {
   const std::uint32_t found = find(wanted);
-  if (found != no_index || free_topic_ == no_index || wanted.size() > name_bytes_max_) return found;
+  const std::size_t slash = has_slash(wanted) ? 0 : 1;
+  const std::size_t bytes = slash + wanted.size();
+  if (found != no_index || free_topic_ == no_index || bytes > name_bytes_max_) return found;
   const std::uint32_t added = free_topic_;
   topic& fresh = topics_[added];
   free_topic_ = fresh.next;
   fresh = topic{};
-  fresh.hash = hash_of(wanted);
-  fresh.name_bytes = static_cast<std::uint16_t>(wanted.size());
-  std::memcpy(names(added), wanted.data(), wanted.size());
+  fresh.hash = hash_of(without_slash(wanted));
+  fresh.name_bytes = static_cast<std::uint16_t>(bytes);
+  *names(added) = '/';
+  std::memcpy(names(added) + slash, wanted.data(), wanted.size());
   const std::span<char> head{names(added) + 2 * name_bytes_max_, head_bytes_max_};
-  fresh.head_bytes = static_cast<std::uint16_t>(wire::rosbridge::encode_publish_head(head, wanted).size());
+  fresh.head_bytes =
+      static_cast<std::uint16_t>(wire::rosbridge::encode_publish_head(head, name(added)).size());
   fresh.next = bucket(fresh.hash);
   bucket(fresh.hash) = added;
   ++topic_count_;
@@ -88,7 +97,7 @@ std::uint32_t router::find_or_add(std::string_view wanted) noexcept {
 }
 
 bool router::set_type(std::uint32_t index, std::string_view wanted) noexcept {
-  if (wanted.empty() || wanted == type(index)) return true;
+  if (wanted.empty() || same_type(wanted, type(index))) return true;
   if (topics_[index].type_bytes != 0 || wanted.size() > name_bytes_max_) return false;
   std::memcpy(names(index) + name_bytes_max_, wanted.data(), wanted.size());
   topics_[index].type_bytes = static_cast<std::uint16_t>(wanted.size());
@@ -131,6 +140,14 @@ std::uint32_t router::find_subscription(std::uint32_t wanted,
                                         std::uint32_t first_on_connection) const noexcept {
   for (std::uint32_t i = first_on_connection; i != no_index; i = subscriptions_[i].next_on_connection) {
     if (subscriptions_[i].topic == wanted) return i;
+  }
+  return no_index;
+}
+
+std::uint32_t router::find_subscription(std::uint32_t wanted, std::uint32_t first_on_connection,
+                                        bool unslashed) const noexcept {
+  for (std::uint32_t i = first_on_connection; i != no_index; i = subscriptions_[i].next_on_connection) {
+    if (subscriptions_[i].topic == wanted && subscriptions_[i].unslashed == unslashed) return i;
   }
   return no_index;
 }

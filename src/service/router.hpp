@@ -3,6 +3,10 @@
 // advertisement of a peer, or a handle of this process; the last one to let go frees its place. Those that
 // only peers hold are counted apart, so that peers that make up names cannot take the places of this process.
 // Everything is an index into memory taken at open. Service thread only.
+//
+// "odom" and "/odom" are one topic, which is called "/odom" here. A peer that subscribes to "odom" is sent
+// its messages under that name: the same slot, but for the byte of the slash, which is left out as it is
+// written.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -17,6 +21,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/latch_store.hpp"
+#include "service/names.hpp"
 #include "service/queues.hpp"
 #include "service/wire_slots.hpp"
 
@@ -35,6 +40,9 @@ struct topic {
   std::uint16_t head_bytes = 0;
   rowe::priority priority = rowe::priority::normal;
   rowe::keep keep = rowe::keep::all;
+  // As a client: how the server is told what we subscribe to and publish; as the first handle calls it.
+  bool asked_unslashed = false;
+  bool offered_unslashed = false;
   latched_value last; // for those who come late
 
   // For /rowe/stats.
@@ -61,10 +69,12 @@ struct subscription {
   std::uint32_t next_ready = no_index;
   queue waiting;
   std::uint32_t depth = 0;
+  std::uint32_t type_hash = 0;                      // of the type that the peer expects, hash_of_type()
   rowe::priority ready_as = rowe::priority::normal; // on which of its connection's lists, while ready
   bool ready = false;     // on its connection's list of those that may be written now
   bool served = false;    // something of it was written in the batch that is being settled
   bool timed = false;     // on the wheel until next_due
+  bool unslashed = false; // the peer calls the topic by its name without the slash
   bool merges = false;    // a newer value takes the place of an older one
   bool owes_last = false; // the latched value is to be queued in front of what comes
   bool discards = false;  // what comes within the throttle period is not even queued
@@ -85,13 +95,14 @@ class router {
   std::uint32_t find_or_add(std::string_view name) noexcept; // no_index when topics_max are taken
   topic& at(std::uint32_t index) noexcept { return topics_[index]; }
   const topic& at(std::uint32_t index) const noexcept { return topics_[index]; }
-  std::string_view name(std::uint32_t index) const noexcept;
+  std::string_view name(std::uint32_t index) const noexcept; // with its slash
   std::string_view type(std::uint32_t index) const noexcept;
-  // The type a topic is first given stays. False when it has another one, or the name is too long.
+  // The type a topic is first given stays, in that spelling. False when it has another one, or the name is
+  // too long.
   bool set_type(std::uint32_t index, std::string_view type) noexcept;
   // For a handle of this process: its type takes the place of another one.
   void replace_type(std::uint32_t index, std::string_view type) noexcept;
-  // `{"op":"publish","topic":NAME,"msg":`, made once.
+  // `{"op":"publish","topic":NAME,"msg":`, made once, with the slash.
   std::string_view head(std::uint32_t index) const noexcept;
   void hold(std::uint32_t index) noexcept { ++topics_[index].holders; }
   void hold_as_own(std::uint32_t index) noexcept;
@@ -107,7 +118,10 @@ class router {
   // Subscriptions: on a topic's list and on a connection's, whose head the caller keeps.
   subscription& subscription_at(std::uint32_t index) noexcept { return subscriptions_[index]; }
   const subscription& subscription_at(std::uint32_t index) const noexcept { return subscriptions_[index]; }
+  // A peer may hold two to a topic: one for each of its spellings. The first found of either, or that of one.
   std::uint32_t find_subscription(std::uint32_t topic, std::uint32_t first_on_connection) const noexcept;
+  std::uint32_t find_subscription(std::uint32_t topic, std::uint32_t first_on_connection,
+                                  bool unslashed) const noexcept;
   std::uint32_t add_subscription(std::uint32_t topic, std::uint32_t connection,
                                  std::uint32_t& first_on_connection) noexcept;
   void remove_subscription(std::uint32_t index, std::uint32_t& first_on_connection) noexcept;
@@ -138,12 +152,5 @@ class router {
   std::uint32_t own_topics_ = 0;
   std::uint32_t subscription_count_ = 0;
 };
-
-// FNV-1a, 64 bits (Fowler, Noll, Vo): short names, no key, no allocation.
-constexpr std::uint64_t hash_of(std::string_view text) noexcept {
-  std::uint64_t hash = 14695981039346656037u;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
-  return hash;
-}
 
 } // namespace rowe::service

@@ -4,15 +4,10 @@
 #include <algorithm>
 #include <cassert>
 
-#include "service/router.hpp"
+#include "service/names.hpp"
 
 namespace rowe::service {
 namespace {
-
-std::string_view without_slash(std::string_view name) noexcept {
-  if (name.size() > 1 && name.front() == '/') name.remove_prefix(1);
-  return name;
-}
 
 // Never 0, which marks a free place.
 std::uint64_t hash_of_service(std::string_view name) noexcept { return hash_of(without_slash(name)) | 1U; }

@@ -300,18 +300,31 @@ void core::show_stop_state() noexcept {
     }
     return std::span<const char>{room.data(), bytes};
   };
+  std::array<char, answer_bytes_max> other;
+  const auto unslashed_text = [&] { // the same, without the byte of the slash
+    const std::span<const char> whole = text();
+    if (whole.empty()) return whole;
+    const auto slash = whole.begin() + rosbridge::publish_name_at;
+    const auto end = std::copy(slash + 1, whole.end(), std::copy(whole.begin(), slash, other.begin()));
+    return std::span<const char>{other.begin(), end};
+  };
   const rt::duration slow = ticks_for_others * options_.stop.tick;
   const rt::duration early = options_.stop.tick / 2; // those who are due soon go along with one who is
   stop_state_due_ = rt::never;
   for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
     connection& c = connections_[router_.subscription_at(i).connection];
+    const bool unslashed = router_.subscription_at(i).unslashed;
+    // There is room for one state: who subscribed by both names gets that with the slash.
+    if (unslashed && router_.find_subscription(stop_topic_, c.first_subscription, false) != no_index)
+      continue;
     const bool guards = stop_.guards_include(key_of(c.id));
     const rt::duration period = guards ? options_.stop.tick : slow;
     if (changed || now_ - c.stop_shown_at >= (guards ? period : period - early)) {
       c.stop_shown_at = now_;
       wire::mask_key key;
       if (masks(c)) key = next_mask();
-      if (c.open() && c.stop_out.add_state(text(), masks(c) ? &key : nullptr)) {
+      if (c.open() &&
+          c.stop_out.add_state(unslashed ? unslashed_text() : text(), masks(c) ? &key : nullptr)) {
         add(counter::messages_out);
         ++c.messages_out;
         list(c);
@@ -326,7 +339,7 @@ void core::show_stop_state() noexcept {
     stop_delivered_at_ = now_;
     const std::span<const char> whole = text();
     for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
-      deliver_inbox(i, whole.subspan(body_at, bytes - body_at - rosbridge::publish_tail.size()));
+      deliver_inbox(i, whole.subspan(body_at, bytes - body_at - rosbridge::publish_tail.size()), {});
   }
   stop_state_due_ = std::min(stop_state_due_, stop_delivered_at_ + here);
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cassert>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "service/core.hpp"
@@ -114,7 +115,10 @@ void core::gather_messages(connection& c, batch& into) noexcept {
 bool core::gather_begun(connection& c, batch& into) noexcept {
   if (c.begun.slot == no_index) return true;
   return gather_frame(masks(c), c.begun.written, into,
-                      {.slot = c.begun.slot, .key = c.begun.key, .is = batch_piece::origin::begun});
+                      {.slot = c.begun.slot,
+                       .key = c.begun.key,
+                       .is = batch_piece::origin::begun,
+                       .unslashed = c.begun.unslashed});
 }
 
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
@@ -126,13 +130,17 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
   }
   drop_dead(from);
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
+  const bool unslashed = of != no_index && router_.subscription_at(of).unslashed;
   const bool masked = masks(c);
   for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
     const slot_ref slot = entries_.at(at);
     if (!is_due(slot)) continue; // dropped when it comes to the front
     if ((into.full() || into.bytes >= into.credit) && !may_begin(c, into)) return false;
-    batch_piece piece{
-        .from = &from, .subscription = of, .slot = slot.index, .is = batch_piece::origin::message};
+    batch_piece piece{.from = &from,
+                      .subscription = of,
+                      .slot = slot.index,
+                      .is = batch_piece::origin::message,
+                      .unslashed = unslashed};
     if (masked) piece.key = next_mask();
     if (!gather_frame(masked, 0, into, piece)) {
       into.more = true;
@@ -165,6 +173,8 @@ bool core::masks(const connection& c) const noexcept {
 // when that has no room for it.
 bool core::gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
   const auto payload = std::as_bytes(slots_.text(of.slot));
+  if (of.unslashed) [[unlikely]]
+    return gather_unslashed(masked, skip, into, of);
   const wire::role ours = masked ? wire::role::client : wire::role::server;
   const std::size_t header = wire::frame_header_bytes(payload.size(), ours);
   const std::size_t bytes = header + payload.size() - skip;
@@ -184,6 +194,38 @@ bool core::gather_frame(bool masked, std::size_t skip, batch& into, const batch_
   }
   const auto rest = payload.subspan(skip - header);
   (void)wire::mask_copy({at, rest.size()}, rest, of.key, skip - header);
+  return true;
+}
+
+// The same of a topic's message for a peer that calls the topic by its name without the slash: that byte is
+// left out on the way into the batch.
+bool core::gather_unslashed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
+  constexpr std::size_t slash_at = wire::rosbridge::publish_name_at;
+  const auto payload = std::as_bytes(slots_.text(of.slot));
+  assert(payload[slash_at] == std::byte{'/'});
+  std::array<std::byte, wire::frame_header_bytes_max> header;
+  const auto key = masked ? std::optional{of.key} : std::nullopt;
+  const std::size_t header_bytes =
+      wire::write_frame_header(header.data(), wire::opcode::text, payload.size() - 1, key);
+  const std::size_t bytes = header_bytes + payload.size() - 1 - skip;
+  if (!into.fits(bytes)) return false;
+  std::byte* at = into.place(bytes, of);
+  std::size_t masked_so_far = 0;
+  const auto add = [&](std::span<const std::byte> part, bool is_payload) {
+    const std::size_t passed = std::min(skip, part.size());
+    skip -= passed;
+    const auto rest = part.subspan(passed);
+    if (is_payload && masked) {
+      (void)wire::mask_copy({at, rest.size()}, rest, of.key, masked_so_far + passed);
+    } else if (!rest.empty()) {
+      std::memcpy(at, rest.data(), rest.size());
+    }
+    if (is_payload) masked_so_far += part.size();
+    at += rest.size();
+  };
+  add(std::span{header}.first(header_bytes), false);
+  add(payload.first(slash_at), true);
+  add(payload.subspan(slash_at + 1), true);
   return true;
 }
 
@@ -224,7 +266,7 @@ void core::settle_message(connection& c, const batch_piece& piece, std::size_t p
     return release(piece.slot);
   }
   slots_.begin(piece.slot);
-  c.begun = {.slot = piece.slot, .written = part, .key = piece.key};
+  c.begun = {.slot = piece.slot, .written = part, .key = piece.key, .unslashed = piece.unslashed};
 }
 
 void core::note_sent(connection& c, std::uint32_t slot) noexcept {

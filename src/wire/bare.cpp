@@ -143,6 +143,14 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
   return std::nullopt;
 }
 
+bool names_id(std::string_view text) noexcept {
+  for (const std::string_view name : {R"("message_id")", R"("in_reply_to")"}) {
+    std::size_t from = 0;
+    if (behind_name(text, name, from)) return true;
+  }
+  return false;
+}
+
 std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept {
   json::object_walk walk{validated_text};
   for (json::member m; walk.next(m);) {

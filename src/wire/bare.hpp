@@ -98,6 +98,10 @@ inline constexpr std::size_t refusal_text_bytes_max = 192;
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, envelope& out) noexcept;
 
+// Whether a text, which need not be JSON, was meant as an invocation or a reply of this dialect: it has
+// `"message_id":` or `"in_reply_to":` somewhere.
+bool names_id(std::string_view text) noexcept;
+
 // Which reserved member a user's own text has at its top level, op, message_id or in_reply_to (escapes are
 // understood): the index of its name's opening quote. Nothing when it has none or is not an object.
 std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept;

@@ -48,6 +48,22 @@ members<Count> collect(const json::document& object,
   return found;
 }
 
+// For texts that are no JSON, and so can only be guessed at: what stands behind `name` (with its quotes) and
+// a colon, without white space; nothing where it stands nowhere. Looks from `from` on, and moves that behind
+// it.
+inline std::optional<std::string_view> behind_name(std::string_view text, std::string_view name,
+                                                   std::size_t& from) noexcept {
+  constexpr std::string_view space = " \t\r\n";
+  while ((from = text.find(name, from)) != std::string_view::npos) {
+    from += name.size();
+    const std::size_t colon = text.find_first_not_of(space, from);
+    if (colon == std::string_view::npos || text[colon] != ':') continue;
+    const std::size_t value = text.find_first_not_of(space, colon + 1);
+    return value == std::string_view::npos ? std::string_view{} : text.substr(value);
+  }
+  return std::nullopt;
+}
+
 // Control characters have no place in the names of topics, services and types.
 inline bool has_control_characters(std::string_view text) noexcept {
   return std::any_of(text.begin(), text.end(),

@@ -366,6 +366,21 @@ bool decoding::take_qos() noexcept {
 
 } // namespace
 
+bool names_operation(std::string_view text) noexcept {
+  std::size_t from = 0;
+  for (bool first = true; const auto value = behind_name(text, R"("op")", from); first = false) {
+    const std::size_t name = text.find('"');
+    if (first && text.substr(name).starts_with(R"("op")") && value->starts_with('"')) return true;
+    for (const operation& one : operations) {
+      if (value->size() > one.text.size() + 1 && value->front() == '"' &&
+          value->substr(1).starts_with(one.text) && (*value)[one.text.size() + 1] == '"') {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept {
   out = request{};

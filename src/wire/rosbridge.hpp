@@ -136,6 +136,10 @@ inline constexpr std::size_t refusal_text_bytes_max = 416;
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept;
 
+// Whether a text, which need not be JSON, was meant as one of rosbridge's: its first name is `"op"`, of a
+// string, or it has that with the name of an operation somewhere.
+bool names_operation(std::string_view text) noexcept;
+
 // For op::unsupported and op::unknown.
 refusal refuse_op(const request& asked) noexcept;
 
@@ -143,6 +147,9 @@ refusal refuse_op(const request& asked) noexcept;
 // copied.
 std::string_view encode_publish_head(std::span<char> out, std::string_view topic) noexcept;
 inline constexpr std::string_view publish_tail = "}";
+// Where in the head the topic's name begins, behind its quote. A slash there is one byte, which can be left
+// out to get the head of the same name without it.
+inline constexpr std::size_t publish_name_at = 25;
 // Bytes that always suffice for the head of a topic with a name of so many bytes: each may need six (\u0001).
 constexpr std::size_t publish_head_bytes_max(std::size_t topic_bytes) noexcept {
   return 34 + 6 * topic_bytes;

@@ -240,6 +240,18 @@ static void a_value_of_another_type_is_an_error_of_its_own(void) {
   CHECK_CODE(rowe_get_double(read, "missing", &d), rowe_error_missing_member);
   CHECK_CODE(rowe_get_boolean(read, "missing", &b), rowe_error_missing_member);
   CHECK_CODE(rowe_as_int(rowe_get(read, "missing"), &i), rowe_error_missing_member);
+
+  // The texts name the member, what was wanted and what is there.
+  CHECK_CODE(rowe_get_int(read, "missing", &i), rowe_error_missing_member);
+  CHECK_TEXT(rowe_last_error_text(), "a member or element that is wanted is missing: the member \"missing\": "
+                                     "the object has none of this name");
+  CHECK_CODE(rowe_get_int(read, "s", &i), rowe_error_wrong_type);
+  CHECK_TEXT(rowe_last_error_text(), "a value is of another type than is wanted: the member \"s\": "
+                                     "a whole number is wanted, it is a string");
+  CHECK_NULL(rowe_at(rowe_get(read, "a"), 9), rowe_error_missing_member);
+  CHECK(strstr(rowe_last_error_text(), "the index is 9, and there are ") != NULL);
+  CHECK_NULL(rowe_get(rowe_get(read, "a"), "x"), rowe_error_wrong_type);
+  CHECK(strstr(rowe_last_error_text(), "an object is wanted, it is an array") != NULL);
   CHECK_NULL(rowe_as_string(rowe_get(read, "missing")), rowe_error_missing_member);
   CHECK_NULL(rowe_at(rowe_get(read, "a"), 1), rowe_error_missing_member);
   CHECK_NULL(rowe_key_at(read, 5), rowe_error_missing_member);

@@ -166,7 +166,11 @@ TEST_F(calling, refuses_arguments_that_are_not_what_the_service_reads) {
   const auto heard = page.hear();
   ASSERT_EQ(heard.size(), 3U);
   for (const auto& one : heard) EXPECT_NE(one.find(R"("result":false,"values":")"), std::string::npos) << one;
+  EXPECT_NE(heard[0].find(R"(the member \"a\" must be a whole number)"), std::string::npos) << heard[0];
+  EXPECT_NE(heard[0].find(R"(it is \"38\")"), std::string::npos) << heard[0];
   EXPECT_NE(heard[1].find(R"(the member \"b\" is missing)"), std::string::npos) << heard[1];
+  // A call without args comes in a buffer of the core's own.
+  EXPECT_NE(heard[2].find(R"(the member \"a\" is missing)"), std::string::npos) << heard[2];
   EXPECT_EQ(on.count(counter::undecodable), 3U);
 }
 
@@ -747,6 +751,69 @@ TEST_F(calling_client, asks_its_server_by_rosbridge_and_waits_for_it) {
   const auto end = add.try_finish();
   ASSERT_TRUE(end && end->value);
   EXPECT_EQ(end->value->sum, 42);
+}
+
+// rosbridge has no code for it, only a sentence; whatever else ends likewise is the provider's own.
+TEST_F(calling_client, knows_a_service_that_its_server_has_not_from_one_that_refuses) {
+  auto add = handle_on<add_caller>(on, call_add());
+  peer server{on, rowe::service::side::client};
+  on.cycle();
+  for (const auto& [sentence, code] : {std::pair{R"(Service \/add does not exist)", errc::no_service},
+                                       std::pair{"Service add does not exist", errc::no_service},
+                                       std::pair{"Service /other does not exist", errc::refused},
+                                       std::pair{"Service /add does not exist any more", errc::refused},
+                                       std::pair{"Service  does not exist", errc::refused},
+                                       std::pair{"Service does not exist", errc::refused},
+                                       std::pair{"The plan for /add does not exist", errc::refused}}) {
+    ASSERT_TRUE(add.start({1, 1}, 1s, on.now));
+    on.cycle();
+    server.say(R"({"op":"service_response","id":")" + member(server.hear().at(0), "id") +
+               R"(","service":"/add","values":")" + sentence + R"(","result":false})");
+    on.cycle();
+    EXPECT_EQ(add.try_finish()->value.code(), code) << sentence;
+    EXPECT_FALSE(add.refusal().empty());
+  }
+}
+
+TEST_F(calling_client, names_the_longest_service_that_nobody_provides) {
+  rowe::endpoint_options options = small_options();
+  options.limits.topic_bytes_max = 255;
+  theatre hub{options};
+  theatre program{options, rowe::service::side::client};
+  const std::string name = "/" + std::string(254, 'n');
+  lane_request asked = call_add();
+  asked.name = name;
+  auto add = handle_on<add_caller>(program, asked);
+  peer server{program, rowe::service::side::client};
+  program.cycle();
+  ASSERT_TRUE(add.start({1, 1}, 1s, program.now));
+  program.cycle();
+  peer page{hub};
+  page.say(server.hear().at(0));
+  hub.cycle();
+  server.say(page.hear().at(0));
+  program.cycle();
+  EXPECT_EQ(add.try_finish()->value.code(), errc::no_service);
+}
+
+TEST_F(calling_client, names_the_member_of_a_reply_that_it_cannot_read) {
+  auto add = handle_on<add_caller>(on, call_add());
+  peer server{on, rowe::service::side::client};
+  on.cycle();
+  for (const auto& [values, code, sentence] :
+       {std::tuple{R"({"total":3})", errc::missing_member,
+                   R"(the member "sum" is missing; a whole number of 64 bits is wanted)"},
+        std::tuple{R"({"sum":0.5})", errc::wrong_type,
+                   R"(the member "sum" must be a whole number of 64 bits; it is 0.5)"},
+        std::tuple{"[]", errc::not_an_object, "a JSON object is wanted; it is []"}}) {
+    ASSERT_TRUE(add.start({1, 1}, 1s, on.now));
+    on.cycle();
+    server.say(R"({"op":"service_response","id":")" + member(server.hear().at(0), "id") +
+               R"(","service":"/add","values":)" + values + R"(,"result":true})");
+    on.cycle();
+    EXPECT_EQ(add.try_finish()->value.code(), code) << values;
+    EXPECT_EQ(add.refusal(), sentence);
+  }
 }
 
 TEST_F(calling_client, offers_its_services_to_its_server_each_time_it_connects) {

@@ -140,6 +140,7 @@ class theatre_over {
     (publishes ? asked.out_depth : asked.in_depth) = how.depth;
     (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;
     (publishes ? asked.encoded : asked.decoded) = schema;
+    asked.fill_missing = how.fill_missing;
     if (kind == rowe::detail::lane_kind::subscribe_text) asked.keep = rowe::keep::all;
     return offer(asked);
   }

@@ -338,11 +338,27 @@ class sentence {
   std::size_t bytes_ = 0;
 };
 
-// Of an end that failed: its error. Keeps the sentence of a refusal and gives the slot back.
+// Whether an error of a call comes with a sentence that says more: the provider's own, or which member of the
+// reply is not what was wanted.
+constexpr bool has_sentence(errc code) noexcept {
+  switch (code) {
+  case errc::refused:
+  case errc::no_service:
+  case errc::not_an_object:
+  case errc::missing_member:
+  case errc::duplicate_member:
+  case errc::wrong_type:
+  case errc::out_of_range:
+  case errc::too_long: return true;
+  default: return false;
+  }
+}
+
+// Of an end that failed: its error. Keeps its sentence and gives the slot back.
 inline error fail_with(lane& on, std::uint32_t slot, sentence& refusal) noexcept {
   const value_header& end = *on.user.ends.slots.header(slot);
   const error why = error_of(end);
-  if (why.code == errc::refused) {
+  if (has_sentence(why.code)) {
     refusal.assign({reinterpret_cast<const char*>(on.user.ends.slots.value(slot)), end.bytes});
   }
   give_end_back(on, slot);

@@ -36,6 +36,7 @@ struct lane_request {
 
   const schema_description* encoded = nullptr; // of the values that go out
   const schema_description* decoded = nullptr; // of those that come in
+  bool fill_missing = false;                   // where they leave out members
 };
 
 // What goes into a slot: a T, or text of at most so many bytes.
@@ -97,6 +98,7 @@ constexpr lane_request subscribe_request(std::string_view topic, const topic_opt
   asked.in_depth = options.depth;
   asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.decoded = description_of<T>();
+  asked.fill_missing = options.fill_missing;
   return asked;
 }
 

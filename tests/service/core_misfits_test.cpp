@@ -1,0 +1,259 @@
+// SPDX-License-Identifier: Apache-2.0
+// Messages that no handle can take: who is told of them, what, and how often.
+#include <rowe/ros.hpp>
+
+#include "core_stage.hpp"
+
+namespace stage {
+namespace core_misfits_test {
+namespace {
+
+using rowe::event;
+using rowe::detail::lane_kind;
+using rowe::service::side;
+
+constexpr const char* part = R"({"op":"publish","id":"p","topic":"/cmd_vel","msg":{"linear":{"x":0.1}}})";
+constexpr const char* told =
+    R"({"op":"status","level":"error","id":"p","msg":"publish /cmd_vel: the member \"linear.y\" is )"
+    R"(missing; a number is wanted"})";
+
+rowe::detail::lane& subscribe_twist(theatre& on, const rowe::topic_options& how = {},
+                                    std::string_view topic = "/cmd_vel") {
+  return on.offer(lane_kind::subscribe_value, topic, sizeof(rowe::ros::twist), how,
+                  &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
+}
+
+std::vector<event> events(theatre& on, event::kind of) {
+  std::vector<event> all;
+  while (const auto one = on.board.try_event()) {
+    if (one->what_kind == of) all.push_back(*one);
+  }
+  return all;
+}
+
+struct core_misfits : core_test {
+  core_misfits() {
+    subscribe_twist(on);
+    on.cycle();
+  }
+};
+
+TEST_F(core_misfits, tells_the_peer_and_this_process_which_member_is_wrong) {
+  peer p{on};
+  p.say(part);
+  on.cycles(2);
+  EXPECT_EQ(p.hear(), texts{told});
+  EXPECT_EQ(on.count(counter::undecodable), 1U);
+  const auto happened = events(on, event::kind::refused_request);
+  ASSERT_EQ(happened.size(), 1U);
+  EXPECT_EQ(std::string_view{happened[0].what},
+            R"(publish /cmd_vel: the member "linear.y" is missing; a number is wanted)");
+  EXPECT_EQ(std::string_view{happened[0].peer}, "127.0.0.1:50000");
+  EXPECT_NE(std::string_view{happened[0].remedy}.find("fill_missing"), std::string_view::npos);
+}
+
+TEST_F(core_misfits, tells_of_a_hub_as_well) {
+  rowe::endpoint_options options = small_options();
+  options.relay = true;
+  theatre hub{options};
+  subscribe_twist(hub);
+  hub.cycle();
+  peer p{hub}, listener{hub};
+  listener.say(R"({"op":"subscribe","topic":"/cmd_vel"})");
+  hub.cycle();
+  p.say(part);
+  hub.cycles(2);
+  EXPECT_EQ(p.hear(), texts{told});
+  EXPECT_EQ(listener.hear().size(), 1U); // relayed all the same, and it is told nothing
+  EXPECT_EQ(events(hub, event::kind::refused_request).size(), 1U);
+}
+
+TEST_F(core_misfits, tells_once_a_second_and_counts_the_rest) {
+  peer p{on};
+  texts heard;
+  for (int i = 0; i < 2500; ++i) { // 2.5 s
+    p.say(part);
+    on.cycle();
+    for (auto& text : p.hear()) heard.push_back(std::move(text));
+  }
+  EXPECT_EQ(heard, (texts{told, told, told}));
+  EXPECT_EQ(events(on, event::kind::refused_request).size(), 3U);
+  EXPECT_EQ(on.count(counter::undecodable), 2500U);
+}
+
+TEST_F(core_misfits, tells_each_peer_whatever_another_has_sent) {
+  peer noisy{on};
+  for (int i = 0; i < 100; ++i) noisy.say(part);
+  on.cycles(2);
+  EXPECT_EQ(noisy.hear().size(), 1U);
+  peer other{on};
+  other.say(part);
+  on.cycles(2);
+  EXPECT_EQ(other.hear(), texts{told});
+  EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U); // of the topic
+}
+
+// A peer that changes topics all the time is told of two, and of the others when their turn has come.
+TEST_F(core_misfits, tells_a_peer_of_few_topics_a_second) {
+  rowe::endpoint_options options = small_options();
+  options.limits.lanes_max = 12;
+  theatre wide{options};
+  std::vector<std::string> topics;
+  for (char c = 'a'; c < 'k'; ++c) {
+    topics.push_back(std::string{"/"} + c);
+    subscribe_twist(wide, {.depth = 2}, topics.back());
+    wide.cycle();
+  }
+  peer p{wide};
+  std::size_t statuses = 0;
+  for (int i = 0; i < 990; ++i) {
+    p.say(R"({"op":"publish","topic":")" + topics[static_cast<std::size_t>(i) % 10] + R"(","msg":{}})");
+    wide.cycle();
+    statuses += p.hear().size();
+  }
+  EXPECT_EQ(statuses, 2U);
+  wide.cycle(1s);
+  p.say(R"({"op":"publish","topic":"/j","msg":{}})");
+  wide.cycle();
+  EXPECT_EQ(p.hear().size(), 1U);
+}
+
+TEST_F(core_misfits, says_nothing_to_a_peer_that_wants_no_status) {
+  peer p{on};
+  p.say(R"({"op":"set_level","level":"none"})");
+  p.say(part);
+  on.cycles(2);
+  EXPECT_TRUE(p.hear().empty());
+  EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U);
+}
+
+TEST_F(core_misfits, fills_in_what_is_missing_where_the_subscriber_asked_for_it) {
+  theatre lenient;
+  auto& lane = subscribe_twist(lenient, {.fill_missing = true});
+  lenient.cycle();
+  peer p{lenient};
+  p.say(part);
+  lenient.cycle();
+  EXPECT_TRUE(p.hear().empty());
+  rowe::subscriber<rowe::ros::twist> velocity{theatre::handle_of(lane)};
+  const auto taken = velocity.try_take();
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->value().linear.x, 0.1);
+  EXPECT_EQ(taken->value().angular.z, 0);
+  // What is wrong is not missing.
+  p.say(R"({"op":"publish","topic":"cmd_vel","msg":{"linear":{"x":"fast"}}})");
+  lenient.cycle();
+  EXPECT_EQ(
+      p.hear(),
+      texts{R"({"op":"status","level":"error","msg":"publish /cmd_vel: the member \"linear.x\" must be a )"
+            R"(number; it is \"fast\""})"});
+}
+
+TEST_F(core_misfits, tells_of_texts_that_are_too_long) {
+  on.offer(lane_kind::subscribe_text, "/t", 10);
+  on.cycle();
+  peer p{on};
+  p.say(R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
+  on.cycle();
+  EXPECT_EQ(
+      p.hear(),
+      texts{R"({"op":"status","level":"error","msg":"publish /t: the message has 26 bytes, its subscriber )"
+            R"(takes 10: raise the option `text_bytes_max`"})"});
+  EXPECT_EQ(on.count(counter::too_big), 1U);
+}
+
+TEST_F(core_misfits, warns_of_what_this_process_publishes_itself) {
+  auto& lane = on.offer(lane_kind::publish_text, "cmd_vel", 100);
+  on.cycle();
+  ASSERT_TRUE(publish_text(on, lane, R"({"linear":7})"));
+  on.cycle();
+  const auto happened = events(on, event::kind::warning);
+  ASSERT_EQ(happened.size(), 1U);
+  EXPECT_EQ(std::string_view{happened[0].what},
+            R"(publish /cmd_vel: the member "linear" must be an object; it is 7)");
+}
+
+TEST_F(core_misfits, warns_as_a_client_and_answers_nothing) {
+  theatre client{small_options(), side::client};
+  subscribe_twist(client);
+  client.cycle();
+  peer server{client, side::client};
+  client.cycles(2);
+  (void)server.hear();
+  for (int i = 0; i < 3; ++i) server.say(part);
+  client.cycles(2);
+  EXPECT_TRUE(server.hear().empty());
+  EXPECT_EQ(events(client, event::kind::warning).size(), 1U);
+  EXPECT_EQ(client.count(counter::undecodable), 3U);
+}
+
+TEST_F(core_misfits, shows_the_words_of_a_servers_status) {
+  theatre client{small_options(), side::client};
+  peer server{client, side::client};
+  server.say(told);
+  client.cycles(2);
+  const auto happened = events(client, event::kind::status_from_peer);
+  ASSERT_EQ(happened.size(), 1U);
+  EXPECT_EQ(std::string_view{happened[0].what},
+            R"(publish /cmd_vel: the member "linear.y" is missing; a number is wanted)");
+}
+
+// ---- texts that are no JSON
+
+struct malformed_texts : core_test {
+  texts answer(std::string_view text) {
+    peer fresh{on};
+    fresh.say(text);
+    on.cycle();
+    texts heard = fresh.hear();
+    fresh.leave();
+    on.cycle();
+    return heard;
+  }
+};
+
+TEST_F(malformed_texts, are_answered_in_the_dialect_that_can_be_seen_in_them) {
+  for (const char* text :
+       {R"({"op":"publish","topic":"/x","msg":{"d":NaN}})",
+        R"({ "topic": "/x", "msg": {"d": NaN}, "op" : "publish" })", R"({"op":"subscribe","topic":"/x")",
+        R"( {"op":"hop","a":NaN})", R"({'a':1, "op":"call_service"})"}) {
+    const texts heard = answer(text);
+    ASSERT_EQ(heard.size(), 1U) << text;
+    EXPECT_TRUE(heard[0].starts_with(R"({"op":"status","level":"error","msg":"the text is no valid JSON)"))
+        << heard[0];
+  }
+  for (const char* text :
+       {"nonsense", R"({"a":NaN})", R"({"op":1,"a":NaN})", R"({"a":NaN,"op":"hop"})",
+        R"({"service":"/a","message_id":"1","a":NaN})", R"("op" "publish")", R"({"op":)"}) {
+    const texts heard = answer(text);
+    ASSERT_EQ(heard.size(), 1U) << text;
+    EXPECT_TRUE(heard[0].starts_with(R"({"error":{"code":"malformed",)")) << heard[0];
+  }
+}
+
+TEST_F(malformed_texts, that_show_nothing_are_answered_in_the_dialect_spoken_last) {
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/x"})");
+  p.say("{");
+  p.say(R"({"message_id":1,"a":NaN})");
+  on.cycle();
+  const texts heard = p.hear();
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_TRUE(heard[0].starts_with(R"({"op":"status")")) << heard[0];
+  EXPECT_TRUE(heard[1].starts_with(R"({"error":)")) << heard[1];
+}
+
+TEST_F(malformed_texts, with_numbers_that_json_lacks_are_told_what_to_send_instead) {
+  for (const auto& [number, word] :
+       {std::pair{"NaN", "NaN"}, std::pair{"Infinity", "Infinity"}, std::pair{"-Infinity", "Infinity"}}) {
+    const std::string text = R"({"op":"publish","topic":"/x","msg":{"d":)" + std::string{number} + "}}";
+    const auto at = std::to_string(text.find(word));
+    EXPECT_EQ(answer(text),
+              texts{R"({"op":"status","level":"error","msg":"the text is no valid JSON, which has no )" +
+                    std::string{word} + " (at byte " + at + R"(): send null, or leave the member out"})"});
+  }
+}
+
+} // namespace
+} // namespace core_misfits_test
+} // namespace stage
