@@ -27,6 +27,8 @@ using namespace std::chrono_literals;
 
 constexpr std::uint32_t queue_depth = 64;
 constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
+// How long the server may take to say what it thinks of the messages.
+constexpr rt::duration answer_time = 1s;
 
 struct pub_options {
   std::string url;
@@ -51,12 +53,16 @@ command table_of(pub_options& o) {
   return {
       .verb = "pub",
       .examples = {{{"rowe pub ws://127.0.0.1:8080 /chatter '{\"data\":\"hello\"}'", "once"},
-                    {"rowe pub 127.0.0.1:8080 /cmd_vel '{\"linear\":{\"x\":0.1}}' -r 10Hz --ttl 50ms",
+                    {"rowe pub 127.0.0.1:8080 /cmd_vel '{\"linear\":{\"x\":0.1,\"y\":0,\"z\":0},"
+                     "\"angular\":{\"x\":0,\"y\":0,\"z\":0}}' -r 10Hz --ttl 50ms",
                      "until Ctrl-C"}}},
       .description =
           "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
-          "is one. With --bare it is sent as a plain message. The summary is on stderr; it ends with 6 when\n"
-          "a message was not sent within its time to live, or was dropped.\n",
+          "is one. With --bare it is sent as a plain message. The summary is on stderr, behind what the "
+          "server\n"
+          "says of messages that nobody there can take: then it ends with 1. It ends with 6 when a message "
+          "was\n"
+          "not sent within its time to live, or was dropped.\n",
       .operands = {url_operand(o.url),
                    {.name = "TOPIC",
                     .meaning = "its name, such as /chatter; none with --bare",
@@ -123,6 +129,26 @@ class on_topic {
   }
   status send(std::string_view json, watcher&) noexcept { return to_.publish(json); }
 
+  // Waits until the server has dealt with all that was published, and has said what was wrong with it.
+  // Nothing answers a publish; but a server carries out what it is sent in its order, so its answer to any
+  // call that comes behind the last message proves it, even an answer that says no. False: there was none in
+  // time.
+  bool handled(endpoint& hub, const pub_options& o, watcher& wait) {
+    // What several handles have is written side by side, so the call is opened when this one is done with:
+    // that waits until its values are written. Another one keeps the topic advertised, and so its last
+    // message.
+    result<publisher<json_text>> keeps = errc::misuse;
+    if (o.latch) keeps = hub.advertise<json_text>(o.topic, {.depth = 1, .latched = true, .type = o.type});
+    to_ = {};
+    auto asks = hub.client<json_text, json_text>("/rosapi/topic_type", {.depth = 1});
+    if (keeps) to_ = std::move(*keeps);
+    if (!asks) return false;
+    const auto answer = wait.during([&] {
+      return asks->call(message{"topic", std::string_view{o.topic}}, answer_time);
+    });
+    return answer || answer.code() == errc::refused || answer.code() == errc::no_service;
+  }
+
  private:
   explicit on_topic(publisher<json_text> to) noexcept : to_{std::move(to)} {}
 
@@ -169,6 +195,15 @@ class sender {
       if (const auto end = send(chosen_.from_stdin() ? line_ : chosen_.json)) return end;
     }
     return std::nullopt;
+  }
+
+  // Whether the other side is known to have dealt with what was sent.
+  bool handled(endpoint& via) {
+    if constexpr (requires { target_.handled(via, chosen_, waits_); }) {
+      if (profile_of(chosen_.profile) == peer_profile::standard && via.peers() != 0)
+        return target_.handled(via, chosen_, waits_);
+    }
+    return true;
   }
 
   std::uint64_t sent() const noexcept { return sent_; }
@@ -239,10 +274,11 @@ class sender {
   std::uint64_t expired_ = 0; // that the target told us of
 };
 
-// What is the verdict once `lost` of the messages were?
+// What is the verdict once `lost` of the messages were, and the server has complained of some?
 exit_code verdict(std::optional<exit_code> end, std::uint64_t sent, std::uint64_t lost,
-                  bool endless) noexcept {
+                  std::uint64_t complaints, bool endless) noexcept {
   if (end && *end != exit_code::interrupted) return *end;
+  if (complaints > 0) return exit_code::failed;
   if (lost > 0) return exit_code::lost;
   // The one way that what is endless ends.
   if (end && !(endless && sent > 0)) return exit_code::interrupted;
@@ -264,6 +300,13 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   sender<Target> sending{std::move(*target), connection, o, to};
   const auto begin = rt::monotonic_clock::now();
   const auto end = sending.run();
+  if (sending.sent() != 0 && !interrupt::seen()) {
+    const bool handled = sending.handled(hub);
+    connection.report();
+    if (!handled && !interrupt::seen())
+      to.note("the server did not answer within ", seconds_text(answer_time),
+              ", so whether it took all is not known");
+  }
   if (o.latch && !end && !interrupt::seen()) {
     to.note("the last message stays for late subscribers (Ctrl-C to stop)");
     while (!interrupt::seen()) {
@@ -271,6 +314,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
       connection.report();
     }
   }
+  connection.report();
   const status drained = hub.close(o.timeout.value_or(drain_time));
   const auto elapsed = rt::monotonic_clock::now() - begin;
   if (!drained) to.error("at the end: ", sentence_of(drained.error()));
@@ -282,7 +326,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
           lost);
   if (!drained && !end) return exit_code::lost;
   const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
-  return verdict(end, sent, lost, endless);
+  return verdict(end, sent, lost, connection.complaints(), endless);
 }
 
 } // namespace

@@ -83,6 +83,10 @@ void remote::report() {
       failure_ = text;
       break;
     case event::kind::peer_joined: failure_.clear(); break;
+    case event::kind::status_from_peer:
+      ++complaints_;
+      to_.error(text);
+      break;
     default: to_.note(text); break;
     }
   }
@@ -130,7 +134,8 @@ exit_code exit_code_of(const error& reason) noexcept {
 std::uint64_t lost_here(const endpoint& closed) {
   std::uint64_t lost = 0;
   for (const count& one : closed.counts()) {
-    if (one.group == "loss" && one.name != "full") lost += one.value;
+    const bool of_calls = one.name.starts_with("calls_") || one.name.starts_with("replies_");
+    if (one.group == "loss" && one.name != "full" && !of_calls) lost += one.value;
   }
   return lost;
 }

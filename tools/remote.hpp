@@ -3,6 +3,7 @@
 // happens to it.
 #pragma once
 #include <condition_variable>
+#include <cstdint>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -52,11 +53,15 @@ class remote {
 
   const std::string& url() const noexcept { return url_; }
 
+  // How often the other side has said that something of ours was wrong, as far as report() has printed it.
+  std::uint64_t complaints() const noexcept { return complaints_; }
+
  private:
   endpoint& via_;
   std::string url_;
   const console& to_;
   std::string failure_; // of the newest attempt to connect; empty once connected
+  std::uint64_t complaints_ = 0;
 };
 
 // Watches over waits inside handles, from a thread of its own: prints what happens meanwhile, and closes the
@@ -98,7 +103,7 @@ exit_code cannot_open(const std::string& url, const error& reason, const console
 exit_code exit_code_of(const error& reason) noexcept;
 
 // Messages that were lost on this side, after close(). A value that was refused for want of room is not: the
-// verbs offer it again.
+// verbs offer it again; nor is a call.
 std::uint64_t lost_here(const endpoint& closed);
 
 } // namespace rowe::tools
