@@ -18,6 +18,7 @@
 #include "json_check.hpp"
 #include "json_outline.hpp"
 #include "json_values.hpp"
+#include "limit_options.hpp"
 #include "message_format.hpp"
 #include "remote.hpp"
 #include "verbs.hpp"
@@ -293,8 +294,9 @@ exit_code call(argument_list arguments) {
   const spelled_url url = read_url(chosen.url);
   if (url.url.empty()) return usage_error("call", url.wrong);
 
-  endpoint_options options{.profile = profile_of(chosen.profile)};
-  options.limits.lane_bytes = std::size_t{16 * places} * (text_bytes_max + 1024);
+  const auto bounds = limits_for("call", std::size_t{16 * places} * (text_bytes_max + 1024));
+  if (!bounds) return exit_code::usage;
+  const endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return chosen.bare ? ask_from<by_invocation>(std::move(hub).value(), url.url, chosen, to)

@@ -15,6 +15,7 @@
 #include "interrupt.hpp"
 #include "json_scanner.hpp"
 #include "json_values.hpp"
+#include "limit_options.hpp"
 #include "message_format.hpp"
 #include "remote.hpp"
 #include "verbs.hpp"
@@ -146,7 +147,9 @@ exit_code peers(argument_list arguments) {
   to.be_quiet(chosen.quiet);
   const spelled_url url = read_url(chosen.url);
   if (url.url.empty()) return usage_error("peers", url.wrong);
-  auto hub = endpoint::connect(url.url);
+  const auto bounds = limits_for("peers");
+  if (!bounds) return exit_code::usage;
+  auto hub = endpoint::connect(url.url, {.limits = *bounds});
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return ask(std::move(hub).value(), url.url, chosen, to);
 }

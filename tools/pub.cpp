@@ -15,6 +15,7 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "json_check.hpp"
+#include "limit_options.hpp"
 #include "message_source.hpp"
 #include "remote.hpp"
 #include "sending.hpp"
@@ -340,8 +341,9 @@ exit_code pub(argument_list arguments) {
   const spelled_url url = read_url(chosen.url);
   if (url.url.empty()) return usage_error("pub", url.wrong);
 
-  endpoint_options options{.profile = profile_of(chosen.profile)};
-  options.limits.lane_bytes = (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024);
+  const auto bounds = limits_for("pub", (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024));
+  if (!bounds) return exit_code::usage;
+  const endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return chosen.bare ? send_to<as_letters>(std::move(hub).value(), url.url, chosen, to)

@@ -14,6 +14,7 @@
 #include "command_line.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
+#include "limit_options.hpp"
 #include "remote.hpp"
 #include "sending.hpp"
 #include "tum.hpp"
@@ -208,7 +209,9 @@ exit_code replay(argument_list arguments) {
   if (chosen.loop && !chosen.rate && pace{file.poses, {}}.lap() <= rt::duration{0}) {
     return usage_error("replay", "a trajectory without duration has no pace to --loop at: give a --rate");
   }
-  auto hub = endpoint::connect(url.url);
+  const auto bounds = limits_for("replay");
+  if (!bounds) return exit_code::usage;
+  auto hub = endpoint::connect(url.url, {.limits = *bounds});
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return play_to(std::move(hub).value(), url.url, file.poses, chosen, to);
 }

@@ -10,6 +10,7 @@
 #include "command_line.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
+#include "limit_options.hpp"
 #include "remote.hpp"
 #include "stop_words.hpp"
 #include "values.hpp"
@@ -128,7 +129,9 @@ exit_code reset(argument_list arguments) {
   if (url.url.empty()) return usage_error("reset", url.wrong);
   if (!chosen.number.empty() && integer_of(chosen.number).value_or(-1) < 0)
     return usage_error("reset", joined("NUMBER is a whole number, not ", quoted(chosen.number)));
-  auto hub = endpoint::connect(url.url);
+  const auto bounds = limits_for("reset");
+  if (!bounds) return exit_code::usage;
+  auto hub = endpoint::connect(url.url, {.limits = *bounds});
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return reset_from(std::move(hub).value(), chosen, url.url, to);
 }

@@ -20,6 +20,7 @@
 #include "demo.hpp"
 #include "host_addresses.hpp"
 #include "interrupt.hpp"
+#include "limit_options.hpp"
 #include "remote.hpp"
 #include "values.hpp"
 #include "verbs.hpp"
@@ -46,6 +47,7 @@ struct serve_options {
   bool insecure = false;
   std::vector<std::string> allow_origins;
   std::vector<std::string> allow_hosts;
+  std::vector<std::string> limits;
   std::string name;
   std::size_t idle = 0;
   std::int64_t cpu = -1;
@@ -77,6 +79,8 @@ command table_of(serve_options& o) {
           {"--allow-origin", "", "O", "let pages of this origin connect, http://HOST[:PORT]; repeatable",
            &o.allow_origins},
           {"--allow-host", "", "H", "answer to this host name as well; repeatable", &o.allow_hosts},
+          {"--limit", "", "NAME=VALUE", "a member of rowe::limits, such as topics_max=256; repeatable",
+           &o.limits},
           {"--name", "", "NAME", "what the page shows (default: the host's name)", &o.name},
           {"--idle", "", "poll|spin|wake|phase", "how the service thread waits (default poll)",
            choice{&o.idle, idle_names}},
@@ -228,7 +232,10 @@ exit_code serve(argument_list arguments) {
   console to{"serve"};
   to.be_quiet(chosen.quiet);
 
+  const auto bounds = limits_for("serve", 0, chosen.limits);
+  if (!bounds) return exit_code::usage;
   endpoint_options options = endpoint_options_of(chosen);
+  options.limits = *bounds;
   if (chosen.guarded && !chosen.demo) return usage_error("serve", "--guarded is for --demo");
   auto port = static_cast<std::uint16_t>(chosen.port < 0 ? port_default : chosen.port);
   if (!chosen.listen.empty()) {

@@ -12,6 +12,7 @@
 #include "console.hpp"
 #include "interrupt.hpp"
 #include "json_values.hpp"
+#include "limit_options.hpp"
 #include "remote.hpp"
 #include "stop_report.hpp"
 #include "stop_words.hpp"
@@ -180,9 +181,11 @@ exit_code stop(argument_list arguments) {
   to.be_quiet(chosen.quiet);
   const spelled_url url = read_url(chosen.url);
   if (url.url.empty()) return usage_error("stop", url.wrong);
+  const auto bounds = limits_for("stop", std::size_t{8} * limits{}.message_bytes_max);
+  if (!bounds) return exit_code::usage;
   endpoint_options options;
   options.poll_period = 50us; // the least: this process lives for moments
-  options.limits.lane_bytes = std::size_t{8} * limits{}.message_bytes_max;
+  options.limits = *bounds;
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
   return stop_from(std::move(hub).value(), chosen, url.url, to);

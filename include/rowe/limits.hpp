@@ -5,13 +5,18 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include <rowe/result.hpp>
 
 namespace rowe {
 
 // The defaults stay below 8 MiB together, Debian's limit on locked memory for ordinary users.
 struct limits {
   // Peers.
-  std::uint32_t connections_max = 48;            // established connections; one more is answered 503
+  std::uint32_t connections_max = 40;            // established connections; one more is answered 503
   std::uint32_t connections_per_address_max = 8; // from one address that is not loopback
   std::uint32_t handshakes_max = 32;             // sockets not yet upgraded; one more is answered 503
   std::size_t handshake_bytes = 96 * 1024;       // all the memory for answering them, and for pages
@@ -48,11 +53,26 @@ struct limits {
 
   // Handles of this process.
   std::uint32_t lanes_max = 32;
-  std::size_t lane_bytes = 512 * 1024; // rings and slots of all lanes together
+  std::size_t lane_bytes = 1280 * 1024; // rings and slots of all lanes together
   std::uint32_t events_max = 256;      // events nobody has asked for yet; a further one is counted
 
   // What an endpoint with these limits takes, before it is opened. Never allocates.
   std::size_t footprint_bytes() const noexcept;
+
+  // ---- by their names, for programs that let their users choose
+
+  // All of them, "topics_max", in the order above. Never allocates.
+  static std::span<const std::string_view> names() noexcept;
+
+  // Sets the limit called `name` to a whole number written in decimal digits. Errors: bad_argument (no limit
+  // is called so, or the value is no such number or out of its range); nothing is changed then, and where
+  // `why` is given a sentence with the name, the value and the range is assigned to it. Set-up.
+  status set(std::string_view name, std::string_view value, std::string* why = nullptr);
+
+  // These limits with what the environment says of them: ROWE_LIMIT_TOPICS_MAX=256 is topics_max. The library
+  // itself never looks there. Errors: as set(), also for a ROWE_LIMIT_... that no limit is called; the
+  // sentence names the variable. Set-up: no other thread may change the environment meanwhile.
+  result<limits> with_environment(std::string* why = nullptr) const;
 };
 
 } // namespace rowe

@@ -47,12 +47,12 @@ struct rowe_lane;
 
 enum rowe_priority { rowe_priority_normal, rowe_priority_urgent, rowe_priority_bulk };
 
-// Zeroes are the defaults; `bytes` as in rowe_options. Queues and texts of these sizes, 300 KiB as it stands,
+// Zeroes are the defaults; `bytes` as in rowe_options. Queues and texts of these sizes, 170 KiB as it stands,
 // are taken out of the option `lane_bytes` of rowe_options.
 struct rowe_lane_options {
   size_t bytes;            // sizeof(struct rowe_lane_options)
-  uint32_t depth;          // messages towards the service thread, 1 to 4096; 0: 32
-  uint32_t inbox_depth;    // messages that wait to be taken, 1 to 4096; 0: 32
+  uint32_t depth;          // messages towards the service thread, 1 to 4096; 0: 16
+  uint32_t inbox_depth;    // messages that wait to be taken, 1 to 4096; 0: 16
   uint32_t calls;          // in flight, 1 to 4096; 0: 8
   uint32_t text_bytes_max; // the longest message, either way; 0: 4096
   int priority;            // enum rowe_priority
@@ -118,7 +118,8 @@ struct rowe_topic_options {
   size_t bytes;            // sizeof(struct rowe_topic_options)
   long ttl_ms;             // what is older is not sent; 0: no such limit
   bool newest;             // keep only the newest message, not `depth` of them
-  uint32_t depth;          // messages between the two threads, 1 to 4096; 0: 64
+  uint32_t depth;          // messages between the two threads, 1 to 4096; 0: as many of `text_bytes_max` as
+                           // 64 KiB hold, but 16 to 64
   int priority;            // enum rowe_priority
   bool latched;            // a late subscriber gets the last message
   const char* type;        // the type's name on the wire, such as "nav_msgs/Odometry"; NULL: none

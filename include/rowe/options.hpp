@@ -99,7 +99,8 @@ enum class priority : std::uint8_t { urgent, normal, bulk };
 struct topic_options {
   duration ttl = rt::for_ever; // a value older than this is not sent; more than `poll_period`
   rowe::keep keep = rowe::keep::all;
-  std::uint32_t depth = 64; // values (keep::all) between this thread and the service thread; 1 to 4096
+  std::uint32_t depth = 0; // values (keep::all) between this thread and the service thread; 1 to 4096; 0: as
+                           // many as 64 KiB hold, but 16 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
   // A topic whose values live less than their period, and than 10 ms, is polled even so.
@@ -113,15 +114,16 @@ struct topic_options {
 
 // endpoint::serve and endpoint::client.
 struct service_options {
-  std::uint32_t depth = 16;   // serve: calls that wait to be taken; client: calls in flight; 1 to 4096
+  std::uint32_t depth = 0; // serve: calls that wait to be taken; client: calls in flight; 1 to 4096; 0: as
+                           // many as 32 KiB hold, but 8 to 16
   std::string_view type = {}; // the service's type on the wire; empty: none
   std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
 };
 
-// endpoint::open_lane. As it stands, a lane takes 300 KiB of the limit `lane_bytes`.
+// endpoint::open_lane. As it stands, a lane takes 170 KiB of the limit `lane_bytes`.
 struct lane_options {
-  std::uint32_t depth = 32;            // messages towards the service thread; 1 to 4096
-  std::uint32_t inbox_depth = 32;      // messages that wait to be taken; 1 to 4096
+  std::uint32_t depth = 16;            // messages towards the service thread; 1 to 4096
+  std::uint32_t inbox_depth = 16;      // messages that wait to be taken; 1 to 4096
   std::uint32_t calls = 8;             // calls in flight and sends that wait; 1 to 4096
   std::uint32_t text_bytes_max = 4096; // the longest message, either way
   rowe::priority priority = rowe::priority::normal;

@@ -19,7 +19,8 @@
 
 namespace rowe {
 
-// code, sentence. %v is replaced by the value, %l by the limit, %n by the name of the argument and a space.
+// code, sentence. %v is replaced by the value, %l by the limit, %w by the whole, %n by the name of the
+// argument and a space.
 #define ROWE_ERRORS(X)                                                                                       \
   X(full, "the queue is full: all %l slots are taken")                                                       \
   X(empty, "nothing has arrived yet")                                                                        \
@@ -36,7 +37,7 @@ namespace rowe {
   X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
   X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
-  X(lane_memory, "%v bytes of lane memory are needed, %l are left (raise `lane_bytes`)")                     \
+  X(lane_memory, "%v bytes of lane memory are needed, %l of %w are left: raise `lane_bytes`")                \
   X(reserved_topic, "names below /rowe/ are the endpoint's own")                                             \
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \
@@ -87,17 +88,18 @@ enum class argument : std::uint8_t {
 #undef ROWE_ARGUMENT_NAME
 };
 
-// An error: what, and the two numbers that matter (0 where there is none).
+// An error: what, and the numbers that matter (0 where there is none).
 struct error {
   errc code;
   argument about = argument::unnamed; // of bad_argument
+  std::uint32_t whole = 0;            // of lane_memory: `lane_bytes`, of which `limit` bytes are left
   std::int64_t value = 0;
   std::int64_t limit = 0;
 
   // NOLINTNEXTLINE(google-explicit-constructor): an errc is an error without numbers
   constexpr error(errc what, std::int64_t value_met = 0, std::int64_t limit_met = 0,
-                  argument which = argument::unnamed) noexcept
-      : code{what}, about{which}, value{value_met}, limit{limit_met} {}
+                  argument which = argument::unnamed, std::uint32_t of = 0) noexcept
+      : code{what}, about{which}, whole{of}, value{value_met}, limit{limit_met} {}
 
   // The code's name, for logs and tests: "full". Never waits, never allocates.
   ROWE_RT std::string_view name() const noexcept;
@@ -141,10 +143,10 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
   char* const end = at + buffer.size();
   const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };
   while (!sentence.empty() && at != end) {
-    if (sentence.starts_with("%v") || sentence.starts_with("%l")) {
+    if (sentence.starts_with("%v") || sentence.starts_with("%l") || sentence.starts_with("%w")) {
       char digits[20]; // of the longest 64-bit number
-      const char* const last =
-          std::to_chars(digits, digits + sizeof digits, sentence[1] == 'v' ? value : limit).ptr;
+      const std::int64_t number = sentence[1] == 'v' ? value : sentence[1] == 'l' ? limit : whole;
+      const char* const last = std::to_chars(digits, digits + sizeof digits, number).ptr;
       put({digits, last});
       sentence.remove_prefix(2);
     } else if (sentence.starts_with("%n")) {

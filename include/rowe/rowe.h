@@ -70,8 +70,8 @@ enum rowe_error {
 #undef ROWE_ERROR_CODE
 };
 
-// The sentence for an error, with N for the value and MAX for the limit it is about; static. Any number is
-// fine: one that is no error says so.
+// The sentence for an error, with N for the value and MAX for the limit it is about (TOTAL: what MAX is left
+// of); static. Any number is fine: one that is no error says so.
 const char* rowe_strerror(int error);
 
 // The error of this thread's last call here that failed, and its sentence with the numbers filled in, which
@@ -120,11 +120,11 @@ struct rowe_options {
   int service_cpu;            // read only with `pin_service`, since 0 is a core, too
   int service_priority;       // its SCHED_FIFO priority; 0: an ordinary thread
   long inbound_ttl_ms;        // what arrived and was not received or answered in this time ends; 0: never
-  uint32_t connections_max;   // peers at a time; 0: 64
+  uint32_t connections_max;   // peers at a time; 0: 40
   uint32_t message_bytes_max; // the longest message a peer may send; 0: 60 KiB
   uint32_t door_slots;        // messages under way each way; 0: 32
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096
-  size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 512 KiB
+  size_t lane_bytes;          // memory of the handles of rowe/loop.h; 0: 1280 KiB
   // Of the stop (rowe/loop.h):
   bool stop_unguarded;          // the robot may move without any guard; shown to everyone
   long stop_lease_ms;           // a guard that is silent for so long stops; 0: 500

@@ -255,7 +255,8 @@ result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
       // acquire: as above
       if (one.state.load(std::memory_order_acquire) != lane_state::free) left -= one.memory.size();
     }
-    return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left)};
+    return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
+                 argument::lane_bytes, static_cast<std::uint32_t>(lane_memory_.size())};
   }
   free->memory = memory;
   return &*free;

@@ -36,7 +36,7 @@ consteval bool the_lists_agree() {
 }
 static_assert(the_lists_agree(), "result.hpp and rowe.h name different errors");
 
-// The sentences, with N and MAX where an error has its numbers, and without an argument's name.
+// The sentences, with N, MAX and TOTAL where an error has its numbers, and without an argument's name.
 constexpr std::size_t sentence_bytes = 128;
 using sentence = std::array<char, sentence_bytes>;
 
@@ -46,10 +46,15 @@ consteval sentence without_numbers(std::string_view from) {
   while (!from.empty()) {
     const bool value = from.starts_with("%v");
     const bool limit = from.starts_with("%l");
+    const bool whole = from.starts_with("%w");
     const bool name = from.starts_with("%n");
-    const std::string_view next = value ? "N" : limit ? "MAX" : name ? "" : from.substr(0, 1);
+    const std::string_view next = value   ? "N"
+                                  : limit ? "MAX"
+                                  : whole ? "TOTAL"
+                                  : name  ? ""
+                                          : from.substr(0, 1);
     for (const char c : next) to[at++] = c;
-    from.remove_prefix(value || limit || name ? 2 : 1);
+    from.remove_prefix(value || limit || whole || name ? 2 : 1);
   }
   to[sentence_bytes - 1] = '\0'; // a sentence that is too long does not compile
   return to;

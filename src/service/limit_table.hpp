@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every limit with its name and its range, in one table: what is checked when an endpoint opens and what
-// /rowe/stats says.
+// Every limit with its name and its range, in one table: what is checked when an endpoint opens, what
+// /rowe/stats says, and how limits are set by their names.
 #pragma once
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 #include <utility>
 
 #include <rowe/limits.hpp>
@@ -15,13 +16,18 @@ namespace rowe::service {
 struct limit_row {
   argument which;
   std::uint64_t (*of)(const limits& bounds) noexcept;
+  void (*set)(limits& bounds, std::uint64_t value) noexcept; // within the range
   std::uint64_t least;
   std::uint64_t most;
 };
 
 template <auto Member>
 consteval limit_row limit_between(argument which, std::uint64_t least, std::uint64_t most) noexcept {
-  return {which, [](const limits& bounds) noexcept -> std::uint64_t { return bounds.*Member; }, least, most};
+  return {which, [](const limits& bounds) noexcept -> std::uint64_t { return bounds.*Member; },
+          [](limits& bounds, std::uint64_t value) noexcept {
+            bounds.*Member = static_cast<std::remove_reference_t<decltype(bounds.*Member)>>(value);
+          },
+          least, most};
 }
 
 inline constexpr std::uint64_t many = 1U << 20;

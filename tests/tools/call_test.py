@@ -288,7 +288,7 @@ class peers(unittest.TestCase):
                 self.assertLessEqual({"address", "dialect", "since_s", "silent_s", "queued", "messages_in",
                                       "messages_out"}, set(one))
                 self.assertRegex(one["address"], r"^127\.0\.0\.1:\d+$")
-            self.assertEqual(told["limits"]["connections_max"], 64)
+            self.assertEqual(told["limits"]["connections_max"], 40)
 
     def test_of_who_is_no_rowe_endpoint_cannot_be_had(self):
         for values, result in (("Service /rowe/stats does not exist", False), ("no", False)):

@@ -129,15 +129,15 @@ class handshakes(unittest.TestCase):
 
 class crowds(unittest.TestCase):
     def test_the_connection_beyond_the_limit_is_answered_503_until_one_leaves(self):
-        with hub() as serving:
-            peers = [peer(serving.port) for _ in range(64)]
+        with hub("--limit", "connections_max=12") as serving:
+            peers = [peer(serving.port) for _ in range(12)]
             try:
                 for p in peers:  # lest it cuts those that were there before a busy machine had brought all
                     settle(p)
                 with self.assertRaises(refused) as refusal:
                     peer(serving.port)
                 self.assertEqual(refusal.exception.status, 503)
-                serving.line(r"64.*")
+                serving.line(r"12.*")
                 peers.pop().__exit__()
                 end = time.monotonic() + 60
                 while True:  # the place is free as soon as the hub has seen the end
@@ -149,7 +149,7 @@ class crowds(unittest.TestCase):
             finally:
                 for p in peers:
                     p.__exit__()
-            self.assertEqual(serving.summary()["peers_joined"], 65)
+            self.assertEqual(serving.summary()["peers_joined"], 13)
 
 
 class patience(unittest.TestCase):

@@ -4,6 +4,7 @@
 Every wait has an end (`patience`), so a program that hangs fails a test instead of hanging it. ROWE_BIN names
 the program. Nothing here sleeps to synchronise: a test waits for the line that says so.
 """
+import collections
 import contextlib
 import functools
 import os
@@ -207,7 +208,7 @@ class hub(program):
         """Ends it; returns the counters it prints."""
         code = self.end(signal.SIGTERM)
         assert code == 0, f"serve ended with {code}: {self.stderr}"
-        counts = {}
+        counts = collections.defaultdict(int)  # zeros are not printed
         for line in self.stderr:
             if re.match(r"rowe serve: (loss|chosen|flow|refusal|own): ", line):
                 pairs = re.findall(r"(\w+) (\d+)", line.split(": ", 2)[2])

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """`rowe serve`: what it prints, who may connect, how it ends; and its demo robot."""
 import gzip
+import json
 import math
 import os
 import re
@@ -106,6 +107,46 @@ class serving(unittest.TestCase):
                 p.send({"op": "subscribe", "topic": "/rowe/stats"})
                 self.assertEqual(p.receive()["msg"]["name"], "bench")
             self.assertEqual(serving.end(signal.SIGTERM), 0)
+
+
+class limits(unittest.TestCase):
+    def of(self, serving):
+        return json.loads(run("peers", serving.url, "--json").stdout[0])["limits"]
+
+    def test_are_chosen_one_by_one_and_the_environment_gives_way(self):
+        with hub("--limit", "topics_max=7", "--limit=calls_max=9",
+                 environment={"ROWE_LIMIT_TOPICS_MAX": "300", "ROWE_LIMIT_SERVICES_MAX": "5"}) as serving:
+            told = self.of(serving)
+            self.assertEqual([told[one] for one in ("topics_max", "calls_max", "services_max")], [7, 9, 5])
+
+    def test_can_all_be_chosen_by_the_names_that_messages_have(self):
+        with hub() as serving:
+            usual = self.of(serving)
+        self.assertGreater(len(usual), 20)
+        chosen = [f"--limit={name}={value}" for name, value in usual.items()]
+        with hub(*chosen) as serving:
+            self.assertEqual(self.of(serving), usual)
+
+    def test_that_make_no_sense_are_named_with_their_range(self):
+        for value, says in (("topics_max=1", "--limit: topics_max is out of range: 1 (2 to 1048576)"),
+                            ("topics_max=x", '--limit: topics_max needs a whole number, not "x" (2 to 1048576)'),
+                            ("topics_max", "--limit needs NAME=VALUE such as topics_max=256, not 'topics_max'"),
+                            ("topic_max=3", "there is no limit 'topic_max'; did you mean topics_max?")):
+            ended = run("serve", "--limit", value)
+            self.assertEqual((ended.code, ended.stdout), (2, []))
+            self.assertIn(says, ended.stderr[0])
+
+    def test_of_the_environment_that_make_no_sense_end_every_verb(self):
+        for variable, value, says in (
+                ("ROWE_LIMIT_TOPICS_MAX", "99999999",
+                 "ROWE_LIMIT_TOPICS_MAX is out of range: 99999999 (2 to 1048576)"),
+                ("ROWE_LIMIT_TOPIC_MAX", "9", "there is no limit ROWE_LIMIT_TOPIC_MAX; there are ")):
+            for words in (("serve",), ("echo", "127.0.0.1:1", "/t"), ("pub", "127.0.0.1:1", "/t", "{}"),
+                          ("call", "127.0.0.1:1", "/t"), ("peers", "127.0.0.1:1"), ("stop", "127.0.0.1:1"),
+                          ("reset", "127.0.0.1:1"), ("bench", "idle"), ("bench", "peer")):
+                ended = run(*words, environment={variable: value})
+                self.assertEqual((ended.code, ended.stdout), (2, []), words)
+                self.assertIn(says, ended.stderr[0])
 
 
 class the_page(unittest.TestCase):

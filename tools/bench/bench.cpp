@@ -8,6 +8,7 @@
 #include <string>
 
 #include "../console.hpp"
+#include "../limit_options.hpp"
 #include "../remote.hpp"
 #include "../verbs.hpp"
 #include "compare.hpp"
@@ -59,6 +60,9 @@ std::optional<exit_code> read_mode(const command& table, argument_list arguments
   if (const auto end = read(table, arguments)) return end;
   s.mode = table.verb.substr(table.verb.find(' ') + 1);
   to.be_quiet(s.quiet);
+  const auto bounds = limits_for(table.verb);
+  if (!bounds) return exit_code::usage;
+  s.limits = *bounds;
   std::string wrong;
   if (!s.url.empty()) {
     const spelled_url url = read_url(s.url);

@@ -68,7 +68,10 @@ endpoint_options settings::options_of(const placement& end) const {
   // All lanes of either end, with room to spare.
   constexpr std::size_t small_lanes = std::size_t{4} << 20;
   constexpr std::size_t large_paths = 8;
-  o.limits.lane_bytes = small_lanes + large_paths * in_flight_max * (static_cast<std::size_t>(size) + 1024);
+  const std::size_t needed =
+      small_lanes + large_paths * in_flight_max * (static_cast<std::size_t>(size) + 1024);
+  o.limits = limits;
+  o.limits.lane_bytes = std::max(o.limits.lane_bytes, needed);
   return o;
 }
 

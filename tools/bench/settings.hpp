@@ -78,6 +78,7 @@ struct settings {
   // Every CPU that is used, for the machine's line.
   std::vector<int> cpus() const;
   endpoint_options options_of(const placement& end) const;
+  rowe::limits limits; // as the environment has them
 };
 
 // The entries of the tables.

@@ -55,6 +55,23 @@ constexpr std::size_t answer_bytes(std::uint32_t text_bytes_max) noexcept {
   return bytes > sentence_bytes_max ? bytes : sentence_bytes_max;
 }
 
+// Where the options leave it open, a path has as many slots as fill so many bytes, but not fewer than a burst
+// needs, nor more than anybody waits for.
+struct usual_depth {
+  std::size_t bytes;
+  std::uint32_t least;
+  std::uint32_t most;
+
+  constexpr std::uint32_t or_asked(std::uint32_t asked, std::size_t value_bytes) const noexcept {
+    if (asked != 0) return asked;
+    if (value_bytes * most <= bytes) return most;
+    const auto fit = static_cast<std::uint32_t>(bytes / value_bytes);
+    return fit < least ? least : fit;
+  }
+};
+inline constexpr usual_depth of_topics{64 * 1024, 16, 64};
+inline constexpr usual_depth of_services{32 * 1024, 8, 16};
+
 template <class T>
 constexpr const schema_description* description_of() noexcept {
   if constexpr (std::is_same_v<T, json_text>) {
@@ -82,8 +99,8 @@ template <class T>
 constexpr lane_request advertise_request(std::string_view topic, const topic_options& options) noexcept {
   lane_request asked = topic_request<T>(topic, options);
   asked.kind = std::is_same_v<T, json_text> ? lane_kind::publish_text : lane_kind::publish_value;
-  asked.out_depth = options.depth;
   asked.out_bytes = slot_bytes<T>(options.text_bytes_max);
+  asked.out_depth = of_topics.or_asked(options.depth, asked.out_bytes);
   asked.encoded = description_of<T>();
   asked.period = options.period;
   return asked;
@@ -95,22 +112,30 @@ constexpr lane_request subscribe_request(std::string_view topic, const topic_opt
   lane_request asked = topic_request<T>(topic, options);
   asked.kind = as_text ? lane_kind::subscribe_text : lane_kind::subscribe_value;
   if (as_text) asked.keep = keep::all; // a view of the newest text would change under the eyes of its reader
-  asked.in_depth = options.depth;
   asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
+  asked.in_depth = of_topics.or_asked(options.depth, asked.in_bytes);
   asked.decoded = description_of<T>();
   asked.fill_missing = options.fill_missing;
   return asked;
 }
 
 template <class Q, class A>
+constexpr std::uint32_t service_depth(const service_options& options) noexcept {
+  const auto request = slot_bytes<Q>(options.text_bytes_max);
+  const auto answer = answer_bytes<A>(options.text_bytes_max);
+  return of_services.or_asked(options.depth, request > answer ? request : answer);
+}
+
+template <class Q, class A>
 constexpr lane_request serve_request(std::string_view name, const service_options& options) noexcept {
   constexpr bool as_text = std::is_same_v<Q, json_text>;
   static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
+  const std::uint32_t depth = service_depth<Q, A>(options);
   return {.kind = as_text ? lane_kind::respond_text : lane_kind::respond_value,
           .name = name,
           .type = options.type,
-          .out_depth = 2 * options.depth, // on their way, and reserved
-          .in_depth = options.depth,
+          .out_depth = 2 * depth, // on their way, and reserved
+          .in_depth = depth,
           .out_bytes = answer_bytes<A>(options.text_bytes_max),
           .in_bytes = slot_bytes<Q>(options.text_bytes_max),
           .encoded = description_of<A>(),
@@ -121,11 +146,12 @@ template <class Q, class A>
 constexpr lane_request client_request(std::string_view name, const service_options& options) noexcept {
   constexpr bool as_text = std::is_same_v<Q, json_text>;
   static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
+  const std::uint32_t depth = service_depth<Q, A>(options);
   return {.kind = as_text ? lane_kind::call_text : lane_kind::call_value,
           .name = name,
           .type = options.type,
-          .out_depth = options.depth,
-          .ends_depth = options.depth,
+          .out_depth = depth,
+          .ends_depth = depth,
           .out_bytes = slot_bytes<Q>(options.text_bytes_max),
           .ends_bytes = answer_bytes<A>(options.text_bytes_max),
           .encoded = description_of<Q>(),

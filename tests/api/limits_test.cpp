@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Limits: what the defaults hold, and how programs let their users choose.
+#include <rowe/limits.hpp>
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include <rowe/ros.hpp>
+#include <rowe/rowe.hpp>
+
+namespace limits_test {
+namespace {
+
+using rowe::endpoint;
+using rowe::errc;
+using rowe::json_text;
+using rowe::limits;
+namespace ros = rowe::ros;
+
+// The error of a handle that was asked for, and the handle kept.
+template <class Kept, class Handle>
+std::string_view kept(std::vector<Kept>& in, Handle&& opened) {
+  if (!opened) return opened.error().name();
+  in.emplace_back(std::forward<Handle>(opened).value());
+  return "";
+}
+
+TEST(default_limits, hold_the_sixteen_handles_of_a_robot) {
+  auto robot = endpoint::listen(0).value();
+  std::vector<rowe::lane> lanes;
+  std::vector<rowe::publisher<json_text>> texts;
+  std::vector<rowe::publisher<ros::odometry>> odometry;
+  std::vector<rowe::subscriber<ros::twist>> twists;
+  std::vector<rowe::subscriber<json_text>> heard;
+  std::vector<rowe::responder<ros::twist, ros::pose>> serves;
+  std::vector<rowe::responder<json_text, json_text>> serves_texts;
+  std::vector<rowe::caller<ros::twist, ros::pose>> calls;
+  std::vector<rowe::caller<json_text, json_text>> calls_texts;
+  std::vector<rowe::stop_latch> latches;
+  EXPECT_EQ(kept(lanes, robot.open_lane()), "");
+  EXPECT_EQ(kept(lanes, robot.open_lane()), "");
+  EXPECT_EQ(kept(odometry, robot.advertise<ros::odometry>("/odom")), "");
+  EXPECT_EQ(kept(odometry, robot.advertise<ros::odometry>("/odom/raw", {.keep = rowe::keep::newest})), "");
+  EXPECT_EQ(kept(texts, robot.advertise<json_text>("/diagnostics")), "");
+  EXPECT_EQ(kept(texts, robot.advertise<json_text>("/battery")), "");
+  EXPECT_EQ(kept(texts, robot.advertise<json_text>("/map", {.latched = true})), "");
+  EXPECT_EQ(kept(twists, robot.subscribe<ros::twist>("/cmd_vel", {.keep = rowe::keep::newest})), "");
+  EXPECT_EQ(kept(twists, robot.subscribe<ros::twist>("/cmd_vel/joystick")), "");
+  EXPECT_EQ(kept(heard, robot.subscribe<json_text>("/goal")), "");
+  EXPECT_EQ(kept(heard, robot.subscribe<json_text>("/words")), "");
+  EXPECT_EQ(kept(serves, robot.serve<ros::twist, ros::pose>("/set_speed")), "");
+  EXPECT_EQ(kept(serves_texts, robot.serve<json_text, json_text>("/configure")), "");
+  EXPECT_EQ(kept(calls, robot.client<ros::twist, ros::pose>("/plan")), "");
+  EXPECT_EQ(kept(calls_texts, robot.client<json_text, json_text>("/ask")), "");
+  EXPECT_EQ(kept(latches, robot.stop_latch()), "");
+}
+
+TEST(default_limits, hold_sixteen_publishers_of_large_structs) {
+  auto robot = endpoint::listen(0).value();
+  std::vector<rowe::publisher<ros::odometry>> odometry;
+  for (int i = 0; i < 16; ++i)
+    EXPECT_EQ(kept(odometry, robot.advertise<ros::odometry>("/odom/" + std::to_string(i))), "");
+}
+
+TEST(lane_memory, that_is_too_small_is_told_with_what_is_wanted_what_is_left_and_the_limit) {
+  rowe::endpoint_options few;
+  few.limits.lane_bytes = 200'000;
+  auto robot = endpoint::listen(0, few).value();
+  const auto first = robot.open_lane();
+  ASSERT_TRUE(first) << first.error().name();
+  const auto second = robot.open_lane();
+  ASSERT_EQ(second.code(), errc::lane_memory);
+  EXPECT_EQ(second.error().about, rowe::argument::lane_bytes);
+  EXPECT_EQ(second.error().whole, 200'000U);
+  EXPECT_GT(second.error().value, second.error().limit);
+  EXPECT_GT(second.error().limit, 0);
+  std::array<char, 192> room;
+  const std::string expected = std::to_string(second.error().value) + " bytes of lane memory are needed, " +
+                               std::to_string(second.error().limit) +
+                               " of 200000 are left: raise `lane_bytes`";
+  EXPECT_EQ(second.error().text(room), expected);
+}
+
+// ---- by their names
+
+TEST(limits_by_name, are_all_there_and_keep_what_they_are_set_to) {
+  for (const std::string_view name : limits::names()) {
+    limits bounds;
+    std::string why;
+    EXPECT_FALSE(bounds.set(name, "18446744073709551615", &why));
+    EXPECT_TRUE(why.starts_with(std::string{name} + " is out of range: 18446744073709551615 (")) << why;
+    EXPECT_TRUE(bounds.set(name, "128", &why) || bounds.set(name, "65536", &why)) << why;
+  }
+  limits bounds;
+  EXPECT_TRUE(bounds.set("topics_max", "256"));
+  EXPECT_TRUE(bounds.set("lane_bytes", "5000000"));
+  EXPECT_EQ(bounds.topics_max, 256U);
+  EXPECT_EQ(bounds.lane_bytes, 5'000'000U);
+}
+
+TEST(limits_by_name, say_what_is_wrong_and_change_nothing) {
+  limits bounds;
+  std::string why;
+  const auto below = bounds.set("topics_max", "1", &why);
+  EXPECT_EQ(below.error(), (rowe::error{errc::bad_argument, 1, 2, rowe::argument::topics_max}));
+  EXPECT_EQ(why, "topics_max is out of range: 1 (2 to 1048576)");
+  EXPECT_EQ(bounds.set("calls_max", "65537").error(),
+            (rowe::error{errc::bad_argument, 65537, 65536, rowe::argument::calls_max}));
+  for (const std::string_view none : {"", "x", "1x", "-1", " 1", "1.5", "0x10"}) {
+    EXPECT_EQ(bounds.set("topics_max", none, &why).code(), errc::bad_argument);
+    EXPECT_EQ(why, "topics_max needs a whole number, not \"" + std::string{none} + "\" (2 to 1048576)");
+  }
+  EXPECT_EQ(bounds.set("topics", "5", &why).code(), errc::bad_argument);
+  EXPECT_TRUE(why.starts_with("there is no limit topics; there are connections_max, ")) << why;
+  EXPECT_EQ(bounds.topics_max, limits{}.topics_max);
+}
+
+// One variable, as long as the object lives.
+class variable {
+ public:
+  variable(const char* name, const char* value) : name_{name} { ::setenv(name, value, 1); }
+  variable(const variable&) = delete;
+  variable& operator=(const variable&) = delete;
+  ~variable() { ::unsetenv(name_); }
+
+ private:
+  const char* name_;
+};
+
+TEST(limits_by_name, come_from_the_environment_where_that_is_asked_for) {
+  const variable topics{"ROWE_LIMIT_TOPICS_MAX", "256"};
+  const variable lanes{"ROWE_LIMIT_LANE_BYTES", "3000000"};
+  limits few;
+  few.calls_max = 7;
+  const auto made = few.with_environment();
+  ASSERT_TRUE(made);
+  EXPECT_EQ(made->topics_max, 256U);
+  EXPECT_EQ(made->lane_bytes, 3'000'000U);
+  EXPECT_EQ(made->calls_max, 7U);
+  EXPECT_EQ(few.topics_max, limits{}.topics_max); // and only there
+}
+
+TEST(limits_by_name, name_the_variable_that_is_wrong) {
+  std::string why;
+  {
+    const variable topics{"ROWE_LIMIT_TOPICS_MAX", "many"};
+    EXPECT_EQ(limits{}.with_environment(&why).code(), errc::bad_argument);
+    EXPECT_EQ(why, "ROWE_LIMIT_TOPICS_MAX needs a whole number, not \"many\" (2 to 1048576)");
+  }
+  const variable unknown{"ROWE_LIMIT_TOPICS", "5"};
+  EXPECT_EQ(limits{}.with_environment(&why).code(), errc::bad_argument);
+  EXPECT_TRUE(why.starts_with("there is no limit ROWE_LIMIT_TOPICS; ")) << why;
+}
+
+} // namespace
+} // namespace limits_test
