@@ -63,7 +63,9 @@ class endpoint {
   result<publisher<T>> advertise(std::string_view topic, const topic_options& options = {});
 
   // A subscriber to `topic`: what peers publish, and what this process publishes on the same endpoint,
-  // decoded into T, or as text for json_text. Errors: as advertise().
+  // decoded into T, or as text for json_text. Topics below /rowe/ are the endpoint's own where it listens; where
+  // it connects they are its server's, and counts() and connections() have its own figures. Errors: as
+  // advertise().
   template <class T>
   result<subscriber<T>> subscribe(std::string_view topic, const topic_options& options = {});
 

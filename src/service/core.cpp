@@ -127,7 +127,8 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       stop_{options.stop, start, draw(seams.random)},
       stop_waiters_{memory.carve<stop_waiter>(stop_waiters_of(bounds_))},
       now_{start},
-      opened_at_{start} {
+      opened_at_{start},
+      rates_marked_{start, start} {
   options.name.copy(name_.data(), name_bytes_);
   const auto advertised =
       memory.carve<advertisement>(connections_.size() * bounds_.advertisements_per_connection_max);
@@ -138,9 +139,11 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
                                                     bounds_.advertisements_per_connection_max);
   }
   calls_.begin(draw(random_));
-  statistics_topic_ = router_.find_or_add("/rowe/stats");
-  router_.hold_as_own(statistics_topic_);
-  router_.at(statistics_topic_).keep = keep::newest;
+  if (ours_ == side::server) { // a client's handles on it are told its server's
+    statistics_topic_ = router_.find_or_add("/rowe/stats");
+    router_.hold_as_own(statistics_topic_);
+    router_.at(statistics_topic_).keep = keep::newest;
+  }
   stop_topic_ = router_.find_or_add(stop_state_topic);
   router_.hold_as_own(stop_topic_);
   if (ours_ == side::client) arm(timer::reconnect, 0, start);
@@ -205,6 +208,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   take_from_lanes();
   take_from_door();
   expire();
+  if (now_ - rates_marked_[0] >= rates_period) mark_rates();
   show_stop_state();
   offer_all();
   arm_what_stays();

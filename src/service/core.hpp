@@ -128,6 +128,7 @@ class core final : public transport_sink {
   static constexpr std::uint32_t reports_burst = 8; // events about refusals to one peer; then one a second
   static constexpr rt::duration flood_time_max = std::chrono::seconds{5};
   static constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
+  static constexpr rt::duration rates_period = std::chrono::seconds{1}; // of the service /rowe/stats
   // How long the next cycle may wait while a loop is to acknowledge a stop: not long at first.
   static constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
   static constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};
@@ -511,12 +512,13 @@ class core final : public transport_sink {
   // statistics.cpp
   void begin_statistics() noexcept;
   void end_statistics_period() noexcept;
+  void mark_rates() noexcept;
   void publish_statistics() noexcept;
-  void write_statistics(json::writer& into, rt::duration since) noexcept;
-  void write_topics(json::writer& into, rt::duration since) noexcept;
+  void write_statistics(json::writer& into) noexcept;
+  void write_topics(json::writer& into, bool of_service) noexcept;
   void write_losses(json::writer& into) noexcept;
   void write_report(json::writer& into) noexcept;
-  void write_state(json::writer& into, rt::duration since) noexcept;
+  void write_state(json::writer& into, bool of_service) noexcept;
   void write_connections(json::writer& into) noexcept;
 
   const core_options options_;
@@ -592,7 +594,9 @@ class core final : public transport_sink {
   rt::time_point now_{};
   rt::time_point opened_at_ = rt::never;
   rt::time_point statistics_at_{};
-  std::uint32_t statistics_topic_ = no_index;
+  std::array<rt::time_point, 2> rates_marked_{}; // when the newest period of the service's rates began, and
+                                                 // the one before
+  std::uint32_t statistics_topic_ = no_index; // of a server
   std::uint32_t peers_ = 0;
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;

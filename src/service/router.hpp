@@ -51,6 +51,10 @@ struct topic {
   std::size_t bytes = 0;             // of the newest body
   rt::time_point newest_at{};        // zero: nobody listened until now
   rt::duration gap_max{0};           // since the last report
+
+  // For the service of that name, which has periods of its own (core::mark_rates).
+  std::array<std::uint64_t, 2> messages_marked{}; // when the newest period began, and the one before
+  std::array<rt::duration, 2> gap_marked{};       // in these, but for gap_max
 };
 
 // What one subscribe request asked for; a peer's requests for one topic are merged.

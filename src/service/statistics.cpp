@@ -38,7 +38,23 @@ void core::end_statistics_period() noexcept {
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
     topic& t = router_.at(i);
     t.messages_before = t.messages;
+    t.gap_marked[0] = std::max(t.gap_marked[0], t.gap_max);
     t.gap_max = rt::duration{0};
+  }
+}
+
+// The service is asked at any time, whether or not somebody listens to the topic. Its rates are of two
+// periods, the newest of which has not ended, so of one second at least; of two and one cycle at most.
+void core::mark_rates() noexcept {
+  rates_marked_ = {now_, rates_marked_[0]};
+  const bool reported = statistics_topic_ != no_index &&
+                        (router_.at(statistics_topic_).first_subscription != no_index ||
+                         router_.at(statistics_topic_).first_inbox != no_index);
+  for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
+    topic& t = router_.at(i);
+    t.messages_marked = {t.messages, t.messages_marked[0]};
+    t.gap_marked = {rt::duration{0}, std::max(t.gap_marked[0], t.gap_max)};
+    if (!reported) t.gap_max = rt::duration{0}; // otherwise end_statistics_period() does
   }
 }
 
@@ -47,22 +63,21 @@ void core::publish_statistics() noexcept {
   // Armed again by the next one who listens.
   if (on.first_subscription == no_index && on.first_inbox == no_index) return;
   arm(timer::statistics, 0, now_ + options_.stats_period);
-  const rt::duration since = now_ - statistics_at_;
-  if (since <= rt::duration{0}) return;
-  publish(statistics_topic_, now_, rt::never, {}, [&](json::writer& into) { write_statistics(into, since); });
+  if (now_ <= statistics_at_) return;
+  publish(statistics_topic_, now_, rt::never, {}, [&](json::writer& into) { write_statistics(into); });
   end_statistics_period();
 }
 
-void core::write_statistics(json::writer& into, rt::duration since) noexcept {
+void core::write_statistics(json::writer& into) noexcept {
   into.begin_object();
-  write_state(into, since);
+  write_state(into, false);
   into.end_object();
 }
 
 // The service /rowe/stats: the topic's members, and all that is too much for ten times a second.
 void core::write_report(json::writer& into) noexcept {
   into.begin_object();
-  write_state(into, std::max<rt::duration>(now_ - statistics_at_, rt::duration{1}));
+  write_state(into, true);
   write_connections(into);
   into.key("counters");
   into.begin_object();
@@ -123,7 +138,7 @@ void core::write_connections(json::writer& into) noexcept {
 }
 
 // What both have.
-void core::write_state(json::writer& into, rt::duration since) noexcept {
+void core::write_state(json::writer& into, bool of_service) noexcept {
   into.key("name");
   into.string({name_.data(), name_bytes_});
   into.key("uptime_s");
@@ -139,13 +154,17 @@ void core::write_state(json::writer& into, rt::duration since) noexcept {
   into.key("locked");
   into.boolean(memory_locked_);
   into.end_object();
-  write_topics(into, since);
+  write_topics(into, of_service);
   write_losses(into);
   into.key("cycle_us_max");
   into.number(rounded(static_cast<double>(shown_.counts.read(counter::cycle_ns_max)) / 1000));
 }
 
-void core::write_topics(json::writer& into, rt::duration since) noexcept {
+void core::write_topics(json::writer& into, bool of_service) noexcept {
+  const rt::time_point since = of_service ? rates_marked_[1] : statistics_at_;
+  const double over = seconds(std::max<rt::duration>(now_ - since, std::chrono::milliseconds{1}));
+  into.key("rates_over_s");
+  into.number(rounded(over));
   into.key("topics");
   into.begin_array();
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
@@ -159,11 +178,13 @@ void core::write_topics(json::writer& into, rt::duration since) noexcept {
     into.key("messages");
     into.number(t.messages);
     into.key("rate_hz");
-    into.number(rounded(static_cast<double>(t.messages - t.messages_before) / seconds(since)));
+    const std::uint64_t before = of_service ? t.messages_marked[1] : t.messages_before;
+    into.number(rounded(static_cast<double>(t.messages - before) / over));
     into.key("bytes");
     into.number(t.bytes);
     into.key("gap_ms_max");
-    into.number(rounded(seconds(t.gap_max) * 1000));
+    const rt::duration marked = std::max(t.gap_marked[0], t.gap_marked[1]);
+    into.number(rounded(seconds(of_service ? std::max(t.gap_max, marked) : t.gap_max) * 1000));
     into.key("subscribers");
     into.number(t.subscriptions);
     into.end_object();

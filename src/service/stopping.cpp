@@ -333,7 +333,9 @@ void core::show_stop_state() noexcept {
     stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
   }
   if (options_.profile != peer_profile::standard) show_stop_to_hop(changed);
-  if (on.first_inbox == no_index) return;
+  // A client's handles that subscribe to it are told its server's state, never both by turns.
+  const bool of_server = ours_ == side::client && options_.profile == peer_profile::standard;
+  if (on.first_inbox == no_index || of_server) return;
   const rt::duration here = stop_.guards_include(this_process) ? options_.stop.tick : slow;
   if (changed || now_ - stop_delivered_at_ >= here) {
     stop_delivered_at_ = now_;

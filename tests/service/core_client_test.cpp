@@ -67,6 +67,44 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
   EXPECT_NE(heard[1].find(R"("op":"subscribe")"), std::string::npos);
 }
 
+// The texts that have come to a subscriber.
+texts taken(rowe::detail::lane& inbox) {
+  texts all;
+  const auto& path = inbox.user.in;
+  path.out->drain(
+      [&](std::uint32_t slot) {
+        all.emplace_back(reinterpret_cast<const char*>(path.slots.value(slot)),
+                         path.slots.header(slot)->bytes);
+        path.home->give(slot);
+      },
+      SIZE_MAX);
+  return all;
+}
+
+TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its_own) {
+  auto& seen = on.offer(lane_kind::subscribe_text, "/rowe/stats", 4000);
+  on.cycle();
+  peer server{on, side::client};
+  on.cycles(300);
+  EXPECT_EQ(server.hear().size(), 1U); // that it subscribes
+  EXPECT_EQ(taken(seen), texts{});
+  server.say(R"({"op":"publish","topic":"/rowe/stats","msg":{"name":"hub"}})");
+  on.cycles(300);
+  EXPECT_EQ(taken(seen), texts{R"({"name":"hub"})"});
+}
+
+TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) {
+  on.offer(rowe::detail::latch_request({}));
+  auto& seen = on.offer(lane_kind::subscribe_text, "/rowe/stop/state", 4000);
+  on.cycle();
+  peer server{on, side::client};
+  on.cycles(500);
+  EXPECT_EQ(taken(seen), texts{});
+  server.say(R"({"op":"publish","topic":"/rowe/stop/state","msg":{"state":"running"}})");
+  on.cycles(500);
+  EXPECT_EQ(taken(seen), texts{R"({"state":"running"})"});
+}
+
 TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_that_goes) {
   peer server{on, side::client};
   on.cycle();

@@ -235,6 +235,70 @@ TEST_F(core_test, counts_rates_from_the_time_somebody_listens_to_them) {
   EXPECT_LT(rate, 1100) << report;
 }
 
+// Of one topic, as the service /rowe/stats says it.
+struct rate_report {
+  double hz = -1;
+  double over_s = -1;
+  double gap_ms = -1;
+};
+rate_report rate_of_pose(theatre& on, peer& p) {
+  p.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
+  on.cycle();
+  for (const auto& text : p.hear()) {
+    if (text.find("service_response") == std::string::npos) continue;
+    const auto number = [&](std::string_view key, std::size_t from) {
+      const auto at = text.find(key, from);
+      return at == std::string::npos ? -1 : std::stod(text.substr(at + key.size()));
+    };
+    const auto topic = text.find(R"("topic":"/pose")");
+    return {number(R"("rate_hz":)", topic), number(R"("rates_over_s":)", 0),
+            number(R"("gap_ms_max":)", topic)};
+  }
+  return {};
+}
+
+TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_them) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  for (int i = 0; i < 400; ++i) { // it has been up for a while
+    on.cycle(250ms);
+    (void)p.hear();
+  }
+  for (int i = 0; i < 300; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle(10ms);
+    (void)p.hear();
+  }
+  const rate_report busy = rate_of_pose(on, p);
+  EXPECT_GE(busy.over_s, 1);
+  EXPECT_LE(busy.over_s, 2.1);
+  EXPECT_NEAR(busy.hz, 100, 5);
+  EXPECT_NEAR(busy.gap_ms, 10, 1);
+  for (int i = 0; i < 40; ++i) {
+    on.cycle(100ms);
+    (void)p.hear();
+  }
+  EXPECT_EQ(rate_of_pose(on, p).hz, 0);
+}
+
+TEST_F(core_test, reports_the_same_rates_while_somebody_subscribes_to_them) {
+  auto& lane = advertise_pose(on);
+  peer p{on};
+  p.say(R"({"op":"subscribe","topic":"/pose"})");
+  p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
+  on.cycle();
+  for (int i = 0; i < 305; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    on.cycle(10ms);
+    (void)p.hear();
+  }
+  const rate_report both = rate_of_pose(on, p);
+  EXPECT_GE(both.over_s, 1);
+  EXPECT_NEAR(both.hz, 100, 5);
+  EXPECT_NEAR(both.gap_ms, 10, 1);
+}
+
 TEST_F(core_test, tells_its_own_process_statistics_that_it_subscribes_to) {
   auto& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/rowe/stats", 4000);
   on.cycles(300);

@@ -62,6 +62,13 @@ class echoing(unittest.TestCase):
         self.assertEqual(ended.stdout[:2], ["/odom:", "  header:"])
         self.times_out("/nothing", "/naught", says="/nothing or /naught")
 
+    def test_prints_the_robots_statistics_and_not_its_own(self):
+        ended = run("echo", self.demo.url, "/rowe/stats", "--json", "--field", "name", "-n", "8")
+        self.assertEqual((ended.code, len(set(ended.stdout))), (0, 1), ended.stdout)
+        ended = run("echo", self.demo.url, "/rowe/stats", "--json", "--field", "topics", "-n", "4")
+        for line in ended.stdout:
+            self.assertIn("/odom", [one["topic"] for one in json.loads(line) if one["type"]])
+
     def test_takes_the_url_as_a_browser_shows_it_or_from_the_environment(self):
         for arguments, environment in (((f"http://127.0.0.1:{self.demo.port}/", "/odom"), {}),
                                        ((f"127.0.0.1:{self.demo.port}", "/odom"), {}),
