@@ -63,8 +63,8 @@ class endpoint {
   result<publisher<T>> advertise(std::string_view topic, const topic_options& options = {});
 
   // A subscriber to `topic`: what peers publish, and what this process publishes on the same endpoint,
-  // decoded into T, or as text for json_text. Topics below /rowe/ are the endpoint's own where it listens; where
-  // it connects they are its server's, and counts() and connections() have its own figures. Errors: as
+  // decoded into T, or as text for json_text. Topics below /rowe/ are the endpoint's own where it listens;
+  // where it connects they are its server's, and counts() and connections() have its own figures. Errors: as
   // advertise().
   template <class T>
   result<subscriber<T>> subscribe(std::string_view topic, const topic_options& options = {});
@@ -157,7 +157,7 @@ class endpoint {
   std::vector<count> counts() const;
 
   // What the service thread was granted (core, priority, timer slack), and whether the endpoint's memory is
-  // locked.
+  // locked. A core or a priority that was refused is told by an event, too, with the reason.
   const rt::grants& service_grants() const noexcept;
   bool memory_locked() const noexcept;
 

@@ -441,6 +441,7 @@ class core final : public transport_sink {
                 const asking& what) noexcept;
   static std::string_view own_service(std::string_view asked) noexcept; // its whole name; empty: none of ours
   void answer_own(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void write_publishers(json::writer& into, std::uint32_t topic) noexcept;
   void answer_stop_call(std::uint32_t call, stop_service which, const asking& what) noexcept;
   void write_args(json::writer& into, const asking& what) const noexcept;
   template <class WriteBody>

@@ -18,7 +18,8 @@ namespace rosbridge = wire::rosbridge;
 constexpr std::string_view stats_service = "/rowe/stats";
 constexpr std::array own_services{
     stats_service, std::string_view{"/rosapi/topics"}, std::string_view{"/rosapi/services"},
-    std::string_view{"/rosapi/topic_type"}, std::string_view{"/rosapi/service_type"}};
+    std::string_view{"/rosapi/topic_type"}, std::string_view{"/rosapi/publishers"},
+    std::string_view{"/rosapi/service_type"}};
 
 // Counted as so many bytes: the endpoint's answers walk all topics, services or counters.
 constexpr std::size_t own_answer_work = 10 * 1024;
@@ -115,6 +116,11 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
       const std::uint32_t topic = router_.find(named("topic"));
       into.key("type");
       into.string(topic == no_index ? std::string_view{} : router_.type(topic));
+    } else if (service == "/rosapi/publishers") {
+      into.key("publishers");
+      into.begin_array();
+      write_publishers(into, router_.find(named("topic")));
+      into.end_array();
     } else {
       const std::uint32_t found = services_.find(named("service"));
       into.key("type");
@@ -125,6 +131,20 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
   if (slot == no_index) return end_without_room(index, errc::full);
   end_without_room(index, finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()}));
   release(slot);
+}
+
+// This endpoint by its name, and peers that advertise by their addresses.
+void core::write_publishers(json::writer& into, std::uint32_t topic) noexcept {
+  if (topic == no_index) return;
+  bool here = topic == statistics_topic_ || topic == stop_topic_;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i)
+    here = here || (views_[i].attached && views_[i].topic == topic && detail::publishes(lanes_[i].kind));
+  if (here) into.string({name_.data(), name_bytes_});
+  for (const connection& c : connections_) {
+    const auto advertised = c.advertised.first(c.advertisements);
+    if (c.open() && std::find(advertised.begin(), advertised.end(), topic) != advertised.end())
+      into.string(c.peer());
+  }
 }
 
 // A call of this process; a peer's does not come so far.

@@ -729,6 +729,32 @@ TEST_F(calling, reports_itself) {
   EXPECT_NE(heard[4].find(R"("type":"")"), std::string::npos) << heard[4];
 }
 
+TEST_F(calling, tells_who_publishes_a_topic) {
+  on.offer(lane_kind::publish_text, "/odom", 100);
+  on.offer(lane_kind::subscribe_text, "/heard", 100);
+  peer page{on};
+  peer other{on, rowe::service::side::server, "10.0.0.7:4711"};
+  page.say(R"({"op":"subscribe","topic":"/asked"})");
+  other.say(R"({"op":"advertise","topic":"/odom","type":"nav_msgs/Odometry"})");
+  on.cycle();
+  (void)page.hear();
+  const auto publishers = [&](std::string_view topic) {
+    page.say(R"({"op":"call_service","service":"/rosapi/publishers","args":{"topic":")" + std::string{topic} +
+             R"("}})");
+    on.cycle();
+    const auto heard = page.hear();
+    return heard.size() == 1 ? heard[0].substr(0, heard[0].find("},")) : "";
+  };
+  for (const auto& [topic, by] : {std::pair{"/odom", R"(["robot","10.0.0.7:4711"])"},
+                                  std::pair{"/rowe/stats", R"(["robot"])"}, std::pair{"/asked", "[]"},
+                                  std::pair{"/heard", "[]"}, std::pair{"/nothing", "[]"}})
+    EXPECT_NE(publishers(topic).find(R"("publishers":)" + std::string{by}), std::string::npos)
+        << topic << ": " << publishers(topic);
+  other.leave();
+  on.cycles(2);
+  EXPECT_NE(publishers("/odom").find(R"("publishers":["robot"])"), std::string::npos);
+}
+
 // ---- as a client
 
 struct calling_client : testing::Test {
