@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstdio>
 #include <cstring>
 
 #include "json/utf8.hpp"
@@ -20,6 +21,11 @@ constexpr std::uint8_t length_16 = 126; // two bytes of length follow
 constexpr std::uint8_t length_64 = 127; // eight
 
 constexpr std::uint8_t number_of(std::byte b) noexcept { return std::to_integer<std::uint8_t>(b); }
+
+// What snprintf() wrote of a close reason, which is cut where a close frame ends.
+constexpr std::size_t written(int wanted) noexcept {
+  return std::min(static_cast<std::size_t>(wanted), close_reason_bytes_max - 1);
+}
 
 constexpr bool is_control(opcode what) noexcept {
   return (static_cast<std::uint8_t>(what) & control_bit) != 0;
@@ -161,7 +167,7 @@ auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
   payload_done_ = 0;
   if (is_control(frame_.what)) return std::nullopt;
   if (frame_.what == opcode::continuation) {
-    if (fragments_ >= limits_.fragments_max) return complaint{close_code::policy, "too many fragments"};
+    if (fragments_ >= limits_.fragments_max) return too_many_frames();
     ++fragments_;
   } else {
     message_ = frame_.what;
@@ -169,9 +175,28 @@ auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
     fragments_ = 1;
   }
   if (frame_.payload_bytes > limits_.message_bytes_max - message_bytes_) {
-    return complaint{close_code::too_big, "the message is too big"};
+    return too_big();
   }
   return std::nullopt;
+}
+
+auto frame_parser::too_big() noexcept -> complaint {
+  char* const room = reinterpret_cast<char*>(control_.data());
+  const int bytes = std::snprintf(
+      room, close_reason_bytes_max,
+      "a message of %llu bytes%s exceeds the limit message_bytes_max of %zu: send less, or raise it",
+      static_cast<unsigned long long>(message_bytes_ + frame_.payload_bytes), frame_.final ? "" : " or more",
+      limits_.message_bytes_max);
+  return {close_code::too_big, {room, written(bytes)}};
+}
+
+auto frame_parser::too_many_frames() noexcept -> complaint {
+  char* const room = reinterpret_cast<char*>(control_.data());
+  const int bytes = std::snprintf(
+      room, close_reason_bytes_max,
+      "a message in %u frames or more exceeds the limit fragments_max of %u: send fewer, or raise it",
+      fragments_ + 1, limits_.fragments_max);
+  return {close_code::policy, {room, written(bytes)}};
 }
 
 // A message in one frame that is here whole, which is the rule, without the states that all else needs. False

@@ -73,7 +73,8 @@ struct frame_step {
   std::size_t consumed = 0;       // from the front of what was given
   std::span<std::byte> payload{}; // unmasked; of a close: the body as it came, code included
   std::uint16_t close_code = 0;   // close: the peer's (1005 when it gave none); violation: the one to send
-  std::string_view reason{};      // close: the peer's, valid UTF-8; violation: a static sentence to send
+  std::string_view reason{};      // close: the peer's, valid UTF-8; violation: the sentence to send, which
+                                  // stays until the parser is reset
 };
 
 class frame_parser {
@@ -134,6 +135,8 @@ class frame_parser {
   frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;
   frame_step read_close(std::span<std::byte> body) noexcept;
   frame_step violate(complaint what) noexcept;
+  complaint too_big() noexcept;
+  complaint too_many_frames() noexcept;
 
   frame_limits limits_;
   std::span<std::byte> assembly_;
@@ -149,7 +152,7 @@ class frame_parser {
   utf8_check text_;
   std::uint8_t header_have_ = 0; // bytes in header_
   std::array<std::byte, frame_header_bytes_max> header_{};
-  std::array<std::byte, control_bytes_max> control_{};
+  std::array<std::byte, control_bytes_max> control_{}; // after a violation: its sentence, if it has numbers
 };
 
 // Bytes of the header in front of a payload, by who we are (a client's frames carry a key).

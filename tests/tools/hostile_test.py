@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The hub against peers that break the rules, by accident or not: raw bytes, RFC 6455 sections named."""
 import os
+import re
 import struct
 import time
 import unittest
@@ -125,6 +126,17 @@ class handshakes(unittest.TestCase):
             while len(rest) < 7:
                 rest += stream.recv(100)
             self.assertEqual(rest, b"\x8a\x05early")
+
+
+class messages(unittest.TestCase):
+    def test_that_are_too_big_are_told_their_size_the_limit_and_the_remedy(self):
+        says = "a message of 70000 bytes exceeds the limit message_bytes_max of 61440: send less, or raise it"
+        with hub() as serving, peer(serving.port) as p:
+            p.stream.sendall(b"\x81\xff" + struct.pack("!Q", 70000) + b"keys")
+            with self.assertRaises(closed) as end:
+                p.receive()
+            self.assertEqual((end.exception.code, end.exception.reason), (1009, says))
+            serving.line(re.escape(says))
 
 
 class crowds(unittest.TestCase):

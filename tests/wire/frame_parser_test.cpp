@@ -423,6 +423,8 @@ TEST(frame_parser, refuses_a_message_larger_than_its_limit_at_the_header) {
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].what, frame_event::violation);
   EXPECT_EQ(events[0].code, 1009);
+  EXPECT_EQ(events[0].reason, "a message of 301 bytes exceeds the limit message_bytes_max of 300: send less, "
+                              "or raise it");
 }
 
 TEST(frame_parser, refuses_enormous_lengths_without_waiting_for_them) {
@@ -438,9 +440,11 @@ TEST(frame_parser, adds_fragments_up_against_the_limit) {
                 {{.payload = "123456", .final = false}, {.opcode = continuation, .payload = "7890"}})),
             std::vector{text("1234567890")});
   EXPECT_EQ(peer.feed(bytes_of(frame{.payload = "123456", .final = false})), std::vector<event>{});
-  const auto events = peer.feed(header_of({.opcode = continuation}, 5));
+  const auto events = peer.feed(header_of({.opcode = continuation, .final = false}, 5));
   ASSERT_EQ(events.size(), 1U);
   EXPECT_EQ(events[0].code, 1009);
+  EXPECT_EQ(events[0].reason, "a message of 11 bytes or more exceeds the limit message_bytes_max of 10: send "
+                              "less, or raise it");
 }
 
 TEST(frame_parser, counts_neither_control_frames_nor_their_bytes_against_the_limits) {
