@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A control loop of 1 kHz whose odometry is seen in a browser: run it and open http://127.0.0.1:8080/.
 #include <cmath>
+#include <iostream>
 
 #include <rowe/rowe.hpp>
 
@@ -19,6 +20,8 @@ int main() {
   auto robot = rowe::endpoint::listen(8080, {.service_cpu = 1}).value(); // set-up may throw, loops never do
   auto odom = robot.advertise<odometry>("/odom", {.ttl = 20ms, .keep = rowe::keep::newest}).value();
   rowe::rt::periodic loop{1ms, {.cpu = 2, .priority = 80}};
+  char room[200];
+  std::cerr << loop.grants().text(room) << '\n';                  // granted, or why not and what to do
   while (auto now = loop.wait()) {                                // your loop, your thread; one clock read
     (void)odom.publish(measure(*now), *now);                      // losing one sample is fine, and counted
   }

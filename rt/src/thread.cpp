@@ -134,7 +134,7 @@ std::string_view grants::text(std::span<char> buffer) const noexcept {
   if (fifo.error == EINVAL) {
     s.next("; ").say("SCHED_FIFO has no priority ").say(priority).say(": 1 to 99");
   } else if (fifo.refused()) {
-    s.next("; ").say("SCHED_FIFO not permitted (rtprio limit ").say(priority_limit);
+    s.next("; ").say("SCHED_FIFO ").say(priority).say(" not permitted (rtprio limit ").say(priority_limit);
     s.say("): raise `ulimit -r` or run as root");
   }
   if (stack_locked.refused()) {

@@ -75,6 +75,7 @@ class endpoint_state {
   status check(const lane_request& asked) const noexcept;
   status check_topic(const lane_request& asked) const noexcept;
   status check_service(const lane_request& asked) const noexcept;
+  void tell_refused(const rt::grants& granted) noexcept;
   void settle_lanes() noexcept;
   void count_left(const lane& in) noexcept;
   result<lane*> find_lane(std::size_t bytes) noexcept;

@@ -396,6 +396,30 @@ TEST(endpoint_errors, say_which_option_is_meant) {
   EXPECT_EQ((rowe::error{errc::bad_argument, 7, 5}).text(room), "the argument is out of range: 7 (limit 5)");
 }
 
+// The machine has no such core.
+TEST(endpoint_events, tell_what_the_service_thread_was_not_granted_and_why) {
+  rowe::endpoint_options options;
+  options.service_cpu = 1023;
+  auto robot = endpoint::listen(0, options).value();
+  std::array<char, 256> room;
+  auto told = wait_event(robot, rowe::event::kind::warning);
+  if (told && std::string_view{told->what}.starts_with("reading the clock"))
+    told = wait_event(robot, rowe::event::kind::warning); // of some machines
+  ASSERT_TRUE(told);
+  EXPECT_EQ(std::string_view{told->what}, "the service thread is not as asked: " +
+                                              std::string{robot.service_grants().text(room)});
+  EXPECT_NE(std::string_view{told->what}.find("cpu 1023 does not exist or is not allowed to this process"),
+            std::string_view::npos);
+  EXPECT_FALSE(std::string_view{told->remedy}.empty());
+}
+
+TEST(endpoint_events, tell_nothing_of_settings_that_nobody_asked_for) {
+  auto robot = endpoint::listen(0).value();
+  while (count_of(robot, "cycles") == 0) std::this_thread::yield();
+  while (const auto told = robot.try_event())
+    EXPECT_EQ(std::string_view{told->what}.find("service thread"), std::string_view::npos);
+}
+
 TEST(endpoint_errors, name_what_is_wrong_with_a_url) {
   EXPECT_EQ(endpoint::connect("http://robot").code(), errc::bad_url);
   EXPECT_EQ(endpoint::connect("ws://robot:99999").code(), errc::bad_url);

@@ -237,7 +237,7 @@ TEST(grants, say_what_was_granted) {
 
 TEST(grants, say_what_was_refused_why_and_what_to_do) {
   EXPECT_EQ(sentence({.fifo = {true, EPERM}, .priority = 80}),
-            "SCHED_FIFO not permitted (rtprio limit 0): raise `ulimit -r` or run as root");
+            "SCHED_FIFO 80 not permitted (rtprio limit 0): raise `ulimit -r` or run as root");
   EXPECT_EQ(sentence({.pinned = {true, EINVAL}, .cpu = 9}),
             "cpu 9 does not exist or is not allowed to this process: see `taskset -p`");
   EXPECT_EQ(sentence({.pinned = {true, 0}, .fifo = {true, EINVAL}, .cpu = 2, .priority = 100}),

@@ -19,6 +19,16 @@ def example(name, *arguments, before=()):
     return program(*arguments, command=(*before, os.path.join(folder, name)))
 
 
+def may_run_on(cpu):
+    before = os.sched_getaffinity(0)
+    try:
+        os.sched_setaffinity(0, {cpu})
+    except OSError:
+        return False
+    os.sched_setaffinity(0, before)
+    return True
+
+
 def until(attempt, right):
     """attempt() again until it is right(it), where a busy machine keeps a program longer than it waits."""
     end = time.monotonic() + patience
@@ -41,7 +51,11 @@ class control_loop(unittest.TestCase):
             ended = run("echo", f"ws://127.0.0.1:{port}", "/odom", "-n", "100", "--json", "--timeout", "60s")
             self.assertEqual(ended.code, 0, (ended.stderr, robot.said))
             self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
-            self.assertEqual(robot.said, {"stdout": [], "stderr": []})
+            self.assertEqual(robot.said["stdout"], [])
+            (granted,) = robot.said["stderr"]
+            self.assertIn("pinned to cpu 2" if may_run_on(2) else
+                          "cpu 2 does not exist or is not allowed to this process: see `taskset -p`", granted)
+            self.assertIn("SCHED_FIFO 80", granted)  # or what is to be done for it
         messages = [json.loads(line) for line in ended.stdout]
         self.assertEqual(list(messages[0]), ["stamp", "x", "y", "heading", "speed"])
         for m in messages:

@@ -43,8 +43,8 @@ struct grants {
     return !named.refused() && !pinned.refused() && !fifo.refused() && !slack.refused() &&
            !stack_locked.refused();
   }
-  // "pinned to cpu 2, SCHED_FIFO 80" or "SCHED_FIFO not permitted (rtprio limit 0): raise `ulimit -r` or run
-  // as root": written into `buffer` and cut where it ends; returns the part written. Any thread, never
+  // "pinned to cpu 2, SCHED_FIFO 80" or "SCHED_FIFO 80 not permitted (rtprio limit 0): raise `ulimit -r` or
+  // run as root": written into `buffer` and cut where it ends; returns the part written. Any thread, never
   // allocates.
   std::string_view text(std::span<char> buffer) const noexcept;
 };
