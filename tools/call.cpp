@@ -185,10 +185,10 @@ exit_code exit_code_of(errc failure) noexcept {
   }
 }
 
-// "412.1 us".
+// "412.1 µs".
 std::string time_text(rt::duration time) {
   std::array<char, 40> room;
-  const int length = std::snprintf(room.data(), room.size(), "%.1f us",
+  const int length = std::snprintf(room.data(), room.size(), "%.1f µs",
                                    std::chrono::duration<double, std::micro>(time).count());
   return {room.data(), static_cast<std::size_t>(length)};
 }
@@ -215,8 +215,8 @@ struct tally {
                   times.percentile(99).count(), R"(,"max_ns":)", times.max().count(), "}\n");
   }
   std::string line(const call_options& o) const {
-    return joined(printable(o.service), ": ", calls, " calls, ", times.count(), " answered, ", failed,
-                  " failed, ", timed_out, " timed out; min ", time_text(times.min()), ", p50 ",
+    return joined(printable(o.service), ": ", counted(calls, "call"), ", ", times.count(), " answered, ",
+                  failed, " failed, ", timed_out, " timed out; min ", time_text(times.min()), ", p50 ",
                   time_text(times.percentile(50)), ", p99 ", time_text(times.percentile(99)), ", max ",
                   time_text(times.max()), "\n");
   }

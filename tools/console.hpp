@@ -43,6 +43,12 @@ std::string joined(const Parts&... parts) {
   return joined_parts({{part{parts}...}});
 }
 
+// "1 message", "2 messages".
+template <std::integral Count>
+std::string counted(Count count, std::string_view thing) {
+  return joined(count, " ", thing, count == 1 ? "" : "s");
+}
+
 // What is typed to run a verb: "rowe serve"; a program of its own, such as "rowe_echo", is its own verb.
 inline std::string typed(std::string_view verb) {
   return joined(verb.starts_with("rowe_") ? "" : "rowe ", verb);

@@ -12,6 +12,9 @@
 #include "command_line.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
+#include "json_scanner.hpp"
+#include "json_values.hpp"
+#include "limit_options.hpp"
 #include "message_format.hpp"
 #include "remote.hpp"
 #include "verbs.hpp"
@@ -51,18 +54,18 @@ command table_of(echo_options& o) {
   return {
       .verb = "echo",
       .examples = {{{"rowe echo ws://127.0.0.1:8080 /odom", "until Ctrl-C"},
-                    {"rowe echo 127.0.0.1:8080 /odom --csv --field pose.pose.position -n 100 --timeout 2s",
-                     "a table"}}},
+                    {"rowe echo 127.0.0.1:8080", "the topics there are"}}},
       .description =
           "Prints the bodies of the topics' messages, each followed by a line `---`. Of several topics each\n"
-          "message says which one it is of; with --json it is {\"topic\":NAME,\"msg\":BODY} then. It ends "
-          "at\n"
-          "once (4) when --timeout passes without a message, and with 1 when a message has no such "
-          "--field.\n",
+          "message says which one it is of; with --json it is {\"topic\":NAME,\"msg\":BODY} then. Without a\n"
+          "topic it prints the topics there are, with their types. It ends at once (4) when --timeout\n"
+          "passes without a message, and with 1 when a message has no such --field. What is below /rowe/\n"
+          "is the server's.\n",
       .operands = {url_operand(o.url),
                    {.name = "TOPIC",
-                    .meaning = "their names, such as /odom; none with --bare",
+                    .meaning = "their names, such as /odom; without any they are listed",
                     .into = &o.topics,
+                    .optional = true,
                     .left_out = &o.bare}},
       .options = {
           {"--pretty", "", "", "for people: indented (the default)", &o.pretty},
@@ -83,6 +86,8 @@ command table_of(echo_options& o) {
 std::string contradiction(const echo_options& o) {
   if (o.once && o.count > 1) return "--once and -n exclude each other";
   if (o.pretty + o.json + o.csv > 1) return "--pretty, --json and --csv exclude each other";
+  if (!o.bare && o.topics.empty() && (o.csv || o.pretty || o.once || o.count > 0 || !o.field.empty()))
+    return "a TOPIC is missing; without one the topics are listed, as text or with --json";
   if (o.csv && o.topics.size() > 1)
     return joined("--csv makes a table of one topic, not of ", o.topics.size());
   if (o.topics.size() > topics_max) {
@@ -194,11 +199,67 @@ class letters {
   lane from_;
 };
 
+// Says which of the topics nobody publishes, as far as the server tells: what is misspelt looks like what is
+// silent. Asked once, and not waited for.
+class missing_publishers {
+ public:
+  missing_publishers(endpoint& hub, const remote& at, const echo_options& o, const console& to)
+      : at_{at}, to_{to} {
+    if (o.bare || profile_of(o.profile) != peer_profile::standard) return; // Hop's programs know no topics
+    auto opened = hub.client<json_text, json_text>(
+        "/rosapi/publishers", {.depth = static_cast<std::uint32_t>(o.topics.size())});
+    if (!opened) return;
+    from_ = std::move(*opened);
+    const auto now = rt::monotonic_clock::now();
+    for (const std::string& topic : o.topics) {
+      const std::string request = joined(R"({"topic":)", json_string_of(topic), "}");
+      if (const auto started = from_.start(request, answer_time, now)) asked_.push_back({*started, topic});
+    }
+  }
+
+  void report() {
+    while (!asked_.empty()) {
+      const auto end = from_.try_finish();
+      if (!end) return;
+      const auto about =
+          std::find_if(asked_.begin(), asked_.end(), [&](const one& o) { return o.call == end->id; });
+      if (about == asked_.end()) return;
+      if (end->value && says_nobody(end->value->text())) {
+        to_.note("nobody publishes ", printable(about->topic), " at ", at_.url(),
+                 " yet; waiting for it (Ctrl-C to stop)");
+      }
+      asked_.erase(about);
+    }
+  }
+
+ private:
+  struct one {
+    call_id call;
+    std::string topic;
+  };
+  static constexpr rt::duration answer_time = 10s;
+
+  static bool says_nobody(std::string_view answer) {
+    const auto publishers = value_at(answer, "publishers");
+    if (!publishers || publishers->front() != '[') return false;
+    bool nobody = true;
+    for_each_element(*publishers, [&](std::string_view) { nobody = false; });
+    return nobody;
+  }
+
+  const remote& at_;
+  const console& to_;
+  caller<json_text, json_text> from_;
+  std::vector<one> asked_; // and not answered yet
+};
+
 template <class Source>
 class printer {
  public:
-  printer(Source from, remote& hub, const echo_options& chosen, const console& to)
+  printer(Source from, missing_publishers& missing, remote& hub, const echo_options& chosen,
+          const console& to)
       : from_{std::move(from)},
+        missing_{missing},
         hub_{hub},
         chosen_{chosen},
         to_{to},
@@ -236,6 +297,7 @@ class printer {
       const auto now = rt::monotonic_clock::now();
       auto message = from_.take(std::min<rt::duration>(interrupt::slice, end - std::min(now, end)));
       hub_.report();
+      missing_.report();
       if (message) {
         taken_.emplace(std::move(*message));
         return std::nullopt;
@@ -261,6 +323,7 @@ class printer {
   }
 
   Source from_;
+  missing_publishers& missing_;
   remote& hub_;
   const echo_options& chosen_;
   const console& to_;
@@ -270,6 +333,53 @@ class printer {
   bool unread_ = false;
 };
 
+// The topics there are, by name and type.
+std::string list_of_topics(std::string_view answer) {
+  const auto texts_at = [&](std::string_view member) {
+    std::vector<std::string> texts;
+    if (const auto list = value_at(answer, member); list && list->front() == '[')
+      for_each_element(*list, [&](std::string_view one) { texts.push_back(plain_text_of(one)); });
+    return texts;
+  };
+  const std::vector<std::string> names = texts_at("topics");
+  std::vector<std::string> types = texts_at("types");
+  types.resize(names.size());
+  std::size_t width = 0;
+  for (const std::string& name : names) width = std::max(width, name.size());
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string gap = types[i].empty() ? "" : std::string(width - names[i].size() + 2, ' ');
+    lines.push_back(joined(names[i], gap, types[i], "\n"));
+  }
+  std::sort(lines.begin(), lines.end());
+  std::string text;
+  for (const std::string& line : lines) text += line;
+  return text;
+}
+
+exit_code list_topics(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
+  auto topics = hub.client<json_text, json_text>(
+      "/rosapi/topics", {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
+  if (!topics) {
+    to.error("cannot ask for the topics: ", sentence_of(topics.error()));
+    return exit_code_of(topics.error());
+  }
+  remote connection{hub, url, to};
+  if (const auto end = connection.wait(o.timeout)) return *end;
+  const rt::duration timeout = o.timeout.value_or(2s);
+  watcher waits{connection};
+  const auto answer = waits.during([&] { return topics->call("{}", timeout); });
+  if (!answer) {
+    if (interrupt::seen()) return exit_code::interrupted;
+    to.error(url, " does not say what topics it has: ",
+             answer.code() == errc::refused ? printable(topics->refusal()) : sentence_of(answer.error()));
+    return answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
+  }
+  (void)emit(o.json ? on_one_line(answer->text()) : list_of_topics(answer->text()));
+  to.note("rowe echo ", url, " TOPIC prints the messages of one");
+  return exit_code::done;
+}
+
 template <class Source>
 exit_code print_from(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
   exit_code otherwise = exit_code::failed;
@@ -277,13 +387,15 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
   if (!source) return otherwise;
   remote connection{hub, url, to};
   if (const auto end = connection.wait(o.timeout)) return *end;
-  printer<Source> printing{std::move(*source), connection, o, to};
+  missing_publishers missing{hub, connection, o, to};
+  printer<Source> printing{std::move(*source), missing, connection, o, to};
   const exit_code end = printing.run();
   (void)hub.close(goodbye_time); // what a refused call is told; who does not read in that time goes without
   if (printing.unread()) return exit_code::done;
   const std::uint64_t lost = lost_here(hub);
-  if (printing.odd_rows() > 0) to.note(printing.odd_rows(), " messages had other members than the table");
-  if (interrupt::seen() || lost > 0) to.note(printing.printed(), " messages, lost ", lost);
+  if (printing.odd_rows() > 0)
+    to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
+  if (interrupt::seen() || lost > 0) to.note(counted(printing.printed(), "message"), ", lost ", lost);
   if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
 }
@@ -300,10 +412,13 @@ exit_code echo(argument_list arguments) {
   const spelled_url url = read_url(chosen.url);
   if (url.url.empty()) return usage_error("echo", url.wrong);
 
-  endpoint_options options{.profile = profile_of(chosen.profile)};
-  options.limits.lane_bytes = (std::size_t{queue_depth} + 64) * (options.limits.message_bytes_max + 1024);
-  auto hub = endpoint::connect(url.url, options);
+  const auto bounds =
+      limits_for("echo", (std::size_t{queue_depth} + 64) * (limits{}.message_bytes_max + 1024));
+  if (!bounds) return exit_code::usage;
+  auto hub = endpoint::connect(url.url, {.limits = *bounds, .profile = profile_of(chosen.profile)});
   if (!hub) return cannot_open(url.url, hub.error(), to);
+  if (!chosen.bare && chosen.topics.empty())
+    return list_topics(std::move(hub).value(), url.url, chosen, to);
   return chosen.bare ? print_from<letters>(std::move(hub).value(), url.url, chosen, to)
                      : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
 }

@@ -84,10 +84,7 @@ exit_code help(argument_list arguments) {
 }
 
 exit_code run(argument_list arguments) {
-  if (arguments.empty()) {
-    console{"help"}.error("a verb is missing; `rowe help` lists them");
-    return exit_code::usage;
-  }
+  if (arguments.empty()) return help(arguments);
   const std::string_view name = arguments[0];
   const argument_list rest = arguments.subspan(1);
   if (name == "help" || name == "--help" || name == "-h") return help(rest);

@@ -87,13 +87,14 @@ std::string table_of_rows(const std::vector<row>& rows) {
   return text;
 }
 
-// "losses: full 0, expired 3".
+// "losses: expired 3, full 1".
 std::string losses_line(std::string_view report) {
   std::string line;
   if (const auto losses = value_at(report, "losses"); losses && losses->front() == '{') {
     for_each_member(*losses, [&](std::string_view name, std::string_view value) {
-      line.append(joined(line.empty() ? "losses: " : ", ", printable(name), " ", value));
+      if (value != "0") line.append(joined(line.empty() ? "losses: " : ", ", printable(name), " ", value));
     });
+    if (line.empty()) line = "losses: none";
   }
   return line.empty() ? line : line + '\n';
 }

@@ -29,6 +29,8 @@ spelled_url read_url(std::string_view text) {
   if (text.find("://") == std::string_view::npos && text.find(':') != std::string_view::npos) {
     return {joined(socket, text), {}};
   }
+  if (text.find("://") == std::string_view::npos)
+    return {{}, joined(quoted(text), " is missing ws://: a URL reads ws://HOST[:PORT][/PATH] or HOST:PORT")};
   return {{}, joined(quoted(text), " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT")};
 }
 
@@ -82,7 +84,11 @@ void remote::report() {
       if (text != failure_) to_.note(text);
       failure_ = text;
       break;
-    case event::kind::peer_joined: failure_.clear(); break;
+    case event::kind::peer_joined:
+      if (connected_before_) to_.note("connected again to ", url_);
+      connected_before_ = true;
+      failure_.clear();
+      break;
     case event::kind::status_from_peer:
       ++complaints_;
       to_.error(text);

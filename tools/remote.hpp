@@ -62,6 +62,7 @@ class remote {
   const console& to_;
   std::string failure_; // of the newest attempt to connect; empty once connected
   std::uint64_t complaints_ = 0;
+  bool connected_before_ = false;
 };
 
 // Watches over waits inside handles, from a thread of its own: prints what happens meanwhile, and closes the

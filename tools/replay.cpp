@@ -180,8 +180,9 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
   const std::uint64_t lost = lost_here(hub);
   if (!drained) to.error("at the end: ", sentence_of(drained.error()));
 
-  to.note("sent ", playing.sent(), o.loop ? "" : joined(" of ", poses.size()), " poses in ",
-          seconds_text(elapsed), ", dropped ", lost);
+  to.note("sent ", o.loop ? "" : joined(playing.sent(), " of "),
+          counted(o.loop ? playing.sent() : poses.size(), "pose"), " in ", seconds_text(elapsed),
+          ", dropped ", lost);
   const bool looped =
       o.loop && end == exit_code::interrupted && playing.sent() > 0; // the one way a loop ends
   if (end && !looped) return *end;

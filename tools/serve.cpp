@@ -123,6 +123,7 @@ exit_code cannot_listen(const error& reason, const endpoint_options& asked, cons
 }
 
 // What of the real-time settings was asked for and refused, in one line; empty when nothing was.
+// The endpoint has an event for its own thread.
 std::string refused_settings(const endpoint& hub, const demo* loop, const rt::grant& process_locked) {
   std::array<char, 256> room;
   std::string line;
@@ -130,7 +131,6 @@ std::string refused_settings(const endpoint& hub, const demo* loop, const rt::gr
     line.append(line.empty() ? "not as real-time as asked: " : "; ").append(who).append(": ").append(what);
   };
   if (loop != nullptr && !loop->grants().complete()) add("robot thread", loop->grants().text(room));
-  if (!hub.service_grants().complete()) add("service thread", hub.service_grants().text(room));
   if (!hub.memory_locked()) {
     add("memory", "the endpoint's is not locked: raise `ulimit -l`");
   } else if (process_locked.refused()) {
@@ -151,22 +151,30 @@ void report_events(endpoint& hub, const console& to) {
   }
 }
 
-std::string in_microseconds(rt::duration time) { return joined(time.count() / 1000, " us"); }
+std::string in_microseconds(rt::duration time) { return joined(time.count() / 1000, " µs"); }
 
-// All counters, a line for each group in the order of their first. Zeros are shown: nothing lost is news too.
+// The counters, a line for each group in the order of their first. Zeros are left out; that nothing was lost
+// is news.
 void summarise(const endpoint& hub, rt::duration up, const console& to) {
   to.note("up for ", seconds_text(up));
   std::vector<std::pair<std::string_view, std::string>> lines;
   for (const count& one : hub.counts()) {
     auto line = std::find_if(lines.begin(), lines.end(), [&](const auto& l) { return l.first == one.group; });
     if (line == lines.end()) line = lines.insert(line, {one.group, joined(one.group, ":")});
-    line->second.append(joined(line->second.ends_with(':') ? " " : ", ", one.name, " ", one.value));
+    if (one.value != 0)
+      line->second.append(joined(line->second.ends_with(':') ? " " : ", ", one.name, " ", one.value));
   }
-  for (const auto& [group, line] : lines) to.note(line);
+  for (const auto& [group, line] : lines) {
+    if (!line.ends_with(':')) {
+      to.note(line);
+    } else if (group == "loss") {
+      to.note(line, " none");
+    }
+  }
 }
 
 void summarise(const demo_report& driven, const console& to) {
-  to.note("robot: ", driven.cycles, " cycles, ", driven.skipped, " skipped; late by ",
+  to.note("robot: ", counted(driven.cycles, "cycle"), ", ", driven.skipped, " skipped; late by ",
           in_microseconds(driven.late_p50), " (p50), ", in_microseconds(driven.late_p99), " (p99), ",
           in_microseconds(driven.late_max), " (max); published ", driven.published, ", refused ",
           driven.refused);

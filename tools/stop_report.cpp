@@ -118,8 +118,8 @@ exit_code stop_tally::verdict() const noexcept {
 std::string stop_tally::line(std::string_view robot) const {
   using end = stop_outcome::end;
   std::string line =
-      joined(asked_, " stops: ", of(end::acknowledged), " acknowledged by ", robot, ", ", of(end::accepted),
-             " accepted only, ", of(end::timed_out), " not answered, ",
+      joined(counted(asked_, "stop"), ": ", of(end::acknowledged), " acknowledged by ", robot, ", ",
+             of(end::accepted), " accepted only, ", of(end::timed_out), " not answered, ",
              of(end::no_stop) + of(end::lost) + of(end::unreachable) + of(end::failed), " failed");
   if (worst_ == 0) return line + '\n';
   return joined(line, "; min ", time_words(times_.min()), ", p50 ", time_words(times_.percentile(50)),

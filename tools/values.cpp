@@ -42,8 +42,8 @@ std::optional<double> factor_of(std::string_view name, std::span<const unit> uni
   return found->factor;
 }
 
-constexpr std::array<unit, 6> time_units{
-    {{"ns", 1}, {"us", 1e3}, {"ms", 1e6}, {"s", 1e9}, {"m", 60e9}, {"h", 3600e9}}};
+constexpr std::array<unit, 7> time_units{
+    {{"ns", 1}, {"us", 1e3}, {"µs", 1e3}, {"ms", 1e6}, {"s", 1e9}, {"m", 60e9}, {"h", 3600e9}}};
 constexpr std::array<unit, 5> rate_units{{{"", 1}, {"Hz", 1}, {"hz", 1}, {"kHz", 1e3}, {"khz", 1e3}}};
 
 } // namespace

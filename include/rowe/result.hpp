@@ -139,6 +139,7 @@ inline std::string_view error::name() const noexcept {
 
 inline std::string_view error::text(std::span<char> buffer) const noexcept {
   std::string_view sentence = detail::error_descriptions[static_cast<std::size_t>(code)].sentence;
+  if (code == errc::bad_url && value == 0) sentence = "missing ws://: the URL must read ws://HOST[:PORT][/PATH]";
   char* at = buffer.data();
   char* const end = at + buffer.size();
   const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };

@@ -38,14 +38,15 @@ class line {
                                       : "?",
                 width);
   }
-  // "1.02 us": three figures and the unit in which they are readable.
+  // "1.02 µs": three figures and the unit in which they are readable; `width` columns.
   line& time(std::uint64_t ns, std::size_t width) {
-    static constexpr std::string_view units[] = {" ns", " us", " ms", " s "};
+    static constexpr std::size_t unit_columns = 3;
+    static constexpr std::string_view units[] = {" ns", " µs", " ms", " s "};
     auto value = static_cast<double>(ns);
     std::size_t unit = 0;
     for (; value >= 1000 && unit + 1 < std::size(units); ++unit) value /= 1000;
     const int decimals = unit == 0 || value >= 100 ? 0 : value >= 10 ? 1 : 2;
-    return number(value, decimals, width - units[unit].size()).text(units[unit]);
+    return number(value, decimals, width - unit_columns).text(units[unit]);
   }
   std::string_view view() const { return {text_, used_}; }
 
@@ -191,6 +192,8 @@ void histogram::write_bars(put write, void* sink) const {
   const auto end = std::find_if(octaves.rbegin(), octaves.rend(), used).base();
   const double most = std::log1p(static_cast<double>(*std::max_element(octaves.begin(), octaves.end())));
   constexpr std::size_t bar_columns = 40;
+  if (first < end)
+    write(sink, "     from |      bar: logarithm of the count       |      count      share\n");
   for (auto octave = first; octave < end; ++octave) {
     const auto bits = static_cast<unsigned>(octave - octaves.begin());
     const std::uint64_t from = bits == 0 ? 0 : std::uint64_t{1} << (bits - 1);

@@ -76,8 +76,13 @@ result<std::string> url_of(std::string_view host, int port, const char* path) {
   const bool bracketed = host.starts_with('[') && host.ends_with(']');
   const auto colons = std::ranges::count(host, ':');
   const bool several = colons > 1 && !bracketed;
-  if (host.find_first_of("/?#@ ") != std::string_view::npos || colons == 1) return errc::bad_url;
-  if (path != nullptr && path[0] != '/') return errc::bad_url;
+  constexpr std::int64_t host_at = 5; // ws://
+  if (const auto at = host.find_first_of("/?#@ "); at != std::string_view::npos || colons == 1) {
+    const auto wrong_at = static_cast<std::int64_t>(std::min(at, host.find(':')));
+    return error{errc::bad_url, host_at + wrong_at};
+  }
+  if (path != nullptr && path[0] != '/')
+    return error{errc::bad_url, host_at + static_cast<std::int64_t>(host.size())};
   std::string url = several ? "ws://[" : "ws://";
   url.append(host).append(several ? "]:" : ":").append(std::to_string(port));
   return url.append(path != nullptr ? path : "/");

@@ -30,7 +30,6 @@ class arguments(unittest.TestCase):
         self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", "--topic", "/t", "--rate", "1MHz", says=["'1MHz'"])
         self.refused("replay", "ws://127.0.0.1:1", "--tum", "x", "--topic", "/t", "--rate", "200kHz",
                      says=["200kHz", "at most 100000 Hz"])
-        self.refused("echo", "ws://127.0.0.1:1", says=["TOPIC is missing"])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "-n", "0", says=["-n 0", "out of range: 1 to "])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--timeout", "5", says=["'5'", "50ms"])
         self.refused("echo", "ws://127.0.0.1:1", "/t", "--once", "-n", "2", says=["exclude"])
@@ -50,6 +49,16 @@ class arguments(unittest.TestCase):
         self.refused("pub", "ws://127.0.0.1:1", "{}", "--bare", "--ttl", "1s", "--timeout", "1s",
                      says=["exclude"])
         self.refused("peers", "ws://127.0.0.1:1", "more", says=["'more'"])
+
+    def test_nothing_at_all_prints_the_help(self):
+        ended = run()
+        self.assertEqual((ended.code, ended.stderr), (0, []))
+        self.assertEqual(ended.stdout, run("help").stdout)
+        self.assertIn("usage: rowe VERB [arguments]    (`rowe VERB --help` says which)", ended.stdout)
+
+    def test_urls_without_a_scheme_say_what_is_missing(self):
+        for url in ("127.0.0.1", "robot", "robot/path"):
+            self.refused("echo", url, "/t", says=[f"'{url}' is missing ws://", "ws://HOST[:PORT][/PATH]"])
 
     def test_urls_that_are_none_say_what_one_looks_like(self):
         for url in ("127.0.0.1", "ftp://127.0.0.1/", "ws://", "ws://host:99999/", "ws://host:port/"):
@@ -71,7 +80,6 @@ class arguments(unittest.TestCase):
         self.refused("cal", says=["did you mean call?"])
         self.refused("serve", "--demmo", says=["'--demmo'", "did you mean --demo?"])
         self.refused("xyzzy-plugh", says=["'xyzzy-plugh'", "rowe help"])
-        self.refused(says=["a verb is missing"])
 
     def test_listening_beyond_loopback_needs_to_be_asked_for(self):
         self.refused("serve", "--listen", "0.0.0.0:0", says=["0.0.0.0", "--insecure"])

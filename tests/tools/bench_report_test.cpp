@@ -230,8 +230,8 @@ TEST_F(bench_report, the_drawing_has_every_bar_within_its_frame) {
 TEST_F(bench_report, times_are_said_with_three_figures) {
   EXPECT_EQ(time_text(0ns), "0 ns");
   EXPECT_EQ(time_text(999ns), "999 ns");
-  EXPECT_EQ(time_text(1000ns), "1.00 us");
-  EXPECT_EQ(time_text(12345ns), "12.3 us");
+  EXPECT_EQ(time_text(1000ns), "1.00 µs");
+  EXPECT_EQ(time_text(12345ns), "12.3 µs");
   EXPECT_EQ(time_text(999'600ns), "1.00 ms");
   EXPECT_EQ(time_text(90s), "90.0 s");
   EXPECT_EQ(percentile_name(99.99), "p99.99");

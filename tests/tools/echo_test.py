@@ -6,8 +6,8 @@ import signal
 import subprocess
 import unittest
 
-from program import ROWE, given_time, hub, nobody_at, of_the_machine, program, run
-from websocket import peer
+from program import ROWE, given_time, hub, kept_port, nobody_at, of_the_machine, program, run
+from websocket import listener, peer
 
 
 class echoing(unittest.TestCase):
@@ -68,6 +68,47 @@ class echoing(unittest.TestCase):
         ended = run("echo", self.demo.url, "/rowe/stats", "--json", "--field", "topics", "-n", "4")
         for line in ended.stdout:
             self.assertIn("/odom", [one["topic"] for one in json.loads(line) if one["type"]])
+
+    def test_lists_the_topics_there_are_where_none_is_named(self):
+        ended = run("echo", self.demo.url)
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertIn(["/odom", "nav_msgs/Odometry"], [line.split() for line in ended.stdout])
+        self.assertIn(["/rowe/stats"], [line.split() for line in ended.stdout])
+        self.assertIn("TOPIC prints", ended.stderr[-1])
+        ended = run("echo", self.demo.url, "--json", "-q")
+        self.assertIn("/odom", json.loads(ended.stdout[0])["topics"])
+        self.assertEqual(run("echo", "--json", environment={"ROWE_URL": self.demo.url}).code, 0)
+        ended = run("echo", self.demo.url, "--once")
+        self.assertEqual(ended.code, 2)
+        self.assertIn("a TOPIC is missing", ended.stderr[0])
+
+    def test_says_that_a_server_does_not_tell_its_topics(self):
+        with listener() as there, program("echo", there.url) as asking, there.accept() as p:
+            call = p.receive_until(lambda m: m.get("op") == "call_service")
+            p.send({"op": "service_response", "id": call["id"], "service": call["service"],
+                    "values": "Service /rosapi/topics does not exist", "result": False})
+            self.assertEqual(asking.end(), 1)
+            self.assertIn("does not say what topics it has: Service /rosapi/topics does not exist",
+                          asking.stderr[-1])
+
+    def test_says_that_nobody_publishes_a_topic_and_waits_for_it(self):
+        with hub() as serving, program("echo", serving.url, "/od", "/rowe/stats", "--json") as echo:
+            echo.line("nobody publishes /od at ws://.* yet; waiting for it")
+            with peer(serving.port) as p:
+                p.send({"op": "advertise", "topic": "/od", "type": "x/T"})
+                p.send({"op": "publish", "topic": "/od", "msg": {"a": 1}})
+                echo.line(r'^\{"topic":"/od","msg":\{"a": 1\}\}', "stdout")
+            self.assertEqual(echo.end(signal.SIGINT), 0)
+            self.assertEqual([line for line in echo.stderr if "/rowe/stats" in line], [])
+
+    def test_tells_when_it_is_connected_again(self):
+        with hub(port=self.enterContext(kept_port())) as first:
+            with program("echo", first.url, "/t") as echo:
+                first.line("connected")
+                first.end(signal.SIGTERM)
+                with hub(port=first.port):
+                    echo.line(rf"connected again to ws://127\.0\.0\.1:{first.port}")
+                    self.assertEqual(echo.end(signal.SIGINT), 130)
 
     def test_takes_the_url_as_a_browser_shows_it_or_from_the_environment(self):
         for arguments, environment in (((f"http://127.0.0.1:{self.demo.port}/", "/odom"), {}),

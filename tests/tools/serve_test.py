@@ -33,8 +33,9 @@ class serving(unittest.TestCase):
                 self.assertEqual(serving.end(ending), 0)
                 self.assertEqual(len(serving.stdout), 1)
                 text = "\n".join(serving.stderr)
-                for group in ("up for ", "loss: full 0, expired 0", "flow: ", "refusal: ", "own: "):
+                for group in ("up for ", "loss: none", "own: cycles "):
                     self.assertIn(f"rowe serve: {group}", text)
+                self.assertNotRegex(text, r" 0(,|$)")  # nothing happened, and nothing is said of it
 
     def test_survives_a_hangup_it_was_told_to_ignore(self):
         def as_nohup_does():
@@ -128,10 +129,11 @@ class limits(unittest.TestCase):
             self.assertEqual(self.of(serving), usual)
 
     def test_that_make_no_sense_are_named_with_their_range(self):
-        for value, says in (("topics_max=1", "--limit: topics_max is out of range: 1 (2 to 1048576)"),
-                            ("topics_max=x", '--limit: topics_max needs a whole number, not "x" (2 to 1048576)'),
-                            ("topics_max", "--limit needs NAME=VALUE such as topics_max=256, not 'topics_max'"),
-                            ("topic_max=3", "there is no limit 'topic_max'; did you mean topics_max?")):
+        for value, says in (
+                ("topics_max=1", "--limit: topics_max is out of range: 1 (2 to 1048576)"),
+                ("topics_max=x", '--limit: topics_max needs a whole number, not "x" (2 to 1048576)'),
+                ("topics_max", "--limit needs NAME=VALUE such as topics_max=256, not 'topics_max'"),
+                ("topic_max=3", "there is no limit 'topic_max'; did you mean topics_max?")):
             ended = run("serve", "--limit", value)
             self.assertEqual((ended.code, ended.stdout), (2, []))
             self.assertIn(says, ended.stderr[0])
@@ -268,8 +270,10 @@ class the_demo(unittest.TestCase):
 
         with hub("--demo", preexec_fn=without_limits, **options) as serving:
             line = serving.line(r"not as real-time as asked: (.*)")[1]
-            self.assertIn("SCHED_FIFO not permitted (rtprio limit 0)", line)
+            self.assertIn("SCHED_FIFO 80 not permitted (rtprio limit 0)", line)
             self.assertIn("ulimit -r", line)
+            service = serving.line(r"the service thread is not as asked: (.*)")[1]
+            self.assertIn("SCHED_FIFO 70 not permitted (rtprio limit 0): raise `ulimit -r`", service)
             if not self.sanitized():  # sanitizers answer mlock() themselves, and say yes
                 self.assertIn("ulimit -l", line)
             self.check(self.watch(serving, 200))

@@ -14,6 +14,7 @@ using namespace std::chrono_literals;
 TEST(values, read_durations_with_every_unit) {
   EXPECT_EQ(duration_of("7ns"), 7ns);
   EXPECT_EQ(duration_of("200us"), 200us);
+  EXPECT_EQ(duration_of("200µs"), 200us); // as it is printed
   EXPECT_EQ(duration_of("50ms"), 50ms);
   EXPECT_EQ(duration_of("2s"), 2s);
   EXPECT_EQ(duration_of("10m"), 10min);

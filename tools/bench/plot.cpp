@@ -119,7 +119,7 @@ class log_scale {
   double low_, high_, from_, to_;
 };
 
-// "50 us": of a tick, which has one figure.
+// "50 µs": of a tick, which has one figure.
 std::string time_label(double ns) {
   std::string label = time_text(rt::duration{std::llround(ns)});
   const auto point = label.find('.');

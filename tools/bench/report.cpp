@@ -13,8 +13,14 @@ namespace {
 constexpr std::size_t listed_max = 20; // of the samples above the bound; --json has more
 constexpr std::size_t worst_listed = 4;
 
+// Columns of a terminal: "µ" has two bytes and takes one.
+std::size_t columns_of(std::string_view text) {
+  return text.size() - static_cast<std::size_t>(std::count(text.begin(), text.end(), "µ"[0]));
+}
+
 std::string padded(std::string text, std::size_t width) {
-  if (text.size() < width) text.insert(0, width - text.size(), ' ');
+  const std::size_t columns = columns_of(text);
+  if (columns < width) text.insert(0, width - columns, ' ');
   return text;
 }
 
@@ -117,7 +123,7 @@ std::string percentile_key(double percent) {
 }
 
 std::string time_text(rt::duration time) {
-  constexpr std::array<std::string_view, 4> units{" ns", " us", " ms", " s"};
+  constexpr std::array<std::string_view, 4> units{" ns", " µs", " ms", " s"};
   auto value = static_cast<double>(time.count());
   std::size_t unit = 0;
   for (; value >= 999.5 && unit + 1 < units.size(); ++unit) value /= 1000;

@@ -65,7 +65,7 @@ inline constexpr double shown_percentiles[] = {50, 90, 99, 99.9, 99.99};
 // "p99.9", and "p99_9" in JSON.
 std::string percentile_name(double percent);
 std::string percentile_key(double percent);
-// "412 ns", "80.3 us", "1.20 ms": three figures and the unit in which they are readable.
+// "412 ns", "80.3 µs", "1.20 ms": three figures and the unit in which they are readable.
 std::string time_text(rt::duration time);
 
 // How `found` compares with what --max and --p... ask for.

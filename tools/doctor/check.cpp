@@ -22,9 +22,15 @@ std::string_view reason_of(int error) {
   }
 }
 
-void to_ascii(std::string& text) {
-  for (char& c : text) {
-    if (static_cast<unsigned char>(c) >= 0x80) c = '?';
+// What the kernel's files hold is anything; our own units have a "µ".
+void to_plain(std::string& text) {
+  constexpr std::string_view micro = "µ";
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text.compare(i, micro.size(), micro) == 0) {
+      i += micro.size() - 1;
+    } else if (static_cast<unsigned char>(text[i]) >= 0x80) {
+      text[i] = '?';
+    }
   }
 }
 
@@ -44,8 +50,8 @@ std::span<const group> groups() {
 finding examine(const check& one, const machine& on) {
   finding result = one.examine(on);
   // Names of devices and programs may be any bytes; JSON and terminals take text.
-  to_ascii(result.found);
-  for (std::string& command : result.commands) to_ascii(command);
+  to_plain(result.found);
+  for (std::string& command : result.commands) to_plain(command);
   if (!result.visible) result.mark = one.vital ? level::warn : level::info;
   if (result.mark == level::ok) result.commands.clear();
   return result;
@@ -113,7 +119,7 @@ bool linux_at_least(const facts& files, int major, int minor) {
 }
 
 std::string time_text(rt::duration time) {
-  static constexpr std::array<std::string_view, 4> units{"ns", "us", "ms", "s"};
+  static constexpr std::array<std::string_view, 4> units{"ns", "µs", "ms", "s"};
   auto number = static_cast<double>(time.count());
   std::size_t unit = 0;
   for (; number >= 1000 && unit + 1 < units.size(); ++unit) number /= 1000;

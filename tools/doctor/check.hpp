@@ -102,7 +102,7 @@ inline bool holds(std::string_view text, std::string_view part) {
 // The kernel's version is at least this one. False also when it is not known.
 bool linux_at_least(const facts& files, int major, int minor);
 
-// "3 us", "1.25 ms".
+// "3 µs", "1.25 ms".
 std::string time_text(rt::duration time);
 
 } // namespace rowe::tools::fitness

@@ -71,7 +71,7 @@ finding sched_fifo(const machine& on) {
                              !capable   ? ""
                              : *capable ? ", CAP_SYS_NICE"
                                         : ", no CAP_SYS_NICE"));
-  if (budget) result.found.append(joined(", group budget ", *budget, " us a second"));
+  if (budget) result.found.append(joined(", group budget ", *budget, " µs a second"));
   result.found.append(")");
   if (!*tried && capable == true) {
     // Permitted, and refused all the same: the control group has no budget.
@@ -123,7 +123,7 @@ finding rt_throttling(const machine& on) {
   finding result = setting(on, "/proc/sys/kernel/sched_rt_runtime_us", -1, level::warn);
   const auto period = on.files.number("/proc/sys/kernel/sched_rt_period_us");
   if (!result.visible || result.mark == level::ok) return result;
-  result.found.append(joined(" us of ", period ? std::to_string(*period) : "each period of", " us"));
+  result.found.append(joined(" µs of ", period ? std::to_string(*period) : "each period of", " µs"));
   if (throttle_is_gone(on)) {
     result.mark = level::info;
     result.found.append("; since Linux 6.12 the fair server does this unless groups are scheduled");

@@ -65,7 +65,7 @@ finding idle_states(const machine& on) {
   for (const int cpu : on.cpus) {
     const auto deep = deepest(on, cpu);
     if (!deep) continue;
-    append(states, cpu, joined(deep->name, " (", deep->exit_us, " us)"));
+    append(states, cpu, joined(deep->name, " (", deep->exit_us, " µs)"));
     worst = std::max(worst, deep->exit_us);
   }
   result.values = {{"exit_us", worst}};
@@ -177,7 +177,7 @@ constexpr std::array<check, 5> processor_table{{
     {.name = "governor", .title = "frequency governor", .wanted = "performance",
      .why = "a core that slept in a slow gear runs the first microseconds of a cycle in it",
      .change = "choose the governor performance", .examine = governor},
-    {.name = "idle_states", .title = "idle states", .wanted = "out of the deepest within 20 us",
+    {.name = "idle_states", .title = "idle states", .wanted = "out of the deepest within 20 µs",
      .why = "a core that sleeps deeply wakes up late",
      .change = "hold /dev/cpu_dma_latency at 0 while the loop runs, or disable the deep states",
      .examine = idle_states},

@@ -116,8 +116,8 @@ class histogram {
   void write_percentiles(Sink&& sink, duration unit = std::chrono::microseconds{1}) const {
     write_percentiles(piece_of<Sink>, &sink, unit);
   }
-  // A bar for each octave between min and max, with count and share; bars and values on logarithmic scales,
-  // so that one late cycle in a million is seen.
+  // A bar for each octave between min and max, with count and share, below a line that says so; bars and
+  // values on logarithmic scales, so that one late cycle in a million is seen.
   template <std::invocable<std::string_view> Sink>
   void write_bars(Sink&& sink) const {
     write_bars(piece_of<Sink>, &sink);
