@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The part of tools/test that builds, runs and reports; see there."""
 import argparse
+import collections
 import os
 import re
 import sys
@@ -40,25 +41,29 @@ class report:
         terminal.heading("done")
         slowest("slowest steps of building", sorted(self.steps, reverse=True))
         slowest("slowest tests", sorted(((one.seconds, one.name) for one in self.tests), reverse=True))
-        if skipped:
-            print(f"skipped ({len(skipped)}):")
-            for name, why in skipped:
-                print(f"  {name}: {why}")
-        if self.left_out:
-            print(f"left out ({len(self.left_out)}):")
-            for what in self.left_out:
-                print(f"  {what}")
+        for name, why in skipped:
+            print(f"SKIPPED: {name}: {why}")
+        for what in self.left_out:
+            print(f"LEFT OUT: {what}")
         for one in self.tests:
             if not one.passed:
                 print(f"FAILED: {one.name}")
         if self.broken:
             print(f"NOT BUILT: {self.broken}")
         count, failed = sum(one.count for one in self.tests), sum(one.failed for one in self.tests)
-        print(f"{count - failed - len(skipped)} passed, {failed} failed, {len(skipped)} skipped", flush=True)
+        of_what = collections.Counter(area_of(name) for name, _ in skipped)
+        shown = ", ".join(f"{area} {number}" for area, number in sorted(of_what.items()))
+        print(f"of {count} tests {count - failed - len(skipped)} passed, {failed} failed, "
+              f"{len(skipped)} were skipped" + (f" ({shown})" if shown else "")
+              + (f"; left out: {len(self.left_out)}" if self.left_out else ""), flush=True)
 
 
 def with_preset(preset, name):
     return name if preset == "release" else f"{preset}: {name}"
+
+
+def area_of(name):
+    return name.split("/")[0]
 
 
 def slowest(what, timed):

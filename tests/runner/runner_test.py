@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """What tools/test makes of the output of ninja, ctest, unittest and node."""
+import contextlib
+import io
 import os
 import pathlib
 import subprocess
@@ -162,6 +164,22 @@ class a_report(unittest.TestCase):
         self.assertEqual(sum(one.count for one in told.tests), 7)
         self.assertEqual(sum(one.failed for one in told.tests), 2)
         self.assertIn(("asan: web/page", "Node is not installed"), told.tests[3].skipped)
+
+    def test_says_of_each_line_what_it_is_and_ends_with_how_many_of_what(self):
+        told = main.report()
+        told.add("release", suites.taken_in(JUNIT))
+        told.left_out.append("presets asan, tsan and bench")
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            told.write()
+        lines = said.getvalue().splitlines()
+        self.assertIn("SKIPPED: web/page: Node is not installed", lines)
+        self.assertIn("SKIPPED: rt/a.is_skipped: asserted in dev builds only", lines)
+        self.assertIn("LEFT OUT: presets asan, tsan and bench", lines)
+        skipped = sum(line.startswith("SKIPPED: ") for line in lines)
+        self.assertEqual(skipped, 3)
+        self.assertEqual(lines[-1], "of 7 tests 2 passed, 2 failed, 3 were skipped (rt 1, verbs 1, web 1); "
+                                    "left out: 1")
 
 
 class an_area(unittest.TestCase):
