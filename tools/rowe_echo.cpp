@@ -8,6 +8,7 @@
 #include "command_line.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
+#include "limit_options.hpp"
 #include "send_back.hpp"
 
 namespace rowe::tools {
@@ -35,7 +36,9 @@ exit_code run(argument_list arguments) {
   console to{table.verb};
   to.be_quiet(quiet);
 
-  endpoint_options options = echoing_options();
+  const auto bounds = limits_for(table.verb);
+  if (!bounds) return exit_code::usage;
+  endpoint_options options = echoing_options(*bounds);
   options.address = address;
   options.insecure = insecure;
   auto server = endpoint::listen(static_cast<std::uint16_t>(port), options);

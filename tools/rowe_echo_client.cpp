@@ -8,6 +8,7 @@
 #include "command_line.hpp"
 #include "console.hpp"
 #include "interrupt.hpp"
+#include "limit_options.hpp"
 #include "remote.hpp"
 #include "send_back.hpp"
 
@@ -37,7 +38,9 @@ exit_code run(argument_list arguments) {
   const spelled_url url = read_url(where);
   if (url.url.empty()) return usage_error(table.verb, url.wrong);
 
-  auto client = endpoint::connect(url.url, echoing_options());
+  const auto bounds = limits_for(table.verb);
+  if (!bounds) return exit_code::usage;
+  auto client = endpoint::connect(url.url, echoing_options(*bounds));
   if (!client) return cannot_open(url.url, client.error(), to);
   remote connection{*client, url.url, to};
   if (const auto end = connection.wait(timeout)) return *end;

@@ -41,8 +41,9 @@ bool report_events(endpoint& through, const console& to) {
 
 } // namespace
 
-endpoint_options echoing_options() {
+endpoint_options echoing_options(const limits& bounds) {
   endpoint_options options;
+  options.limits = bounds;
   options.limits.door_slots = burst;
   options.limits.door_slot_bytes = options.limits.message_bytes_max;
   options.answers_any = true;

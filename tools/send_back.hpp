@@ -11,7 +11,7 @@
 namespace rowe::tools {
 
 // The options of an endpoint that sends back: messages as large as peers may send them, and every call.
-endpoint_options echoing_options();
+endpoint_options echoing_options(const limits& bounds);
 
 // Sends every plain message back to whom it came from, and answers every call with itself, until a signal
 // comes; or, with `once`, until a peer has left. Prints what happens.

@@ -139,14 +139,22 @@ std::string refused_settings(const endpoint& hub, const demo* loop, const rt::gr
   return line;
 }
 
+// What a program would raise in its options is raised here on the command line.
+std::string with_option(std::string sentence) {
+  constexpr std::string_view member = "`limits::";
+  if (const auto at = sentence.find(member); at != sentence.npos)
+    sentence.replace(at, member.size(), "`--limit ");
+  return sentence;
+}
+
 void report_events(endpoint& hub, const console& to) {
   while (const auto happened = hub.try_event()) {
     const bool grave =
         happened->what_kind == event::kind::warning || happened->what_kind == event::kind::limit;
     if (grave) {
-      to.error(sentence_of(*happened));
+      to.error(with_option(sentence_of(*happened)));
     } else {
-      to.note(sentence_of(*happened));
+      to.note(with_option(sentence_of(*happened)));
     }
   }
 }

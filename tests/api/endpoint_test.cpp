@@ -423,6 +423,11 @@ TEST(endpoint_events, tell_nothing_of_settings_that_nobody_asked_for) {
 TEST(endpoint_errors, name_what_is_wrong_with_a_url) {
   EXPECT_EQ(endpoint::connect("http://robot").code(), errc::bad_url);
   EXPECT_EQ(endpoint::connect("ws://robot:99999").code(), errc::bad_url);
+  std::array<char, 128> room;
+  EXPECT_EQ(endpoint::connect("127.0.0.1:8080").error().text(room),
+            "missing ws://: the URL must read ws://HOST[:PORT][/PATH]");
+  EXPECT_EQ(endpoint::connect("ws://robot:99999").error().text(room),
+            "the URL must read ws://HOST[:PORT][/PATH]; this one does not from byte 11 on");
 }
 
 TEST(endpoint_errors, name_memory_that_cannot_be_had) {

@@ -32,6 +32,7 @@ static void errors_of_opening(void) {
   const char* const no_hosts[] = {"", "a/b", "ws://a", "a:80", "a b", "user@a", "a?b", "a#b"};
   for (size_t i = 0; i < sizeof no_hosts / sizeof *no_hosts; ++i) {
     MEET_NULL(rowe_open_remote_endpoint(no_hosts[i], 80), rowe_error_bad_url);
+    CHECK(strstr(rowe_last_error_text(), "from byte ") != NULL); // and ws:// is not missing
   }
   const struct rowe_options odd_path = {.bytes = sizeof odd_path, .path = "hop"};
   MEET_NULL(rowe_open_remote_endpoint_with("localhost", 80, &odd_path), rowe_error_bad_url);

@@ -128,6 +128,13 @@ class limits(unittest.TestCase):
         with hub(*chosen) as serving:
             self.assertEqual(self.of(serving), usual)
 
+    def test_that_are_met_name_the_option_that_raises_them(self):
+        with hub("--limit", "topics_max=2") as serving, peer(serving.port) as p:
+            p.send({"op": "subscribe", "topic": "/a"})
+            p.send({"op": "subscribe", "topic": "/b"})
+            self.assertIn("limit topics_max", p.receive_until(lambda m: m["op"] == "status")["msg"])
+            serving.line(r"limit topics_max.*\(raise `--limit topics_max`\)")
+
     def test_that_make_no_sense_are_named_with_their_range(self):
         for value, says in (
                 ("topics_max=1", "--limit: topics_max is out of range: 1 (2 to 1048576)"),
