@@ -136,14 +136,15 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
 // This endpoint by its name, and peers that advertise by their addresses.
 void core::write_publishers(json::writer& into, std::uint32_t topic) noexcept {
   if (topic == no_index) return;
-  bool here = topic == statistics_topic_ || topic == stop_topic_;
+  bool here = topic == statistics_topic_ || (topic == stop_topic_ && stop_.in_use());
   for (std::uint32_t i = 0; i < lanes_.size(); ++i)
     here = here || (views_[i].attached && views_[i].topic == topic && detail::publishes(lanes_[i].kind));
   if (here) into.string({name_.data(), name_bytes_});
   for (const connection& c : connections_) {
     const auto advertised = c.advertised.first(c.advertisements);
-    if (c.open() && std::find(advertised.begin(), advertised.end(), topic) != advertised.end())
-      into.string(c.peer());
+    const bool there = std::any_of(advertised.begin(), advertised.end(),
+                                   [&](const advertisement& one) { return one.topic == topic; });
+    if (c.open() && there) into.string(c.peer());
   }
 }
 

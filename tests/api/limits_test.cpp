@@ -105,18 +105,18 @@ TEST(limits_by_name, are_all_there_and_keep_what_they_are_set_to) {
 TEST(limits_by_name, say_what_is_wrong_and_change_nothing) {
   limits bounds;
   std::string why;
-  const auto below = bounds.set("topics_max", "1", &why);
-  EXPECT_EQ(below.error(), (rowe::error{errc::bad_argument, 1, 2, rowe::argument::topics_max}));
-  EXPECT_EQ(why, "topics_max is out of range: 1 (2 to 1048576)");
+  const auto below = bounds.set("calls_max", "0", &why);
+  EXPECT_EQ(below.error(), (rowe::error{errc::bad_argument, 0, 1, rowe::argument::calls_max}));
+  EXPECT_EQ(why, "calls_max is out of range: 0 (1 to 65536)");
   EXPECT_EQ(bounds.set("calls_max", "65537").error(),
             (rowe::error{errc::bad_argument, 65537, 65536, rowe::argument::calls_max}));
   for (const std::string_view none : {"", "x", "1x", "-1", " 1", "1.5", "0x10"}) {
-    EXPECT_EQ(bounds.set("topics_max", none, &why).code(), errc::bad_argument);
-    EXPECT_EQ(why, "topics_max needs a whole number, not \"" + std::string{none} + "\" (2 to 1048576)");
+    EXPECT_EQ(bounds.set("calls_max", none, &why).code(), errc::bad_argument);
+    EXPECT_EQ(why, "calls_max needs a whole number, not \"" + std::string{none} + "\" (1 to 65536)");
   }
   EXPECT_EQ(bounds.set("topics", "5", &why).code(), errc::bad_argument);
   EXPECT_TRUE(why.starts_with("there is no limit topics; there are connections_max, ")) << why;
-  EXPECT_EQ(bounds.topics_max, limits{}.topics_max);
+  EXPECT_EQ(bounds.calls_max, limits{}.calls_max);
 }
 
 // One variable, as long as the object lives.
@@ -147,9 +147,9 @@ TEST(limits_by_name, come_from_the_environment_where_that_is_asked_for) {
 TEST(limits_by_name, name_the_variable_that_is_wrong) {
   std::string why;
   {
-    const variable topics{"ROWE_LIMIT_TOPICS_MAX", "many"};
+    const variable calls{"ROWE_LIMIT_CALLS_MAX", "many"};
     EXPECT_EQ(limits{}.with_environment(&why).code(), errc::bad_argument);
-    EXPECT_EQ(why, "ROWE_LIMIT_TOPICS_MAX needs a whole number, not \"many\" (2 to 1048576)");
+    EXPECT_EQ(why, "ROWE_LIMIT_CALLS_MAX needs a whole number, not \"many\" (1 to 65536)");
   }
   const variable unknown{"ROWE_LIMIT_TOPICS", "5"};
   EXPECT_EQ(limits{}.with_environment(&why).code(), errc::bad_argument);

@@ -129,7 +129,7 @@ class limits(unittest.TestCase):
             self.assertEqual(self.of(serving), usual)
 
     def test_that_are_met_name_the_option_that_raises_them(self):
-        with hub("--limit", "topics_max=2") as serving, peer(serving.port) as p:
+        with hub("--limit", "topics_max=3") as serving, peer(serving.port) as p:
             p.send({"op": "subscribe", "topic": "/a"})
             p.send({"op": "subscribe", "topic": "/b"})
             self.assertIn("limit topics_max", p.receive_until(lambda m: m["op"] == "status")["msg"])
@@ -137,8 +137,8 @@ class limits(unittest.TestCase):
 
     def test_that_make_no_sense_are_named_with_their_range(self):
         for value, says in (
-                ("topics_max=1", "--limit: topics_max is out of range: 1 (2 to 1048576)"),
-                ("topics_max=x", '--limit: topics_max needs a whole number, not "x" (2 to 1048576)'),
+                ("calls_max=0", "--limit: calls_max is out of range: 0 (1 to 65536)"),
+                ("calls_max=x", '--limit: calls_max needs a whole number, not "x" (1 to 65536)'),
                 ("topics_max", "--limit needs NAME=VALUE such as topics_max=256, not 'topics_max'"),
                 ("topic_max=3", "there is no limit 'topic_max'; did you mean topics_max?")):
             ended = run("serve", "--limit", value)
@@ -147,8 +147,8 @@ class limits(unittest.TestCase):
 
     def test_of_the_environment_that_make_no_sense_end_every_verb(self):
         for variable, value, says in (
-                ("ROWE_LIMIT_TOPICS_MAX", "99999999",
-                 "ROWE_LIMIT_TOPICS_MAX is out of range: 99999999 (2 to 1048576)"),
+                ("ROWE_LIMIT_CALLS_MAX", "99999999",
+                 "ROWE_LIMIT_CALLS_MAX is out of range: 99999999 (1 to 65536)"),
                 ("ROWE_LIMIT_TOPIC_MAX", "9", "there is no limit ROWE_LIMIT_TOPIC_MAX; there are ")):
             for words in (("serve",), ("echo", "127.0.0.1:1", "/t"), ("pub", "127.0.0.1:1", "/t", "{}"),
                           ("call", "127.0.0.1:1", "/t"), ("peers", "127.0.0.1:1"), ("stop", "127.0.0.1:1"),
