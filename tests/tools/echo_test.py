@@ -124,8 +124,8 @@ class echoing(unittest.TestCase):
                 p.send({"op": "advertise", "topic": "/t", "type": "x/T"})
                 while echo.process.poll() is None and not echo.stdout:
                     p.send_text('{"op":"publish","topic":"/t",\n"msg":{"a":\r\n1,\n"b":"x\\ny"}}')
-                    p.send({"op": "no such thing"})
-                    p.receive_until(lambda m: m["op"] == "status")
+                    p.send({"op": "call_service", "service": "/rosapi/topics"})
+                    p.receive_until(lambda m: m["op"] == "service_response")
                 self.assertEqual(echo.end(), 0)
                 self.assertEqual([json.loads(line) for line in echo.stdout], [{"a": 1, "b": "x\ny"}])
 
