@@ -52,6 +52,7 @@ void core::mark_rates() noexcept {
                          router_.at(statistics_topic_).first_inbox != no_index);
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
     topic& t = router_.at(i);
+    if (t.holders == 0) continue; // it begins anew
     t.messages_marked = {t.messages, t.messages_marked[0]};
     t.gap_marked = {rt::duration{0}, std::max(t.gap_marked[0], t.gap_max)};
     if (!reported) t.gap_max = rt::duration{0}; // otherwise end_statistics_period() does
