@@ -267,11 +267,13 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   update_wanted(topic);
   if (topic == statistics_topic_) begin_statistics();
   s.type_hash = hash_of_type(asked.type);
-  if (!router_.type(topic).empty() && !asked.type.empty() && !same_type(asked.type, router_.type(topic)))
+  if (fresh && !router_.at(topic).last.empty()) {
+    s.owes_last = true;
+    make_ready(index);
+  }
+  const std::string_view type = router_.type(topic);
+  if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
-  if (!fresh || router_.at(topic).last.empty()) return;
-  s.owes_last = true;
-  make_ready(index);
 }
 
 void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
@@ -350,7 +352,7 @@ void core::tell_other_type(connection& c, std::string_view id_raw, std::uint32_t
   } else {
     why.add(", not the one that was asked for");
   }
-  send_status(c, id_raw, why.text());
+  if (admits_refusal(c, event::kind::refused_request, why.text(), {})) send_status(c, id_raw, why.text());
 }
 
 // The topic has got its type: those who subscribed before and expect another one are told.

@@ -368,8 +368,8 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
     const bool latches = asked.latch || std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
                            return a.topic == topic_index && a.latched;
                          });
-    return publish(topic_index, now_, rt::never,
-                   latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{}, write_body, who);
+    const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
+    return publish(topic_index, now_, rt::never, keeper, write_body, who);
   }
   topic& on = router_.at(topic_index);
   note(on, now_);

@@ -209,8 +209,7 @@ TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way
 }
 
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
-  peer p{on};
-  p.say(R"({"op":"advertise","topic":"cmd_vel","type":"std_msgs/msg/String"})");
+  on.offer(lane_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
   on.cycle();
   while (on.board.try_event()) continue;
   auto& lane = on.offer(lane_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
