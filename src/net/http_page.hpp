@@ -15,7 +15,7 @@ namespace rowe::net {
 // What a page of ours may load and who may frame it: itself, and nobody.
 inline constexpr std::string_view content_security_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
-    "frame-ancestors 'none'";
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 // True when the value of an If-None-Match header names `etag` (RFC 9110 13.1.2: weak comparison, "*", lists).
 bool etag_matches(std::string_view if_none_match, std::string_view etag) noexcept;

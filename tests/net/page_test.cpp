@@ -54,7 +54,7 @@ TEST_F(page, is_answered_with_the_headers_that_protect_it) {
         "cache-control: no-cache\r\n", "x-content-type-options: nosniff\r\n", "connection: close\r\n",
         "content-security-policy: default-src 'none'; script-src 'self'; style-src 'self'; connect-src "
         "'self'; "
-        "img-src 'self' data:; frame-ancestors 'none'\r\n"})
+        "img-src 'self' data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n"})
     EXPECT_TRUE(client.has(line)) << line << "is missing in\n" << client.text;
   EXPECT_FALSE(client.has("content-encoding"));
   EXPECT_EQ(body_of(client), body);
