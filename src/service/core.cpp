@@ -49,6 +49,9 @@ constexpr rt::duration care_period = std::chrono::milliseconds{500};
 // so that nothing wakes for its entries before they are due.
 constexpr rt::duration care_step = 256 * rt::timer_wheel::tick;
 
+// A ping may be unanswered for so many times silence_max, whatever else its peer says.
+constexpr int silences_unanswered_max = 2;
+
 // Stops that wait for the loops: one for each peer, and some of this process.
 std::size_t stop_waiters_of(const limits& bounds) noexcept { return bounds.connections_max + std::size_t{8}; }
 
@@ -440,6 +443,11 @@ void core::look_after(connection& c) noexcept {
     add(unread ? counter::stalled_peers : counter::silent_peers);
     return close(c, wire::close_code::policy,
                  unread ? "the peer does not read" : "nothing was heard for too long");
+  }
+  // One that goes on talking is not silent; but it does not read either.
+  if (now_ - c.credit.waits_since() > silences_unanswered_max * options_.silence_max) {
+    add(counter::stalled_peers);
+    return close(c, wire::close_code::policy, "the peer does not answer pings");
   }
   if (silence > options_.ping_period) c.credit.ask();
   look_after_credit(c);

@@ -68,6 +68,8 @@ class credit {
 
   bool begun() const noexcept { return begun_; }
   bool ping_under_way() const noexcept { return pings_ != 0; }
+  // Of the pings that are not answered, when the oldest was sent; never: there is none.
+  rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }
   bool settling() const noexcept { return now_ != phase::steady; }
   // Neither a ping nor the one after it was answered in time.
   bool slow(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }

@@ -145,6 +145,39 @@ TEST_F(pinging, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it)
   EXPECT_LE(on.net.sent(p.id()).size(), credit::bytes_min + 7100);
 }
 
+// Its kernel takes what we write, so no write is ever refused; and it is never silent.
+TEST_F(pinging, cuts_a_peer_that_talks_but_neither_reads_nor_answers) {
+  peer& p = viewer();
+  p.answers_pings = false;
+  saturate();
+  for (int i = 0; i < 15; ++i) { // of silence_max, twice 8 s
+    p.send(rowe::wire::opcode::ping, "I am here");
+    on.cycle(1s);
+    EXPECT_FALSE(p.cut()) << i;
+  }
+  for (int i = 0; i < 3; ++i) {
+    p.send(rowe::wire::opcode::pong, "anything else");
+    on.cycle(1s);
+  }
+  EXPECT_TRUE(p.cut());
+  EXPECT_EQ(on.count(counter::stalled_peers), 1U);
+  EXPECT_EQ(on.count(counter::silent_peers), 0U);
+}
+
+TEST_F(pinging, keeps_a_peer_that_answers_late_but_answers) {
+  peer& p = viewer();
+  saturate();
+  for (int i = 0; i < 10; ++i) {
+    for (int second = 0; second < 14; ++second) {
+      p.send(rowe::wire::opcode::ping, "I am here");
+      on.cycle(1s);
+    }
+    (void)p.hear();
+    on.cycle();
+    ASSERT_FALSE(p.cut()) << i;
+  }
+}
+
 TEST_F(pinging, puts_no_ping_into_a_short_exchange) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"no slash?","throttle_rate":"x"})");
@@ -153,6 +186,17 @@ TEST_F(pinging, puts_no_ping_into_a_short_exchange) {
   on.cycles(2, 500ms);
   (void)p.hear();
   EXPECT_EQ(p.pings, 0);
+}
+
+TEST_F(pinging_hop, keeps_a_peer_that_talks_and_answers_no_pings) {
+  peer& p = viewer();
+  p.answers_pings = false;
+  saturate();
+  for (int i = 0; i < 40; ++i) {
+    p.say(R"({"a":1})");
+    on.cycle(1s);
+  }
+  EXPECT_FALSE(p.cut());
 }
 
 TEST_F(pinging_hop, neither_pings_nor_bounds) {
