@@ -260,7 +260,7 @@ struct subject {
 endpoint_options options_for(std::uint32_t peers) {
   endpoint_options chosen;
   chosen.relay = true;
-  chosen.limits.connections_max = peers;
+  chosen.limits.connections_max = peers + 2; // the last two are kept for the stop
   chosen.limits.subscriptions_max = 4 * peers + 64;
   chosen.limits.messages_per_second_max = 0; // one peer stands for many
   return chosen;

@@ -20,6 +20,16 @@ const sockaddr_in6& v6(const socket_address& address) noexcept {
   return reinterpret_cast<const sockaddr_in6&>(address.storage);
 }
 
+// The IPv4 address that this is, in either spelling.
+std::optional<in_addr> v4_of(const socket_address& address) noexcept {
+  if (address.storage.ss_family == AF_INET) return v4(address).sin_addr;
+  if (address.storage.ss_family != AF_INET6 || !IN6_IS_ADDR_V4MAPPED(&v6(address).sin6_addr))
+    return std::nullopt;
+  in_addr four{};
+  std::memcpy(&four, v6(address).sin6_addr.s6_addr + sizeof(in6_addr) - sizeof four, sizeof four);
+  return four;
+}
+
 } // namespace
 
 std::optional<socket_address> address_of(const sockaddr* raw) noexcept {
@@ -50,7 +60,7 @@ std::optional<socket_address> numeric_address(std::string_view text, std::uint16
 }
 
 bool is_loopback(const socket_address& address) noexcept {
-  if (address.storage.ss_family == AF_INET) return ntohl(v4(address).sin_addr.s_addr) >> 24 == 127;
+  if (const auto four = v4_of(address)) return ntohl(four->s_addr) >> 24 == 127;
   return address.storage.ss_family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&v6(address).sin6_addr);
 }
 
@@ -69,6 +79,16 @@ bool same_host(const socket_address& one, const socket_address& other) noexcept 
   if (one.storage.ss_family != other.storage.ss_family) return false;
   if (one.storage.ss_family == AF_INET) return v4(one).sin_addr.s_addr == v4(other).sin_addr.s_addr;
   return std::memcmp(&v6(one).sin6_addr, &v6(other).sin6_addr, sizeof(in6_addr)) == 0 &&
+         v6(one).sin6_scope_id == v6(other).sin6_scope_id;
+}
+
+bool same_source(const socket_address& one, const socket_address& other) noexcept {
+  const auto four = v4_of(one);
+  const auto other_four = v4_of(other);
+  if (four || other_four) return four && other_four && four->s_addr == other_four->s_addr;
+  if (one.storage.ss_family != AF_INET6 || other.storage.ss_family != AF_INET6) return false;
+  constexpr std::size_t network_bytes = 64 / 8;
+  return std::memcmp(&v6(one).sin6_addr, &v6(other).sin6_addr, network_bytes) == 0 &&
          v6(one).sin6_scope_id == v6(other).sin6_scope_id;
 }
 

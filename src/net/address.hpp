@@ -35,6 +35,9 @@ void set_port(socket_address& address, std::uint16_t port) noexcept;
 
 // The same host, whatever the ports.
 bool same_host(const socket_address& one, const socket_address& other) noexcept;
+// The same source, as limits of what one may hold see it: of IPv6 whoever has one address of a /64 has all of
+// them, so those are one; IPv4 is its own address, also where it is written as IPv6 (::ffff:192.0.2.1).
+bool same_source(const socket_address& one, const socket_address& other) noexcept;
 
 // "127.0.0.1:8080", "[::1]:8080"; empty when `out` is too small.
 std::string_view write_address(std::span<char> out, const socket_address& address) noexcept;

@@ -45,7 +45,15 @@ class deadline_list {
   // The node that waits longest, or nullptr.
   deadline_node* oldest() noexcept { return head_.next_ == &head_ ? nullptr : head_.next_; }
 
-  // The same if its time has come; it is taken out of the list.
+  // The one that waits longest of those for which `wanted(node)` is true, or nullptr. Linear.
+  template <class Wanted>
+  deadline_node* oldest_of(Wanted&& wanted) noexcept {
+    for (deadline_node* node = head_.next_; node != &head_; node = node->next_)
+      if (wanted(*node)) return node;
+    return nullptr;
+  }
+
+  // The same as oldest() if its time has come; it is taken out of the list.
   deadline_node* take_due(rt::time_point now) noexcept {
     deadline_node* node = oldest();
     if (!node || node->due_ > now) return nullptr;

@@ -28,6 +28,9 @@ namespace {
 
 constexpr std::size_t pieces_per_call_max = IOV_MAX;
 
+// How long a peer that came to stop has its place for sure, against those of other sources.
+constexpr rt::duration stop_place_time = std::chrono::seconds{1};
+
 // How much goes into a limited send buffer at once. The kernel takes a write as one segment, however small
 // the buffer is, and no other until that is acknowledged; but a receiver that sends something now and then
 // itself acknowledges a lone segment after 40 ms, or when it is repeated. Two it acknowledges at once. The
@@ -75,17 +78,23 @@ established::~established() {
     if (one.socket) drop_socket(one);
 }
 
-std::uint32_t established::count_from(const socket_address& host) const noexcept {
+std::uint32_t established::count_from(const socket_address& source) const noexcept {
   return static_cast<std::uint32_t>(
       std::count_if(connections_.begin(), connections_.end(),
-                    [&](const auto& one) { return one.socket && same_host(one.peer, host); }));
+                    [&](const auto& one) { return one.socket && same_source(one.peer, source); }));
 }
 
-connection_id established::open(descriptor socket, const socket_address& peer) noexcept {
+connection_id established::open(descriptor socket, const socket_address& peer, purpose why) noexcept {
   const std::uint32_t index = free_.back();
   free_.pop_back();
   connection& one = connections_[index];
   if (++one.generation == 0) one.generation = 1; // 0 is never a connection that was reported
+  const bool came_back =
+      one.why == purpose::stop && same_source(one.peer, peer) && now_ - one.left_at < stop_place_time;
+  if (!came_back) one.held_since = now_;
+  one.opened_at = now_;
+  one.why = why;
+  if (why == purpose::any) ++ordinary_;
   one.socket = std::move(socket);
   one.peer = peer;
   one.now = phase::open;
@@ -95,6 +104,47 @@ connection_id established::open(descriptor socket, const socket_address& peer) n
   one.segment_bytes = segment_bytes_max(limits_.send_buffer_bytes);
   watch(one);
   return id_of(one);
+}
+
+// ---- places for the stop
+
+// Who comes to stop gets a place as long as there is any, also one of those that are kept. Then another one
+// on the path gives way: the oldest, but for those that have just stopped the robot, by the sink's account.
+//
+// Peers that come in crowds are to keep nobody out. So one source, loopback apart, has one of the kept
+// places: when it comes again it loses that one, and so it does beyond connections_per_address_max. To
+// another source only who has had its place for stop_place_time gives way, which is enough for a stop and its
+// answer. The time is that of the source: closing and coming back does not begin it anew.
+bool established::make_room_for_stop(const socket_address& peer, transport_sink& sink) noexcept {
+  const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
+  const auto held_long = [&](const connection& one) { return now_ - one.held_since >= stop_place_time; };
+  report_ended(sink);
+  const bool instead = !is_loopback(peer) &&
+                       (free_.size() <= kept_for_stop(limits_.connections_max) ||
+                        count_from(peer) >= limits_.connections_per_address_max) &&
+                       std::any_of(connections_.begin(), connections_.end(), [&](const connection& one) {
+                         return one.socket && one.why == purpose::stop && of_its_own(one);
+                       });
+  if (!instead && !free_.empty()) return true;
+  return displace_oldest(sink, of_its_own) || (!instead && displace_oldest(sink, held_long));
+}
+
+template <class Wanted>
+bool established::displace_oldest(transport_sink& sink, Wanted&& wanted) noexcept {
+  connection* oldest = nullptr;
+  for (connection& one : connections_) {
+    if (!one.socket || one.why != purpose::stop || !wanted(one)) continue;
+    if (oldest != nullptr && one.opened_at >= oldest->opened_at) continue;
+    if (sink.may_displace(id_of(one))) oldest = &one;
+  }
+  if (oldest == nullptr) return false;
+  sink.displace(id_of(*oldest));
+  if (oldest->socket) { // unread bytes would make this a reset, which may overtake the goodbye
+    (void)discard_input(oldest->socket.get());
+    end(*oldest, close_cause::asked);
+  }
+  report_ended(sink);
+  return true;
 }
 
 established::connection* established::find(connection_id id) noexcept {
@@ -264,18 +314,23 @@ void established::end(connection& one, close_cause cause) noexcept {
 // Ends a connection inside poll().
 void established::finish(connection& one, close_cause cause, transport_sink& sink) noexcept {
   drop_socket(one);
-  one.now = phase::free;
   const connection_id id = id_of(one);
-  free_.push_back(id.index);
+  free_place(one);
   sink.on_close(id, cause);
+}
+
+void established::free_place(connection& one) noexcept {
+  one.now = phase::free;
+  one.left_at = now_;
+  if (one.why == purpose::any) --ordinary_;
+  free_.push_back(id_of(one).index);
 }
 
 void established::report_ended(transport_sink& sink) noexcept {
   const std::size_t count = ended_.size(); // on_close may end others; they wait for the next turn
   for (std::size_t i = 0; i < count; ++i) {
     connection& one = connections_[ended_[i]];
-    one.now = phase::free;
-    free_.push_back(ended_[i]);
+    free_place(one);
     sink.on_close(id_of(one), one.cause);
   }
   ended_.erase(ended_.begin(), ended_.begin() + static_cast<std::ptrdiff_t>(count));

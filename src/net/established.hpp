@@ -29,11 +29,22 @@ class established {
   established(const established&) = delete;
   established& operator=(const established&) = delete;
 
-  bool full() const noexcept { return free_.empty(); }
-  std::uint32_t count_from(const socket_address& host) const noexcept; // linear; for handshakes
+  // Whether there is a place for a peer that did not come for the stop alone.
+  bool full() const noexcept { return ordinary_ >= ordinary_max() || free_.empty(); }
+  std::uint32_t ordinary_max() const noexcept {
+    return limits_.connections_max - kept_for_stop(limits_.connections_max);
+  }
+  std::uint32_t count_from(const socket_address& source) const noexcept; // linear; for handshakes
 
-  // Takes over a socket that is already in the poll_set, under whatever token. Not when full().
-  service::connection_id open(descriptor socket, const socket_address& peer) noexcept;
+  // Whether there is a place for a peer on service::stop_path, if need be that of another one on it: see
+  // established.cpp. Inside poll(). Linear.
+  bool make_room_for_stop(const socket_address& peer, service::transport_sink& sink) noexcept;
+
+  enum class purpose : std::uint8_t { any, stop };
+  // Takes over a socket that is already in the poll_set, under whatever token. Not when full(), or where
+  // make_room_for_stop() said no.
+  service::connection_id open(descriptor socket, const socket_address& peer,
+                              purpose why = purpose::any) noexcept;
 
   // Each turn begins here: the time from which deadlines set until the next turn count.
   void begin_turn(rt::time_point now) noexcept { now_ = now; }
@@ -67,12 +78,16 @@ class established {
     socket_address peer;
     std::uint32_t generation = 0;
     phase now = phase::free;
+    purpose why = purpose::any;
     bool reading = true;
     bool refused = false;
     bool broken = false;           // a write said so, and `cause` why; there may be something to read still
     int unacknowledged = 0;        // bytes, when it was
     std::size_t segment_bytes = 0; // of one call, at most
     service::close_cause cause = service::close_cause::asked;
+    rt::time_point opened_at{};  // purpose::stop, as are these:
+    rt::time_point held_since{}; // its source has this place, with pauses shorter than stop_place_time
+    rt::time_point left_at{};
   };
 
   connection* find(service::connection_id id) noexcept;
@@ -84,11 +99,15 @@ class established {
   void drop_socket(connection& one) noexcept;
   void end(connection& one, service::close_cause cause) noexcept;
   void finish(connection& one, service::close_cause cause, service::transport_sink& sink) noexcept;
+  void free_place(connection& one) noexcept;
+  template <class Wanted>
+  bool displace_oldest(service::transport_sink& sink, Wanted&& wanted) noexcept;
 
   const socket_limits limits_;
   poll_set& polled_;
   std::vector<connection> connections_;
-  std::vector<std::uint32_t> free_;  // indices
+  std::uint32_t ordinary_ = 0;       // of those in use: not for the stop alone
+  std::vector<std::uint32_t> free_;  // indices; who left last is first, which `held_since` relies on
   std::vector<std::uint32_t> ended_; // indices, in the order of ending
   deadline_list refused_;
   deadline_list closing_;

@@ -54,6 +54,10 @@ wire::http_refusal header_too_large(const socket_limits& limits) noexcept {
                     decimal{limits.header_bytes_max}.text());
 }
 
+bool is_for_stop(const wire::http_judgement& request) noexcept {
+  return request.verdict == wire::http_verdict::upgrade && request.path == service::stop_path;
+}
+
 // One small answer to a socket that has been written nothing yet: its buffer is empty and larger.
 void send_refusal(int fd, const wire::http_refusal& refusal) noexcept {
   char text[wire::http_refusal_bytes_max];
@@ -86,8 +90,7 @@ handshakes::~handshakes() {
     if (one.now != phase::free) leave(one);
 }
 
-// A free place; else that of whoever has parted longest, since its answer is sent; else none.
-handshakes::guest* handshakes::place() noexcept {
+handshakes::guest* handshakes::free_or_parted() noexcept {
   const auto found =
       std::find_if(guests_.begin(), guests_.end(), [](const guest& one) { return one.now == phase::free; });
   if (found != guests_.end()) return &*found;
@@ -96,10 +99,71 @@ handshakes::guest* handshakes::place() noexcept {
   return parted;
 }
 
+// Its request is not whole, as far as we know.
+bool handshakes::may_be_evicted(const guest& one) const noexcept {
+  return one.now == phase::header && one.turn != turn_ && (one.events == 0 || one.looked_at);
+}
+
+// Of those `wanted` whose request is not whole, as far as we know, the oldest; nullptr where there is none.
+// First those that have nothing unread: what came of the others may be the rest.
+template <class Wanted>
+handshakes::guest* handshakes::oldest_unfinished(Wanted&& wanted) noexcept {
+  const auto guest_of = [](deadline_node& node) -> guest& { return static_cast<guest&>(node); };
+  auto* found = header_.oldest_of([&](deadline_node& node) {
+    const guest& one = guest_of(node);
+    return one.events == 0 && may_be_evicted(one) && wanted(one);
+  });
+  if (found == nullptr) {
+    found = header_.oldest_of([&](deadline_node& node) {
+      const guest& one = guest_of(node);
+      return may_be_evicted(one) && wanted(one);
+    });
+  }
+  return found != nullptr ? &guest_of(*found) : nullptr;
+}
+
+// A free place; else that of whoever has parted longest, since its answer is sent; else that of the oldest
+// whose request is not whole. A source that has all it may have gets no more than the stop's places beyond,
+// and takes none of another's for a third.
+handshakes::guest* handshakes::place(const socket_address& peer, bool crowded) noexcept {
+  const auto is_such = [&](const guest& one) {
+    return one.now == phase::header && one.crowded && same_source(one.peer, peer);
+  };
+  guest* one = nullptr;
+  if (crowded && std::count_if(guests_.begin(), guests_.end(), is_such) >=
+                     static_cast<std::ptrdiff_t>(kept_for_stop(limits_.handshakes_max))) {
+    one = oldest_unfinished(is_such);
+    if (one == nullptr) return nullptr;
+  } else {
+    one = free_or_parted();
+    if (one == nullptr) one = oldest_unfinished([](const guest&) { return true; });
+  }
+  if (one != nullptr && one->now != phase::free) evict(*one);
+  return one;
+}
+
+bool handshakes::must_wait() const noexcept {
+  bool any_header = false;
+  for (const guest& one : guests_) {
+    if (one.now == phase::free || one.now == phase::parting || may_be_evicted(one)) return false;
+    any_header = any_header || one.now == phase::header;
+  }
+  return any_header; // it will be looked at, or known to be silent, in a turn to come
+}
+
+void handshakes::evict(guest& one) noexcept {
+  ++counters_.handshakes_evicted;
+  if (one.scanned != 0) { // who has said nothing expects nothing
+    send_refusal(one.socket.get(), refusal_of(service_unavailable, "too many handshakes are under way",
+                                              "try again, with the whole request at once"));
+  }
+  leave(one);
+}
+
 bool handshakes::too_many_from(const socket_address& peer) const noexcept {
   if (is_loopback(peer)) return false;
   const auto waiting = std::count_if(guests_.begin(), guests_.end(), [&](const guest& one) {
-    return one.now != phase::free && one.now != phase::parting && same_host(one.peer, peer);
+    return one.now != phase::free && one.now != phase::parting && same_source(one.peer, peer);
   });
   return connections_.count_from(peer) + static_cast<std::uint32_t>(waiting) >=
          limits_.connections_per_address_max;
@@ -107,7 +171,9 @@ bool handshakes::too_many_from(const socket_address& peer) const noexcept {
 
 void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept {
   const bool crowded = too_many_from(accepted.peer);
-  guest* one = place();
+  guest* one = place(accepted.peer, crowded);
+  const bool beyond = crowded && one == nullptr;
+  if (beyond) one = free_or_parted(); // to be refused in good order
   if (!one) {
     // No place to part in good order, so this answer may be lost to a reset.
     ++counters_.handshakes_cut;
@@ -124,6 +190,9 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->watch = {};
   one->scanned = 0;
   one->events = 0;
+  one->turn = turn_;
+  one->looked_at = false;
+  one->crowded = crowded;
   const auto index = static_cast<std::uint32_t>(one - guests_.data());
   send_at_once(one->socket.get());
   if (!polled_.add(one->socket.get(), EPOLLIN | EPOLLRDHUP | EPOLLET,
@@ -132,17 +201,14 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
   one->now = phase::header;
   header_.arm(*one, now_);
   ++busy_;
-  if (crowded)
-    refuse(*one,
-           refusal_of(service_unavailable, "one address may hold % connections, and yours does",
-                      "close another one, or raise connections_per_address_max",
-                      decimal{limits_.connections_per_address_max}.text()),
-           sink);
+  if (beyond) refuse_crowded(*one, sink);
 }
 
 // Goes on to `page` or `parting`.
 void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
   if (next == phase::parting) --busy_;
+  if (one.now == phase::page) --pages_;
+  if (next == phase::page) ++pages_;
   unqueue(one);
   one.now = next;
   deadlines.arm(one, now_);
@@ -153,6 +219,7 @@ void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::ui
 // Frees the place. The socket is closed unless a connection has taken it.
 void handshakes::leave(guest& one) noexcept {
   if (one.now == phase::header || one.now == phase::page) --busy_;
+  if (one.now == phase::page) --pages_;
   host_.let_go(one.watch);
   unqueue(one);
   one.disarm();
@@ -213,11 +280,14 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
     if (seen.size() == limits_.header_bytes_max) return refuse(one, header_too_large(limits_), sink);
     if (events & (EPOLLRDHUP | EPOLLHUP | EPOLLERR)) return leave(one); // the rest will never come
     one.scanned = static_cast<std::uint32_t>(seen.size());
+    one.looked_at = true;
     return;
   }
   const ssize_t taken = ::recv(one.socket.get(), text, end, MSG_DONTWAIT);
   if (taken != static_cast<ssize_t>(end)) return leave(one); // reset in between
   const wire::http_judgement judgement = wire::judge_request(seen.substr(0, end), policy_);
+  if (one.crowded && judgement.verdict != wire::http_verdict::refused && !is_for_stop(judgement))
+    return refuse_crowded(one, sink);
   switch (judgement.verdict) {
   case wire::http_verdict::refused: return refuse(one, judgement.refusal, sink);
   case wire::http_verdict::page: return serve(one, judgement, sink);
@@ -242,6 +312,12 @@ void handshakes::hand_over(guest& one, const wire::http_judgement& request, tran
 }
 
 void handshakes::serve(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
+  const std::uint32_t pages_max = limits_.handshakes_max - kept_for_stop(limits_.handshakes_max);
+  if (pages_ >= pages_max)
+    return refuse(one,
+                  refusal_of(service_unavailable, "% pages are under way, which is the limit",
+                             "try again in a moment, or raise handshakes_max", decimal{pages_max}.text()),
+                  sink);
   hand_over(one, request, &sink);
   if (one.watch.wsi) return enter(one, phase::page, page_, EPOLLOUT);
   if (one.watch.answered) return part(one);
@@ -252,13 +328,22 @@ void handshakes::serve(guest& one, const wire::http_judgement& request, transpor
 }
 
 void handshakes::upgrade(guest& one, const wire::http_judgement& request, transport_sink& sink) noexcept {
-  if (connections_.full())
+  const bool for_stop = is_for_stop(request);
+  if (for_stop && !connections_.make_room_for_stop(one.peer, sink))
+    return refuse(one,
+                  refusal_of(service_unavailable,
+                             "the places kept for the stop have just been given to others, or used to stop",
+                             "try again within a second"),
+                  sink);
+  if (!for_stop && connections_.full())
     return refuse(one,
                   refusal_of(service_unavailable, "all % connections are taken",
-                             "close another one, or raise connections_max",
-                             decimal{limits_.connections_max}.text()),
+                             "close another one, or raise connections_max; to stop, connect to /rowe/stop",
+                             decimal{connections_.ordinary_max()}.text()),
                   sink);
-  hand_over(one, request, nullptr);
+  do {
+    hand_over(one, request, nullptr);
+  } while (for_stop && one.watch.starved && end_oldest_page()); // the memory of pages that are not read
   if (one.watch.duplicate < 0) return refuse(one, no_descriptor(), sink);
   if (one.watch.starved) return starve(one, sink);
   if (!one.watch.established)
@@ -266,7 +351,8 @@ void handshakes::upgrade(guest& one, const wire::http_judgement& request, transp
         one, refusal_of(internal_error, "the upgrade could not be answered", "report this with the request"),
         sink);
   const socket_address peer = one.peer;
-  const service::connection_id id = connections_.open(std::move(one.socket), peer);
+  const service::connection_id id = connections_.open(
+      std::move(one.socket), peer, for_stop ? established::purpose::stop : established::purpose::any);
   leave(one);
   ++counters_.opened;
   char address[address_text_bytes_max];
@@ -274,6 +360,23 @@ void handshakes::upgrade(guest& one, const wire::http_judgement& request, transp
                     .address = write_address(address, peer),
                     .path = request.path,
                     .subprotocol = request.subprotocol});
+}
+
+void handshakes::refuse_crowded(guest& one, transport_sink& sink) noexcept {
+  refuse(one,
+         refusal_of(service_unavailable, "one address may hold % connections, and yours does",
+                    "close another one, or raise connections_per_address_max",
+                    decimal{limits_.connections_per_address_max}.text()),
+         sink);
+}
+
+bool handshakes::end_oldest_page() noexcept {
+  auto* const oldest = static_cast<guest*>(page_.oldest());
+  if (oldest == nullptr) return false;
+  reset_on_close(oldest->socket.get());
+  leave(*oldest);
+  ++counters_.handshakes_evicted;
+  return true;
 }
 
 void handshakes::starve(guest& one, transport_sink& sink) noexcept {

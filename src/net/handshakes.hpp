@@ -12,6 +12,10 @@
 // one of them, not behind as many as strangers like to send. Headers that are ready wait in a queue for
 // theirs.
 //
+// Nobody is kept out by sockets that say nothing, or not all of their request: where no place is left the
+// oldest of those is evicted. A socket whose bytes have come and were not looked at yet keeps its place until
+// they were; while there are only such, newcomers wait in the kernel's queue, for some turns at most.
+//
 // Whoever is answered and closed *parts*: our end is shut, and what still comes is thrown away until the
 // other end is shut too. A socket closed with unread bytes sends a reset, which makes clients drop the answer
 // unread.
@@ -47,12 +51,15 @@ class handshakes {
   void begin_turn(rt::time_point now) noexcept {
     now_ = now;
     page_was_driven_ = false;
+    ++turn_;
   }
   void begin(accepted_socket accepted, service::transport_sink& sink) noexcept;
   void on_event(const socket_event& event) noexcept;
   // Looks at one header of those that are ready. Once a turn.
   void step(service::transport_sink& sink) noexcept;
   bool has_ready() const noexcept { return !ready_.empty(); }
+  // True while there is no place for a newcomer, but will be.
+  bool must_wait() const noexcept;
   void expire(service::transport_sink& sink) noexcept;
   rt::time_point next_deadline() const noexcept;
 
@@ -69,9 +76,17 @@ class handshakes {
     std::uint32_t scanned = 0; // bytes of the header seen without its end
     std::uint32_t events = 0;  // that wait for step(); not 0 while it is in `ready_`
     phase now = phase::free;
+    std::uint64_t turn = 0; // in which it came: what it has sent is not known before the next one
+    bool looked_at = false; // its header was, and was not whole
+    bool crowded = false;   // its source has all it may have: only for the stop
   };
 
-  guest* place() noexcept;
+  guest* free_or_parted() noexcept;
+  bool may_be_evicted(const guest& one) const noexcept;
+  template <class Wanted>
+  guest* oldest_unfinished(Wanted&& wanted) noexcept;
+  guest* place(const socket_address& peer, bool crowded) noexcept;
+  void evict(guest& one) noexcept;
   void enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept;
   void leave(guest& one) noexcept;
   void unqueue(guest& one) noexcept;
@@ -84,6 +99,8 @@ class handshakes {
   void refuse(guest& one, const wire::http_refusal& refusal, service::transport_sink& sink) noexcept;
   void report(const socket_address& peer, const wire::http_refusal& refusal,
               service::transport_sink& sink) noexcept;
+  void refuse_crowded(guest& one, service::transport_sink& sink) noexcept;
+  bool end_oldest_page() noexcept;
   bool too_many_from(const socket_address& peer) const noexcept;
 
   const socket_limits limits_;
@@ -96,6 +113,8 @@ class handshakes {
   std::vector<guest> guests_;
   std::vector<std::uint32_t> ready_; // a queue of indices
   std::uint32_t busy_ = 0;
+  std::uint32_t pages_ = 0; // under way
+  std::uint64_t turn_ = 0;
   bool page_was_driven_ = false;
   deadline_list header_;
   deadline_list page_;

@@ -64,7 +64,7 @@ const memory_transport::link* memory_transport::find(connection_id id) const noe
   return const_cast<memory_transport*>(this)->find(id);
 }
 
-connection_id memory_transport::open(service::side ours, std::string_view address) {
+connection_id memory_transport::open(service::side ours, std::string_view address, std::string_view path) {
   for (std::uint32_t i = 0; i < links_.size(); ++i) {
     link& on = links_[i];
     if (on.state != phase::free) continue;
@@ -74,6 +74,7 @@ connection_id memory_transport::open(service::side ours, std::string_view addres
     on.generation = generation;
     on.ours = ours;
     on.address = address;
+    on.path = path;
     return {i, generation};
   }
   return {};
@@ -122,7 +123,7 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
     const connection_id id{i, on.generation};
     if (on.state == phase::opening) {
       on.state = phase::open;
-      sink.on_open(id, {.ours = on.ours, .address = on.address, .path = "/", .subprotocol = {}});
+      sink.on_open(id, {.ours = on.ours, .address = on.address, .path = on.path, .subprotocol = {}});
     }
     if (on.state != phase::open) continue;
     deliver(on, id, sink);

@@ -96,7 +96,8 @@ class epoll_transport final : public socket_transport {
     return {.bytes_used = heap.bytes_used(),
             .bytes_peak = heap.bytes_peak(),
             .allocations = heap.allocations(),
-            .refusals = heap.refusals() + counters_.handshakes_starved};
+            .refusals = heap.refusals() + counters_.handshakes_starved,
+            .evictions = counters_.handshakes_evicted};
   }
   const socket_counters& counters() const noexcept override { return counters_; }
 
@@ -221,9 +222,10 @@ void epoll_transport::serve_connections(std::span<const socket_event> events, tr
 }
 
 void epoll_transport::serve_others(std::span<const socket_event> events, transport_sink& sink) noexcept {
+  bool somebody_waits = false;
   for (const socket_event& event : events) {
     switch (event.token.from) {
-    case source::listener: accept_some(sink); break;
+    case source::listener: somebody_waits = true; break;
     case source::handshake: handshakes_->on_event(event); break;
     case source::attempt: attempt_->on_event(event, now_, sink); break;
     case source::connection: // served already
@@ -231,10 +233,12 @@ void epoll_transport::serve_others(std::span<const socket_event> events, transpo
     case source::timer: break;
     }
   }
+  if (somebody_waits) accept_some(sink); // last: whose request has come is known by now, and keeps its place
 }
 
 void epoll_transport::accept_some(transport_sink& sink) noexcept {
   for (int i = 0; i < accepts_per_turn; ++i) {
+    if (handshakes_->must_wait()) return; // they are heard of again in the next turn
     auto accepted = listener_->accept(polled_, now_);
     if (!accepted) break;
     ++counters_.accepted;

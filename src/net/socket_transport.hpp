@@ -26,13 +26,18 @@
 
 namespace rowe::net {
 
+// How many of so many places are kept for peers on service::stop_path: the last two, never more than half.
+constexpr std::uint32_t kept_for_stop(std::uint32_t places) noexcept { return places < 4 ? places / 2 : 2; }
+
 struct socket_limits {
   // Established connections, 1 to 65536; an upgrade beyond them is answered 503, pages are served all the
-  // same.
+  // same. The last ones are kept_for_stop().
   std::uint32_t connections_max = 64;
-  // Connections and handshakes from one address that is not loopback; beyond them 503. At least 1.
+  // Connections and handshakes from one source (same_source()) that is not loopback; beyond them 503. At
+  // least 1. On service::stop_path there is one connection more, and two handshakes.
   std::uint32_t connections_per_address_max = 8;
-  // Sockets on their way to a connection, on a page or being refused. Beyond them 503. 1 to 1024.
+  // Sockets on their way to a connection, on a page or being refused, 1 to 1024. Where all are taken the
+  // oldest whose request is not whole gives way. Pages have all but kept_for_stop(); beyond them 503.
   std::uint32_t handshakes_max = 32;
   // All memory libwebsockets gets: some 12 KiB for itself, up to 24 KiB for the handshake that is being
   // answered, and copies of what slow readers have not taken of a page. Beyond it 503. 64 KiB to 64 MiB.
@@ -97,7 +102,8 @@ struct socket_counters {
   std::uint64_t accepted = 0;           // sockets taken from the listener
   std::uint64_t opened = 0;             // connections reported by on_open
   std::uint64_t accept_pauses = 0;      // the process ran out of descriptors or memory
-  std::uint64_t handshakes_cut = 0;     // refused on the spot because `handshakes_max` were under way
+  std::uint64_t handshakes_cut = 0;     // refused on the spot because no place was left, nor to be had
+  std::uint64_t handshakes_evicted = 0; // ended before their request was whole: a newer one needed the place
   std::uint64_t handshakes_starved = 0; // refused because `handshake_bytes` were used up
 };
 

@@ -34,7 +34,9 @@ rt::time_point core::time_limit(std::int64_t time_ns) const noexcept {
 void core::take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
                      const asking& what, std::int64_t time_ns) noexcept {
   add(counter::calls_in);
-  if (const auto of_stop = stop_service_named(service); stop_.in_use() && of_stop != stop_service::none)
+  const auto of_stop = stop_service_named(service);
+  const bool allowed = !c.stop_only || is_for_stop(of_stop);
+  if (allowed && stop_.in_use() && of_stop != stop_service::none)
     return take_stop_call(c, in, id_raw, of_stop, what.text);
   if (drops_excess()) return;
   const auto refuse = [&](std::string_view code, std::string_view why) {
@@ -47,6 +49,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
       rosbridge::write_service_response_tail(into);
     });
   };
+  if (!allowed) return refuse("refused", stop_only_sentence);
   if (c.calls_asked >= bounds_.calls_per_connection_max ||
       !may_take(c.calls_asked,
                 left_of(share_of_peers(bounds_.calls_max, bounds_.calls_max / 4), peer_calls_))) {

@@ -55,6 +55,10 @@ struct control_frames {
   }
 };
 
+// What a peer that came for the stop alone is told of everything else.
+inline constexpr std::string_view stop_only_sentence =
+    "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
+
 // The message whose first bytes a socket has already: it goes on before anything else.
 struct begun_frame {
   std::uint32_t slot = no_index;
@@ -105,6 +109,8 @@ struct connection {
   std::span<advertisement> advertised; // `advertisements` of them in use
   std::uint32_t advertisements = 0;
 
+  bool stop_only = false;         // it came on stop_path: see stop_peers.cpp
+  rt::time_point stopped_at{};    // when it last stopped a robot that could move
   bool local = false;             // on this machine: it may reset a stop, and guard
   std::uint8_t stops_awaited = 0; // that it asked for, and the loops have not acknowledged
   rt::time_point stop_shown_at{};

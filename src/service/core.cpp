@@ -242,6 +242,7 @@ void core::show_carrier_memory() noexcept {
   shown_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
   shown_.counts.set(counter::handshake_allocations, now.allocations);
   shown_.counts.set(counter::handshakes_starved, now.refusals);
+  shown_.counts.set(counter::handshakes_evicted, now.evictions);
 }
 
 void core::record_cycle(rt::duration took) noexcept {
@@ -334,6 +335,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.ours = peer.ours;
   c.heard_at = c.opened_at = now_;
   c.local = is_loopback(peer.address);
+  c.stop_only = peer.ours == side::server && peer.path == stop_path;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
   c.parser.reset(peer.ours == side::server ? wire::role::server : wire::role::client,
@@ -355,8 +357,8 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   shown_.set_connection(id.index, id.generation, c.peer());
   stop_state_due_ = now_; // it may be one of those that are shown it unasked
   if (c.ours == side::client && !closing_) announce_all(c);
-  c.bare = c.ours == side::client || options_.bare_unasked || options_.profile != peer_profile::standard ||
-           peer.subprotocol == "rowe.v1";
+  c.bare = !c.stop_only && (c.ours == side::client || options_.bare_unasked ||
+                            options_.profile != peer_profile::standard || peer.subprotocol == "rowe.v1");
   if (c.bare && !closing_) welcome(c);
   shown_.set_peers(++peers_); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");

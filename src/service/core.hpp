@@ -16,7 +16,7 @@
 // inbound.cpp what they say, outbound.cpp what is queued for them, writing.cpp how it is written, pinging.cpp
 // how much at a time, lanes.cpp what this process publishes and takes, talking.cpp what it says to peers,
 // delivering.cpp what it is told, calling.cpp who is asked, answering.cpp how calls end, providing.cpp
-// services, stopping.cpp the stop.
+// services, stopping.cpp the stop, stop_peers.cpp whoever came for that alone.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -118,6 +118,8 @@ class core final : public transport_sink {
   void on_close(connection_id id, close_cause cause) noexcept override;
   void on_refused(const refusal& reason) noexcept override;
   http_answer on_http(const http_request& request) noexcept override;
+  bool may_displace(connection_id id) const noexcept override;
+  void displace(connection_id id) noexcept override;
 
   // True when every structure is consistent and no slot is lost. For tests, after every step.
   bool check() const noexcept;
@@ -509,6 +511,10 @@ class core final : public transport_sink {
     const std::uint32_t holders = router_.at(topic).holders;
     return topic == stop_topic_ && !stop_.in_use() ? holders > 1 : holders != 0;
   }
+
+  // stop_peers.cpp
+  static bool is_for_stop(stop_service which) noexcept;
+  static bool is_for_stop(const wire::rosbridge::request& asked) noexcept;
 
   // statistics.cpp
   void begin_statistics() noexcept;

@@ -49,6 +49,8 @@ namespace rowe::service {
   X(slow_peers, flow, "peers that left two pings unanswered: only urgent messages, until they do")           \
   X(refused_handshakes, refusal, "connections refused before they were established")                         \
   X(handshakes_starved, refusal, "handshakes and pages for which handshake_bytes had no room")               \
+  X(handshakes_evicted, refusal, "handshakes and pages under way whose place a newer one needed")            \
+  X(stop_peers_displaced, refusal, "connections on /rowe/stop whose place the next one needed")              \
   X(over_rate, refusal, "messages of peers beyond messages_per_second_max, dropped but for stops")           \
   X(refusals_unsaid, refusal, "refusals beyond refusals_per_second_max, not answered")                       \
   X(flooding_peers, refusal, "connections closed because they went on beyond a rate")                        \

@@ -139,7 +139,7 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
       answer_bare_error(c, {}, "not_an_object", why);
     return;
   }
-  if (!std::exchange(c.bare, true)) welcome(c);
+  if (!c.stop_only && !std::exchange(c.bare, true)) welcome(c);
   if (refusal || said.has_op) {
     if (asks_to_stop(text)) take_silent_stop(c, text.text);
     if (drops_excess()) return;
@@ -151,6 +151,7 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
   }
   switch (said.what) {
   case bare::kind::reply:
+    if (c.stop_only) break;
     if (drops_excess()) return;
     return take_reply(c, said, text.text);
   case bare::kind::invocation:
@@ -160,6 +161,11 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
   }
   if (asks_to_stop(text)) return take_silent_stop(c, text.text);
   if (drops_excess()) return;
+  if (c.stop_only) {
+    if (admits_refusal(c, event::kind::refused_request, stop_only_sentence, {}))
+      answer_bare_error(c, {}, "refused", stop_only_sentence);
+    return;
+  }
   // What finds no room is counted there.
   (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
                          .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
@@ -179,6 +185,10 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   }
   const bool may_stop = asked.what == op::publish || asked.what == op::call_service;
   if (!may_stop && drops_excess()) return;
+  if (c.stop_only && !is_for_stop(asked)) {
+    if (!drops_excess()) refuse(c, asked.id_raw, stop_only_sentence);
+    return;
+  }
   switch (asked.what) {
   case op::subscribe: return subscribe(c, asked);
   case op::unsubscribe: return unsubscribe(c, asked);

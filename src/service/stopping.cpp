@@ -141,6 +141,7 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
     add(counter::stops);
     const std::string_view source = text_of("source");
     const std::string_view here = c != nullptr ? c->peer() : std::string_view{"this process"};
+    if (c != nullptr && stop_.running()) c->stopped_at = now_;
     stop_.request(source.empty() ? here : source, peer, now_);
     break;
   }

@@ -25,6 +25,9 @@ struct connection_id {
   friend bool operator==(const connection_id&, const connection_id&) = default;
 };
 
+// The path of peers that come to stop and to see that. Places are kept for them (docs/stop.md).
+inline constexpr std::string_view stop_path = "/rowe/stop";
+
 // What we are on a connection; decides who masks.
 enum class side : std::uint8_t { server, client };
 
@@ -85,6 +88,10 @@ class transport_sink {
   // A handshake was refused (as server), or an attempt to connect failed (as client).
   virtual void on_refused(const refusal& reason) noexcept = 0;
   virtual http_answer on_http(const http_request& request) noexcept = 0;
+  // A peer on stop_path has come and no place is left: whether this one, on that path too, may lose its own.
+  virtual bool may_displace(connection_id) const noexcept { return false; }
+  // And it does: the last moment to write to it. on_close follows before anything else is reported of it.
+  virtual void displace(connection_id) noexcept {}
 
   static constexpr std::size_t tailroom_bytes = 64;
   // on_bytes() has at most so many when other connections have something to read as well.
@@ -99,12 +106,13 @@ enum class close_how : std::uint8_t {
   aborted, // at once
 };
 
-// Of the memory that a carrier got for handshakes and pages.
+// What a carrier has for handshakes and pages: memory, and places.
 struct carrier_memory {
   std::uint64_t bytes_used = 0;
   std::uint64_t bytes_peak = 0;  // the most it has used
   std::uint64_t allocations = 0; // none while peers are only connected
   std::uint64_t refusals = 0;    // handshakes or pages for which there was none
+  std::uint64_t evictions = 0;   // handshakes that did not end and lost their place to a newer one
 };
 
 class transport {

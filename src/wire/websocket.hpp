@@ -46,6 +46,7 @@ inline constexpr std::uint16_t invalid_text = 1007;
 inline constexpr std::uint16_t policy = 1008;
 inline constexpr std::uint16_t too_big = 1009;
 inline constexpr std::uint16_t internal_error = 1011;
+inline constexpr std::uint16_t try_again_later = 1013;
 } // namespace close_code
 
 // True for the codes that may stand in a close frame: 1000 to 1003 and 1007 to 1014 (RFC 6455 7.4.1 and the

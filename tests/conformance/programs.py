@@ -135,10 +135,10 @@ class server(program):
         s.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return s
 
-    def connect(self, behind=b""):
+    def connect(self, behind=b"", target="/"):
         """A connection behind its handshake; `behind` goes out with the request."""
         s = self.dial()
-        s.sendall(upgrade(self.port) + behind)
+        s.sendall(upgrade(self.port, target=target) + behind)
         status, fields, rest = read_answer(s)
         if status != 101 or fields.get("sec-websocket-accept") != accept_of(KEY):
             s.close()

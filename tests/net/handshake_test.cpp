@@ -257,7 +257,7 @@ TEST(handshake, takes_one_step_a_turn_whoever_waits) {
 }
 
 TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages) {
-  auto transport = listening({.limits = {.connections_max = 2}});
+  auto transport = listening({.limits = {.connections_max = 4}});
   driver drive{*transport};
   const raw_socket first = upgraded(drive, *transport);
   raw_socket second = upgraded(drive, *transport);
@@ -281,19 +281,21 @@ TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages
   EXPECT_EQ(drive.sink().opens.size(), 3U);
 }
 
-TEST(handshake, refuses_what_exceeds_handshakes_max) {
-  auto transport = listening({.limits = {.handshakes_max = 3}});
+TEST(handshake, refuses_what_finds_no_place_on_the_spot) {
+  auto transport = listening({.limits = {.handshakes_max = 1, .handshake_bytes = 16 << 20}});
   driver drive{*transport};
-  std::vector<raw_socket> silent;
-  for (int i = 0; i < 3; ++i) silent.emplace_back(transport->port());
-  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 3; }));
+  const std::string large(4 << 20, 'p');
+  drive.sink().answer = [&](const service::http_request&) { return page_of(large); };
+  raw_socket reader{transport->port(), "127.0.0.1", 2048}; // of nothing: its page stays under way
+  ASSERT_TRUE(reader.send(request(transport->port(), "/large")));
+  ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
   raw_socket next{transport->port()};
   ASSERT_TRUE(drive.until([&] { return next.ended(); }));
   EXPECT_EQ(next.text.substr(0, 12), "HTTP/1.1 503");
   EXPECT_EQ(transport->counters().handshakes_cut, 1U);
   ASSERT_EQ(drive.sink().refusals.size(), 1U);
 
-  silent.clear();
+  reader.reset();
   ASSERT_TRUE(drive.until([&] { return !transport->busy(); }));
   const raw_socket client = upgraded(drive, *transport);
   EXPECT_EQ(drive.sink().opens.size(), 1U);

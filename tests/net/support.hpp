@@ -81,6 +81,13 @@ struct recording_sink final : service::transport_sink {
     return answer ? answer(request) : service::http_answer{};
   }
 
+  bool may_displace(connection_id id) const noexcept override {
+    return may_displace_which && may_displace_which(id);
+  }
+  void displace(connection_id id) noexcept override {
+    if (when_displaced) when_displaced(id);
+  }
+
   std::vector<opened> opens;
   std::vector<closed> closes;
   std::vector<refused> refusals;
@@ -88,7 +95,8 @@ struct recording_sink final : service::transport_sink {
   std::vector<std::size_t> reads;
   std::map<std::uint32_t, std::string> received; // by index
   int writables = 0;
-  std::function<void(connection_id)> when_open, when_writable;
+  std::function<void(connection_id)> when_open, when_writable, when_displaced;
+  std::function<bool(connection_id)> may_displace_which;
   std::function<void(connection_id, std::span<std::byte>)> when_bytes;
   std::function<service::http_answer(const service::http_request&)> answer;
 

@@ -169,8 +169,8 @@ using theatre = theatre_over<rowe::net::memory_transport>;
 class peer {
  public:
   explicit peer(theatre& in, rowe::service::side ours = rowe::service::side::server,
-                std::string_view address = "127.0.0.1:50000")
-      : net_{in.net}, id_{in.net.open(ours, address)}, masks_{ours == rowe::service::side::server} {
+                std::string_view address = "127.0.0.1:50000", std::string_view path = "/")
+      : net_{in.net}, id_{in.net.open(ours, address, path)}, masks_{ours == rowe::service::side::server} {
     assembly_.resize(128 * 1024); // more than the core's options on a stage allow, and filled in no time
     parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,
                   {.message_bytes_max = assembly_.size() - 64, .fragments_max = 1000}, assembly_);
