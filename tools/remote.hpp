@@ -52,6 +52,8 @@ class remote {
   void close();
 
   const std::string& url() const noexcept { return url_; }
+  // Of the newest attempt to connect that was reported; empty once connected.
+  const std::string& failure() const noexcept { return failure_; }
 
   // How often the other side has said that something of ours was wrong, as far as report() has printed it.
   std::uint64_t complaints() const noexcept { return complaints_; }
@@ -60,7 +62,7 @@ class remote {
   endpoint& via_;
   std::string url_;
   const console& to_;
-  std::string failure_; // of the newest attempt to connect; empty once connected
+  std::string failure_;
   std::uint64_t complaints_ = 0;
   bool connected_before_ = false;
 };

@@ -15,6 +15,7 @@
 #include "limit_options.hpp"
 #include "remote.hpp"
 #include "stop_report.hpp"
+#include "stop_ways.hpp"
 #include "stop_words.hpp"
 #include "verbs.hpp"
 
@@ -26,9 +27,7 @@ using namespace std::chrono_literals;
 constexpr rt::duration timeout_default = 1s;
 constexpr rt::duration connect_time_min = 1s;  // connecting takes what it takes, however little --timeout is
 constexpr rt::duration words_time_min = 500ms; // for the robot's name and its state, after the stop
-constexpr std::uint32_t text_bytes_max = 4096; // what is said of a stop
 constexpr std::size_t said_bytes_max = 250;    // of its source, and of its reason
-constexpr std::uint32_t calls_max = 4; // one that timed out here keeps its place until its end is known
 
 struct stop_settings {
   std::string url;
@@ -77,14 +76,14 @@ std::string_view beginning_of(std::string_view text) {
 // Whatever bytes these are, it is JSON that fits.
 std::string request_of(const stop_settings& o) {
   constexpr std::size_t escaped = 6; // bytes of one, at most
-  static_assert(2 * escaped * said_bytes_max + 64 <= text_bytes_max);
-  message_of<text_bytes_max> request;
+  static_assert(2 * escaped * said_bytes_max + 64 <= stop_way::text_bytes_max);
+  message_of<stop_way::text_bytes_max> request;
   if (!o.source.empty()) request.add("source", beginning_of(o.source));
   if (!o.reason.empty()) request.add("reason", beginning_of(o.reason));
   return std::string{request.text()};
 }
 
-using service = caller<json_text, json_text>;
+using service = stop_way::service;
 
 // `why`: what else went wrong.
 stop_outcome stop_once(service& by, watcher& waits, const std::string& request, rt::duration timeout,
@@ -108,18 +107,7 @@ stop_outcome stop_once(service& by, watcher& waits, const std::string& request, 
   }
 }
 
-exit_code stop_from(endpoint hub, const stop_settings& o, const std::string& url, const console& to) {
-  const auto open = [&](std::string_view name, std::uint32_t calls, std::uint32_t bytes) {
-    return hub.client<json_text, json_text>(name, {.depth = calls, .text_bytes_max = bytes});
-  };
-  auto stopping = open("/rowe/stop", calls_max, text_bytes_max);
-  auto stating = open("/rowe/stop/state", 1, text_bytes_max);
-  auto stats = open("/rowe/stats", 1, limits{}.message_bytes_max);
-  for (const auto* one : {&stopping, &stating, &stats}) {
-    if (*one) continue;
-    to.error("cannot ask ", url, ": ", sentence_of(one->error()));
-    return exit_code::failed;
-  }
+exit_code stop_by(stop_ways& robot, const stop_settings& o, const std::string& url, const console& to) {
   stop_story story{.url = url, .limit = o.timeout.value_or(timeout_default)};
   const rt::duration connect_time = std::max(story.limit, connect_time_min);
   const rt::duration words_time = std::max(o.timeout.value_or(words_time_min), words_time_min);
@@ -128,14 +116,13 @@ exit_code stop_from(endpoint hub, const stop_settings& o, const std::string& url
   stop_tally all;
   stop_outcome last;
   const auto begin = rt::monotonic_clock::now();
-  remote connection{hub, url, to};
-  watcher waits{connection};
-  const auto answer_of = [&](service& from) {
-    const auto answer = waits.during([&] { return from.call("{}", words_time); });
+  const auto answer_of = [&](stop_way& by, std::optional<service>& from) {
+    if (!from) return std::string{"{}"};
+    const auto answer = by.waits.during([&] { return from->call("{}", words_time); });
     return answer ? std::string{answer->text()} : std::string{"{}"};
   };
 
-  auto ended = connection.wait(connect_time);
+  auto ended = robot.connect(connect_time);
   if (ended == exit_code::no_connection) {
     last = {.how = stop_outcome::end::unreachable, .took = rt::monotonic_clock::now() - begin};
     all.count(last, {});
@@ -143,23 +130,32 @@ exit_code stop_from(endpoint hub, const stop_settings& o, const std::string& url
   std::string said; // the same failure again and again is told once
   for (std::int64_t left = std::max<std::int64_t>(o.repeat, 1); left > 0 && !ended; --left) {
     if (interrupt::seen()) break;
-    const stop_outcome now = stop_once(*stopping, waits, request, story.limit, story.more);
+    stop_way& by = robot.way();
+    const stop_outcome now = stop_once(*by.stopping, by.waits, request, story.limit, story.more);
     if (!now.answered() && interrupt::seen()) break; // given up
+    by.connection.report();
+    // A place that is kept goes to the next one after a moment, perhaps before the stop was read.
+    if (now.how == stop_outcome::end::lost && robot.on_kept_place() &&
+        rt::monotonic_clock::now() - begin < connect_time && !robot.connect(connect_time)) {
+      ++left;
+      continue;
+    }
+    robot.drop_other();
     last = now;
-    connection.report();
     all.count(last, o.max);
     if (last.how == stop_outcome::end::acknowledged) continue;
-    if (last.how == stop_outcome::end::accepted) story.more = late_loops(answer_of(*stating));
+    if (last.how == stop_outcome::end::accepted) story.more = late_loops(answer_of(by, by.stating));
     if (o.repeat > 0) {
       const std::string text = sentence_of(last, story);
       if (text != said) to.error(text);
       said = text;
     }
-    if (last.how == stop_outcome::end::lost && left > 1) ended = connection.wait(connect_time);
+    if (last.how == stop_outcome::end::lost && left > 1) ended = robot.connect(connect_time);
   }
   if (all.empty()) return exit_code::interrupted;
 
-  if (last.answered()) story.robot = printable(text_member(answer_of(*stats), "name"));
+  if (last.answered())
+    story.robot = printable(text_member(answer_of(robot.way(), robot.way().stats), "name"));
   const std::string& who = story.robot.empty() ? url : story.robot;
   if (o.repeat > 0) {
     (void)emit(o.json ? all.json(story.robot) : all.line(who));
@@ -183,12 +179,9 @@ exit_code stop(argument_list arguments) {
   if (url.url.empty()) return usage_error("stop", url.wrong);
   const auto bounds = limits_for("stop", std::size_t{8} * limits{}.message_bytes_max);
   if (!bounds) return exit_code::usage;
-  endpoint_options options;
-  options.poll_period = 50us; // the least: this process lives for moments
-  options.limits = *bounds;
-  auto hub = endpoint::connect(url.url, options);
-  if (!hub) return cannot_open(url.url, hub.error(), to);
-  return stop_from(std::move(hub).value(), chosen, url.url, to);
+  stop_ways robot{url.url, *bounds, to};
+  if (const auto end = robot.open()) return *end;
+  return stop_by(robot, chosen, url.url, to);
 }
 
 } // namespace rowe::tools

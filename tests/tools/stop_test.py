@@ -9,7 +9,7 @@ import threading
 import unittest
 
 from program import given_time, hub, program, run, undisturbed
-from websocket import closed, listener, peer
+from websocket import PING, closed, connect, listener, peer, refused
 
 acknowledged = re.compile(r"^stop acknowledged by \S+ in \d+(\.\d)? (µs|ms|s)"
                           r" \(send [\d.]+ (µs|ms), service [\d.]+ (µs|ms), return [\d.]+ (µs|ms)\)$")
@@ -245,6 +245,74 @@ class robots(unittest.TestCase):
         ended = self.stop({"/rowe/stop": stopped(source="x" * 8000)})
         self.assertEqual(ended.code, 1)
         self.assertRegex(ended.stdout[0], r"^stop NOT acknowledged: .*\d")
+
+
+class full(unittest.TestCase):
+    """Robots that take no further connection: 62 of 64 are anybody's, and 32 handshakes."""
+
+    ordinary_max, handshakes_max, kept = 62, 32, 2
+
+    @contextlib.contextmanager
+    def robot(self):
+        with hub("--demo") as robot, contextlib.ExitStack() as held:
+            robot.line("the robot drives unguarded")
+            robot.peers = [held.enter_context(peer(robot.port)) for _ in range(self.ordinary_max)]
+            robot.held = held
+            with self.assertRaisesRegex(refused, "503"):
+                peer(robot.port)
+            yield robot
+
+    def stops(self, robot):
+        for one in robot.peers:  # or they would be cut after 8 s
+            one.send_frame(PING)
+        ended = run("stop", robot.url, "--source", "hand")
+        self.assertEqual(ended.code, 0, ended.stderr)
+        self.assertIn(f"asking on {robot.url}rowe/stop, where places are kept for a stop",
+                      "\n".join(ended.stderr))
+        self.assertRegex(ended.stdout[0], acknowledged)
+        robot.line("stopped: request", count=1)
+
+    @undisturbed
+    def test_are_stopped_all_the_same(self):
+        with self.robot() as robot:
+            idle = [robot.held.enter_context(peer(robot.port, path="/rowe/stop")) for _ in range(self.kept)]
+            for _ in range(self.handshakes_max):
+                robot.held.enter_context(connect(robot.port)).sendall(b"GET /rowe/stop HTTP/1.1\r\n")
+            self.stops(robot)
+            self.assertEqual(idle[0].wait_for_close(), 1013)
+            counts = robot.summary()
+            self.assertGreaterEqual(int(counts["handshakes_evicted"]), 1)
+            self.assertGreaterEqual(int(counts["stop_peers_displaced"]), 1)
+
+    @undisturbed
+    def test_are_stopped_though_others_want_the_places_again_and_again(self):
+        with self.robot() as robot:
+            over = threading.Event()
+
+            def come_again():
+                while not over.is_set():
+                    with contextlib.suppress(refused, closed, OSError), peer(robot.port, path="/rowe/stop"):
+                        pass
+
+            crowd = [threading.Thread(target=come_again, daemon=True) for _ in range(4)]
+            for one in crowd:
+                one.start()
+            try:
+                self.stops(robot)
+            finally:
+                over.set()
+                for one in crowd:
+                    one.join()
+
+    @undisturbed
+    def test_may_be_asked_what_they_do_but_nothing_else(self):
+        with self.robot() as robot, peer(robot.port, path="/rowe/stop") as p:
+            p.send({"op": "call_service", "id": "1", "service": "/rowe/stop/state"})
+            answer = p.receive_until(lambda m: m.get("id") == "1")
+            self.assertEqual(answer["values"]["state"], "running")
+            p.send({"op": "subscribe", "topic": "/odom"})
+            said = p.receive_until(lambda m: m["op"] == "status")["msg"]
+            self.assertIn("may only stop the robot", said)
 
 
 class guards(unittest.TestCase):
