@@ -7,7 +7,7 @@
 // Whether the robot is alive is judged by the age of its last pose, never by the socket: a loop that died
 // behind an endpoint that still answers must not look alive.
 
-import { link, moment, since_ms } from "./link.js";
+import { kept_link, link, moment, since_ms } from "./link.js";
 import { path_view } from "./path.js";
 import { is_pose_type, pose_of } from "./pose.js";
 import { loss_table, rate_table, real_time_words, write } from "./stats.js";
@@ -47,7 +47,12 @@ const rates = new rate_table(element("rates"));
 const lost = [new loss_table(element("losses"), losses), new loss_table(element("thinned"), thinned)];
 const protocol = location.protocol === "https:" ? "wss:" : "ws:";
 const robot = new link(`${protocol}//${location.host}/`, { opened, received });
-const brake = new stop(robot, `page-${Math.random().toString(36).slice(2, 6)}`);
+// Where places are kept for the stop.
+const kept = new kept_link(`${protocol}//${location.host}/rowe/stop`, robot, {
+  opened: () => robot.state !== "open" && brake.opened(),
+  received: (message) => brake.received(message),
+});
+const brake = new stop(robot, `page-${Math.random().toString(36).slice(2, 6)}`, kept);
 const panel = new stop_panel(brake);
 
 function topic_of_hash() {
@@ -231,6 +236,7 @@ function write_follow() {
 
 function tick() {
   robot.turn();
+  kept.turn();
   brake.turn();
   write_state();
   write_pose();

@@ -10,6 +10,9 @@ const retry_ms_min = 250;
 const retry_ms_max = 5000;
 const attempt_ms_max = 4000;
 const silence_ms_max = 10000;
+const late_ms = 500;       // who has not connected by then is late
+const try_later = 1013;    // the close code of a place that another one needed …
+const try_later_attempt = 3; // … who has it for at least so long: retry_ms() of this
 
 // A moment, and the time since. The monotonic clock stands still while a phone sleeps, and the calendar may
 // be set back; the larger of the two differences is never too young by either fault.
@@ -53,6 +56,11 @@ export class link {
     }
   }
 
+  // For good.
+  end() {
+    this.#lost();
+  }
+
   #retry() {
     this.attempt += 1;
     this.#connect();
@@ -69,7 +77,10 @@ export class link {
       this.events.opened();
     };
     socket.onmessage = (event) => this.#receive(event.data);
-    socket.onclose = () => this.#lost();
+    socket.onclose = (event) => {
+      if (event?.code === try_later) this.attempt = Math.max(this.attempt, try_later_attempt);
+      this.#lost();
+    };
   }
 
   #receive(data) {
@@ -93,5 +104,33 @@ export class link {
     socket.close();
     this.state = "disconnected";
     this.since = moment();
+  }
+}
+
+// A connection to places that are kept for one purpose: there only while the first one, which does everything,
+// is not. It is refused, or lost, or late.
+export class kept_link {
+  constructor(url, first, events) {
+    Object.assign(this, { url, first, events, link: null, missed: moment() });
+  }
+
+  get state() { return this.link?.state ?? "disconnected"; }
+
+  send(message) {
+    this.link?.send(message);
+  }
+
+  // As link's.
+  turn(hurry = false) {
+    const { first } = this;
+    if (first.state === "open") {
+      this.link?.end();
+      this.link = null;
+      this.missed = moment();
+    } else if (this.link) {
+      this.link.turn(hurry);
+    } else if (first.state === "disconnected" || since_ms(this.missed) >= late_ms) {
+      this.link = new link(this.url, this.events);
+    }
   }
 }

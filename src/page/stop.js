@@ -16,10 +16,10 @@ const state_ms_max = 1000;     // an older state is not known to hold
 const between_ms = (from, to) => Number(BigInt(to) - BigInt(from)) / 1e6;
 
 export class stop {
-  // `robot` is the link, `name` this page's as a guard.
-  constructor(robot, name) {
+  // `robot` is the link, `name` this page's as a guard; `kept` the link that may only stop, and see that.
+  constructor(robot, name, kept = null) {
     Object.assign(this, {
-      robot, name,
+      robot, name, kept,
       configured: null,  // whether the robot has a stop; null: not known yet
       state: null,       // as the robot told it last
       heard: null,       // when
@@ -35,6 +35,9 @@ export class stop {
 
   // --- what is
 
+  // Over which it is asked, and whether that is for the stop alone.
+  get link() { return this.limited ? this.kept : this.robot; }
+  get limited() { return this.robot.state !== "open" && this.kept?.state === "open"; }
   get known() { return this.state !== null && since_ms(this.heard) < state_ms_max; }
   get stopped() { return this.state?.state === "stopped"; }
   get guards() { return this.state?.guards ?? []; }
@@ -48,6 +51,7 @@ export class stop {
     if (!this.pending) this.asked = { since: performance.now(), taken: false, answer: null };
     this.refused = null;
     this.#ask();
+    if (this.link.state !== "open") this.kept?.turn(true);
   }
 
   // Ends the stop `number`, the one that was shown.
@@ -87,7 +91,7 @@ export class stop {
 
   opened() {
     this.calls.clear();
-    this.robot.send({ op: "subscribe", id: "stop", topic: state_topic });
+    this.link.send({ op: "subscribe", id: "stop", topic: state_topic });
     this.#call(state_topic, {}, (state) => this.#take(state));
     if (this.pending) this.#ask();
   }
@@ -130,10 +134,10 @@ export class stop {
   // --- what goes
 
   #call(service, args, then) {
-    if (this.robot.state !== "open") return;
+    if (this.link.state !== "open") return;
     const id = `stop-${(this.calls_made += 1)}`;
     this.calls.set(id, then);
-    this.robot.send({ op: "call_service", id, service, args });
+    this.link.send({ op: "call_service", id, service, args });
   }
 
   #ask() {
@@ -148,7 +152,7 @@ export class stop {
   }
 
   #beat() {
-    if (!this.state) return;
+    if (!this.state || this.limited) return;
     this.#call("/rowe/stop/lease", { guard: this.name, tick: this.state.tick }, ({ refused }) => {
       // A tick that was too old is followed by a newer one; a name that our lost connection still has comes
       // free. What else there is does not pass.

@@ -54,9 +54,9 @@ export class stop_panel {
     write(element("latch_at"), state === "stopped" ? text.stopped_at(clock(of.began)) : "");
     this.#write_says(state);
     element("stop").setAttribute("aria-disabled", String(state === "unreachable"));
-    element("reset").setAttribute("aria-disabled", String(state !== "stopped"));
+    element("reset").setAttribute("aria-disabled", String(state !== "stopped" || of.limited));
     write(element("reset"), this.hold ? text.reset_hold : text.reset);
-    element("guard").setAttribute("aria-disabled", String(state !== "stopped" && state !== "running"));
+    element("guard").setAttribute("aria-disabled", String(!this.#may_act(state)));
     element("guard").setAttribute("aria-pressed", String(of.guarding));
     write(element("guard"), of.guarding ? text.guarding : text.guard);
     this.#write_guards();
@@ -65,7 +65,7 @@ export class stop_panel {
   // blank, none, unreachable, unknown, running or stopped.
   #state() {
     const { of } = this;
-    const connected = of.robot.state === "open";
+    const connected = of.link.state === "open";
     const early = of.robot.attempt === 0 && performance.now() < unknown_ms_max;
     if (of.configured === null && early) return "blank";
     if (of.configured === false) return "none";
@@ -90,6 +90,7 @@ export class stop_panel {
     if (state === "unknown") return [of.heard ? text.stop_silent : text.stop_asking, true];
     if (of.refused) return [refusals[of.refused] ?? of.refused, true];
     if (asked) return [text.acknowledged(this.name, asked.answer), false];
+    if (of.limited) return [text.only_stop, true];
     if (state === "stopped") return [causes[of.state.cause]?.(of.state.source) ?? of.state.cause, false];
     const alone = of.state.unguarded && of.guards.length === 0;
     return [alone ? text.moves_unguarded : text.moves_guarded, alone];
@@ -117,13 +118,18 @@ export class stop_panel {
     const line = of.hidden ? text.guard_hidden : named.length > 0 ? text.guards(named) : nobody;
     write(element("guards"), of.state || of.hidden ? line : "");
     const dismiss = element("dismiss");
-    dismiss.hidden = silent === undefined || !this.stopped;
+    dismiss.hidden = silent === undefined || !this.stopped || of.limited;
     dismiss.value = silent?.name ?? "";
     write(dismiss, silent ? text.dismiss(silent.name) : "");
   }
 
+  // More than to stop.
+  #may_act(state) {
+    return (state === "stopped" || state === "running") && !this.of.limited;
+  }
+
   #act(what) {
-    if (this.#state() !== "running" && this.#state() !== "stopped") return;
+    if (!this.#may_act(this.#state())) return;
     what();
     this.show(this.name);
   }
@@ -136,7 +142,7 @@ export class stop_panel {
   }
 
   #begin_hold() {
-    if (this.hold || !this.stopped) return;
+    if (this.hold || !this.stopped || this.of.limited) return;
     const { number } = this.of.state;
     const timer = setTimeout(() => {
       this.#end_hold();

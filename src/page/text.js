@@ -127,6 +127,7 @@ export const text = {
     `NOT ACKNOWLEDGED for ${duration(ms / 1000)} by its loop ${loops}, asking again and again`,
   not_sent: "NOT ACKNOWLEDGED: not connected; it is asked again once it can be reached",
   stop_unreachable: "not connected: this button cannot reach the robot",
+  only_stop: "no connection is free: only STOP works",
   stop_asking: "asking whether the robot has a stop",
   stop_silent: "nothing is heard of its stop any more",
   moves_unguarded: "UNGUARDED: it may move though nobody watches",

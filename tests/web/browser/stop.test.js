@@ -300,3 +300,41 @@ test("a page that is hidden lets go of the robot, and says so", limit, async () 
   await shown(page, "guards", /^this page was hidden, and guards no more$/);
   assert.equal(await page.getAttribute("#guard", "aria-pressed"), "false");
 });
+
+// All that anybody may have: the last two of 64 are kept for the stop.
+const everyone = 62;
+
+test("STOP works though the robot takes no further connection, and only that", limit, async () => {
+  const full = await robot.start("--demo");
+  const others = [];
+  try {
+    while (others.length < everyone) others.push(await rosbridge_client.connect(full.url));
+    let page;
+    await until("it runs", async () => {  // it stops by itself where a busy machine keeps it from running
+      others.pop().close();
+      await full.let_run();
+      others.push(await rosbridge_client.connect(full.url));
+      page = await new_page(browser);
+      open.push(page);
+      await page.goto(`${full.origin}/`);
+      await page.waitForFunction(() => /^(stopped|running)$/.test(document.body.dataset.stop));
+      return (await page.getAttribute("body", "data-stop")) === "running";
+    });
+    await shown(page, "stop_says", /^no connection is free: only STOP works$/);
+    assert.equal(await page.getAttribute("body", "data-state"), "disconnected");
+    for (const id of ["guard", "reset"]) {
+      assert.equal(await page.getAttribute(`#${id}`, "aria-disabled"), "true");
+    }
+    writeFileSync(artefact("only-stop.png"), await page.screenshot());
+    await page.tap("#stop");
+    await stop_is(page, "stopped");
+    await shown(page, "stop_says", /^acknowledged in /);
+    assert.equal(await page.getAttribute("#reset", "aria-disabled"), "true");
+    for (const other of others.splice(0, 10)) other.close();
+    await page.waitForFunction(() => document.body.dataset.state === "live");
+    await until("it runs", () => runs(page));
+  } finally {
+    for (const other of others) other.close();
+    await full.kill();
+  }
+});

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 import { load } from "./load.js";
 
-const { link, retry_ms } = await load("link.js");
+const { kept_link, link, retry_ms } = await load("link.js");
 
 class fake_socket {
   static last = null;
@@ -117,4 +117,60 @@ test("what is no JSON object with an op is ignored", () => {
   assert.deepEqual(received, []);
   socket().onmessage({ data: '{"op":"status","msg":"yes"}' });
   assert.deepEqual(received, [{ op: "status", msg: "yes" }]);
+});
+
+// ---- the second connection
+
+const kept_beside = (first) => new kept_link("ws://robot/rowe/stop", first, { opened() {}, received() {} });
+
+test("a second connection is made only when the first is refused", () => {
+  const first = socket();
+  const kept = kept_beside(made);
+  kept.turn();
+  assert.equal(socket(), first);
+  first.onclose();
+  kept.turn();
+  assert.notEqual(socket(), first);
+  assert.equal(kept.state, "connecting");
+  socket().onopen();
+  kept.send({ op: "x" });
+  assert.deepEqual(socket().sent, [{ op: "x" }]);
+});
+
+test("or when it is late", () => {
+  const first = socket();
+  const kept = kept_beside(made);
+  pass(499);
+  kept.turn();
+  assert.equal(socket(), first);
+  pass(1);
+  kept.turn();
+  assert.notEqual(socket(), first);
+});
+
+test("and it ends when the first one is there", () => {
+  const first = socket();
+  const kept = kept_beside(made);
+  pass(500);
+  kept.turn();
+  const second = socket();
+  second.onopen();
+  first.onopen();
+  kept.turn();
+  assert.ok(second.closed);
+  assert.equal(kept.state, "disconnected");
+  pass(60000);
+  kept.turn();
+  assert.equal(socket(), second, "no third one while the first stands");
+});
+
+test("who lost a place that another one needed comes back later, unless there is a hurry", () => {
+  socket().onopen();
+  const lost = socket();
+  lost.onclose({ code: 1013 });
+  pass(1999);
+  made.turn();
+  assert.equal(socket(), lost);
+  made.turn(true);
+  assert.notEqual(socket(), lost);
 });

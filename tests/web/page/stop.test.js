@@ -199,3 +199,55 @@ test("short times have the decimals that matter", () => {
   assert.deepEqual([0.344, 4.24, 99.94, 120, 1200].map((ms) => short(ms).replace("\u00a0", " ")),
     ["0.34 ms", "4.2 ms", "99.9 ms", "120 ms", "1.2 s"]);
 });
+
+// ---- where the robot takes no connection
+
+let kept;
+const without_connection = () => {
+  kept = { state: "open", sent: [], turns: [], send(message) { this.sent.push(message); },
+    turn(hurry) { this.turns.push(hurry); } };
+  link.state = "disconnected";
+  link.sent = [];
+  made = new stop(link, "page-1", kept);
+  made.opened();
+};
+
+test("where only a place for the stop was free it stops and sees that", () => {
+  without_connection();
+  assert.ok(made.limited);
+  assert.deepEqual(kept.sent.map(({ op, topic, service }) => [op, topic ?? service]),
+    [["subscribe", "/rowe/stop/state"], ["call_service", "/rowe/stop/state"]]);
+  says();
+  made.press();
+  const [asked] = kept.sent.filter(({ service }) => service === "/rowe/stop");
+  answer(asked, acknowledged);
+  assert.ok(!made.pending);
+  assert.deepEqual(link.sent, []);
+});
+
+test("there it guards nothing", () => {
+  without_connection();
+  made.guarding = true;
+  says();
+  assert.ok(!kept.sent.some(({ service }) => service === "/rowe/stop/lease"));
+});
+
+test("the ordinary connection is used as soon as there is one", () => {
+  without_connection();
+  link.state = "open";
+  made.opened();
+  assert.ok(!made.limited);
+  made.press();
+  assert.equal(sent("/rowe/stop").length, 1);
+});
+
+test("a press without any connection hurries, and is sent once there is one", () => {
+  without_connection();
+  kept.state = "disconnected";
+  made.press();
+  assert.deepEqual(kept.turns, [true]);
+  kept.state = "open";
+  kept.sent = [];
+  made.opened();
+  assert.ok(kept.sent.some(({ service }) => service === "/rowe/stop"));
+});
