@@ -16,9 +16,10 @@ namespace rowe {
 // The defaults stay below 8 MiB together, Debian's limit on locked memory for ordinary users.
 struct limits {
   // Peers.
+  // Of connections and handshakes the last two are kept for the stop (docs/stop.md), of two or three one.
   std::uint32_t connections_max = 40;            // established connections; one more is answered 503
-  std::uint32_t connections_per_address_max = 8; // from one address that is not loopback
-  std::uint32_t handshakes_max = 32;             // sockets not yet upgraded; one more is answered 503
+  std::uint32_t connections_per_address_max = 8; // from one address (a /64 of IPv6) that is not loopback
+  std::uint32_t handshakes_max = 32; // sockets not yet upgraded; one more takes the oldest silent one's place
   std::size_t handshake_bytes = 96 * 1024;       // all the memory for answering them, and for pages
   std::uint32_t message_bytes_max = 60 * 1024; // one inbound message; a larger one ends its connection (1009)
   std::uint32_t fragments_max = 1024;          // of one inbound message

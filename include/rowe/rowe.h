@@ -120,7 +120,7 @@ struct rowe_options {
   int service_cpu;            // read only with `pin_service`, since 0 is a core, too
   int service_priority;       // its SCHED_FIFO priority; 0: an ordinary thread
   long inbound_ttl_ms;        // what arrived and was not received or answered in this time ends; 0: never
-  uint32_t connections_max;   // peers at a time; 0: 40
+  uint32_t connections_max;   // peers at a time, the last two for the stop alone; 0: 40
   uint32_t message_bytes_max; // the longest message a peer may send; 0: 60 KiB
   uint32_t door_slots;        // messages under way each way; 0: 32
   uint32_t door_slot_bytes;   // the longest message of this program, as text; 0: 4096

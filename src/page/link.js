@@ -11,8 +11,8 @@ const retry_ms_max = 5000;
 const attempt_ms_max = 4000;
 const silence_ms_max = 10000;
 const late_ms = 500;       // who has not connected by then is late
-const try_later = 1013;    // the close code of a place that another one needed …
-const try_later_attempt = 3; // … who has it for at least so long: retry_ms() of this
+const try_later = 1013;        // the close code of a place that another one needed …
+const try_later_attempt = 3;   // … who is not driven out of it at once, but after retry_ms() of this
 
 // A moment, and the time since. The monotonic clock stands still while a phone sleeps, and the calendar may
 // be set back; the larger of the two differences is never too young by either fault.
@@ -107,8 +107,8 @@ export class link {
   }
 }
 
-// A connection to places that are kept for one purpose: there only while the first one, which does everything,
-// is not. It is refused, or lost, or late.
+// A connection to places that are kept for one purpose: there only while the first one, which does all, is
+// not. That is refused, or lost, or late.
 export class kept_link {
   constructor(url, first, events) {
     Object.assign(this, { url, first, events, link: null, missed: moment() });
