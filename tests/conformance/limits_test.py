@@ -10,9 +10,8 @@ import programs
 from frames import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cut, ended, frame, wrong
 from programs import in_parallel, read_answer, upgrade
 
-connections_max = 64
-kept_for_stop = 2  # of these, and of the handshakes
-others_max = connections_max - kept_for_stop
+kept_for_stop = 2  # of connections, and of handshakes
+others_max = {"echo": 64 - kept_for_stop, "hub": 48 - kept_for_stop}
 handshakes_max = 32
 message_bytes_max = 60 * 1024
 fragments_max = 1024
@@ -57,7 +56,7 @@ class crowds(unittest.TestCase):
     @programs.within(7)  # then the hub cuts those that have not answered its pings
     def fills_and_empties(self, kind):
         with programs.server(kind) as serving:
-            peers = [serving.connect() for _ in range(others_max)]
+            peers = [serving.connect() for _ in range(others_max[kind])]
             for _ in range(3):
                 self.refused(serving, 503)
             for one in peers:
@@ -69,7 +68,7 @@ class crowds(unittest.TestCase):
                 peers[10].send(frame(CLOSE))
                 peers[10].until_close()
             peers = peers[11:]
-            while len(peers) < others_max:
+            while len(peers) < others_max[kind]:
                 with contextlib.suppress(programs.frames.wrong):  # 503 until it has seen the ends
                     peers.append(serving.connect())
             self.refused(serving, 503)
@@ -80,7 +79,7 @@ class crowds(unittest.TestCase):
     @programs.within(7)
     def test_a_page_is_served_when_all_connections_are_taken(self):
         with programs.server("hub") as serving:
-            peers = [serving.connect() for _ in range(others_max)]
+            peers = [serving.connect() for _ in range(others_max["hub"])]
             peers += [serving.connect(target="/rowe/stop") for _ in range(kept_for_stop)]
             with serving.dial() as s:
                 s.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{serving.port}\r\n\r\n".encode())

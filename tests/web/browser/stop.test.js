@@ -301,8 +301,8 @@ test("a page that is hidden lets go of the robot, and says so", limit, async () 
   assert.equal(await page.getAttribute("#guard", "aria-pressed"), "false");
 });
 
-// All that anybody may have: the last two of 64 are kept for the stop.
-const everyone = 62;
+// All that anybody may have: the last two of 48 are kept for the stop.
+const everyone = 46;
 
 test("STOP works though the robot takes no further connection, and only that", limit, async () => {
   const full = await robot.start("--demo");
