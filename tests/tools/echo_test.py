@@ -88,7 +88,7 @@ class echoing(unittest.TestCase):
             p.send({"op": "service_response", "id": call["id"], "service": call["service"],
                     "values": "Service /rosapi/topics does not exist", "result": False})
             self.assertEqual(asking.end(), 1)
-            self.assertIn("does not say what topics it has: Service /rosapi/topics does not exist",
+            self.assertIn("does not say what topics it has: nobody provides the service",
                           asking.stderr[-1])
 
     def test_says_that_nobody_publishes_a_topic_and_waits_for_it(self):
