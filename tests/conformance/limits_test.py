@@ -11,7 +11,7 @@ from frames import BINARY, CLOSE, CONTINUATION, PING, PONG, TEXT, close_body, cu
 from programs import in_parallel, read_answer, upgrade
 
 kept_for_stop = 2  # of connections, and of handshakes
-others_max = {"echo": 64 - kept_for_stop, "hub": 48 - kept_for_stop}
+others_max = {"echo": 64 - kept_for_stop, "hub": 40 - kept_for_stop}
 handshakes_max = 32
 message_bytes_max = 60 * 1024
 fragments_max = 1024

@@ -137,8 +137,7 @@ class theatre_over {
                                      .ttl = how.ttl,
                                      .period = how.period};
     const bool publishes = rowe::detail::publishes(kind);
-    (publishes ? asked.out_depth : asked.in_depth) =
-        rowe::detail::of_topics.or_asked(how.depth, value_bytes);
+    (publishes ? asked.out_depth : asked.in_depth) = rowe::detail::of_topics.or_asked(how.depth, value_bytes);
     (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;
     (publishes ? asked.encoded : asked.decoded) = schema;
     asked.fill_missing = how.fill_missing;

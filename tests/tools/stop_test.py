@@ -248,13 +248,13 @@ class robots(unittest.TestCase):
 
 
 class full(unittest.TestCase):
-    """Robots that take no further connection: 46 of 48 are anybody's, and 32 handshakes."""
+    """Robots that take no further connection: 10 of 12 are anybody's, and 32 handshakes."""
 
-    ordinary_max, handshakes_max, kept = 46, 32, 2
+    ordinary_max, handshakes_max, kept = 10, 32, 2
 
     @contextlib.contextmanager
     def robot(self):
-        with hub("--demo") as robot, contextlib.ExitStack() as held:
+        with hub("--demo", "--limit", "connections_max=12") as robot, contextlib.ExitStack() as held:
             robot.line("the robot drives unguarded")
             robot.peers = [held.enter_context(peer(robot.port)) for _ in range(self.ordinary_max)]
             robot.held = held
