@@ -95,6 +95,7 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
     add(counter::calls_timed_out);
     return fails({errc::timed_out, 0, (deadline - began).count()});
   }
+  std::array<char, 2 * detail::lane::name_bytes_max> room; // of the service's name where it has escapes
   if (what.is == asking::form::object) {
     if (const status fine = check_text(what.text); !fine) {
       add(counter::malformed);
@@ -102,7 +103,7 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
     }
     const auto named = json::find(what.text, "service");
     if (named && what.to.generation == 0) {
-      if (const auto name = json::to_string(*named, scratch_)) service = *name;
+      if (const auto name = json::to_string(*named, room)) service = *name;
     }
   } else if (what.is == asking::form::args) {
     if (const status fine = validator_.validate(what.text); !fine) {

@@ -585,7 +585,7 @@ class core final : public transport_sink {
   std::span<batch_piece> pieces_; // and where they came from
   std::span<std::byte> masks_;    // client side: keys not used yet
   std::size_t masks_used_ = 0;
-  std::span<char> scratch_; // names unescaped while a request is carried out
+  std::span<char> scratch_; // the names and the id of the request that is carried out: only decoders write it
 
   stop_rules stop_;
   std::span<stop_waiter> stop_waiters_; // a ring: who came first is answered first

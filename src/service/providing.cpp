@@ -88,9 +88,10 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
     if (c != nullptr && !has_place_for_answer(*c)) return end_without_room(index, errc::full);
   }
   composed_bytes_ += own_answer_work;
+  std::array<char, 2 * detail::lane::name_bytes_max> room; // scratch_ has the names of the call itself
   const auto named = [&](std::string_view member) -> std::string_view {
     const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
-    const auto text = found ? json::to_string(*found, scratch_) : std::nullopt;
+    const auto text = found ? json::to_string(*found, room) : std::nullopt;
     return text.value_or(std::string_view{});
   };
   const auto list = [&](json::writer& into, std::string_view key, bool topics, bool types) {

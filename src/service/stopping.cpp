@@ -25,6 +25,9 @@ constexpr std::size_t answer_bytes_max =
     body_bytes_max + call_table::id_bytes_max + 128; // with what is around it
 static_assert(answer_bytes_max + wire::frame_header_bytes_max <= stop_frames::room_bytes);
 
+// A member with escapes is read as far as this; a longer one counts as missing.
+constexpr std::size_t member_bytes_max = 1024;
+
 // How often the state is shown to whoever is no guard.
 constexpr int ticks_for_others = 10;
 constexpr std::uint64_t this_process = 1; // a peer's key is never so small
@@ -92,13 +95,16 @@ void core::take_stop_call(connection& c, dialect in, std::string_view id_raw, st
   carry_out_stop(which, {.who = party::of(c.id, in), .id_raw = too_long ? std::string_view{} : id_raw}, args);
 }
 
-// Whether a validated text names the stop, whatever else is wrong with it: then it is a stop.
+// Whether a validated text names the stop, whatever else is wrong with it: then it is a stop. A service's
+// name may end in "#" and an id.
 bool core::asks_to_stop(const json::document& text) const noexcept {
   if (!stop_.in_use()) return false;
   for (const std::string_view member : {"service", "topic"}) {
-    const auto found = json::find(text, member);
-    if (found && (json::text_is(*found, stop_name) || json::text_is(*found, stop_name.substr(1))))
-      return true;
+    auto found = json::find(text, member);
+    if (!found || found->type != json::kind::string) continue;
+    const std::size_t mark = member == "service" ? found->raw.find('#') : std::string_view::npos;
+    if (mark != std::string_view::npos) found->raw = found->raw.substr(0, mark + 1); // in place of the quote
+    if (json::text_is(*found, stop_name) || json::text_is(*found, stop_name.substr(1))) return true;
   }
   return false;
 }
@@ -125,9 +131,10 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
   connection* const c = asker.who.who == party::kind::peer ? find(asker.who.connection()) : nullptr;
   const std::uint64_t peer = c != nullptr ? key_of(c->id) : this_process;
   const bool role = asker.who.who != party::kind::peer || (c != nullptr && c->local);
+  std::array<char, member_bytes_max> room; // of one at a time; scratch_ has the id that is answered
   const auto text_of = [&](std::string_view member) -> std::string_view {
     const auto found = json::find(args, member);
-    const auto text = found ? json::to_string(*found, scratch_) : std::nullopt;
+    const auto text = found ? json::to_string(*found, room) : std::nullopt;
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;

@@ -341,6 +341,40 @@ TEST_F(stopping, takes_members_of_wrong_types_as_missing) {
   EXPECT_EQ(member(inside(heard[heard.size() - 1]), "refused"), "\"name\"");
 }
 
+// Names that a request is known by lie unescaped beside each other while it is carried out; what is read from
+// its arguments must not be written over them.
+TEST_F(stopping, answers_by_the_id_it_was_asked_with_however_long_its_source_is) {
+  std::string quotes;
+  for (int i = 0; i < 150; ++i) quotes += "\\\"";
+  peer operator_{on};
+  for (const std::string_view service : {"/rowe/stop#first", "/rowe/stop/lease#second"}) {
+    operator_.say(R"({"op":"call_service","service":")" + std::string{service} + R"(","args":{"source":")" +
+                  quotes + R"(","guard":")" + quotes + R"(","reason":")" + quotes + "\"}}");
+    on.cycle();
+    look();
+    const auto heard = operator_.hear();
+    ASSERT_EQ(heard.size(), 1U);
+    EXPECT_TRUE(on.validator.validate(heard[0])) << heard[0];
+    EXPECT_EQ(member(heard[0], "id"), '"' + std::string{service.substr(service.find('#') + 1)} + '"');
+  }
+}
+
+TEST_F(stopping, refuses_by_the_id_it_was_asked_with_though_the_stop_in_it_is_carried_out) {
+  std::string quotes;
+  for (int i = 0; i < 150; ++i) quotes += "\\\"";
+  peer operator_{on};
+  start(operator_);
+  operator_.say(R"({"op":"call_service","service":"/rowe/stop#seven","timeout":"x","source":")" + quotes +
+                "\"}");
+  on.cycle();
+  EXPECT_FALSE(look());
+  const auto heard = operator_.hear();
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(on.validator.validate(heard[0])) << heard[0];
+  EXPECT_EQ(member(heard[0], "id"), "\"seven\"");
+  EXPECT_NE(heard[0].find("call_service"), std::string::npos) << heard[0];
+}
+
 TEST_F(stopping, is_carried_out_whatever_else_is_wrong_with_its_request) {
   for (const char* text :
        {R"({"service":"/rowe/stop","message_id":12.5})", R"({"service":"/rowe/stop","ttl_ms":-1})",
