@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <string>
 #include <thread>
 #include <vector>
@@ -266,6 +267,78 @@ TEST_F(talking, gives_up_by_itself_when_the_service_thread_does_not_say_so) {
   ASSERT_TRUE(on.end(asked->header.own, "{}"));
   EXPECT_EQ(talk.try_finish().code(), errc::empty); // it came too late, and its place is free
   for (std::uint32_t i = 0; i < calls_max; ++i) start();
+}
+
+// A program that only ever makes calls that wait never asks for the ends of other calls.
+TEST_F(talking, frees_the_places_of_calls_that_it_gave_up_though_it_never_finishes_any) {
+  std::vector<detail::call_ref> given_up;
+  for (std::uint32_t round = 0; round < 3 * calls_max; ++round) {
+    ASSERT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out) << round;
+    const auto asked = on.take();
+    ASSERT_TRUE(asked);
+    given_up.push_back(asked->header.own);
+    if (given_up.size() < calls_max) continue;
+    // All places are taken by calls that have not ended.
+    EXPECT_EQ(talk.invoke("{}", 1ms).code(), errc::too_many_calls);
+    for (const detail::call_ref late : given_up) ASSERT_TRUE(on.end(late, "{}"));
+    given_up.clear();
+  }
+}
+
+TEST_F(talking, frees_the_places_of_calls_that_it_cancelled_though_it_never_finishes_any) {
+  for (int round = 0; round < 3; ++round) {
+    std::vector<call_id> started;
+    for (std::uint32_t i = 0; i < calls_max; ++i) {
+      started.push_back(start());
+      ASSERT_TRUE(on.take());
+    }
+    for (const call_id one : started) ASSERT_TRUE(on.end(ref(one), "{}"));
+    for (const call_id one : started) talk.cancel(one); // their ends are here, and nobody took them
+  }
+  const call_id last = start();
+  ASSERT_TRUE(on.end(ref(last), R"({"r":"last"})"));
+  const auto ended = talk.try_finish();
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->id, last);
+}
+
+TEST_F(talking, frees_the_place_of_a_call_that_it_cancelled_when_its_end_was_set_aside) {
+  const call_id first = start();
+  const call_id second = start();
+  while (on.take()) {
+  }
+  ASSERT_TRUE(on.end(ref(first), R"({"r":1})"));
+  ASSERT_TRUE(on.end(ref(second), R"({"r":2})"));
+  EXPECT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out); // sets both aside, and keeps its place
+  talk.cancel(first);
+  const call_id third = start();
+  EXPECT_EQ(third.index, first.index);
+  EXPECT_EQ(talk.start("{}", 1s, now).code(), errc::too_many_calls);
+  const auto ended = talk.try_finish();
+  ASSERT_TRUE(ended);
+  EXPECT_EQ(ended->id, second);
+}
+
+TEST_F(talking, frees_the_places_of_calls_that_it_gave_up_while_it_waits_for_sends) {
+  for (std::uint32_t round = 0; round < 3 * calls_max; ++round) {
+    ASSERT_EQ(talk.invoke("{}", 1ms).code(), errc::timed_out) << round;
+    const auto asked = on.take();
+    ASSERT_TRUE(asked);
+    std::atomic<bool> over{false};
+    std::thread service{[&] {
+      while (!over.load(std::memory_order_relaxed)) { // relaxed: nothing else comes with it
+        const auto sent = on.take();
+        if (!sent) continue;
+        ASSERT_TRUE(on.end(asked->header.own, "{}"));
+        ASSERT_TRUE(on.end(sent->header.own, ""));
+        on->news.notify();
+        return;
+      }
+    }};
+    EXPECT_TRUE(talk.send("{}", 20s));
+    over.store(true, std::memory_order_relaxed); // relaxed: as above
+    service.join();
+  }
 }
 
 TEST_F(talking, wakes_a_call_that_waits_when_the_endpoint_closes) {

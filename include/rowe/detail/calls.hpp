@@ -6,7 +6,9 @@
 // are as many slots in `ends` as places, so the service thread always finds one, and nothing that it has to
 // say about a call can be lost. The place's generation is odd while the call is open: taking its end makes it
 // even, and whoever gives up earlier marks the place, so that the end is dropped when it comes. The service
-// thread is not told: what it does with a call ends by itself at the call's deadline.
+// thread is not told: what it does with a call ends by itself at the call's deadline. Ends are looked at by
+// whoever takes one, waits for one, or begins a call and finds no place: so the place of a call that was given
+// up comes free whatever its handle goes on to do.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
 // steps bounded by the lane's depths, unless it says otherwise; what shows that are the exercises of the
@@ -119,11 +121,55 @@ inline status post(lane& on, const value_header& header, const body& text) noexc
 
 // ---- the lane's own calls
 
+inline void free_place(lane& on, std::uint32_t index) noexcept {
+  on.user.calls[index].next_free = on.user.free_call;
+  on.user.free_call = index;
+  --on.user.calls_open;
+}
+
+// The slot of an arrived end goes home, and with it the call's place.
+inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
+  const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
+  on.user.ends.home->give(slot);
+  free_place(on, index);
+}
+
+// Makes the call of an end that arrived one that is over. False, and the slot given back, when nobody wants
+// it.
+inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
+  call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
+  ++place.generation;
+  if (!place.cancelled) return true;
+  give_end_back(on, slot);
+  return false;
+}
+
+// For whoever does not take this end now: dropped when nobody wants it, else set aside until take_end().
+inline void set_aside(lane& on, std::uint32_t slot) noexcept {
+  const call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
+  if (place.cancelled) {
+    (void)accept_end(on, slot);
+  } else {
+    on.user.ends_aside.push(slot);
+  }
+}
+
+// Frees the places of calls that were given up and have ended; other ends are set aside, in their order. At
+// most as many steps as there are places.
+[[gnu::noinline, gnu::cold]] inline void drop_unwanted_ends(lane& on) noexcept {
+  lane::user_side& mine = on.user;
+  for (std::uint32_t left = mine.ends_aside.count; left != 0; --left) set_aside(on, mine.ends_aside.pop());
+  for (std::size_t left = mine.ends.out->waiting_at_least(); left != 0; --left)
+    set_aside(on, *mine.ends.out->try_pop());
+}
+
 // A place for a call, now open. Errors: too_many_calls.
 inline result<call_ref> begin_call(lane& on) noexcept {
   lane::user_side& mine = on.user;
   if (mine.free_call == mine.calls.size()) {
-    return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
+    drop_unwanted_ends(on);
+    if (mine.free_call == mine.calls.size())
+      return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
   }
   const std::uint32_t index = mine.free_call;
   call_place& place = mine.calls[index];
@@ -132,12 +178,6 @@ inline result<call_ref> begin_call(lane& on) noexcept {
   place.cancelled = false;
   ++mine.calls_open;
   return call_ref{index, place.generation};
-}
-
-inline void free_place(lane& on, std::uint32_t index) noexcept {
-  on.user.calls[index].next_free = on.user.free_call;
-  on.user.free_call = index;
-  --on.user.calls_open;
 }
 
 // Takes back a call that never left.
@@ -188,26 +228,9 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
   return call_id{call->index, call->generation};
 }
 
-// The slot of an arrived end goes home, and with it the call's place.
-inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
-  const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
-  on.user.ends.home->give(slot);
-  free_place(on, index);
-}
-
 inline void give_back(lane& on, const emptying_end& path, std::uint32_t slot) noexcept {
   if (&path == &on.user.ends) return give_end_back(on, slot);
   path.home->give(slot);
-}
-
-// Makes the call of an end that arrived one that is over. False, and the slot given back, when nobody wants
-// it.
-inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
-  call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
-  ++place.generation;
-  if (!place.cancelled) return true;
-  give_end_back(on, slot);
-  return false;
 }
 
 // The next end that arrived and is wanted, those set aside first.
@@ -224,14 +247,14 @@ inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
   return std::nullopt;
 }
 
-// The end of this call, if it has arrived; ends of others are set aside until take_end().
+// The end of this call, if it has arrived; ends of others are set aside.
 inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcept {
   while (const auto slot = on.user.ends.out->try_pop()) {
     if (on.user.ends.slots.header(*slot)->own == call) {
       (void)accept_end(on, *slot); // the one who waits has not given up
       return slot;
     }
-    on.user.ends_aside.push(*slot);
+    set_aside(on, *slot);
   }
   return std::nullopt;
 }
