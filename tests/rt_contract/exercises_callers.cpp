@@ -74,6 +74,15 @@ void cancel_each(real_time& rt, calling<Caller> with) {
   });
 }
 
+// Nobody finishes any: the places come free because starting looks for ends that are not wanted.
+template <class Caller>
+void start_among_cancelled(real_time& rt, calling<Caller> with) {
+  rt.calls([&](std::uint64_t i) {
+    if (const auto begun = start(with.calls)) with.calls.cancel(*begun);
+    if (i % options.depth == 0) serve(with.on);
+  });
+}
+
 // The ends of all but the last were set aside by one who waited for that.
 template <class Caller>
 void finish_what_was_set_aside(real_time& rt, calling<Caller> with) {
@@ -96,6 +105,10 @@ constexpr exercise list[] = {
      [](real_time& rt) { start_each_in_turn(rt, structs_in(rt)); }},
     {"caller::start", "with texts, until all calls are in flight",
      [](real_time& rt) { start_each_in_turn(rt, texts_in(rt)); }},
+    {"caller::start", "with structs, among calls that were cancelled",
+     [](real_time& rt) { start_among_cancelled(rt, structs_in(rt)); }},
+    {"caller::start", "with texts, among calls that were cancelled",
+     [](real_time& rt) { start_among_cancelled(rt, texts_in(rt)); }},
     {"caller::start", "with structs, closed and empty",
      [](real_time& rt) { closed_and_empty(rt, structs_in(rt)); }},
     {"caller::start", "with texts, closed and empty",

@@ -7,8 +7,8 @@
 // say about a call can be lost. The place's generation is odd while the call is open: taking its end makes it
 // even, and whoever gives up earlier marks the place, so that the end is dropped when it comes. The service
 // thread is not told: what it does with a call ends by itself at the call's deadline. Ends are looked at by
-// whoever takes one, waits for one, or begins a call and finds no place: so the place of a call that was given
-// up comes free whatever its handle goes on to do.
+// whoever takes one, waits for one, or begins a call and finds no place: so the place of a call that was
+// given up comes free whatever its handle goes on to do.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
 // steps bounded by the lane's depths, unless it says otherwise; what shows that are the exercises of the
