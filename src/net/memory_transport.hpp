@@ -16,7 +16,7 @@
 
 namespace rowe::net {
 
-class memory_transport final : public service::transport {
+class memory_transport : public service::transport {
  public:
   // What the network does to one connection.
   struct weather {

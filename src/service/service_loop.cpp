@@ -44,18 +44,21 @@ void service_loop::await_answer() noexcept {
 
 void service_loop::run(bool fifo) noexcept {
   now_ = clock::now();
-  for (;;) {
-    // acquire: pairs with the release in stop(). Looked at before the cycle, so that whatever was published
-    // before stop() is taken in a cycle that comes after.
-    const rt::time_point drain_until{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
+  for (rt::time_point drain_until = rt::never;;) {
     if (drain_until != rt::never) core_.stop_loops(now_);
     cycle();
     if (policy_ == idle::spin && core_.awaits_answer() && next_ > now_) await_answer();
     if (drain_until != rt::never) {
       drained_ = core_.drained();
       if (drained_ || now_ >= drain_until) return say_goodbye();
+      idle_until(std::min(next_, now_ + poll_period_), fifo);
+      continue;
     }
-    idle_until(drain_until == rt::never ? next_ : std::min(next_, now_ + poll_period_), fifo);
+    // acquire: pairs with the release in stop(). Looked at between the cycle, whose poll() may have taken the
+    // wake-up of stop(), and the wait, which nothing else would end; and whatever was published before stop()
+    // is taken in a cycle that comes after.
+    drain_until = rt::time_point{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
+    if (drain_until == rt::never) idle_until(next_, fifo);
   }
 }
 

@@ -71,8 +71,8 @@ struct atomics {
   };
 };
 
-// An eventfd, as far as sleeping goes: ring() ends the next wait(), or the one under way. A run in which
-// everybody left waits has failed: somebody was not woken.
+// An eventfd, as far as sleeping goes: ring() ends the next wait(), or the one under way, unless poll() takes
+// it before. A run in which everybody left waits has failed: somebody was not woken.
 class bell {
  public:
   void ring() {
@@ -92,6 +92,13 @@ class bell {
       (void)e.wait_for(this);
       e.enter_kernel(this);
     }
+    rung_ = false;
+    e.leave_kernel(this);
+  }
+  // Takes a ring that is there, without waiting: as epoll_wait(2) without a time-out, by an edge.
+  void poll() {
+    explorer& e = *explorer::active();
+    e.enter_kernel(this);
     rung_ = false;
     e.leave_kernel(this);
   }

@@ -143,14 +143,16 @@ struct modelled_loop {
   atomics::variable<std::int64_t> drain_until_ns{INT64_MAX};
   bell wakes;
 
-  // run(): cycles until it was told to stop. `idle` waits.
+  // run(): cycles until it was told to stop. `idle` waits. A cycle begins with transport::poll(), which takes
+  // what ended the wait, and whatever was rung since.
   template <class Cycle>
   void run(Cycle cycle) {
-    for (;;) {
-      const bool stops = drain_until_ns.load(std::memory_order_acquire) != INT64_MAX;
+    for (bool stops = false;;) {
+      wakes.poll();
       cycle();
       if (stops) return;
-      wakes.wait();
+      stops = drain_until_ns.load(std::memory_order_acquire) != INT64_MAX;
+      if (!stops) wakes.wait();
     }
   }
   // stop()

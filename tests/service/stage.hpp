@@ -73,7 +73,8 @@ template <class Transport>
 class theatre_over {
  public:
   explicit theatre_over(const rowe::endpoint_options& chosen = small_options(),
-                        rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1)
+                        rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1,
+                        rowe::rt::time_point begins = rowe::rt::time_point{std::chrono::seconds{1000}})
       : options{chosen},
         memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
         random{seed},
@@ -81,6 +82,7 @@ class theatre_over {
             rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
         net{chosen.limits.connections_max},
         lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
+        now{begins},
         board{*memory.make<rowe::service::board>(memory, chosen.limits)},
         door{*memory.make<rowe::service::front_door>(memory, chosen.limits)},
         bell{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
@@ -154,7 +156,7 @@ class theatre_over {
   rowe::json::reader validator;
   Transport net;
   std::span<rowe::detail::lane> lanes;
-  rowe::rt::time_point now{std::chrono::seconds{1000}};
+  rowe::rt::time_point now;
   rowe::rt::time_point next_wake{};
   rowe::service::board& board;
   rowe::service::front_door& door;
