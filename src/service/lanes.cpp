@@ -434,11 +434,10 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
   const std::uint32_t topic_index = views_[index].topic;
   const topic& on = router_.at(topic_index);
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    const bool reader = detail::subscribes(lanes_[i].kind);
-    if (i != index && views_[i].attached && views_[i].topic == topic_index &&
-        reader == detail::subscribes(lane.kind)) {
-      if (!begins || i < index) return; // another handle of the same kind said so, or goes on
-    }
+    // Nothing of a lane is looked at that is not attached: set-up may be building it.
+    if (i == index || !views_[i].attached || views_[i].topic != topic_index) continue;
+    if (detail::subscribes(lanes_[i].kind) != detail::subscribes(lane.kind)) continue;
+    if (!begins || i < index) return; // another handle of the same kind said so, or goes on
   }
   std::array<char, 8192>
       text; // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/rt/notification.hpp>
@@ -135,6 +136,15 @@ bool turn_lane(modelled_lane& lane, std::uint32_t refuse_with, Take take) {
   lane.state.store(lane_state::free, std::memory_order_release);
   lane.news.notify();
   return true;
+}
+
+// announce(), update_wanted(), receiver(): what a lane's life has written is looked at in lanes that are
+// attached, and in no others: set-up may be building those. `attached` is the service thread's own.
+inline void look_at_each(std::span<modelled_lane> lanes, std::span<const bool> attached) {
+  for (std::size_t i = 0; i != lanes.size(); ++i) {
+    if (!attached[i]) continue;
+    require(lanes[i].built.load() != 0, "an attached lane is built");
+  }
 }
 
 // ---- service_loop.cpp

@@ -111,6 +111,32 @@ struct two_threads {
   void afterwards() { require(taken == 1, "closing loses nothing"); }
 };
 
+// A peer comes, and is told what this process publishes, while set-up builds another lane.
+struct announces_beside_set_up {
+  std::array<modelled_lane, 2> lanes;
+  std::array<bool, 2> attached{};
+  bell service;
+
+  std::array<actor, 2> actors() {
+    return {{{"set-up",
+              [this] {
+                std::uint32_t life = 0;
+                for (modelled_lane& one : lanes) require(open_lane(one, service, ++life) == 0U, "it is free");
+              }},
+             {"service", [this] {
+                while (!attached[1]) {
+                  service.wait();
+                  for (std::size_t i = 0; i != lanes.size(); ++i) {
+                    (void)turn_lane(lanes[i], 0, [](std::uint32_t) {});
+                    // relaxed: this thread's own
+                    attached[i] = lanes[i].heard_by.load(order::relaxed) == audience::somebody;
+                  }
+                  look_at_each(lanes, attached);
+                }
+              }}}};
+  }
+};
+
 // The endpoint closes while a handle waits: it gets what was delivered, and then is told.
 struct closes_a_waiter {
   modelled_lane lane;
@@ -192,6 +218,10 @@ TEST(lane_life, gives_memory_to_the_next_lane_only_when_nobody_uses_it) {
   EXPECT_EQ(explore_two<two_threads>({}).failure, "");
 }
 
+TEST(lane_life, is_nobody_elses_to_look_at_while_set_up_builds) {
+  expect_passes<announces_beside_set_up>();
+}
+
 TEST(closing, ends_every_wait_and_loses_nothing_that_was_delivered) {
   expect_passes<closes_a_waiter>();
   expect_passes<closes_who_gets_nothing>();
@@ -225,6 +255,11 @@ TEST(lane_life, has_the_accesses_that_the_sources_have) {
       {taking, "lane.state.store(lane_state::free,std::memory_order_release);lane.news.notify();", 1},
       {taking, "lane.heard_by.store(audience::nobody,std::memory_order_relaxed);", 1},
       {taking, ".state.", 3},
+      {taking,
+       "if(!views_[i].attached||views_[i].topic!=topic_index||detail::subscribes(lanes_[i].kind))continue;",
+       1}, // update_wanted()
+      {taking, "if(i==index||!views_[i].attached||views_[i].topic!=topic_index)continue;", 1}, // announce()
+      {taking, "lanes_[i].kind", 2},
       {talking, "lane.state.store(state,std::memory_order_release);lane.news.notify();", 1},
       {talking, "lane.heard_by.store(detail::audience::somebody,std::memory_order_relaxed);", 1},
       {talking, ".state.", 1},
