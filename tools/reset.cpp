@@ -55,7 +55,7 @@ command table_of(reset_settings& o) {
 std::string refusal_words(std::string_view why, std::string_view state, const std::string& asked) {
   if (why == "number") return joined("number ", asked, " is over: the robot is ", state_words(state));
   if (why == "role") return "only who is on the robot's own machine may reset it";
-  if (why == "tick") return "it took too long; try again";
+  if (why == "tick") return "it took too long, or somebody stopped the robot again meanwhile; try again";
   if (why == "loops") {
     const std::string late = late_loops(state);
     return joined("a loop has not acknowledged the stop, or does not run", late.empty() ? "" : ": ", late);

@@ -188,7 +188,7 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
       return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
                    service::stop_rules::name_bytes_max, argument::name};
     }
-    return in_range(argument::loop_timeout, asked.loop_timeout, 1ms, 10s);
+    return in_range(argument::loop_timeout, asked.loop_timeout, 1ms, longest_loop_timeout);
   }
   const std::size_t most{name_bytes_max};
   if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;

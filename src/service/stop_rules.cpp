@@ -2,6 +2,7 @@
 #include "service/stop_rules.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <utility>
 
 #include "json/utf8.hpp"
@@ -42,7 +43,11 @@ stop_rules::stop_rules(const stop_options& options, rt::time_point start, std::u
     : options_{options},
       start_{start},
       first_tick_{dice & tick_dice_mask},
-      number_{static_cast<latch_number>(1 + (dice >> 48) % detail::latch_number_max)},
+      number_{1 + (dice >> 48) % detail::latch_number_max}, // short enough to be typed
+      latch_{static_cast<latch_number>(number_)},
+      latch_number_{number_},
+      latch_tick_{first_tick_ - 1}, // none: it may be raised in the first millisecond, too
+      reset_tick_least_{first_tick_},
       since_{start} {}
 
 bool stop_rules::good_name(std::string_view name) noexcept {
@@ -110,7 +115,7 @@ bool stop_rules::loops_ready(rt::time_point now) const noexcept {
   for (const loop& l : loops_) {
     if (l.words == nullptr) continue;
     any = true;
-    if (l.words->acknowledged(now).number != number_ || now - last_look(l) > l.timeout) return false;
+    if (l.words->acknowledged(now).number != latch_ || now - last_look(l) > l.timeout) return false;
   }
   return any;
 }
@@ -119,7 +124,7 @@ rt::time_point stop_rules::observed() const noexcept {
   rt::time_point last{};
   for (const loop& l : loops_) {
     if (l.words == nullptr) continue;
-    if (l.answered.number != number_) return rt::never;
+    if (l.answered.number != latch_) return rt::never;
     last = std::max(last, l.answered.at);
   }
   return running_ || last == rt::time_point{} ? rt::never : last;
@@ -200,15 +205,33 @@ void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point 
   set_source(source);
   asker_count_ = 0;
   until_ = {};
+  outdate_ticks(now);
   raise_number(now); // what was shown while running names no stop
+}
+
+// Whether a loop's words have this latch number, from a turn ago or longer: it would be taken for the answer to
+// a stop, or for a trip, that it is not.
+bool stop_rules::is_held(latch_number one) const noexcept {
+  return std::any_of(loops_.begin(), loops_.end(), [&](const loop& l) {
+    return l.words != nullptr && (l.words->tripped() == one || l.answered.number == one);
+  });
 }
 
 void stop_rules::raise_number(rt::time_point now) noexcept {
   since_ = now;
-  number_ = detail::next_latch_number(number_);
+  ++number_;
+  if (latch_tick_ != tick(now)) {
+    do latch_ = detail::next_latch_number(latch_);
+    while (is_held(latch_)); // of 65 535 the loops have sixteen at most
+    latch_number_ = number_;
+    latch_tick_ = tick(now);
+  }
   permit_changed_ = true;
   ++version_;
 }
+
+// What was issued until now was issued to somebody who does not know of the stop that is asked for now.
+void stop_rules::outdate_ticks(rt::time_point now) noexcept { reset_tick_least_ = tick(now) + 1; }
 
 bool stop_rules::is_new(std::uint64_t asker) noexcept {
   const auto end = askers_.begin() + static_cast<std::ptrdiff_t>(asker_count_);
@@ -219,6 +242,7 @@ bool stop_rules::is_new(std::uint64_t asker) noexcept {
 
 void stop_rules::request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept {
   turn(now);
+  outdate_ticks(now); // repeats, too: who repeats himself wants it stopped now
   const bool was_running = running_;
   if (was_running) stop(stop_cause::request, source, now);
   if (!is_new(hash_of(source, peer)) || was_running) return;
@@ -231,11 +255,13 @@ stop_rules::refusal stop_rules::reset(std::int64_t number, std::int64_t tick, bo
                                       rt::time_point now) noexcept {
   turn(now);
   if (!role) return refusal::role;
-  if (running_ || number != number_) return refusal::number;
+  if (running_ || number < 0 || static_cast<std::uint64_t>(number) != number_) return refusal::number;
   const rt::time_point when = issued(tick, now);
   if (when == rt::never || now - when > reset_tick_age_max) return refusal::tick;
+  if (static_cast<std::uint64_t>(tick) < reset_tick_least_) return refusal::tick;
   if (!loops_ready(now)) return refusal::loops;
   if (!guarded(now)) return refusal::guards;
+  assert(latch_tick_ != this->tick(now)); // it was raised by a stop, and the tick is newer than any
   raise_number(now);
   running_ = true;
   source_bytes_ = 0;
@@ -264,7 +290,7 @@ bool stop_rules::find_trouble(rt::time_point now) noexcept {
   }
   for (const loop& l : loops_) {
     if (l.words == nullptr) continue;
-    if (l.words->tripped() == number_) {
+    if (l.words->tripped() == latch_) {
       // It found the permit over, a moment ago: a lease, or this thread was late.
       const auto g = lapsed(last_look(l) + rt::duration{std::int64_t{1} << detail::permit::unit_shift});
       const bool by_lease = g != guards_.end();
@@ -285,6 +311,7 @@ void stop_rules::turn(rt::time_point now) noexcept {
     const auto answered = l.words->acknowledged(now);
     if (answered.number == l.answered.number) continue; // its time was complete when it was new
     l.answered = answered;
+    l.answered_number = answered.number == latch_ ? number_ : latch_number_ - 1; // late: to one before
     ++version_;
   }
   if (!running_ || find_trouble(now)) return;
@@ -311,7 +338,7 @@ rt::time_point stop_rules::next_turn(rt::time_point now) const noexcept {
 void stop_rules::write_permit(detail::permit_word<>& into) noexcept {
   if (!permit_changed_) return;
   permit_changed_ = false;
-  running_ ? into.grant(number_, until_) : into.withdraw(number_);
+  running_ ? into.grant(latch_, until_) : into.withdraw(latch_);
 }
 
 // ---- shown
@@ -358,7 +385,7 @@ void stop_rules::write_state(json::writer& into, rt::time_point now) const noexc
     into.key("age_ms");
     into.number(milliseconds(now - last_look(l)));
     into.key("acknowledged");
-    into.number(l.words->acknowledged(now).number);
+    into.number(l.answered.number == latch_ ? number_ : l.answered_number);
     into.end_object();
   }
   into.end_array();

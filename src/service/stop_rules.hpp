@@ -6,6 +6,11 @@
 //
 // A tick is a number of milliseconds since the endpoint was opened, plus a number drawn then, so a tick tells
 // when it was issued and one of an earlier run is of no use.
+//
+// A stop has two numbers. `number` is what peers name it by: every stop by somebody new, and every reset, has
+// one of its own, which never comes again. `latch` is what the loops' words have room for, 16 bits: it is raised
+// with the number, but at most once in the millisecond of a tick. To the loops, stops of one millisecond are one
+// stop: whoever has met the first stands for all of them. docs/decisions/0027 says why that is enough.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -72,7 +77,9 @@ class stop_rules {
 
   // ---- what it is
   bool running() const noexcept { return running_; }
-  latch_number number() const noexcept { return number_; }
+  // Below 2^53, which browsers can count to, for half a century of five million stops a second.
+  std::uint64_t number() const noexcept { return number_; }
+  latch_number latch() const noexcept { return latch_; }
   std::string_view source() const noexcept { return {source_.data(), source_bytes_}; }
   std::string_view cause_name() const noexcept; // empty when running
   // Raised by everything that peers are shown, but for ticks and ages.
@@ -101,7 +108,8 @@ class stop_rules {
     std::uint8_t name_bytes = 0;
     rt::duration timeout{};
     rt::time_point since{};                           // it counts as having looked then
-    detail::latch_words<>::acknowledgment answered{}; // the one that turn() saw last
+    detail::latch_words<>::acknowledgment answered{}; // the one that turn() saw last,
+    std::uint64_t answered_number = 0;                // and the stop's number that it was for
 
     std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }
   };
@@ -109,6 +117,8 @@ class stop_rules {
   void stop(stop_cause cause, std::string_view source, rt::time_point now) noexcept;
   void raise_number(rt::time_point now) noexcept;
   void set_source(std::string_view source) noexcept;
+  bool is_held(latch_number by_a_loop) const noexcept;
+  void outdate_ticks(rt::time_point now) noexcept;
   bool is_new(std::uint64_t asker) noexcept;
   // When a tick was issued; never for one that was not.
   rt::time_point issued(std::int64_t tick, rt::time_point now) const noexcept;
@@ -128,8 +138,12 @@ class stop_rules {
   bool in_use_ = false;
   bool running_ = false;
   stop_cause cause_ = stop_cause::start;
-  latch_number number_;
-  rt::time_point since_; // of this number: when it was stopped or reset
+  std::uint64_t number_;
+  latch_number latch_;
+  std::uint64_t latch_number_{};  // the stop's number when the latch's was raised last,
+  std::uint64_t latch_tick_;      // and the tick
+  std::uint64_t reset_tick_least_; // a reset must have a tick issued after the newest request to stop
+  rt::time_point since_;          // of this number: when it was stopped or reset
   std::array<char, source_bytes_max> source_{};
   std::size_t source_bytes_ = 0;
   std::uint64_t version_ = 1;

@@ -76,8 +76,10 @@ struct robot {
   void beat() {
     if (guarded) (void)lease();
   }
+  // With a tick that was issued after whatever was asked before.
   refusal reset() {
-    const refusal why = rules.reset(rules.number(), tick(), true, now);
+    now += 1ms;
+    const refusal why = rules.reset(static_cast<std::int64_t>(rules.number()), tick(), true, now);
     publish();
     return why;
   }
@@ -207,10 +209,10 @@ TEST(stop_rules, take_no_tick_that_was_not_issued_yet_or_is_of_another_run) {
   for (const std::int64_t tick :
        {r.tick() + 1, std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, INT64_MAX})
     EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::tick) << tick;
-  EXPECT_EQ(r.rules.reset(r.rules.number(), r.tick() + 1, true, r.now), refusal::number); // it moves
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now), refusal::number); // it moves
   r.stop();
   r.look_all();
-  EXPECT_EQ(r.rules.reset(r.rules.number(), r.tick() + 1, true, r.now), refusal::tick);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now), refusal::tick);
 }
 
 TEST(stop_rules, stay_stopped_when_the_guard_comes_back) {
@@ -286,7 +288,7 @@ TEST(stop_rules, register_guards_and_reset_only_with_the_role) {
   r.add_loop();
   r.look_all();
   EXPECT_EQ(r.rules.lease("page", r.tick(), false, operator_a, false, r.now), refusal::role);
-  EXPECT_EQ(r.rules.reset(r.rules.number(), r.tick(), false, r.now), refusal::role);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), false, r.now), refusal::role);
 }
 
 TEST(stop_rules, have_places_for_eight_guards_with_plain_names) {
@@ -356,7 +358,147 @@ TEST(stop_rules, refuse_the_reset_of_who_has_not_seen_the_newest_stop) {
   const auto seen = r.rules.number();
   r.stop("b", operator_b);
   r.look_all();
-  EXPECT_EQ(r.rules.reset(seen, r.tick(), true, r.now), refusal::number);
+  r.now += 1ms;
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), r.tick(), true, r.now), refusal::number);
+  EXPECT_EQ(r.reset(), refusal::none);
+}
+
+// Everybody new raises the number, and from the seventeenth on everybody is.
+TEST(stop_rules, never_use_a_number_again_however_many_stops_there_are) {
+  moving_robot r;
+  r.stop("first");
+  r.look_all();
+  const auto seen = r.rules.number();
+  const std::int64_t tick = r.tick();
+  for (int i = 0; i < 20; ++i) r.stop(std::to_string(i), operator_b);
+  for (int i = 0; i < 65'515; ++i) {
+    r.rules.request("flood", operator_b, r.now + i * 690ns); // 45 ms
+    ASSERT_EQ(r.rules.number(), seen + 21 + static_cast<std::uint64_t>(i));
+  }
+  r.now += 46ms;
+  r.look_all();
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), tick, true, r.now), refusal::number);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), r.tick(), true, r.now), refusal::number);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), tick, true, r.now), refusal::tick);
+  EXPECT_FALSE(r.base().moving);
+}
+
+TEST(stop_rules, raise_what_loops_know_a_stop_by_once_in_a_millisecond_at_most) {
+  moving_robot r;
+  r.stop("first");
+  for (int i = 0; i < 20; ++i) r.stop(std::to_string(i), operator_b);
+  int raised = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const auto before = r.rules.latch();
+    r.now += 1us;
+    r.stop("flood", operator_b);
+    raised += r.rules.latch() != before;
+  }
+  EXPECT_LE(raised, 101);
+  EXPECT_GE(raised, 99);
+}
+
+// It met one of many stops of one millisecond; the others found it standing.
+TEST(stop_rules, take_the_answer_to_a_stop_for_all_of_its_millisecond) {
+  moving_robot r;
+  r.now += 1ms;
+  r.stop("a");
+  r.look_all();
+  r.turn();
+  const time_point braked = r.now;
+  EXPECT_EQ(r.rules.observed(), braked);
+  const auto first = r.rules.number();
+  r.now += 100us;
+  r.stop("b", operator_b);
+  EXPECT_NE(r.rules.number(), first);
+  EXPECT_EQ(r.rules.source(), "b");
+  EXPECT_EQ(r.rules.observed(), braked); // and not moved since
+  EXPECT_NE(r.state().find(R"("acknowledged":)" + std::to_string(r.rules.number())), std::string::npos)
+      << r.state();
+  r.now += 1ms;
+  r.stop("c", operator_b);
+  EXPECT_EQ(r.rules.observed(), rowe::rt::never); // a new one
+  EXPECT_NE(r.state().find(R"("acknowledged":)" + std::to_string(first)), std::string::npos) << r.state();
+  r.look_all();
+  r.turn();
+  EXPECT_EQ(r.rules.observed(), r.now);
+}
+
+TEST(stop_rules, stop_a_loop_that_was_let_go_in_the_same_millisecond) {
+  moving_robot r;
+  r.stop();
+  r.look_all();
+  ASSERT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  ASSERT_TRUE(r.base().moving);
+  r.now += 10us;
+  r.stop();
+  EXPECT_EQ(r.rules.observed(), rowe::rt::never); // what it acknowledged was the stop before
+  r.look(r.base());
+  EXPECT_FALSE(r.base().moving);
+  r.turn();
+  EXPECT_EQ(r.rules.observed(), r.now);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), true, r.now), refusal::tick);
+  EXPECT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  EXPECT_TRUE(r.base().moving);
+}
+
+// A loop that hangs for a whole turn of the latch's number still has one in its words when it is due again.
+TEST(stop_rules, never_give_the_latch_a_number_that_a_loop_still_has) {
+  robot r{unguarded()};
+  loop& quick = r.add_loop("quick");
+  loop& hangs = r.add_loop("hangs");
+  r.look_all();
+  ASSERT_EQ(r.reset(), refusal::none);
+  r.stop("first");
+  r.look(quick);
+  r.look(hangs);
+  const auto held = hangs.own.tripped;
+  ASSERT_EQ(held, r.rules.latch());
+  for (int i = 0; i < 20; ++i) r.stop(std::to_string(i), operator_b);
+  for (int i = 0; i < 70'000; ++i) {
+    r.now += 1ms;
+    r.stop("flood", operator_b);
+    ASSERT_NE(r.rules.latch(), held) << i;
+    if (i % 50 == 0) r.look(quick);
+  }
+  r.look(quick);
+  EXPECT_EQ(r.reset(), refusal::loops); // it has not looked
+  r.look(hangs, false);
+  EXPECT_EQ(r.reset(), refusal::loops); // nor commanded its brake again
+  r.look(hangs);
+  EXPECT_EQ(r.reset(), refusal::none);
+  r.look_all();
+  EXPECT_TRUE(quick.moving && hangs.moving);
+}
+
+TEST(stop_rules, refuse_a_reset_whose_tick_was_issued_before_the_newest_stop) {
+  moving_robot r;
+  r.stop("a");
+  r.look_all();
+  r.now += 5ms;
+  const auto number = static_cast<std::int64_t>(r.rules.number());
+  const std::int64_t tick = r.tick();
+  r.now += 5ms;
+  r.look_all();
+  r.stop("a"); // a repeat, which raises no number
+  ASSERT_EQ(static_cast<std::int64_t>(r.rules.number()), number);
+  EXPECT_EQ(r.rules.reset(number, tick, true, r.now), refusal::tick);
+  EXPECT_EQ(r.rules.reset(number, r.tick(), true, r.now), refusal::tick); // it may be from before
+  r.now += 1ms;
+  EXPECT_EQ(r.rules.reset(number, r.tick(), true, r.now), refusal::none);
+}
+
+TEST(stop_rules, refuse_a_reset_whose_tick_is_older_than_a_stop_that_nobody_asked_for) {
+  moving_robot r;
+  r.pass(10ms);
+  const std::int64_t tick = r.tick();
+  r.rules.peer_gone(operator_a, r.now);
+  r.publish();
+  r.look_all();
+  EXPECT_EQ(r.lease("page", operator_b), refusal::none);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), tick, true, r.now), refusal::tick);
   EXPECT_EQ(r.reset(), refusal::none);
 }
 
@@ -365,14 +507,15 @@ TEST(stop_rules, refuse_the_reset_of_who_has_seen_it_moving_and_not_the_stop) {
   const auto seen = r.rules.number();
   r.stop();
   r.look_all();
-  EXPECT_EQ(r.rules.reset(seen, r.tick(), true, r.now), refusal::number);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(seen), r.tick(), true, r.now), refusal::number);
 }
 
 TEST(stop_rules, refuse_a_reset_out_of_an_offline_queue) {
   moving_robot r;
   r.stop();
   r.look_all();
-  const auto number = r.rules.number();
+  const auto number = static_cast<std::int64_t>(r.rules.number());
+  r.now += 1ms;
   const std::int64_t tick = r.tick();
   r.pass(2001ms);
   EXPECT_EQ(r.rules.reset(number, tick, true, r.now), refusal::tick);
@@ -386,6 +529,7 @@ TEST(stop_rules, refuse_a_reset_until_every_loop_has_acknowledged_this_stop) {
   r.look(r.base(), false);
   EXPECT_EQ(r.reset(), refusal::loops); // it stands, and has not said so
   r.look(r.base());
+  r.now += 1ms;
   r.stop("b", operator_b);
   EXPECT_EQ(r.reset(), refusal::loops); // that was another stop
   r.look(r.base());
@@ -443,10 +587,10 @@ TEST(stop_rules, let_loops_stop_by_themselves_when_this_thread_is_silent_and_the
 TEST(stop_rules, keep_a_loop_stopped_that_tripped_even_when_the_permit_is_renewed) {
   moving_robot r;
   const time_point asleep = r.now + r.options.service_timeout + 1ms;
-  r.permit.grant(r.rules.number(), r.now); // over, for one look
+  r.permit.grant(r.rules.latch(), r.now); // over, for one look
   r.look(r.base(), false);
   ASSERT_FALSE(r.base().moving);
-  r.permit.grant(r.rules.number(), asleep + 1s); // a renewal that did not know
+  r.permit.grant(r.rules.latch(), asleep + 1s); // a renewal that did not know
   r.look(r.base(), false);
   EXPECT_FALSE(r.base().moving);
 }
@@ -536,7 +680,7 @@ TEST(latch_words, tell_when_they_were_acknowledged_even_across_the_end_of_their_
 TEST(latch_number, begins_anew_behind_the_largest_and_is_never_none) {
   EXPECT_EQ(rowe::detail::next_latch_number(rowe::detail::latch_number_max), 1);
   for (std::uint64_t high : {std::uint64_t{0}, std::uint64_t{0xffff} << 48, std::uint64_t{0xfffe} << 48})
-    EXPECT_NE(stop_rules({}, time_point{}, high).number(), 0);
+    EXPECT_NE(stop_rules({}, time_point{}, high).latch(), 0);
 }
 
 } // namespace

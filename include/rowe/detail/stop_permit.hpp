@@ -4,8 +4,8 @@
 // The permit is one word: a latch number and a time until which loops may move. The service thread renews it
 // while every guard is fresh, so motion ends by itself when that thread dies; it withdraws it (time 0) to
 // stop. A loop that has once seen the permit of a number withdrawn or over is tripped at that number: a
-// permit that is renewed a moment later does not let it go on, only a higher number does, and only a reset
-// gives one. So no interleaving of a stop, a renewal and a late loop lets the loop miss the stop
+// permit that is renewed a moment later does not let it go on, only another number does, and only a reset
+// grants one. So no interleaving of a stop, a renewal and a late loop lets the loop miss the stop
 // (tests/model).
 //
 // Three words, each with one writer, no loop reads what another loop writes, and nobody ever waits.
@@ -18,9 +18,16 @@
 
 namespace rowe::detail {
 
-// Latch numbers run from 1 to latch_number_max and begin anew behind it; 0 is none.
+// What loops know a stop, or the reset that ended it, by: from 1 to latch_number_max and anew; 0 is none. Peers
+// know stops by numbers that never come again (service/stop_rules.hpp). This one is raised at most once in each
+// latch_period, so that it takes latch_turn to come again, and never to one that a loop's words still have: a
+// loop is not looked for so long (longest_loop_timeout) before everything stops.
 using latch_number = std::uint16_t;
 inline constexpr latch_number latch_number_max = 0xffff;
+inline constexpr rt::duration latch_period = std::chrono::milliseconds{1};
+inline constexpr rt::duration latch_turn = (latch_number_max - 1) * latch_period;
+inline constexpr rt::duration longest_loop_timeout = std::chrono::seconds{10};
+static_assert(latch_turn > 2 * longest_loop_timeout);
 constexpr latch_number next_latch_number(latch_number n) noexcept {
   return n == latch_number_max ? latch_number{1} : static_cast<latch_number>(n + 1);
 }
