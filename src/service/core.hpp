@@ -173,8 +173,8 @@ class core final : public transport_sink {
   std::size_t read_one(connection& c) noexcept;
   void take_turn(connection& c) noexcept;
   void read_in_turn() noexcept;
-  std::size_t end_of_stops(const connection& c) const noexcept;
   void read_stops(connection& c) noexcept;
+  bool take_if_stop(connection& c, std::span<const std::byte> frame) noexcept;
 
   // inbound.cpp
   void take(connection& c, const wire::frame_step& step) noexcept;
@@ -491,6 +491,7 @@ class core final : public transport_sink {
   void take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
                       std::string_view args) noexcept;
   bool asks_to_stop(const json::document& text) const noexcept;
+  bool is_stop(std::string_view text) noexcept;
   void take_silent_stop(connection& c, std::string_view args) noexcept;
   void carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept;
   void report_stop(std::string_view reason) noexcept;

@@ -2,12 +2,13 @@
 // What has been read and is not carried out yet. When several peers have something to say, receiving only
 // puts it aside: then one message of each is carried out in turn, those who have waited longest first, up to
 // a stated amount of work in one cycle. So a peer waits for one message of every other peer, not for all that
-// they have sent. A stop does not even wait for that: a frame that begins like one is carried out as it is
-// read.
+// they have sent. A stop does not even wait for that: it is carried out as it is read, before what its own peer
+// sent in front of it.
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstring>
+#include <iterator>
 #include <string_view>
 
 #include "service/core.hpp"
@@ -22,7 +23,51 @@ constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / 1
 
 // How much of a text is looked at, and what a stop has there.
 constexpr std::size_t look_bytes = 160;
-constexpr std::string_view stop_marks[] = {"rowe/stop\"", "rowe\\/stop\""};
+constexpr std::string_view stop_marks[] = {"rowe/stop", "rowe\\/stop"};
+
+bool says_stop(std::string_view escaped) noexcept {
+  return json::says(escaped, "/rowe/stop") || json::says(escaped, "rowe/stop");
+}
+
+// Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not one
+// inside of something else. Whether it is JSON, and asks to stop, only reading it says.
+bool begins_as_stop(std::string_view text) noexcept {
+  const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
+    return text.find(mark) != std::string_view::npos;
+  });
+  if (!marked) return false;
+  int depth = 0;
+  bool in_value = false;
+  std::string_view name;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    switch (text[at]) {
+    case '{':
+    case '[': ++depth; break;
+    case '}':
+    case ']':
+      if (--depth <= 0) return false;
+      break;
+    case ':': in_value = in_value || depth == 1; break;
+    case ',': in_value = in_value && depth != 1; break;
+    case '"': {
+      const std::size_t begin = ++at;
+      while (at < text.size() && text[at] != '"') at += text[at] == '\\' ? 2U : 1U;
+      if (at >= text.size()) return false;
+      const std::string_view said = text.substr(begin, at - begin);
+      if (depth != 1) break;
+      if (!in_value) {
+        name = said;
+      } else if (name == "service" ? says_stop(said.substr(0, said.find('#')))
+                                   : name == "topic" && says_stop(said)) {
+        return true;
+      }
+      break;
+    }
+    default: break;
+    }
+  }
+  return false;
+}
 
 } // namespace
 
@@ -86,35 +131,56 @@ void core::read_in_turn() noexcept {
   }
 }
 
-// Carries out everything up to the last stop that is here whole: what stands before it is its peer's own, and
-// not more than was read at once.
+// Carries out the stops among what was read, and takes them out: what stands before a stop, of its own peer too,
+// waits for its turn, and so does what only looks like one. A text that claims to be a stop and is none has cost
+// one reading more than its turn will; until more is read nothing else of its peer is looked at, so that nobody
+// pays for it. A stop whose service or topic stands further behind, or that came in pieces, waits for its turn.
 void core::read_stops(connection& c) noexcept {
-  const std::size_t end = end_of_stops(c);
-  const std::size_t left = c.unread.size() - end;
-  while (end != 0 && c.unread.size() > left) read_one(c);
+  if (!stop_.in_use()) return;
+  const std::span<std::byte> all = c.unread;
+  const auto begun = c.parser.look_ahead(all);
+  if (!begun || begun->rest >= all.size()) return;
+  bool in_message = begun->in_message;
+  std::size_t kept = begun->rest; // the end of what stays; from `at` on nothing was looked at
+  std::size_t at = kept;
+  const auto keep = [&](std::size_t bytes) {
+    if (kept != at) std::memmove(all.data() + kept, all.data() + at, bytes);
+    kept += bytes;
+    at += bytes;
+  };
+  while (at < all.size() && c.open()) {
+    const auto frame = all.subspan(at);
+    const std::size_t bytes = wire::whole_frame_bytes(frame);
+    const wire::opcode what = wire::opcode_of(frame[0]);
+    if (bytes == 0 || what == wire::opcode::close) break;
+    const bool begins = wire::is_data(what) && what != wire::opcode::continuation;
+    if (wire::is_data(what) && begins == in_message) break; // against the protocol: in its turn
+    if (wire::is_data(what)) in_message = !wire::is_final(frame[0]);
+    std::array<char, look_bytes> room;
+    if (!begins || !begins_as_stop(wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
+      keep(bytes);
+    } else if (take_if_stop(c, frame.first(bytes))) {
+      at += bytes;
+    } else {
+      break;
+    }
+  }
+  keep(all.size() - at);
+  c.unread = all.first(kept);
 }
 
-// Where the last frame ends that begins like a request to stop; 0: there is none. A frame that only looks
-// like one is carried out a little earlier than its turn; a stop whose service or topic stands further
-// behind, or that came in pieces, waits for its turn.
-std::size_t core::end_of_stops(const connection& c) const noexcept {
-  if (!stop_.in_use()) return 0;
-  const auto begun = c.parser.rest_of_frame();
-  if (!begun) return 0; // in the middle of a header
-  std::size_t found = 0;
-  for (std::size_t at = *begun; at < c.unread.size();) {
-    const auto frame = c.unread.subspan(at);
-    const std::size_t bytes = wire::whole_frame_bytes(frame);
-    if (bytes == 0) break;
-    std::array<char, look_bytes> room;
-    const std::string_view text = wire::look_at_text(frame, std::as_writable_bytes(std::span{room}));
-    const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
-      return text.find(mark) != std::string_view::npos;
-    });
-    at += bytes;
-    if (marked) found = at;
-  }
-  return found;
+// A text in a whole frame, where it is a request to stop; false, and nothing was done, where it is not. The
+// frame stays as it came.
+bool core::take_if_stop(connection& c, std::span<const std::byte> frame) noexcept {
+  std::array<std::byte, read_bytes_in_turn + tailroom_bytes> room;
+  std::memcpy(room.data(), frame.data(), frame.size());
+  std::memset(room.data() + frame.size(), 0, tailroom_bytes);
+  wire::frame_parser alone = c.parser.anew();
+  const wire::frame_step step = alone.next(std::span{room}.first(frame.size()));
+  const bool stops = step.event == wire::frame_event::text &&
+                     is_stop({reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
+  if (stops) take_text(c, step.payload);
+  return stops;
 }
 
 } // namespace rowe::service

@@ -109,6 +109,26 @@ bool core::asks_to_stop(const json::document& text) const noexcept {
   return false;
 }
 
+// Whether take_text() would carry out a stop: the same decisions, and nothing is done. Reads it as a request, so
+// not while another one is carried out.
+bool core::is_stop(std::string_view text) noexcept {
+  if (!stop_.in_use() || !validator_.validate(text)) return false;
+  const json::document known = validator_.last();
+  const auto names = [](std::string_view what) { return stop_service_named(what) == stop_service::stop; };
+  bare::envelope said;
+  const auto refusal = bare::decode(known, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
+  if (said.op_is_text) {
+    rosbridge::request asked;
+    const rosbridge::name_limits limits{.topic_bytes_max = bounds_.topic_bytes_max};
+    if (rosbridge::decode(known, scratch_, limits, asked)) return asks_to_stop(known);
+    return (asked.what == rosbridge::op::publish && names(asked.topic)) ||
+           (asked.what == rosbridge::op::call_service && names(asked.service));
+  }
+  if (!json::is_object(text)) return false;
+  if (refusal || said.has_op || said.what == bare::kind::message) return asks_to_stop(known);
+  return said.what == bare::kind::invocation && names(said.service);
+}
+
 // A connection is heard no more: what it guarded stops.
 void core::leave_stop(const connection& c) noexcept {
   if (!stop_.in_use()) return;

@@ -346,6 +346,32 @@ bool frame_parser::mid_message() const noexcept {
   return !ended_ && (in_frame_ || in_message_ || header_have_ > 0);
 }
 
+auto frame_parser::look_ahead(std::span<const std::byte> bytes) const noexcept -> std::optional<outlook> {
+  if (ended_) return std::nullopt;
+  const auto open_after = [this](opcode what, bool final) { return is_control(what) ? in_message_ : !final; };
+  if (in_frame_) {
+    return outlook{static_cast<std::size_t>(frame_.payload_bytes - payload_done_),
+                   open_after(frame_.what, frame_.final)};
+  }
+  if (header_have_ == 0) return outlook{0, in_message_};
+  std::array<std::byte, frame_header_bytes_max> whole = header_;
+  const std::size_t added = std::min(bytes.size(), whole.size() - header_have_);
+  if (added > 0) std::memcpy(whole.data() + header_have_, bytes.data(), added);
+  const std::size_t have = header_have_ + added;
+  if (have < 2 || have < header_bytes(whole[1])) return std::nullopt;
+  const std::size_t count = length_bytes(whole[1]);
+  const std::uint64_t payload =
+      count == 0 ? number_of(whole[1]) & length_bits : read_big_endian(whole.data() + 2, count);
+  return outlook{static_cast<std::size_t>(header_bytes(whole[1]) - header_have_ + payload),
+                 open_after(opcode_of(whole[0]), is_final(whole[0]))};
+}
+
+frame_parser frame_parser::anew() const noexcept {
+  frame_parser other;
+  other.reset(ours_, limits_, assembly_);
+  return other;
+}
+
 bool frame_parser::check() const noexcept {
   if (ended_) return true;
   if (header_have_ >= header_.size() || (in_frame_ && header_have_ > 0)) return false;

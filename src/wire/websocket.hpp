@@ -101,12 +101,17 @@ class frame_parser {
   // True while a frame or a fragmented message has begun and is not complete: what a message deadline asks.
   bool mid_message() const noexcept;
 
-  // How many bytes of the frame that has begun are still to come; 0 between two frames; nothing in the middle
-  // of a header.
-  std::optional<std::size_t> rest_of_frame() const noexcept {
-    if (header_have_ > 0) return std::nullopt;
-    return in_frame_ ? static_cast<std::size_t>(frame_.payload_bytes - payload_done_) : 0;
-  }
+  // Where in `bytes`, which come next, the frame ends that has begun (0: none has), and whether a fragmented
+  // message is open behind it. Nothing where its header does not end in them, or nothing is read any more.
+  struct outlook {
+    std::size_t rest = 0; // may be more than bytes.size()
+    bool in_message = false;
+  };
+  std::optional<outlook> look_ahead(std::span<const std::byte> bytes) const noexcept;
+
+  // A parser of the same role and limits that stands between two messages. For frames that are whole: both
+  // have one assembly buffer.
+  frame_parser anew() const noexcept;
 
   // True when the state is one that bytes can lead to; for tests and fuzzers.
   bool check() const noexcept;
@@ -178,6 +183,13 @@ std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::b
 
 // The length of the frame at the front of `bytes`; 0 when it is not here whole. Nothing is checked.
 std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept;
+
+// What its first byte says of a frame. Nothing is checked.
+constexpr opcode opcode_of(std::byte first) noexcept {
+  return static_cast<opcode>(std::to_integer<std::uint8_t>(first) & 0x0fU);
+}
+constexpr bool is_final(std::byte first) noexcept { return (std::to_integer<std::uint8_t>(first) & 0x80U) != 0; }
+constexpr bool is_data(opcode what) noexcept { return (static_cast<std::uint8_t>(what) & 0x08U) == 0; }
 
 // The body of a close frame: code and reason, cut at a character's end where it is too long. `none_given`
 // gives an empty body. Returns its size.

@@ -5,7 +5,10 @@
 
 #include <rowe/stop_latch.hpp>
 
+#include <algorithm>
+#include <memory>
 #include <optional>
+#include <ranges>
 
 namespace core_reading_test {
 namespace {
@@ -41,6 +44,29 @@ struct reading : testing::Test {
   void listen() {
     heard = &on.offer(rowe::detail::lane_kind::subscribe_text, "/heard", 8000, {.depth = 512});
     on.cycle();
+  }
+  void forget() {
+    heard->state.store(rowe::detail::lane_state::closing, std::memory_order_release); // as close_lane()
+    on.cycle();
+  }
+  std::unique_ptr<rowe::stop_latch> latch_on_stage() {
+    rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+    on.cycle();
+    return std::make_unique<rowe::stop_latch>(theatre::handle_of(lane));
+  }
+  void flood_by_others() {
+    for (std::size_t who = 1; who < 4; ++who)
+      for (int i = 0; i < 60; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  }
+  // As a client masks it, with a key of zeros.
+  static std::vector<std::byte> frame_of(rowe::wire::opcode what, bool final, std::string_view payload) {
+    std::vector<std::byte> frame(rowe::wire::frame_header_bytes_max + payload.size());
+    const std::size_t header =
+        rowe::wire::write_frame_header(frame.data(), what, payload.size(), rowe::wire::mask_key{});
+    if (!final) frame[0] &= std::byte{0x7f};
+    payload.copy(reinterpret_cast<char*>(frame.data() + header), payload.size());
+    frame.resize(header + payload.size());
+    return frame;
   }
   static std::string say(char who, std::size_t bytes = 0) {
     return R"({"op":"publish","topic":"/heard","msg":{"data":")" + std::string(1, who) +
@@ -127,6 +153,142 @@ TEST_F(reading, finds_a_stop_behind_other_messages_of_its_own_peer) {
   on.cycle();
   EXPECT_EQ(on.count(counter::stops), 1U);
   EXPECT_EQ(order(), "aaaaaaaaaabbbbbbbbbb");
+}
+
+// What a peer sends in front of a stop goes on waiting for its turn.
+TEST_F(reading, carries_out_nothing_but_the_stop_before_its_turn) {
+  listen();
+  const auto latch = latch_on_stage();
+  for (int i = 0; i < 40; ++i) peers[0]->say(say('a'));
+  peers[0]->say(stop_call);
+  peers[0]->say(stop_call);
+  for (std::size_t who = 1; who < 4; ++who)
+    for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 2U);
+  EXPECT_EQ(order().substr(0, 40), "abcdabcdabcdabcdabcdabcdabcdabcdabcdabcd");
+  on.cycles(60);
+  EXPECT_EQ(order().size(), 60U);
+  EXPECT_EQ(on.count(counter::stops), 2U);
+  EXPECT_EQ(peers[0]->hear().size(), 2U);
+}
+
+TEST_F(reading, lets_nobody_pass_by_the_words_of_a_stop) {
+  const auto latch = latch_on_stage();
+  for (const std::string text :
+       {R"({"op":"publish","topic":"/heard","msg":{"data":"a","service":"/rowe/stop"}})",
+        R"({"op":"publish","topic":"/heard","msg":{"data":"a","\"service\":\"/rowe/stop\"":1}})",
+        R"({"op":"publish","msg":{"data":"a","x":[{"topic":"/rowe/stop"}]},"topic":"/heard"})",
+        R"({"op":"publish","topic":"/heard","msg":{"data":"a","x":"\",\"service\":\"/rowe/stop"}})"}) {
+    listen();
+    for (int i = 0; i < 40; ++i) peers[0]->say(text);
+    for (std::size_t who = 1; who < 4; ++who)
+      for (int i = 0; i < 10; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+    on.cycle();
+    const std::string seen = order();
+    EXPECT_EQ(std::count(seen.begin(), seen.begin() + 13, 'b'), 3) << text << seen;
+    on.cycles(3);
+    forget();
+  }
+  EXPECT_EQ(on.count(counter::stops), 0U);
+}
+
+// A claim costs its peer's neighbours one reading at most, however often it is made.
+TEST_F(reading, lets_nobody_pass_by_claiming_to_be_a_stop) {
+  listen();
+  const auto latch = latch_on_stage();
+  for (int i = 0; i < 60; ++i) peers[0]->say(R"({"service":"/rowe/stop","message_id":1,})");
+  for (int i = 0; i < 20; ++i) peers[0]->say(R"({"op":"subscribe","topic":"/rowe/stop"})");
+  for (std::size_t who = 1; who < 4; ++who)
+    for (int i = 0; i < 30; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 0U);
+  EXPECT_LE(on.count(counter::malformed), 26U);
+  EXPECT_GE(order().size(), 74U);
+  on.cycles(10);
+  EXPECT_EQ(on.count(counter::malformed), 60U);
+  EXPECT_EQ(on.count(counter::stops), 0U);
+}
+
+TEST_F(reading, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is_here_whole) {
+  listen();
+  const auto latch = latch_on_stage();
+  for (std::size_t split = 1; split < 8; ++split) {
+    const auto stops = on.count(counter::stops);
+    const std::vector<std::byte> frame = frame_of(rowe::wire::opcode::text, true, say('a', 200));
+    peers[0]->send_raw(std::span{frame}.first(split));
+    on.cycle();
+    peers[0]->send_raw(std::span{frame}.subspan(split));
+    for (int i = 0; i < 5; ++i) peers[0]->say(say('a'));
+    peers[0]->say(stop_call);
+    flood_by_others();
+    on.cycle();
+    EXPECT_EQ(on.count(counter::stops), stops + 1) << split;
+    on.cycles(10);
+    EXPECT_EQ(std::ranges::count(order(), 'a'), 6) << split;
+  }
+}
+
+TEST_F(reading, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_it) {
+  listen();
+  const auto latch = latch_on_stage();
+  const std::string text = say('a');
+  peers[0]->send_raw(frame_of(rowe::wire::opcode::text, false, text.substr(0, 20)));
+  peers[0]->send(rowe::wire::opcode::ping, "?");
+  on.cycle();
+  peers[0]->send_raw(frame_of(rowe::wire::opcode::continuation, false, text.substr(20, 5)));
+  peers[0]->send(rowe::wire::opcode::ping, "?");
+  peers[0]->send_raw(frame_of(rowe::wire::opcode::continuation, true, text.substr(25)));
+  peers[0]->say(stop_call);
+  flood_by_others();
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 1U);
+  on.cycles(10);
+  EXPECT_EQ(std::ranges::count(order(), 'a'), 1);
+
+  peers[0]->send_raw(frame_of(rowe::wire::opcode::text, false, text.substr(0, 20)));
+  peers[0]->say(stop_call); // against the protocol
+  flood_by_others();
+  on.cycles(10);
+  EXPECT_EQ(on.count(counter::stops), 1U);
+  (void)peers[0]->hear();
+  EXPECT_EQ(peers[0]->close_code, rowe::wire::close_code::protocol_error);
+}
+
+TEST_F(reading, finds_no_stop_behind_a_goodbye) {
+  const auto latch = latch_on_stage();
+  peers[0]->send(rowe::wire::opcode::close, std::string_view{"\x03\xe8", 2});
+  peers[0]->say(stop_call);
+  on.cycles(3);
+  EXPECT_EQ(on.count(counter::stops), 0U);
+}
+
+// The stop passes the reset, which stands before it: the peer's last word holds.
+TEST_F(reading, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
+  const auto latch = latch_on_stage();
+  (void)latch->engaged(on.now);
+  latch->acknowledge(on.now);
+  peers[0]->say(stop_call); // what comes is a repeat, which raises no number
+  on.cycle();
+  (void)latch->engaged(on.now);
+  latch->acknowledge(on.now);
+  on.cycles(5);
+  (void)latch->engaged(on.now);
+  peers[0]->say(R"({"service":"/rowe/stop/state","message_id":1})");
+  on.cycle();
+  const std::string state = peers[0]->hear().back();
+  const auto member = [&](std::string_view name) {
+    return std::string{rowe::json::find(rowe::json::root(state).raw, name)->raw};
+  };
+  peers[0]->say(R"({"service":"/rowe/stop/reset","message_id":2,"number":)" + member("number") +
+                R"(,"tick":)" + member("tick") + "}");
+  peers[0]->say(stop_call);
+  on.cycle();
+  EXPECT_TRUE(latch->engaged(on.now));
+  bool refused = false;
+  for (const std::string& text : peers[0]->hear())
+    refused = refused || text.find(R"("refused":"tick")") != std::string::npos;
+  EXPECT_TRUE(refused);
 }
 
 TEST_F(reading, finds_it_there_although_others_flood) {
