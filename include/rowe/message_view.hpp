@@ -13,7 +13,8 @@ namespace rowe {
 
 // A message, call or reply that arrived: a view of its text, which is valid JSON. Move-only. Gives the slot
 // back when it is destroyed; so destroy it on the thread of its handle, and before the handle. A view kept
-// long is a slot less for what arrives.
+// long is a slot less for what arrives; one that outlives its handle keeps the handle's memory, and one that
+// outlives the endpoint, too, all of the endpoint's for as long as the process runs.
 class message_view {
  public:
   ROWE_RT message_view(message_view&& from) noexcept
@@ -58,37 +59,38 @@ class message_view {
 };
 
 // A struct that was decoded from a message of a topic. Move-only; as message_view, but with keep::newest
-// there is no slot to give back: value() is the newest value until the subscriber is asked again.
+// there is no slot to give back: value() is the newest value until the subscriber is asked again, or is gone.
 template <class T>
 class value_view {
  public:
   ROWE_RT value_view(value_view&& from) noexcept
-      : lane_{std::exchange(from.lane_, nullptr)}, slot_{from.slot_} {}
+      : home_{std::exchange(from.home_, nullptr)}, at_{from.at_}, slot_{from.slot_} {}
   ROWE_RT value_view& operator=(value_view&& from) noexcept {
-    std::swap(lane_, from.lane_);
+    std::swap(home_, from.home_);
+    std::swap(at_, from.at_);
     std::swap(slot_, from.slot_);
     return *this;
   }
   ROWE_RT ~value_view() {
-    if (lane_ != nullptr && lane_->user.in.home != nullptr) lane_->user.in.home->give(slot_);
+    if (home_ != nullptr) home_->give(slot_);
   }
 
   ROWE_RT const T& value() const noexcept {
-    return *reinterpret_cast<const T*>(lane_->user.in.slots.value(slot_));
+    return *reinterpret_cast<const T*>(reinterpret_cast<const std::byte*>(at_) + detail::value_offset);
   }
   // When its last byte was read from the socket, or when it was published in this process.
-  ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
+  ROWE_RT time_point arrived() const noexcept { return time_point{duration{at_->stamped_ns}}; }
   // From whom: no connection (false) where this process published it.
-  ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
+  ROWE_RT connection from() const noexcept { return {at_->peer.index, at_->peer.generation}; }
 
  private:
   template <class U>
   friend class subscriber;
-  value_view(detail::lane& on, std::uint32_t slot) noexcept : lane_{&on}, slot_{slot} {}
+  value_view(detail::lane& on, std::uint32_t slot) noexcept
+      : home_{on.user.in.home}, at_{on.user.in.slots.header(slot)}, slot_{slot} {}
 
-  const detail::value_header& header() const noexcept { return *lane_->user.in.slots.header(slot_); }
-
-  detail::lane* lane_;
+  detail::numbers_home::producer* home_; // null: of a window, or moved from
+  const detail::value_header* at_;
   std::uint32_t slot_;
 };
 

@@ -12,6 +12,7 @@
 
 #include "api/lane_memory.hpp"
 #include "page/page.hpp"
+#include "service/lane_home.hpp"
 #include "service/limit_table.hpp"
 #include "service/memory_plan.hpp"
 #include "service/names.hpp"
@@ -114,7 +115,16 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
       name_{options.name.empty() ? host_name() : options.name},
       carrier_{std::move(carrier)} {}
 
-endpoint_state::~endpoint_state() { (void)close(duration::zero()); } // nobody is left to tell
+// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays, and
+// they go on showing what they show.
+endpoint_state::~endpoint_state() {
+  (void)close(duration::zero()); // nobody is left to tell
+  const bool looked_at = std::any_of(lanes_.begin(), lanes_.end(), [](lane& one) {
+    // acquire: pairs with the releases of close_lane() and leave_lane()
+    return one.state.load(std::memory_order_acquire) != lane_state::free && !service::all_home(one);
+  });
+  if (looked_at) memory_.abandon();
+}
 
 status endpoint_state::start(service::side ours) {
   const service::memory_plan plan = service::plan_memory(options_.limits);
@@ -225,15 +235,16 @@ status endpoint_state::check_service(const lane_request& asked) const noexcept {
 
 // Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces
 // handles finds the memory it had. A lane whose last values a peer does not take is not waited for longer
-// than peers are, and only once: it may wait for a peer that never comes.
+// than peers are, and only once: it may wait for a peer that never comes. A lane that views still look at is
+// not waited for: perhaps only this very thread can end that.
 void endpoint_state::settle_lanes() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     lane& one = lanes_[i];
-    // acquire, both: pair with the releases of close_lane() and detach()
+    // acquire, both: pair with the releases of close_lane() and leave_lane()
     if (one.state.load(std::memory_order_acquire) != lane_state::closing || given_up_[i]) continue;
     given_up_[i] = !one.news.wait_until(deadline, [&] {
-      return one.state.load(std::memory_order_acquire) == lane_state::free; // pairs with detach()
+      return one.state.load(std::memory_order_acquire) != lane_state::closing; // pairs with leave_lane()
     });
   }
 }
@@ -244,7 +255,7 @@ std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const n
   for (;;) {
     const lane* next = nullptr; // the lane in use that comes next in memory
     for (const lane& one : lanes_) {
-      // acquire: pairs with the release in detach(), after which nobody touches the lane's memory
+      // acquire: pairs with the release in leave_lane(), after which nobody touches a free lane's memory
       if (one.state.load(std::memory_order_acquire) == lane_state::free || one.memory.data() < at) continue;
       if (next == nullptr || one.memory.data() < next->memory.data()) next = &one;
     }
@@ -258,7 +269,7 @@ std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const n
 // A free lane with `bytes` of memory.
 result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
   const auto free = std::find_if(lanes_.begin(), lanes_.end(), [](const lane& one) {
-    return one.state.load(std::memory_order_acquire) == lane_state::free; // acquire: pairs with detach()
+    return one.state.load(std::memory_order_acquire) == lane_state::free; // acquire: pairs with leave_lane()
   });
   if (free == lanes_.end()) {
     return error{errc::too_many_lanes, static_cast<std::int64_t>(lanes_.size()), options_.limits.lanes_max};
@@ -344,7 +355,8 @@ status endpoint_state::close(duration drain) noexcept {
 // What was published and nobody will take now. The service thread is gone, so its ends are ours.
 void endpoint_state::count_left(const lane& in) noexcept {
   // acquire: pairs with the release in attach()
-  if (in.state.load(std::memory_order_acquire) == lane_state::free) return;
+  const lane_state now = in.state.load(std::memory_order_acquire);
+  if (now == lane_state::free || now == lane_state::held) return;
   const emptying_end& path = in.service.out;
   std::size_t left = 0;
   if (path.out != nullptr) left = path.out->waiting_at_least();

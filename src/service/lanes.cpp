@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "service/core.hpp"
+#include "service/lane_home.hpp"
 #include "service/publishing.hpp"
 #include "wire/text_out.hpp"
 #include "json/encoder.hpp"
@@ -44,6 +45,9 @@ void core::take_from_lanes() noexcept {
       } else {
         detach(i);
       }
+      break;
+    case lane_state::held:
+      if (all_home(lanes_[i])) leave_lane(i, lane_state::free);
       break;
     }
     lanes_wait_ = lanes_wait_ || views_[i].held_first != no_index;
@@ -225,9 +229,13 @@ void core::detach(std::uint32_t index) noexcept {
     update_wanted(topic_index);
     let_go_own_topic(topic_index);
   }
-  lane.heard_by.store(audience::nobody, std::memory_order_relaxed); // relaxed: the store below publishes it
-  lane.state.store(lane_state::free,
-                   std::memory_order_release); // release: pairs with the acquire in settle_lanes()
+  lane.heard_by.store(audience::nobody, std::memory_order_relaxed); // relaxed: leave_lane() publishes it
+  leave_lane(index, all_home(lane) ? lane_state::free : lane_state::held);
+}
+
+void core::leave_lane(std::uint32_t index, lane_state as) noexcept {
+  detail::lane& lane = lanes_[index];
+  lane.state.store(as, std::memory_order_release); // release: pairs with the acquire in settle_lanes()
   lane.news.notify();
 }
 

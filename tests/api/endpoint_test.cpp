@@ -93,6 +93,51 @@ TEST(endpoint, carries_a_struct_from_one_process_end_to_the_other) {
   EXPECT_EQ(text, R"({"x":1.5,"y":-2})");
 }
 
+// A mistake, and not one that may cost other handles anything.
+TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_its_handle) {
+  rowe::endpoint_options one_lane = hub();
+  one_lane.limits.lane_bytes = 128 * 1024;
+  auto robot = endpoint::listen(0, one_lane).value();
+  auto talker = endpoint::connect(url_of(robot), hub()).value();
+  auto says = talker.advertise<json_text>("/words").value();
+  ASSERT_TRUE(talker.wait_peer(patience));
+  const rowe::topic_options how{.depth = 16, .text_bytes_max = 4096};
+  std::optional seen{robot.subscribe<json_text>("/words", how).value()};
+  std::optional<rowe::message_view> view;
+  EXPECT_TRUE(publish_until([&] { (void)says.publish(R"({"n":1})"); },
+                            [&] {
+                              if (auto message = seen->try_take()) view.emplace(std::move(*message));
+                              return view.has_value();
+                            }));
+  seen.reset();
+  EXPECT_EQ(robot.subscribe<json_text>("/words", how).code(), errc::lane_memory); // there is no other memory
+  EXPECT_EQ(view->text(), R"({"n":1})");
+  view.reset();
+  bool again = false; // once the service thread has seen that it is gone
+  EXPECT_TRUE(publish_until([] { std::this_thread::yield(); },
+                            [&] {
+                              again = robot.subscribe<json_text>("/words", how).has_value();
+                              return again;
+                            }));
+}
+
+TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_it) {
+  std::optional<rowe::message_view> view;
+  {
+    auto robot = endpoint::listen(0, hub()).value();
+    auto talker = endpoint::connect(url_of(robot), hub()).value();
+    auto says = talker.advertise<json_text>("/words").value();
+    auto seen = robot.subscribe<json_text>("/words").value();
+    EXPECT_TRUE(publish_until([&] { (void)says.publish(R"({"n":1})"); },
+                              [&] {
+                                if (auto message = seen.try_take()) view.emplace(std::move(*message));
+                                return view.has_value();
+                              }));
+  }
+  EXPECT_EQ(view->text(), R"({"n":1})");
+  view.reset();
+}
+
 TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
   auto server = endpoint::listen(0, hub()).value();
   auto talker = endpoint::connect(url_of(server), hub()).value();

@@ -6,8 +6,8 @@
 // path takes a free one out of the home ring, fills it, and sends its number; the other side gives the number
 // back home.
 //
-//   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> free (service
-//   thread)
+//   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> held while views or
+//   requests outlive the handle -> free (both: service thread)
 //
 // This header is part of the interface only because the calls of a loop are inline; use publisher,
 // subscriber, caller, responder and rowe::lane.
@@ -41,7 +41,7 @@ class decoder;
 
 namespace rowe::detail {
 
-enum class lane_state : std::uint32_t { free, offered, active, refused, closing };
+enum class lane_state : std::uint32_t { free, offered, active, refused, closing, held };
 enum class lane_kind : std::uint8_t {
   publish_value,   // out: values
   publish_text,    // out: texts

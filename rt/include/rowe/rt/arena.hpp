@@ -44,6 +44,10 @@ class arena {
   arena& operator=(arena&& other) noexcept;
   ~arena();
 
+  // Leaves the memory mapped, and locked, for as long as the process runs, and is empty: for whoever finds at
+  // the end that somebody still looks at it.
+  void abandon() noexcept { base_ = nullptr; }
+
   explicit operator bool() const noexcept { return base_ != nullptr; }
   int map_errno() const noexcept { return map_errno_; } // of mmap or madvise; 0 when mapped
   bool locked() const noexcept { return locked_; }

@@ -87,6 +87,14 @@ class home_consumer {
     return static_cast<std::size_t>(seen_tail_ - head_);
   }
 
+  // How many takes and gives there were so far; of gives perhaps more, since the borrower goes on. The slots that
+  // are there from the beginning are no gives.
+  std::uint64_t taken() const noexcept { return head_; }
+  std::uint64_t given() noexcept {
+    look();
+    return seen_tail_ - slots_;
+  }
+
   // Whether every slot is at home: nobody holds one, so their memory may be used for something else. Once
   // true it stays so until the owner takes one. Never waits.
   ROWE_RT bool all_home() noexcept { return home_at_least() == slots_; }

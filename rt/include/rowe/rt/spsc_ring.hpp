@@ -55,6 +55,12 @@ class ring_producer {
     return static_cast<std::size_t>(mask_ + 1 - (tail_ - seen_head_));
   }
 
+  // How many the other side has popped so far, or more.
+  std::uint64_t popped() noexcept {
+    look();
+    return seen_head_;
+  }
+
   ring_producer(const ring_producer&) = delete;
   ring_producer& operator=(const ring_producer&) = delete;
 
@@ -119,6 +125,12 @@ class ring_consumer {
   ROWE_RT std::size_t waiting_at_least() noexcept {
     look();
     return static_cast<std::size_t>(seen_tail_ - head_);
+  }
+
+  // How many the other side has pushed so far, or more.
+  std::uint64_t pushed() noexcept {
+    look();
+    return seen_tail_;
   }
 
   ring_consumer(const ring_consumer&) = delete;
