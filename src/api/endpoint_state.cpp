@@ -115,8 +115,8 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
       name_{options.name.empty() ? host_name() : options.name},
       carrier_{std::move(carrier)} {}
 
-// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays, and
-// they go on showing what they show.
+// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays,
+// and they go on showing what they show.
 endpoint_state::~endpoint_state() {
   (void)close(duration::zero()); // nobody is left to tell
   const bool looked_at = std::any_of(lanes_.begin(), lanes_.end(), [](lane& one) {

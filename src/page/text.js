@@ -100,7 +100,7 @@ export const causes = {
 // What the robot did not do, and why.
 export const refusals = {
   reset_number: "not reset: it was stopped once more meanwhile",
-  reset_tick: "not reset: the request was too late, try again",
+  reset_tick: "not reset: too late, or stopped again meanwhile; try again",
   reset_role: "not reset: that takes the robot's own machine, its page there or rowe reset",
   reset_guards: "not reset: a guard is missing",
   reset_loops: "not reset: a loop has not acknowledged the stop, or does not run",

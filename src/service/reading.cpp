@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What has been read and is not carried out yet. When several peers have something to say, receiving only
-// puts it aside: then one message of each is carried out in turn, those who have waited longest first, up to
-// a stated amount of work in one cycle. So a peer waits for one message of every other peer, not for all that
-// they have sent. A stop does not even wait for that: it is carried out as it is read, before what its own peer
-// sent in front of it.
+// What has been read and is not carried out yet. When several peers have
+// something to say, receiving only puts it aside: then one message of each is carried out in turn, those who
+// have waited longest first, up to a stated amount of work in one cycle. So a peer waits for one message of
+// every other peer, not for all that they have sent. A stop does not even wait for that: it is carried out as
+// it is read, before what its own peer sent in front of it.
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -29,8 +29,8 @@ bool says_stop(std::string_view escaped) noexcept {
   return json::says(escaped, "/rowe/stop") || json::says(escaped, "rowe/stop");
 }
 
-// Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not one
-// inside of something else. Whether it is JSON, and asks to stop, only reading it says.
+// Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not
+// one inside of something else. Whether it is JSON, and asks to stop, only reading it says.
 bool begins_as_stop(std::string_view text) noexcept {
   const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
     return text.find(mark) != std::string_view::npos;
@@ -131,10 +131,11 @@ void core::read_in_turn() noexcept {
   }
 }
 
-// Carries out the stops among what was read, and takes them out: what stands before a stop, of its own peer too,
-// waits for its turn, and so does what only looks like one. A text that claims to be a stop and is none has cost
-// one reading more than its turn will; until more is read nothing else of its peer is looked at, so that nobody
-// pays for it. A stop whose service or topic stands further behind, or that came in pieces, waits for its turn.
+// Carries out the stops among what was read, and takes them out: what stands before a stop, of its own peer
+// too, waits for its turn, and so does what only looks like one. A text that claims to be a stop and is none
+// has cost one reading more than its turn will; until more is read nothing else of its peer is looked at, so
+// that nobody pays for it. A stop whose service or topic stands further behind, or that came in pieces, waits
+// for its turn.
 void core::read_stops(connection& c) noexcept {
   if (!stop_.in_use()) return;
   const std::span<std::byte> all = c.unread;

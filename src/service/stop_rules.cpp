@@ -209,8 +209,8 @@ void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point 
   raise_number(now); // what was shown while running names no stop
 }
 
-// Whether a loop's words have this latch number, from a turn ago or longer: it would be taken for the answer to
-// a stop, or for a trip, that it is not.
+// Whether a loop's words have this latch number, from a turn ago or longer: it would be taken for the answer
+// to a stop, or for a trip, that it is not.
 bool stop_rules::is_held(latch_number one) const noexcept {
   return std::any_of(loops_.begin(), loops_.end(), [&](const loop& l) {
     return l.words != nullptr && (l.words->tripped() == one || l.answered.number == one);

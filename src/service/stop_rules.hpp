@@ -8,9 +8,10 @@
 // when it was issued and one of an earlier run is of no use.
 //
 // A stop has two numbers. `number` is what peers name it by: every stop by somebody new, and every reset, has
-// one of its own, which never comes again. `latch` is what the loops' words have room for, 16 bits: it is raised
-// with the number, but at most once in the millisecond of a tick. To the loops, stops of one millisecond are one
-// stop: whoever has met the first stands for all of them. docs/decisions/0027 says why that is enough.
+// one of its own, which never comes again. `latch` is what the loops' words have room for, 16 bits: it is
+// raised with the number, but at most once in the millisecond of a tick. To the loops, stops of one
+// millisecond are one stop: whoever has met the first stands for all of them. Why that is enough:
+// docs/decisions/0027-loops-know-a-stop-by-its-millisecond.md.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -140,10 +141,10 @@ class stop_rules {
   stop_cause cause_ = stop_cause::start;
   std::uint64_t number_;
   latch_number latch_;
-  std::uint64_t latch_number_{};  // the stop's number when the latch's was raised last,
-  std::uint64_t latch_tick_;      // and the tick
+  std::uint64_t latch_number_{};   // the stop's number when the latch's was raised last,
+  std::uint64_t latch_tick_;       // and the tick
   std::uint64_t reset_tick_least_; // a reset must have a tick issued after the newest request to stop
-  rt::time_point since_;          // of this number: when it was stopped or reset
+  rt::time_point since_;           // of this number: when it was stopped or reset
   std::array<char, source_bytes_max> source_{};
   std::size_t source_bytes_ = 0;
   std::uint64_t version_ = 1;

@@ -109,8 +109,8 @@ bool core::asks_to_stop(const json::document& text) const noexcept {
   return false;
 }
 
-// Whether take_text() would carry out a stop: the same decisions, and nothing is done. Reads it as a request, so
-// not while another one is carried out.
+// Whether take_text() would carry out a stop: the same decisions, and nothing is done. Reads it as a request,
+// so not while another one is carried out.
 bool core::is_stop(std::string_view text) noexcept {
   if (!stop_.in_use() || !validator_.validate(text)) return false;
   const json::document known = validator_.last();

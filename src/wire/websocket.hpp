@@ -188,7 +188,9 @@ std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept;
 constexpr opcode opcode_of(std::byte first) noexcept {
   return static_cast<opcode>(std::to_integer<std::uint8_t>(first) & 0x0fU);
 }
-constexpr bool is_final(std::byte first) noexcept { return (std::to_integer<std::uint8_t>(first) & 0x80U) != 0; }
+constexpr bool is_final(std::byte first) noexcept {
+  return (std::to_integer<std::uint8_t>(first) & 0x80U) != 0;
+}
 constexpr bool is_data(opcode what) noexcept { return (static_cast<std::uint8_t>(what) & 0x08U) == 0; }
 
 // The body of a close frame: code and reason, cut at a character's end where it is too long. `none_given`

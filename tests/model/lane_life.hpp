@@ -10,6 +10,7 @@
 #include <span>
 
 #include <rowe/detail/lane.hpp>
+#include <rowe/rt/home_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 
@@ -20,6 +21,7 @@ namespace rowe::model {
 using detail::audience;
 using detail::lane_state;
 using number_ring = rt::spsc_ring<std::uint32_t, atomics>;
+using numbers_home = rt::home_ring<atomics>;
 
 // A path of a lane.
 struct path {
@@ -37,6 +39,10 @@ struct modelled_lane {
   rt::notification<atomics, futex> news;
   path to_service;
   path to_handle;
+  std::array<numbers_home::entry, 2> home_entries; // where the numbers come back to that went to the handle
+  numbers_home home_ring{home_entries, 2};
+  numbers_home::producer& home{*home_ring.take_producer()};
+  numbers_home::consumer& came_home{*home_ring.take_consumer()};
 };
 
 // ---- endpoint_state.cpp
@@ -45,7 +51,7 @@ struct modelled_lane {
 inline void settle(modelled_lane& one) {
   if (one.state.load(std::memory_order_acquire) != lane_state::closing) return;
   one.news.wait_until(rt::never, [&] {
-    return one.state.load(std::memory_order_acquire) == lane_state::free; // pairs with detach()
+    return one.state.load(std::memory_order_acquire) != lane_state::closing; // pairs with leave_lane()
   });
 }
 
@@ -106,9 +112,16 @@ inline std::optional<std::uint32_t> take_or_closed(modelled_lane& on) {
   return taken;
 }
 
+// ---- lane_home.hpp
+
+inline bool all_home(modelled_lane& gone) {
+  const std::uint64_t popped = gone.to_handle.in.popped();
+  return gone.came_home.given() == popped;
+}
+
 // ---- lanes.cpp
 
-// core::take_from_lanes() with attach(), take_from() and detach(). True when a lane went back.
+// core::take_from_lanes() with attach(), take_from(), detach() and leave_lane(). True when a lane went back.
 template <class Take>
 bool turn_lane(modelled_lane& lane, std::uint32_t refuse_with, Take take) {
   const auto take_all = [&] {
@@ -129,13 +142,18 @@ bool turn_lane(modelled_lane& lane, std::uint32_t refuse_with, Take take) {
     lane.news.notify();
     return false;
   case lane_state::active: take_all(); return false;
-  case lane_state::closing: break;
+  case lane_state::closing:
+    take_all();
+    lane.heard_by.store(audience::nobody, std::memory_order_relaxed);
+    break;
+  case lane_state::held:
+    if (!all_home(lane)) return false;
+    break;
   }
-  take_all();
-  lane.heard_by.store(audience::nobody, std::memory_order_relaxed);
-  lane.state.store(lane_state::free, std::memory_order_release);
+  const lane_state as = all_home(lane) ? lane_state::free : lane_state::held;
+  lane.state.store(as, std::memory_order_release);
   lane.news.notify();
-  return true;
+  return as == lane_state::free;
 }
 
 // announce(), update_wanted(), receiver(): what a lane's life has written is looked at in lanes that are

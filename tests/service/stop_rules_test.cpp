@@ -209,10 +209,12 @@ TEST(stop_rules, take_no_tick_that_was_not_issued_yet_or_is_of_another_run) {
   for (const std::int64_t tick :
        {r.tick() + 1, std::int64_t{0}, std::int64_t{-1}, std::int64_t{1}, INT64_MAX})
     EXPECT_EQ(r.rules.lease("page", tick, false, operator_a, true, r.now), refusal::tick) << tick;
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now), refusal::number); // it moves
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now),
+            refusal::number); // it moves
   r.stop();
   r.look_all();
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now), refusal::tick);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick() + 1, true, r.now),
+            refusal::tick);
 }
 
 TEST(stop_rules, stay_stopped_when_the_guard_comes_back) {
@@ -288,7 +290,8 @@ TEST(stop_rules, register_guards_and_reset_only_with_the_role) {
   r.add_loop();
   r.look_all();
   EXPECT_EQ(r.rules.lease("page", r.tick(), false, operator_a, false, r.now), refusal::role);
-  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), false, r.now), refusal::role);
+  EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), false, r.now),
+            refusal::role);
 }
 
 TEST(stop_rules, have_places_for_eight_guards_with_plain_names) {

@@ -18,10 +18,10 @@
 
 namespace rowe::detail {
 
-// What loops know a stop, or the reset that ended it, by: from 1 to latch_number_max and anew; 0 is none. Peers
-// know stops by numbers that never come again (service/stop_rules.hpp). This one is raised at most once in each
-// latch_period, so that it takes latch_turn to come again, and never to one that a loop's words still have: a
-// loop is not looked for so long (longest_loop_timeout) before everything stops.
+// What loops know a stop, or the reset that ended it, by: from 1 to latch_number_max and anew; 0 is none.
+// Peers know stops by numbers that never come again (service/stop_rules.hpp). This one is raised at most once
+// in each latch_period, so that it takes latch_turn to come again, and never to one that a loop's words still
+// have: a loop is not looked for so long (longest_loop_timeout) before everything stops.
 using latch_number = std::uint16_t;
 inline constexpr latch_number latch_number_max = 0xffff;
 inline constexpr rt::duration latch_period = std::chrono::milliseconds{1};

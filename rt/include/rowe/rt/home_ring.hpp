@@ -87,8 +87,8 @@ class home_consumer {
     return static_cast<std::size_t>(seen_tail_ - head_);
   }
 
-  // How many takes and gives there were so far; of gives perhaps more, since the borrower goes on. The slots that
-  // are there from the beginning are no gives.
+  // How many takes and gives there were so far; of gives perhaps more, since the borrower goes on. The slots
+  // that are there from the beginning are no gives.
   std::uint64_t taken() const noexcept { return head_; }
   std::uint64_t given() noexcept {
     look();
