@@ -44,6 +44,7 @@ class caller {
   // start(). Not for real-time loops.
   result<A> call(const Q& request, duration timeout) noexcept {
     const time_point now = rt::monotonic_clock::now();
+    if (lane_) detail::find_place(*lane_);
     const auto started = start(request, timeout, now);
     if (!started) return started.error();
     const auto slot = detail::wait_call(lane_, *started, now, timeout);
@@ -67,10 +68,11 @@ class caller {
     return answer{id, opened(*slot)};
   }
 
-  // Its end is not wanted any more, and is dropped when it comes; until then the call keeps its place. The
-  // service is not told. Nothing happens to a call that has ended. Never waits, never allocates.
+  // Its end is not wanted any more. Until it has come, and cancel(), try_finish() or a call that waits has
+  // met it, the call keeps its place. The service is not told. Nothing happens to a call that has ended. Never
+  // waits, never allocates; at most as many steps as calls may be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
-    if (lane_) detail::give_up(*lane_, {call.index, call.generation});
+    if (lane_) detail::cancel(*lane_, {call.index, call.generation});
   }
 
   // What is said of the last call that failed with refused or no_service (the provider's or the server's own
@@ -108,6 +110,7 @@ class caller<json_text, json_text> {
   // `text_bytes_max`).
   result<message_view> call(body request, duration timeout) noexcept {
     const time_point now = rt::monotonic_clock::now();
+    if (lane_) detail::find_place(*lane_);
     const auto started = start(request, timeout, now);
     if (!started) return started.error();
     const auto slot = detail::wait_call(lane_, *started, now, timeout);
@@ -125,7 +128,7 @@ class caller<json_text, json_text> {
     return answer{id, opened(*slot)};
   }
   ROWE_RT void cancel(call_id call) noexcept {
-    if (lane_) detail::give_up(*lane_, {call.index, call.generation});
+    if (lane_) detail::cancel(*lane_, {call.index, call.generation});
   }
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 

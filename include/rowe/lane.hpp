@@ -103,10 +103,11 @@ class lane {
     return call_end{id, opened(*slot)};
   }
 
-  // Its end is not wanted any more, and is dropped when it comes; until then the call keeps its place. The
-  // peer is not told. Nothing happens to a call that has ended. Never waits, never allocates.
+  // Its end is not wanted any more. Until it has come, and cancel(), try_finish() or a call that waits has
+  // met it, the call keeps its place. The peer is not told. Nothing happens to a call that has ended. Never
+  // waits, never allocates; at most as many steps as calls may be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
-    if (lane_) detail::give_up(*lane_, {call.index, call.generation});
+    if (lane_) detail::cancel(*lane_, {call.index, call.generation});
   }
 
   // The sentence of the last call that failed with refused or no_service; cut at 192 bytes. Valid until the
@@ -172,6 +173,7 @@ class lane {
 inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!lane_) return errc::misuse;
   const time_point now = rt::monotonic_clock::now();
+  detail::find_place(*lane_);
   const auto call = detail::start_letter(
       *lane_, to, object,
       detail::letter(detail::entry::message, detail::ref_of(to), now, detail::expiry_after(now, ttl)));
@@ -186,6 +188,7 @@ inline result<message_view> lane::receive(duration patience) noexcept {
 
 inline result<message_view> lane::invoke(body object, duration timeout, connection to) noexcept {
   const time_point now = rt::monotonic_clock::now();
+  if (lane_) detail::find_place(*lane_);
   const auto started = start(object, timeout, now, to);
   if (!started) return started.error();
   const auto slot = detail::wait_call(lane_, *started, now, timeout);
@@ -196,6 +199,7 @@ inline result<message_view> lane::invoke(body object, duration timeout, connecti
 inline status lane::reply(const message_view& call, body object, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();
   if (const status fine = answerable(call, now); !fine) return fine;
+  detail::find_place(*lane_);
   const auto waiting = detail::begin_call(*lane_);
   if (!waiting) return waiting.error();
   detail::value_header header = answer_to(call, detail::entry::reply, now, detail::expiry_after(now, ttl));

@@ -64,33 +64,37 @@ template <class T>
 class value_view {
  public:
   ROWE_RT value_view(value_view&& from) noexcept
-      : home_{std::exchange(from.home_, nullptr)}, at_{from.at_}, slot_{from.slot_} {}
+      : lane_{std::exchange(from.lane_, nullptr)}, slot_{from.slot_} {}
   ROWE_RT value_view& operator=(value_view&& from) noexcept {
-    std::swap(home_, from.home_);
-    std::swap(at_, from.at_);
+    std::swap(lane_, from.lane_);
     std::swap(slot_, from.slot_);
     return *this;
   }
   ROWE_RT ~value_view() {
-    if (home_ != nullptr) home_->give(slot_);
+    if (lane_ != nullptr && (slot_ & of_window) == 0) lane_->user.in.home->give(slot_);
   }
 
   ROWE_RT const T& value() const noexcept {
-    return *reinterpret_cast<const T*>(reinterpret_cast<const std::byte*>(at_) + detail::value_offset);
+    return *reinterpret_cast<const T*>(lane_->user.in.slots.value(slot_ & ~of_window));
   }
   // When its last byte was read from the socket, or when it was published in this process.
-  ROWE_RT time_point arrived() const noexcept { return time_point{duration{at_->stamped_ns}}; }
+  ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
   // From whom: no connection (false) where this process published it.
-  ROWE_RT connection from() const noexcept { return {at_->peer.index, at_->peer.generation}; }
+  ROWE_RT connection from() const noexcept { return {header().peer.index, header().peer.generation}; }
 
  private:
   template <class U>
   friend class subscriber;
-  value_view(detail::lane& on, std::uint32_t slot) noexcept
-      : home_{on.user.in.home}, at_{on.user.in.slots.header(slot)}, slot_{slot} {}
+  // Of a slot of a window, which is not given back: said here, so that a view whose handle is gone does not
+  // ask the lane, which may be another one's.
+  static constexpr std::uint32_t of_window = std::uint32_t{1} << 31;
+  value_view(detail::lane& on, std::uint32_t slot) noexcept : lane_{&on}, slot_{slot} {}
 
-  detail::numbers_home::producer* home_; // null: of a window, or moved from
-  const detail::value_header* at_;
+  const detail::value_header& header() const noexcept {
+    return *lane_->user.in.slots.header(slot_ & ~of_window);
+  }
+
+  detail::lane* lane_;
   std::uint32_t slot_;
 };
 

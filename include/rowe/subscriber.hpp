@@ -33,7 +33,8 @@ class subscriber {
     detail::emptying_end& path = lane_->user.in;
     if (path.newest != nullptr) {
       const auto found = path.newest->begin_read();
-      if (found.state == rt::freshness::fresh) return value_view<T>{*lane_, found.slot};
+      if (found.state == rt::freshness::fresh)
+        return value_view<T>{*lane_, found.slot | value_view<T>::of_window};
     } else if (const auto slot = path.out->try_pop()) {
       return value_view<T>{*lane_, *slot};
     }

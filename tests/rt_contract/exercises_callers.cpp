@@ -74,11 +74,12 @@ void cancel_each(real_time& rt, calling<Caller> with) {
   });
 }
 
-// Nobody finishes any: the places come free because starting looks for ends that are not wanted.
+// Nobody finishes any: the places come free because cancelling looks for ends that are not wanted.
 template <class Caller>
 void start_among_cancelled(real_time& rt, calling<Caller> with) {
   rt.calls([&](std::uint64_t i) {
-    if (const auto begun = start(with.calls)) with.calls.cancel(*begun);
+    const auto begun = start(with.calls);
+    with.calls.cancel(begun ? *begun : call_id{});
     if (i % options.depth == 0) serve(with.on);
   });
 }

@@ -7,8 +7,9 @@
 // say about a call can be lost. The place's generation is odd while the call is open: taking its end makes it
 // even, and whoever gives up earlier marks the place, so that the end is dropped when it comes. The service
 // thread is not told: what it does with a call ends by itself at the call's deadline. Ends are looked at by
-// whoever takes one, waits for one, or begins a call and finds no place: so the place of a call that was
-// given up comes free whatever its handle goes on to do.
+// whoever takes one, waits for one or gives one up, and by calls that wait and find no place: so the place of
+// a call that was given up comes free whatever its handle goes on to do. Starting a call does not look: that
+// would make each start dearer by half.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
 // steps bounded by the lane's depths, unless it says otherwise; what shows that are the exercises of the
@@ -167,9 +168,7 @@ inline void set_aside(lane& on, std::uint32_t slot) noexcept {
 inline result<call_ref> begin_call(lane& on) noexcept {
   lane::user_side& mine = on.user;
   if (mine.free_call == mine.calls.size()) {
-    drop_unwanted_ends(on);
-    if (mine.free_call == mine.calls.size())
-      return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
+    return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
   }
   const std::uint32_t index = mine.free_call;
   call_place& place = mine.calls[index];
@@ -178,6 +177,11 @@ inline result<call_ref> begin_call(lane& on) noexcept {
   place.cancelled = false;
   ++mine.calls_open;
   return call_ref{index, place.generation};
+}
+
+// Before begin_call(), for calls that wait: a place is freed if one can be.
+inline void find_place(lane& on) noexcept {
+  if (on.user.free_call == on.user.calls.size()) drop_unwanted_ends(on);
 }
 
 // Takes back a call that never left.
@@ -194,6 +198,11 @@ inline bool open(const lane& on, call_ref call) noexcept {
 // Nobody wants its end any more. Nothing happens to a call that has ended.
 inline void give_up(lane& on, call_ref call) noexcept {
   if (open(on, call)) on.user.calls[call.index].cancelled = true;
+}
+// The same for a user, who may do nothing else: what has ended of those that were given up comes free.
+inline void cancel(lane& on, call_ref call) noexcept {
+  give_up(on, call);
+  drop_unwanted_ends(on);
 }
 
 // Begins a call, posts `value`, which then names it. Errors: as begin_call() and post().
