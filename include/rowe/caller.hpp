@@ -69,8 +69,8 @@ class caller {
   }
 
   // Its end is not wanted any more. Until it has come, and cancel(), try_finish() or a call that waits has
-  // met it, the call keeps its place. The service is not told. Nothing happens to a call that has ended. Never
-  // waits, never allocates; at most as many steps as calls may be in flight.
+  // met it, the call keeps its place. The service is not told. Nothing happens to a call that has ended.
+  // Never waits, never allocates; at most as many steps as calls may be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
     if (lane_) detail::cancel(*lane_, {call.index, call.generation});
   }
