@@ -180,7 +180,7 @@ bool core::take_if_stop(connection& c, std::span<const std::byte> frame) noexcep
   const wire::frame_step step = alone.next(std::span{room}.first(frame.size()));
   const bool stops = step.event == wire::frame_event::text &&
                      is_stop({reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
-  if (stops) take_text(c, step.payload);
+  if (stops) take(c, step); // within the rate of its peer, like all that it says
   return stops;
 }
 

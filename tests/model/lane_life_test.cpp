@@ -313,7 +313,9 @@ TEST(lane_life, has_the_accesses_that_the_sources_have) {
        "if(!views_[i].attached||views_[i].topic!=topic_index||detail::subscribes(lanes_[i].kind))continue;",
        1}, // update_wanted()
       {taking, "if(i==index||!views_[i].attached||views_[i].topic!=topic_index)continue;", 1}, // announce()
-      {taking, "lanes_[i].kind", 2},
+      {taking,
+       "if(views_[i].attached&&views_[i].topic==topic&&detail::subscribes(lanes_[i].kind)==that_reads)", 1},
+      {taking, "lanes_[i].kind", 3},
       {talking, "lane.state.store(state,std::memory_order_release);lane.news.notify();", 1},
       {talking, "lane.heard_by.store(detail::audience::somebody,std::memory_order_relaxed);", 1},
       {talking, ".state.", 1},
