@@ -1,33 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "send_back.hpp"
 
+#include <algorithm>
 #include <cstdint>
+#include <deque>
 #include <string>
+#include <utility>
 
 #include "interrupt.hpp"
 #include "json_values.hpp"
-#include "sending.hpp"
 
 namespace rowe::tools {
 namespace {
 
-// Messages that may come at once before the first was sent back; more are dropped and counted. Each takes as
-// much as the largest may, both ways: 60 MiB in all.
+// Messages that may come at once before the first was sent back. Each takes as much as the largest may, both
+// ways: 60 MiB in all.
 constexpr std::uint32_t burst = 512;
 
-// Queues one answer, however long there is no room: the order is kept, and who sends too fast has to wait.
-void send_back(endpoint& through, const received& message, const console& to) {
-  // A reply carries the number of its call under another name.
-  const std::string text =
-      message.wants_reply() ? without_member(message.text(), "message_id") : std::string{message.text()};
-  while (!interrupt::seen()) {
-    const status done = message.wants_reply() ? through.try_reply(message, text)
-                                              : through.try_send(text, rt::for_ever, message.from());
-    if (done || done.code() == errc::peer_lost || done.code() == errc::expired) return;
-    if (done.code() != errc::full) return to.error(sentence_of(done.error()));
-    interrupt::sleep_until(rt::monotonic_clock::now() + room_period);
+// What is sent back, in the order of each peer. Who reads nothing is soon read no further, so there is room for
+// each answer; but for those of several such peers there may not be. They are kept, and cost the others nothing.
+class answers {
+ public:
+  answers(endpoint& through, const console& to) : through_{through}, to_{to} {}
+
+  void send(received message) {
+    if (waits_for(message.from()) || !try_send(message)) unsent_.push_back(std::move(message));
   }
-}
+  // Those that found no room, again.
+  void retry() {
+    std::deque<received> again;
+    again.swap(unsent_);
+    for (received& one : again) send(std::move(one));
+  }
+
+ private:
+  bool waits_for(connection peer) const {
+    return std::any_of(unsent_.begin(), unsent_.end(), [&](const received& one) { return one.from() == peer; });
+  }
+  // False: its peer has no room.
+  bool try_send(const received& message) {
+    // A reply carries the number of its call under another name.
+    const std::string text =
+        message.wants_reply() ? without_member(message.text(), "message_id") : std::string{message.text()};
+    while (!interrupt::seen()) {
+      const status done = message.wants_reply() ? through_.try_reply(message, text)
+                                                : through_.try_send(text, rt::for_ever, message.from());
+      if (done || done.code() == errc::peer_lost || done.code() == errc::expired) return true;
+      if (done.code() != errc::full) {
+        to_.error(sentence_of(done.error()));
+        return true;
+      }
+      if (through_.wait_room(duration::zero())) return false; // there is room for others
+      (void)through_.wait_room(interrupt::slice);             // or it is tried in vain once more
+    }
+    return true;
+  }
+
+  endpoint& through_;
+  const console& to_;
+  std::deque<received> unsent_; // each keeps its place in the inbox, so they are few
+};
 
 // True: a peer has left.
 bool report_events(endpoint& through, const console& to) {
@@ -52,11 +84,13 @@ endpoint_options echoing_options(const limits& bounds) {
 }
 
 void send_back(endpoint& through, bool once, const console& to) {
+  answers back{through, to};
   while (!interrupt::seen()) {
     if (report_events(through, to) && once) return;
-    const auto message = through.receive(interrupt::slice);
+    auto message = through.receive(interrupt::slice);
+    back.retry();
     if (message) {
-      send_back(through, *message, to);
+      back.send(std::move(*message));
     } else if (message.code() != errc::timed_out) {
       return to.error(sentence_of(message.error()));
     }

@@ -104,7 +104,8 @@ class endpoint {
   status reset_stop(duration patience);
 
   // ---- plain messages, from ordinary threads. Messages as in rowe/lane.hpp; of up to `door_slot_bytes`.
-  // Errors of all: closed; full (all `door_slots` are taken), too_big.
+  // Errors of all: closed; too_big; full: all `door_slots` are taken; or what waits for `to`, which does not
+  // read, has its share of them (docs/limits.md).
 
   // Sends a message to `to`, or to every peer that takes plain messages, and waits until it was handed to the
   // kernel, for one peer at least. `ttl`: how long it may wait for a peer and behind others; 0 is now or
@@ -113,6 +114,11 @@ class endpoint {
   // Queues it and returns at once; what becomes of it is counted. Errors: peer_lost where it is known
   // already.
   status try_send(body object, duration ttl, connection to = everyone);
+
+  // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `patience`
+  // (negative: for ever; 0: does not wait, only looks); other threads may be faster. Errors: timed_out,
+  // peer_lost, closed.
+  status wait_room(duration patience, connection to = everyone);
 
   // Waits for the next message, or call that no handle serves, at most `patience` (negative: for ever; 0:
   // does not wait). From the first call on, calls that no handle serves wait here instead of being refused

@@ -38,7 +38,8 @@ class lane {
 
   // Queues a message to `to`, or to every peer that takes plain messages. While there is none it waits, until
   // `ttl` is over: 0 is now or never, negative for ever. Which of the two happened is counted, not told.
-  // Errors: full (the option `depth`), too_big (`text_bytes_max`, or a message that overflowed), peer_lost
+  // Errors: full (the option `depth`: all slots are taken; or what waits for `to`, which does not read, has its
+  // share of them, see docs/limits.md), too_big (`text_bytes_max`, or a message that overflowed), peer_lost
   // (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!lane_) return errc::misuse;
@@ -55,6 +56,12 @@ class lane {
   // too_many_calls (the option `calls`); expired (`ttl` is over; what is on its way is not), peer_lost (`to`
   // went away before), malformed, not_an_object, reserved_member. Not for real-time loops.
   status send(body object, duration ttl, connection to = everyone) noexcept;
+
+  // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `patience`
+  // (negative: for ever; 0: does not wait, only looks). Errors: timed_out, peer_lost. Not for real-time loops.
+  status wait_room(duration patience, connection to = everyone) noexcept {
+    return lane_ ? detail::wait_room(lane_, detail::ref_of(to), patience) : status{errc::misuse};
+  }
 
   // ---- receiving
 

@@ -72,6 +72,10 @@ ROWE_RT int rowe_lane_try_send(struct rowe_lane* lane, const char* text, size_t 
 ROWE_RT int rowe_lane_try_send_to(struct rowe_lane* lane, struct rowe_peer peer, const char* text,
                                   size_t bytes, long ttl_ms, int64_t now_ns);
 
+// Waits until a message to `peer`, or to every peer for {0, 0}, would not be refused with `full`. Not for a
+// loop: it enters the kernel, and leaves rowe_last_error() alone all the same. Errors: timed_out, peer_lost.
+int rowe_lane_wait_room(struct rowe_lane* lane, struct rowe_peer peer, long timeout_ms);
+
 // The oldest message or call that was not taken and is not out of date. Errors: empty; `into` is then left
 // alone, otherwise it must hold nothing that is still to be released.
 ROWE_RT int rowe_lane_try_receive(struct rowe_lane* lane, int64_t now_ns, struct rowe_view* into);

@@ -196,6 +196,10 @@ int rowe_send_to(const struct rowe_endpoint* endpoint, struct rowe_peer peer,
 int rowe_async_send_to(const struct rowe_endpoint* endpoint, struct rowe_peer peer,
                        const struct rowe_object* object, long ttl_ms);
 
+// Waits until a message to `peer`, or to every peer for {0, 0}, would not be refused with rowe_error_full;
+// other threads may be faster. Errors: timed_out, peer_lost, closed.
+int rowe_wait_room(const struct rowe_endpoint* endpoint, struct rowe_peer peer, long timeout_ms);
+
 // ---- Calls
 
 // Sends `object`, which names a service in its member "service", and waits for the reply, which is returned;

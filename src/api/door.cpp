@@ -22,6 +22,13 @@ status reachable(endpoint_state& of, detail::peer_ref whom) noexcept {
   return of.gone(whom) ? status{errc::peer_lost} : status{};
 }
 
+// Whether messages to it are taken, as far as is known here. Errors: those of reachable(), full.
+status takes(endpoint_state& of, detail::peer_ref whom) noexcept {
+  if (const status fine = reachable(of, whom); !fine) return fine;
+  if (of.takes(whom)) return {};
+  return error{errc::full, 0, of.door().slots()};
+}
+
 // Puts a request into a slot and wakes the service thread. Errors: too_big, full, closed.
 result<std::uint32_t> submit(endpoint_state& to, const door_header& header, const body& text) noexcept {
   if (text.outgrown() != 0) {
@@ -62,17 +69,34 @@ door_header letter_to(connection to, duration ttl) noexcept {
 received::~received() {
   if (!state_) return;
   service::front_door& door = state_->door();
-  is_.reply ? door.give_back(slot_) : door.give_back_inbound(slot_);
+  if (is_.reply) {
+    door.give_back(slot_);
+  } else if (door.give_back_inbound(slot_)) {
+    state_->wake_service(); // a peer waits for it
+  }
 }
 
 status endpoint::send(body object, duration ttl, connection to) {
-  if (const status fine = reachable(*state_, detail::ref_of(to)); !fine) return fine.error();
+  if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
   return submit_and_wait(*state_, letter_to(to, ttl), object);
 }
 
 status endpoint::try_send(body object, duration ttl, connection to) {
-  if (const status fine = reachable(*state_, detail::ref_of(to)); !fine) return fine.error();
+  if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
   return submit_only(*state_, letter_to(to, ttl), object);
+}
+
+status endpoint::wait_room(duration patience, connection to) {
+  service::front_door& door = state_->door();
+  const detail::peer_ref whom = detail::ref_of(to);
+  status known = errc::full;
+  const auto ready = [&] {
+    known = takes(*state_, whom);
+    if (known && !door.has_room(whom.generation == 0)) known = errc::full;
+    return known || known.code() != errc::full;
+  };
+  if (door.wait_room(rt::deadline_after(rt::monotonic_clock::now(), patience), ready)) return known;
+  return error{errc::timed_out, 0, patience.count()};
 }
 
 result<received> endpoint::receive(duration patience) {
@@ -95,7 +119,7 @@ result<received> endpoint::receive(duration patience) {
 }
 
 result<received> endpoint::invoke(body object, duration timeout, connection to, std::string* why) {
-  if (const status fine = reachable(*state_, detail::ref_of(to)); !fine) return fine.error();
+  if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
   service::front_door& door = state_->door();
   const time_point now = rt::monotonic_clock::now();
   const time_point deadline = rt::deadline_after(now, timeout);

@@ -304,6 +304,7 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   const auto index = static_cast<std::size_t>(&built - lanes_.data());
   given_up_[index] = false;
   build_lane(built, cut, board_->generations());
+  built.peers_taking = board_->takers();
   lane_codecs& kept = codecs_[index];
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
@@ -397,6 +398,12 @@ bool endpoint_state::gone(peer_ref whom) const noexcept {
   if (whom.index >= generations.size()) return true; // of another endpoint
   // relaxed: pairs with the stores in board::set_connection(); advice, which the service thread checks again
   return generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
+}
+
+bool endpoint_state::takes(peer_ref whom) const noexcept {
+  if (whom.generation == 0) return true;
+  // relaxed: pairs with the stores in board::set_taking(); advice, which the service thread checks again
+  return board_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
 }
 
 void close_lane(endpoint_state& of, lane& gone) noexcept { of.close_lane(gone); }

@@ -63,6 +63,8 @@ class endpoint_state {
   std::vector<peer> connections() const { return board_->connections(); }
   // Whether a connection has ended since it was named. Any thread.
   bool gone(peer_ref whom) const noexcept;
+  // Whether one that is there takes messages, or has its share of what waits. Any thread.
+  bool takes(peer_ref whom) const noexcept;
   service::front_door& door() noexcept { return *door_; }
   std::uint16_t port() const noexcept { return port_; }
   int wake_descriptor() const noexcept { return lanes_tell() ? carrier_->wake_descriptor() : -1; }

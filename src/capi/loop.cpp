@@ -141,6 +141,11 @@ int rowe_lane_try_send_to(struct rowe_lane* lane, struct rowe_peer peer, const c
                                          {peer.index, peer.generation}));
 }
 
+int rowe_lane_wait_room(struct rowe_lane* lane, struct rowe_peer peer, long timeout_ms) {
+  if (lane == nullptr) return rowe_error_misuse;
+  return number_of(lane->inside.wait_room(duration_of(timeout_ms), {peer.index, peer.generation}));
+}
+
 int rowe_lane_try_receive(struct rowe_lane* lane, int64_t now_ns, struct rowe_view* into) {
   if (lane == nullptr || into == nullptr) return rowe_error_misuse;
   return give(lane->inside.try_receive(time_of(now_ns)), into);

@@ -177,8 +177,10 @@ void established::on_event(const socket_event& event, std::span<std::byte> buffe
     // The bytes it left are nobody's: the core does not want them now, and there will be no later.
     return finish(*one, cause_of(socket_error(one->socket.get())), sink);
   }
-  if ((broken || (one->reading && (event.events & EPOLLIN))) && sink.wants_bytes(id))
-    read(*one, buffer, sink); // inbound before outbound
+  if (broken || (one->reading && (event.events & EPOLLIN))) {
+    const std::size_t wanted = std::min(buffer.size(), sink.wanted_bytes(id));
+    if (wanted != 0) read(*one, buffer.first(wanted), sink); // inbound before outbound
+  }
   one = find(id);             // the sink may have closed it
   if (one && one->refused && (event.events & EPOLLOUT)) {
     one->refused = false;

@@ -47,7 +47,7 @@ struct socket_limits {
   // What one connection may deliver in a turn while others are readable too, and while it is alone. A stop
   // waits behind one quantum of each other connection: hence so small. 512 to 65536; alone it is not less.
   std::uint32_t read_quantum_bytes = service::transport_sink::read_bytes_in_turn;
-  std::uint32_t read_alone_bytes = 16384;
+  std::uint32_t read_alone_bytes = service::transport_sink::read_bytes_alone;
   // SO_SNDBUF, which the kernel doubles; 0 leaves the kernel's. For links with a round trip below 2 ms only:
   // elsewhere a small buffer caps the rate.
   std::uint32_t send_buffer_bytes = 0;

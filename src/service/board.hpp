@@ -40,11 +40,12 @@ class board {
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<events::entry>(events::places_for(bounds.events_max)) +
-           rt::arena::bytes_for<generation_word>(bounds.connections_max) +
+           2 * rt::arena::bytes_for<generation_word>(bounds.connections_max) +
            rt::arena::bytes_for<address_words>(bounds.connections_max);
   }
   board(rt::arena& memory, const limits& bounds) noexcept
       : generations_{memory.carve<generation_word>(bounds.connections_max)},
+        takers_{memory.carve<generation_word>(bounds.connections_max)},
         addresses_{memory.carve<address_words>(bounds.connections_max)},
         events_{memory.carve<events::entry>(events::places_for(bounds.events_max))},
         writer_{events_.take_producer()},
@@ -64,6 +65,7 @@ class board {
     // release: pairs with the acquires of the words in read_connection(): whoever sees a new word does not
     // see the generation of before any more
     generations_[index].store(0, std::memory_order_release);
+    set_taking(index, generation);
     if (generation == 0) return;
     std::array<std::uint64_t, address_words_count> words{};
     std::memcpy(words.data(), peer.data(), std::min(peer.size(), address_bytes_max));
@@ -73,6 +75,12 @@ class board {
     }
     // release: pairs with the first acquire in read_connection()
     generations_[index].store(generation, std::memory_order_release);
+  }
+
+  // Whether messages to the one at a place are taken: its generation, or 0.
+  void set_taking(std::uint32_t index, std::uint32_t generation) noexcept {
+    // relaxed: advice, as generations_ are; pairs with the loads of those who send
+    takers_[index].store(generation, std::memory_order_relaxed);
   }
 
   // Any thread: stops the loops; needs no room anywhere. The service thread is to be woken.
@@ -97,6 +105,8 @@ class board {
   }
   // By which handles see that a peer they name is gone.
   std::span<const generation_word> generations() const noexcept { return generations_; }
+  // Likewise whether one that is there takes messages, or has its share of what waits.
+  std::span<const generation_word> takers() const noexcept { return takers_; }
   // The connections at the moment: each that stood during all of the call, perhaps some that did not.
   std::vector<peer> connections() const {
     std::vector<peer> all;
@@ -133,6 +143,7 @@ class board {
   }
 
   std::span<generation_word> generations_;
+  std::span<generation_word> takers_;
   std::span<address_words> addresses_;
   events events_;
   events::producer* writer_;

@@ -33,7 +33,7 @@ rt::time_point core::time_limit(std::int64_t time_ns) const noexcept {
 
 void core::take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
                      const asking& what, std::int64_t time_ns) noexcept {
-  add(counter::calls_in);
+  if (!heard_before_) add(counter::calls_in);
   const auto of_stop = stop_service_named(service);
   const bool allowed = !c.stop_only || is_for_stop(of_stop);
   if (allowed && stop_.in_use() && of_stop != stop_service::none)
@@ -62,6 +62,15 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   }
   if (!id_raw.empty() && calls_.find_asked(c.id, id_raw) != no_index)
     return refuse("duplicate_id", "a call with this id is not answered yet");
+  if (goes_to_receiver(service)) {
+    switch (admit(c)) {
+    case admission::now: break;
+    case admission::later: return park(c);
+    case admission::never:
+      add(counter::inbox_full);
+      return refuse("refused", "nobody takes calls fast enough: the inbox is full");
+    }
+  }
   const std::uint32_t index = calls_.open(party::of(c.id, in), id_raw, service);
   if (index == no_index) return refuse("busy", "all calls_max calls are in flight");
   ++c.calls_asked;
@@ -152,6 +161,19 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
   if (from_here) return ask_anyone(index, service, what);
   if (received()) return hand_to_receiver(index, service, what);
   finish_badly(index, {errc::no_service});
+}
+
+// Whether route() gives a peer's call of this service, which is not the stop's, to whoever receives.
+bool core::goes_to_receiver(std::string_view service) noexcept {
+  if (!received()) return false;
+  if (service.empty()) return true;
+  const std::uint32_t found = services_.find(service);
+  if (found == no_index)
+    return stop_service_named(service) == stop_service::none && own_service(service).empty();
+  const service_entry& provider = services_.at(found);
+  if (provider.lane != no_index) return false;
+  const connection* const peer = find(provider.peer);
+  return !(options_.relay && peer != nullptr && peer->open());
 }
 
 connection* core::server_connection() noexcept {

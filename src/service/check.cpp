@@ -9,7 +9,8 @@ bool core::check() const noexcept {
   std::uint32_t there = 0;
   for (const connection& c : connections_) there += c.state != connection::phase::free;
   return there == peers_ && slots_.check() && router_.check() && letters_.check() && calls_.check() &&
-         wheel_.check() == nullptr && check_calls() && check_deliveries() && check_shares();
+         wheel_.check() == nullptr && check_calls() && check_deliveries() && check_shares() &&
+         check_receiving();
 }
 
 // What peers are charged for is what they hold.
@@ -60,6 +61,25 @@ bool core::check_calls() const noexcept {
   std::uint32_t asked = 0;
   for (const connection& c : connections_) asked += c.state != connection::phase::free ? c.calls_asked : 0;
   return by_peers == peer_calls_ && asked == peer_calls_;
+}
+
+// The counts of what peers have with whoever receives are sums over them; who is parked is in the list of
+// these, and not read.
+bool core::check_receiving() const noexcept {
+  std::uint32_t untaken = 0;
+  std::uint32_t answers = 0;
+  std::uint32_t told_full = 0;
+  std::uint32_t in_turn = 0;
+  for (const connection& c : connections_) {
+    in_turn += c.in_turn;
+    if (c.state == connection::phase::free) continue;
+    untaken += c.untaken;
+    answers += c.answers_held;
+    told_full += c.told_full;
+    if (c.parked() && (!c.in_turn || !c.unheard)) return false;
+    if (!c.unread.empty() && !c.in_turn) return false;
+  }
+  return untaken == untaken_ && answers == answers_held_ && told_full == told_full_ && in_turn == unread_.count + parked_.count;
 }
 
 // Every reference to a slot that is no kept one belongs to a place in a queue, or to a frame that was begun.

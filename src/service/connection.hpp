@@ -89,12 +89,16 @@ struct connection {
   bool near = false;    // the carrier was told so
   bool slow = false;    // it answers no pings, and that was counted
   bool listed = false;  // on the core's list of connections with something to write
-  bool in_turn = false; // on its list of those with something unread
+  bool in_turn = false; // on its list of those with something unread, or of those that are parked
+  bool unheard = false; // the carrier does not read it: its pongs and its silence mean nothing
+  bool told_full = false; // senders are told `full`: it has its share of what waits
   wire::rosbridge::level status_level = wire::rosbridge::level::error;
   wire::frame_parser parser;
   std::span<std::byte> assembly;
   std::span<std::byte> aside;  // room for what is read while others are heard,
   std::span<std::byte> unread; // and what of it is still to be carried out
+  // The text in front of `unread` that whoever receives has no room for: it is parked. Null: it is not.
+  const std::byte* parked_text = nullptr;
 
   control_frames control;
   stop_frames stop_out;
@@ -123,11 +127,16 @@ struct connection {
   rate_limit reports;                 // and of the events about that
   std::uint32_t unreported = 0;       // refusals since the last event
   std::uint64_t held_in = 0;          // the sender's turn in which a message to it found no room
+  std::uint32_t held_count = 0;       // how many in that turn
+  std::uint32_t untaken = 0;          // of its messages, with whoever receives
+  std::uint32_t answers_held = 0;     // likewise, in the last turn of whoever receives
+  std::uint32_t parked_bytes = 0;
   std::uint64_t messages_in = 0;
   std::uint64_t messages_out = 0;
 
   rt::time_point opened_at{};
   rt::time_point heard_at{};
+  rt::time_point unheard_until{}; // the last time that it was not read
   rt::time_point message_began_at = rt::never;
   std::string_view farewell; // why we close it, as far as there is something to say; static, or the parser's
 
@@ -156,6 +165,7 @@ struct connection {
   }
 
   std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
+  bool parked() const noexcept { return parked_text != nullptr; }
   bool open() const noexcept { return state == phase::open; }
   bool behind() const noexcept { return blocked || held; } // it reads more slowly than we would write
 };

@@ -78,7 +78,7 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
                                          bounds.advertisements_per_connection_max) +
          arena::bytes_for<std::uint32_t>(bounds.connections_max) + // who has to write,
          bounds.connections_max * arena::bytes_for(aside_bytes) +  // what was read,
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) + // and in which order
+         2 * arena::bytes_for<std::uint32_t>(bounds.connections_max) + // in which order, and who is parked
          arena::bytes_for<lane_view>(bounds.lanes_max) +           //
          arena::bytes_for<rt::timer_node>(node_count(bounds)) +    //
          arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
@@ -111,6 +111,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       connections_{memory.carve<connection>(bounds_.connections_max)},
       listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
+      parked_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
       phases_{memory, bounds_, shown.counts},
@@ -205,11 +206,15 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   asked_lane_ = no_index;
   carrier_.poll(now, *this);
   turn_stop();
+  unpark();
   read_in_turn();
   place_waiting();
   if (asked_lane_ != no_index) phases_.asked(now_);
+  cycle_turn_ = turn_;
+  retried_at_ = room_changes();
   take_from_lanes();
   take_from_door();
+  tell_of_room();
   expire();
   if (now_ - rates_marked_[0] >= rates_period) mark_rates();
   show_stop_state();
@@ -233,6 +238,9 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
 rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's share was waiting: the next one is needed at once.
   if (lanes_left_ || !listed_.empty() || !unread_.empty()) return now_;
+  // Something may find room now that did not before.
+  if ((door_held_count_ != 0 || lanes_wait_) && room_changes() != retried_at_) return now_;
+  if (!parked_.empty() && room_changes() != unparked_at_) return now_;
   return std::min(wheel_.next_wake(), next_stop_turn());
 }
 
@@ -396,6 +404,10 @@ void core::forget(connection& c) noexcept {
     add(counter::lost_with_peer);
     c.begun.slot = no_index;
   }
+  untaken_ -= std::exchange(c.untaken, 0);
+  answers_held_ -= std::exchange(c.answers_held, 0);
+  if (c.told_full) --told_full_;
+  if (c.parked()) add(counter::inbox_full);
   drop_all(c.direct, counter::lost_with_peer);
   for (queue& letters : c.letters) drop_all(letters, counter::lost_with_peer);
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
@@ -403,7 +415,9 @@ void core::forget(connection& c) noexcept {
     forget_latched(router_.at(i), {latch_owner::kind::peer, c.id.index});
   while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements].topic);
   disarm(timer::connection, c.id.index);
-  c.unread = {};
+  end_unread(c);
+  ++places_freed_;
+  room_came_ = true; // whoever waits for room there need not wait any more
   c.state = connection::phase::free;
 }
 
@@ -433,12 +447,19 @@ void core::look_after(connection& c) noexcept {
   if (!c.open()) return;
   look_after_later(c);
   report_refusals(c);
+  if (c.unheard) ++places_freed_; // whether somebody receives is a question of time, too
   if (c.message_began_at != rt::never && now_ - c.message_began_at > options_.message_time_max) {
     add(counter::unfinished_messages);
     return close(c, wire::close_code::policy, "a message was not finished in time");
   }
   if (options_.profile != peer_profile::standard) return; // Hop's programs answer no pings
   const rt::duration silence = now_ - c.heard_at;
+  if (c.unheard) {
+    // What we do not read is no silence of its; and it is to know that we are there.
+    if (silence <= options_.ping_period) return;
+    c.heard_at = now_;
+    return send_control(c, wire::opcode::pong, {});
+  }
   if (silence > options_.silence_max) {
     // It answers no ping, and something waits for it.
     const bool unread = c.slow && c.held;
@@ -447,7 +468,8 @@ void core::look_after(connection& c) noexcept {
                  unread ? "the peer does not read" : "nothing was heard for too long");
   }
   // One that goes on talking is not silent; but it does not read either.
-  if (now_ - c.credit.waits_since() > silences_unanswered_max * options_.silence_max) {
+  const rt::time_point waits_since = std::max(c.credit.waits_since(), c.unheard_until);
+  if (now_ - waits_since > silences_unanswered_max * options_.silence_max) {
     add(counter::stalled_peers);
     return close(c, wire::close_code::policy, "the peer does not answer pings");
   }

@@ -94,6 +94,7 @@ class core final : public transport_sink {
     const bool lanes_talk = talking_lanes_ != 0 && peers_ != 0;
     if (lanes_wait_ && (wanted_lanes_ != 0 || lanes_talk)) return poll_period;
     if (!options_.lanes_tell && (wanted_lanes_ > phases_.listened() || lanes_talk)) return poll_period;
+    if (!parked_.empty() && receives_ != no_index) return poll_period; // a lane does not tell what it takes
     // Something waits for room at a peer, or for a slot.
     if (door_held_count_ != 0 || (peers_ != 0 && letters_.waiting() != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
@@ -113,7 +114,7 @@ class core final : public transport_sink {
   // transport_sink
   void on_open(connection_id id, const peer_info& peer) noexcept override;
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override;
-  bool wants_bytes(connection_id id) const noexcept override;
+  std::size_t wanted_bytes(connection_id id) const noexcept override;
   void on_writable(connection_id id) noexcept override;
   void on_close(connection_id id, close_cause cause) noexcept override;
   void on_refused(const refusal& reason) noexcept override;
@@ -152,6 +153,7 @@ class core final : public transport_sink {
   bool check_calls() const noexcept;
   bool check_deliveries() const noexcept;
   bool check_shares() const noexcept;
+  bool check_receiving() const noexcept;
 
   // core.cpp
   connection* find(connection_id id) noexcept;
@@ -173,12 +175,19 @@ class core final : public transport_sink {
   std::size_t read_one(connection& c) noexcept;
   void take_turn(connection& c) noexcept;
   void read_in_turn() noexcept;
+  void park(connection& c) noexcept;
+  bool keeps(const connection& c) const noexcept;
+  void keep_unread(connection& c) noexcept;
+  void end_unread(connection& c) noexcept;
+  void unpark() noexcept;
+  std::uint64_t room_changes() const noexcept { return entries_.popped() + slots_.freed() + places_freed_; }
   void read_stops(connection& c) noexcept;
   bool take_if_stop(connection& c, std::span<const std::byte> frame) noexcept;
 
   // inbound.cpp
   void take(connection& c, const wire::frame_step& step) noexcept;
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
+  void hear(connection& c, std::span<const std::byte> payload) noexcept;
   void take_rosbridge(connection& c, const json::document& text) noexcept;
   void take_bare(connection& c, const json::document& text, const wire::bare::envelope& said,
                  const std::optional<wire::bare::refusal>& refusal) noexcept;
@@ -331,6 +340,8 @@ class core final : public transport_sink {
     std::uint32_t held_last = no_index;  // order, each naming the next
     std::uint64_t order = 0;             // the generic receiver is the one that was attached first
     rt::time_point misfit_at{}; // when an event last told of a message that it could not take; zero: never
+    std::uint32_t room_asked = 0;        // as its handle said when it was last told of room
+    bool gave = false;                   // slots went home in this cycle
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
@@ -364,6 +375,7 @@ class core final : public transport_sink {
     rowe::priority priority = rowe::priority::normal;
   };
   void take_entries(std::uint32_t lane) noexcept;
+  std::size_t take_new_entries(std::uint32_t lane) noexcept;
   void retry_entries(std::uint32_t lane) noexcept;
   bool take_entry(std::uint32_t lane, std::uint32_t slot) noexcept;
   void take_from_door() noexcept;
@@ -374,6 +386,10 @@ class core final : public transport_sink {
   status check_text(std::string_view text) noexcept;
   // What those are told who wanted a peer that is there no more.
   errc gone_as() const noexcept { return closing_ ? errc::closed : errc::peer_lost; }
+  void begin_turn(std::uint32_t slots, bool of_receiver) noexcept;
+  bool refuses_to_everyone() const noexcept;
+  bool put_aside(connection* to) noexcept;
+  void tell_of_room() noexcept;
   bool has_room(connection& c, priority at) noexcept;
   bool has_share(const connection& c, slot_class of) const noexcept;
   std::uint32_t slots_for_messages(slot_class of) const noexcept;
@@ -392,8 +408,20 @@ class core final : public transport_sink {
   void tell(const party& whom, detail::call_ref own, const status& outcome,
             std::string_view text = {}) noexcept;
   void end_at_lane(const party& whom, detail::call_ref own, status outcome, std::string_view text) noexcept;
-  std::uint32_t receiver() const noexcept;
+  std::uint32_t receiver() const noexcept { return receiver_; }
+  std::uint32_t find_receiver(std::uint32_t but) const noexcept;
   bool received() const noexcept;
+  // Whether a message of this peer may go to whoever receives.
+  enum class admission : std::uint8_t { now, later, never };
+  admission admit(const connection& c) noexcept;
+  bool has_inbox_share(const connection& c) const noexcept;
+  bool has_place() const noexcept;
+  bool receiver_is_absent() const noexcept;
+  void mark_taken() noexcept;
+  void collect_taken(std::size_t entries) noexcept;
+  void begin_receiver() noexcept;
+  void note_taken(detail::peer_ref from) noexcept;
+  bool goes_to_receiver(std::string_view service) noexcept;
   status deliver_message(const detail::value_header& header, std::string_view text) noexcept;
   status fill_inbox(std::uint32_t lane, const detail::value_header& header, std::string_view body,
                     json::decoder::diagnosis& why) noexcept;
@@ -570,6 +598,11 @@ class core final : public transport_sink {
   std::size_t written_in_turn_ = 0; // work of this cycle
   bool offers_to_all_ = false;      // in this cycle, however much work that is
   turns unread_;                    // those with something that was put aside
+  turns parked_;                    // those whose next message finds no room
+  std::span<const std::byte> heard_now_; // the text that is being carried out
+  std::span<const std::byte> read_now_;  // with it, where that is the carrier's memory
+  bool heard_before_ = false;            // it found no room then
+  bool parks_ = true;                    // else what finds no room is dropped
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
   phase_plan phases_;
@@ -617,6 +650,27 @@ class core final : public transport_sink {
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
   std::uint32_t peer_calls_ = 0;         // in flight, asked by peers
+  // Shares: of the slots of whoever receives, and of those of the sender whose turn it is.
+  std::uint32_t receiver_ = no_index; // the lane that receives; none: the front door
+  static constexpr std::uint32_t unknown_receiver = no_index - 1;
+  std::uint32_t receives_ = no_index; // the lane that the counts are of; none: the front door
+  std::uint32_t untaken_ = 0;            // of all peers
+  rt::time_point taken_at_{};            // when one was taken last, or the first began to wait
+  std::uint64_t home_mark_ = 0;          // of a lane: what is home up to here is counted next,
+  std::uint64_t before_mark_ = 0;        // when so many more entries were taken
+  bool marked_ = false;
+  std::uint32_t answers_held_ = 0;       // put aside in the last turn of whoever receives
+  std::uint32_t turn_slots_ = 0;         // of the sender whose turn it is,
+  std::uint32_t turn_held_ = 0;          // those put aside in it,
+  std::uint32_t turn_held_for_all_ = 0;  // and those of them for everyone
+  bool turn_of_receiver_ = false;
+  std::uint64_t cycle_turn_ = 0;         // the last turn before this cycle
+  std::uint32_t told_full_ = 0;          // peers of which senders are told `full`
+  bool room_came_ = false;               // at a peer, or a peer is gone
+  bool lanes_ask_room_ = false;          // a handle sleeps until there is room
+  std::uint64_t places_freed_ = 0;       // of messages that were taken, or are put aside no more
+  std::uint64_t unparked_at_ = 0;        // after how many changes, for those that are parked
+  std::uint64_t retried_at_ = 0;         // likewise, for what is put aside
   std::uint32_t asked_lane_ = no_index;  // that was given a call in this cycle, the last one
   std::uint32_t epoch_ = 0;              // connections so far
   std::uint32_t attempts_failed_ = 0;

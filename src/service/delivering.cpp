@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "service/core.hpp"
+#include "service/publishing.hpp"
 #include "json/decoder.hpp"
 #include "json/utf8.hpp"
 
@@ -72,10 +73,10 @@ void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
 // ---- in
 
 // The lane that gets what no other handle takes: of those that receive, the one that was attached first.
-std::uint32_t core::receiver() const noexcept {
+std::uint32_t core::find_receiver(std::uint32_t but) const noexcept {
   std::uint32_t first = no_index;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    if (!views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives) continue;
+    if (i == but || !views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives) continue;
     if (first == no_index || views_[i].order < views_[first].order) first = i;
   }
   return first;
@@ -91,13 +92,106 @@ rt::time_point core::inbound_expiry(std::int64_t ttl_ns) const noexcept {
   return std::min(by_peer, rt::deadline_after(now_, options_.inbound_ttl));
 }
 
+// ---- shares
+//
+// Whoever receives has so many slots: those of the inbox, or of the way out where these are fewer. A peer may
+// have as many of them as nobody has: a lone one half, two a third each, and whoever comes finds some. Its
+// are those of its messages that were not taken or are still in the receiver's hands, and those of what is
+// put aside on the way to it: so who answers each message with one finds room for the answer.
+
+namespace {
+
+// Of an absent receiver what finds no room is dropped, as it is where nobody receives.
+constexpr rt::duration absent_after = std::chrono::seconds{8};
+
+} // namespace
+
+// The counts are of another receiver from now on, with whom no message is yet; of the front door's old ones
+// nobody needs to know.
+void core::begin_receiver() noexcept {
+  receives_ = receiver();
+  for (connection& c : connections_) c.untaken = c.answers_held = 0;
+  untaken_ = answers_held_ = 0;
+  marked_ = false;
+  door_.forget_senders();
+  taken_at_ = now_;
+  ++places_freed_;
+}
+
+void core::note_taken(detail::peer_ref from) noexcept {
+  taken_at_ = now_;
+  ++places_freed_;
+  connection* const c = find({from.index, from.generation});
+  if (c == nullptr || c->untaken == 0) return;
+  --c->untaken;
+  --untaken_;
+}
+
+// Whoever answers a message does so before its slot goes home: such a slot counts until all that was handed
+// over before it came home has been taken, and is counted where it is put aside.
+void core::mark_taken() noexcept {
+  if (receiver() != receives_) begin_receiver();
+  if (marked_) return;
+  marked_ = true;
+  if (receives_ == no_index) {
+    door_.mark_inbound();
+    before_mark_ = door_.submitted();
+  } else {
+    home_mark_ = lanes_[receives_].service.in.home->mark_home();
+    before_mark_ = lanes_[receives_].service.out.out->waiting_at_least();
+  }
+}
+
+void core::collect_taken(std::size_t entries) noexcept {
+  before_mark_ -= std::min<std::uint64_t>(before_mark_, entries);
+  if (before_mark_ != 0) return;
+  marked_ = false;
+  if (receives_ == no_index) {
+    (void)door_.collect_marked([this](detail::peer_ref from) { note_taken(from); });
+    return;
+  }
+  const detail::filling_end& path = lanes_[receives_].service.in;
+  path.home->see(home_mark_, [&](std::uint32_t slot) { note_taken(path.slots.header(slot)->peer); });
+}
+
+bool core::has_place() const noexcept {
+  return receives_ == no_index ? door_.free_inbound() != 0
+                               : lanes_[receives_].service.in.home->seen_by_owner() != 0;
+}
+
+bool core::has_inbox_share(const connection& c) const noexcept {
+  // Answers to its calls have fewer places while it does not read.
+  if (c.told_full || (c.behind() && c.direct.count + c.calls_asked >= direct_depth_behind)) return false;
+  const bool by_lane = receives_ != no_index;
+  const std::uint32_t slots =
+      by_lane ? std::min(lanes_[receives_].service.in.count, lanes_[receives_].user.out.count)
+              : door_.slots();
+  const std::uint32_t own = c.untaken + c.answers_held;
+  return own + untaken_ + answers_held_ < slots && has_place();
+}
+
+bool core::receiver_is_absent() const noexcept {
+  return !received() || (untaken_ != 0 && now_ - taken_at_ > absent_after);
+}
+
+core::admission core::admit(const connection& c) noexcept {
+  if (receiver() != receives_) begin_receiver();
+  if (has_inbox_share(c)) return admission::now;
+  if (!received()) return admission::now; // nobody has shares where nobody receives
+  if (receives_ == no_index) door_.drop_expired(now_); // so that they come home
+  mark_taken();
+  collect_taken(0); // what is home, unless something was handed over before
+  if (has_inbox_share(c)) return admission::now;
+  return parks_ && keeps(c) && !receiver_is_absent() ? admission::later : admission::never;
+}
+
 // To the one who receives.
 status core::deliver_message(const detail::value_header& header, std::string_view text) noexcept {
-  const std::uint32_t lane = receiver();
+  if (receiver() != receives_) begin_receiver();
   status done = errc::full;
-  if (lane != no_index) {
+  if (receives_ != no_index) {
     json::decoder::diagnosis nothing; // who receives takes texts
-    done = fill_inbox(lane, header, text, nothing);
+    if (has_place()) done = fill_inbox(receives_, header, text, nothing);
   } else {
     done = door_.deliver(
         {.what = header.what == entry::invocation ? door_request::invocation : door_request::message,
@@ -105,9 +199,17 @@ status core::deliver_message(const detail::value_header& header, std::string_vie
          .call = header.call,
          .stamped = now_,
          .expires = time_of(header.expires_ns)},
-        text);
+        text, [this](detail::peer_ref from) { note_taken(from); });
   }
-  if (!done) add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
+  if (!done) {
+    add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
+    return done;
+  }
+  connection* const c = find({header.peer.index, header.peer.generation});
+  if (c == nullptr) return done;
+  if (untaken_ == 0) taken_at_ = now_;
+  ++c->untaken;
+  ++untaken_;
   return done;
 }
 

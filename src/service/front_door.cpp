@@ -117,6 +117,8 @@ class front_door::number_queue {
   std::size_t take_all(std::span<std::uint32_t> into) noexcept {
     return into.empty() ? 0 : queue_.try_dequeue_bulk(into.data(), into.size());
   }
+  // Any thread: whether there is one, as far as it has heard of it.
+  bool has_any() const noexcept { return queue_.size_approx() != 0; }
 
  private:
   number_queue(moodycamel::ProducerToken* producers, std::uint32_t slots) noexcept : producers_{producers} {
@@ -133,7 +135,7 @@ std::size_t front_door::footprint_bytes(const limits& bounds) noexcept {
   return 2 * arena::bytes_for(rt::slab::bytes_for(slots, bounds.door_slot_bytes)) +
          arena::bytes_for<asked_slot>(slots) + arena::bytes_for<arrived_slot>(slots) +
          3 * number_queue::footprint_bytes(slots) + arena::bytes_for<number>(inbox_places(slots)) +
-         arena::bytes_for<std::uint32_t>(slots);
+         2 * arena::bytes_for<std::uint32_t>(slots);
 }
 
 front_door::front_door(rt::arena& memory, const limits& bounds) noexcept {
@@ -149,7 +151,8 @@ front_door::front_door(rt::arena& memory, const limits& bounds) noexcept {
   inbound_home_ = number_queue::make(memory, slots);
   places_ = memory.carve<number>(inbox_places(slots));
   waiting_ = memory.carve<std::uint32_t>(slots);
-  assert(waiting_.size() == slots);     // footprint_bytes() is the sum
+  free_inbound_ = memory.carve<std::uint32_t>(slots);
+  assert(free_inbound_.size() == slots); // footprint_bytes() is the sum
   (void)submitted_->take_all(waiting_); // nothing is submitted yet
 }
 
@@ -160,6 +163,9 @@ result<std::uint32_t> front_door::submit(door_header header, std::string_view te
   if (text.size() > slot_bytes())
     return error{errc::too_big, static_cast<std::int64_t>(text.size()),
                  static_cast<std::int64_t>(slot_bytes())};
+  const bool to_everyone = header.what == door_request::message && header.peer.generation == 0;
+  // relaxed: advice; pairs with the store in refuse_to_everyone()
+  if (to_everyone && crowded_.load(std::memory_order_relaxed)) return error{errc::full, 0, slots()};
   std::uint32_t slot = 0;
   if (!home_->take(slot)) return error{errc::full, 0, slots()};
 
@@ -189,7 +195,29 @@ std::string_view front_door::reply_text(std::uint32_t slot) const noexcept {
   return {reinterpret_cast<const char*>(outbound_.slot(slot).data()), asked_[slot].reply_bytes};
 }
 
-void front_door::give_back(std::uint32_t slot) noexcept { home_->put(slot); }
+void front_door::give_back(std::uint32_t slot) noexcept {
+  home_->put(slot);
+  tell_room();
+}
+
+bool front_door::has_room(bool to_everyone) const noexcept {
+  // relaxed: advice; pairs with the store in refuse_to_everyone(), which tell_room() follows
+  if (to_everyone && crowded_.load(std::memory_order_relaxed)) return false;
+  return home_->has_any();
+}
+
+// No ring is lost. The additions to room_waiters_ stand in one order: where this one comes later, it finds
+// who waits and changes the bell; where it comes before, the other acquires from it, and so ready() finds what
+// was done before.
+void front_door::tell_room() noexcept {
+  // acq_rel: pairs with the addition in wait_room()
+  const std::uint32_t waiters = room_waiters_.fetch_add(0, std::memory_order_acq_rel);
+  if (waiters == 0) return;
+  // relaxed: for a number that nobody else has. release: pairs with the load in wait_room()
+  const std::uint32_t rung = room_rings_.fetch_add(1, std::memory_order_relaxed) + 1;
+  room_bell_.exchange(rung, std::memory_order_release);
+  for (std::uint32_t i = 0; i != waiters; ++i) rt::futex::wake(room_bell_);
+}
 
 // ---- Any thread: in.
 //
@@ -279,7 +307,12 @@ std::string_view front_door::inbound_text(std::uint32_t slot) const noexcept {
   return {reinterpret_cast<const char*>(inbound_.slot(slot).data()), inbox_[slot].header.bytes};
 }
 
-void front_door::give_back_inbound(std::uint32_t slot) noexcept { inbound_home_->put(slot); }
+// As for tell_room(): either the service thread finds the slot when it collects, or its asking is found here.
+bool front_door::give_back_inbound(std::uint32_t slot) noexcept {
+  inbound_home_->put(slot);
+  // acq_rel: pairs with the exchange in ask_for_slots()
+  return slots_wanted_.exchange(0, std::memory_order_acq_rel) != 0;
+}
 
 bool front_door::manned() const noexcept {
   return manned_.load(std::memory_order_relaxed); // relaxed: advice; pairs with man()
@@ -301,6 +334,7 @@ void front_door::wake_receiver(std::uint32_t bell) noexcept {
 void front_door::close() noexcept {
   closed_.store(true, std::memory_order_seq_cst);
   wake_receiver(1);
+  tell_room();
 }
 
 bool front_door::is_closed() const noexcept { return closed_.load(std::memory_order_seq_cst); }
@@ -353,21 +387,32 @@ void front_door::settle(std::uint32_t slot, const status& outcome, std::string_v
   if (outcome && !fits)
     asked.outcome = error{errc::too_big, static_cast<std::int64_t>(reply.size()),
                           static_cast<std::int64_t>(slot_bytes())};
-  if (asked.word.settle() == slot_holder::settler) home_->put(slot);
+  if (asked.word.settle() != slot_holder::settler) return;
+  home_->put(slot);
+  tell_room();
 }
 
-status front_door::deliver(const door_header& header, std::string_view text) noexcept {
+void front_door::mark_inbound() noexcept {
+  marked_inbound_count_ +=
+      static_cast<std::uint32_t>(inbound_home_->take_all(free_inbound_.subspan(marked_inbound_count_)));
+}
+
+void front_door::forget_senders() noexcept {
+  for (arrived_slot& one : inbox_) one.header.counted = false;
+}
+
+status front_door::may_deliver(std::string_view text) const noexcept {
   if (is_closed()) return errc::closed;
-  if (text.size() > slot_bytes())
-    return error{errc::too_big, static_cast<std::int64_t>(text.size()),
-                 static_cast<std::int64_t>(slot_bytes())};
-  std::uint32_t slot = 0;
-  if (!inbound_home_->take(slot)) {
-    drop_expired(header.stamped);
-    if (!inbound_home_->take(slot)) return error{errc::full, 0, slots()};
-  }
+  if (text.size() <= slot_bytes()) return {};
+  return error{errc::too_big, static_cast<std::int64_t>(text.size()),
+               static_cast<std::int64_t>(slot_bytes())};
+}
+
+void front_door::put_into_inbox(std::uint32_t slot, const door_header& header,
+                                std::string_view text) noexcept {
   inbox_[slot].header = header;
   inbox_[slot].header.bytes = text.size();
+  inbox_[slot].header.counted = true;
   std::copy_n(text.data(), text.size(), reinterpret_cast<char*>(inbound_.slot(slot).data()));
   // relaxed, both: this thread's own; and the tail releases the place for pop_inbox()
   const std::uint64_t tail = inbox_tail_.load(std::memory_order_relaxed);
@@ -375,7 +420,6 @@ status front_door::deliver(const door_header& header, std::string_view text) noe
   // seq_cst: releases the message; and stands before the load of sleepers_
   inbox_tail_.store(tail + 1, std::memory_order_seq_cst);
   wake_receiver(static_cast<std::uint32_t>(2 * (tail + 1)));
-  return {};
 }
 
 // Takes expired messages off the front of the inbox, as a receiver would: an inbox that nobody empties must
@@ -453,6 +497,12 @@ const char* front_door::check() {
   if (waiting_first_ > waiting_ready_ || waiting_ready_ > waiting_last_) return "what may go waits";
 
   std::vector<bool> arrived(slots());
+  if (free_inbound_count_ > marked_inbound_count_ || marked_inbound_count_ > slots())
+    return "no more inbound slots are free than there are";
+  for (const std::uint32_t slot : free_inbound_.first(marked_inbound_count_)) {
+    if (slot >= slots() || arrived[slot]) return "an inbound slot is free once";
+    arrived[slot] = true;
+  }
   if (!sees_each_once(*inbound_home_, arrived, count)) return "an inbound slot is at home once";
   const std::uint64_t head = inbox_head_.load(std::memory_order_seq_cst);
   const std::uint64_t tail = inbox_tail_.load(std::memory_order_seq_cst);
@@ -473,7 +523,7 @@ bool front_door::all_home() {
   std::size_t inbound_count = 0;
   return sees_each_once(*home_, outbound, outbound_count) &&
          sees_each_once(*inbound_home_, inbound, inbound_count) && outbound_count == slots() &&
-         inbound_count == slots();
+         inbound_count + marked_inbound_count_ == slots();
 }
 
 } // namespace rowe::service

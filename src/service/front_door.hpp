@@ -4,7 +4,10 @@
 // locks or allocates. Two pools of slots, all of them there from the start:
 //
 //   outbound    home -> submit() -> take() -> settle() -> [wait(), reply_text()] -> give_back() -> home
-//   inbound     home -> deliver() -> receive() -> give_back_inbound() -> home
+//   inbound     home -> [collect_inbound() ->] deliver() -> receive() -> give_back_inbound() -> home
+//
+// The service thread collects inbound slots that came home before it uses them again: so it knows of each
+// whose message it held, and how many of every peer's are still out.
 //
 // Only slot numbers travel. Where many threads put numbers they go by moodycamel's ConcurrentQueue, in which
 // a producer may only be used by one thread at a time. A producer for each thread cannot be bounded, and one
@@ -26,6 +29,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <utility>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/limits.hpp>
@@ -46,6 +50,7 @@ enum class door_request : std::uint8_t { message, invocation, reply, refusal };
 struct door_header {
   door_request what = door_request::message;
   bool wants_outcome = false; // outbound: somebody will wait() for it
+  bool counted = false;       // in: collect_inbound() is to tell when it comes home; the service thread's own
   detail::peer_ref peer{};    // out: to whom, generation 0: to everyone, or to whoever provides the service;
                               // in: from whom
   detail::call_ref call{};    // out: the call that a reply or refusal ends; in: the call that this asks
@@ -104,7 +109,29 @@ class front_door {
 
   const door_header& inbound_header(std::uint32_t slot) const noexcept { return inbox_[slot].header; }
   std::string_view inbound_text(std::uint32_t slot) const noexcept;
-  void give_back_inbound(std::uint32_t slot) noexcept;
+  // True when the service thread waits for one: the caller then wakes it.
+  bool give_back_inbound(std::uint32_t slot) noexcept;
+
+  // Sleeps until `ready()` is true, which is asked at once, and whenever a slot for a submission may have
+  // become free or the service thread has called tell_room(); or until `deadline` has come. Returns what
+  // `ready()` said last. Several threads may. Allocates nothing.
+  template <class Ready>
+  bool wait_room(rt::time_point deadline, Ready&& ready) noexcept {
+    // acq_rel: pairs with the addition in tell_room(), as said there
+    room_waiters_.fetch_add(1, std::memory_order_acq_rel);
+    bool there = false;
+    for (bool in_time = true;;) {
+      // acquire: pairs with the addition to the bell in tell_room()
+      const std::uint32_t rung = room_bell_.load(std::memory_order_acquire);
+      there = ready();
+      if (there || !in_time) break;
+      in_time = rt::futex::wait(room_bell_, rung, deadline);
+    }
+    room_waiters_.fetch_sub(1, std::memory_order_relaxed); // relaxed: a needless ring does no harm
+    return there;
+  }
+  // Whether a submission would find a slot, if nobody else takes it: of a message to everyone, or another.
+  bool has_room(bool to_everyone) const noexcept;
 
   // Whether anybody has ever called receive() or try_receive(). Advice: a moment old.
   bool manned() const noexcept;
@@ -132,15 +159,72 @@ class front_door {
   const door_header& request(std::uint32_t slot) const noexcept { return asked_[slot].header; }
   std::string_view request_text(std::uint32_t slot) const noexcept;
 
+  // Messages to everyone are refused with `full` from now on, or no more: too many wait for a peer's room.
+  // True where that is new.
+  bool refuse_to_everyone(bool refuses) noexcept {
+    // relaxed, both: ours alone; advice, which has_room() and submit() act on
+    if (crowded_.load(std::memory_order_relaxed) == refuses) return false;
+    crowded_.store(refuses, std::memory_order_relaxed);
+    return true;
+  }
+  // Wakes those who wait in wait_room(): room may have come.
+  void tell_room() noexcept;
+
   // Ends a request: the outcome, and for an invocation the reply's text (which may be the request's own
   // bytes). A text that exceeds slot_bytes() is left out, and a good outcome becomes `too_big`, with size and
   // limit. Wakes whoever waits; gives the slot back if nobody does or will.
   void settle(std::uint32_t slot, const status& outcome, std::string_view reply = {}) noexcept;
 
+  // Calls `came_home(detail::peer_ref)` for each message whose slot came home since the last call, with whom
+  // it was from. Returns how many slots are free now.
+  template <class CameHome>
+  std::uint32_t collect_inbound(CameHome&& came_home) noexcept {
+    mark_inbound();
+    return collect_marked(came_home);
+  }
+  // The same in two steps: of those that are home at the first.
+  void mark_inbound() noexcept;
+  template <class CameHome>
+  std::uint32_t collect_marked(CameHome&& came_home) noexcept {
+    for (; free_inbound_count_ != marked_inbound_count_; ++free_inbound_count_) {
+      arrived_slot& one = inbox_[free_inbound_[free_inbound_count_]];
+      if (std::exchange(one.header.counted, false)) came_home(one.header.peer);
+    }
+    return free_inbound_count_;
+  }
+  // How many submissions take() has not handed on. One under way on another thread counts as soon as it has
+  // its ticket.
+  std::uint64_t submitted() const noexcept {
+    // acquire: pairs with the drawing of tickets in submit()
+    return tickets_.load(std::memory_order_acquire) - taken_;
+  }
+  // Of the messages that are there now collect_inbound() says nothing any more.
+  void forget_senders() noexcept;
+  std::uint32_t free_inbound() const noexcept { return free_inbound_count_; } // that were collected
+  // Who gives an inbound slot back from now on is told to wake this thread, once. Collect after it.
+  void ask_for_slots() noexcept {
+    // acq_rel: pairs with the exchange in give_back_inbound()
+    slots_wanted_.exchange(1, std::memory_order_acq_rel);
+  }
+  // Messages at the front of the inbox that have expired by `now` go home, and are counted.
+  void drop_expired(rt::time_point now) noexcept;
+
   // Puts a message into the inbox and wakes a receiver. full: every slot is in the inbox, not expired by
   // header.stamped (when it is at the front), or in the hands of a receiver; too_big: the text exceeds
-  // slot_bytes(); closed.
-  status deliver(const door_header& header, std::string_view text) noexcept;
+  // slot_bytes(); closed. `came_home` as for collect_inbound().
+  template <class CameHome>
+  status deliver(const door_header& header, std::string_view text, CameHome&& came_home) noexcept {
+    if (const status may = may_deliver(text); !may) return may;
+    if (free_inbound_count_ == 0 && collect_inbound(came_home) == 0) {
+      drop_expired(header.stamped);
+      if (collect_inbound(came_home) == 0) return error{errc::full, 0, slots()};
+    }
+    put_into_inbox(take_free_inbound(), header, text);
+    return {};
+  }
+  status deliver(const door_header& header, std::string_view text) noexcept {
+    return deliver(header, text, [](detail::peer_ref) {});
+  }
 
   // The oldest message that nobody received, as receive() would give it; nothing when there is none. For a
   // lane that begins to receive where nobody has: give_back_inbound() follows.
@@ -186,8 +270,15 @@ class front_door {
   bool pop_inbox(std::uint32_t& slot) noexcept;
   bool pop_unexpired(std::uint32_t& slot, rt::time_point now) noexcept;
   void drop(std::uint32_t slot) noexcept;
-  void drop_expired(rt::time_point now) noexcept;
   void man() noexcept;
+  status may_deliver(std::string_view text) const noexcept;
+  std::uint32_t take_free_inbound() noexcept {
+    // The last of those that are marked takes its place: only what is not collected has an order.
+    const std::uint32_t slot = free_inbound_[--free_inbound_count_];
+    free_inbound_[free_inbound_count_] = free_inbound_[--marked_inbound_count_];
+    return slot;
+  }
+  void put_into_inbox(std::uint32_t slot, const door_header& header, std::string_view text) noexcept;
   void wake_receiver(std::uint32_t bell) noexcept;
 
   // Set-up.
@@ -202,13 +293,18 @@ class front_door {
 
   // Any thread.
   alignas(rt::line_bytes) std::atomic<std::uint64_t> tickets_{0};    // drawn by submit()
+  std::atomic<std::uint32_t> room_waiters_{0};
+  std::atomic<std::uint32_t> room_rings_{0};
+  rt::futex::word room_bell_{0}; // changes when those who wait for room should look
   alignas(rt::line_bytes) std::atomic<std::uint64_t> inbox_head_{0}; // taken from the inbox
   std::atomic<std::uint32_t> sleepers_{0};                           // receivers asleep, or nearly
   std::atomic<std::uint64_t> expired_{0};
   std::atomic<bool> manned_{false};
   alignas(rt::line_bytes) std::atomic<std::uint64_t> inbox_tail_{0}; // written by the service thread
   rt::futex::word bell_{0};                                          // changes when receivers should look
+  std::atomic<std::uint32_t> slots_wanted_{0}; // by the service thread: inbound ones
   alignas(rt::line_bytes) std::atomic<bool> closed_{false};
+  std::atomic<bool> crowded_{false};
   std::atomic<std::uint32_t> finished_{0};
 
   // The service thread.
@@ -217,6 +313,9 @@ class front_door {
   std::uint32_t waiting_last_ = 0;  // one past
   std::uint32_t waiting_ready_ = 0; // one past those that may go
   std::uint32_t unsettled_count_ = 0;
+  std::uint32_t free_inbound_count_ = 0;
+  std::uint32_t marked_inbound_count_ = 0;
+  std::span<std::uint32_t> free_inbound_; // slots that were collected, and behind them those that are marked
   std::uint64_t taken_ = 0; // tickets that went to the core
 };
 

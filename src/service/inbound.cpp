@@ -93,6 +93,12 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
 void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
   add(counter::messages_in);
   ++c.messages_in;
+  hear(c, payload);
+}
+
+// A text that was counted; once more where it found no room before.
+void core::hear(connection& c, std::span<const std::byte> payload) noexcept {
+  heard_now_ = payload;
   const std::string_view text = text_of(payload);
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
@@ -166,7 +172,12 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
       answer_bare_error(c, {}, "refused", stop_only_sentence);
     return;
   }
-  // What finds no room is counted there.
+  switch (admit(c)) {
+  case admission::now: break;
+  case admission::later: return park(c);
+  case admission::never: return add(counter::inbox_full);
+  }
+  // What is too long is counted there.
   (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
                          .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
                          .what = detail::entry::message,

@@ -39,7 +39,7 @@ void core::take_pong(connection& c, std::span<const std::byte> payload) noexcept
 // With look_after().
 void core::look_after_credit(connection& c) noexcept {
   if (c.credit.wants_ping(now_)) list(c);
-  if (c.slow || !c.credit.slow(now_)) return;
+  if (c.slow || c.unheard || !c.credit.slow(now_)) return;
   c.slow = true;
   add(counter::slow_peers);
 }

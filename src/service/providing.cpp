@@ -191,6 +191,7 @@ void core::attach_talker(std::uint32_t index) noexcept {
     view.service = at;
   }
   view.attached = true;
+  receiver_ = find_receiver(no_index);
   ++talking_lanes_;
   lane.heard_by.store(detail::audience::somebody,
                       std::memory_order_relaxed); // relaxed: `active` publishes it
@@ -216,7 +217,7 @@ void core::take_over_inbox(std::uint32_t index) noexcept {
                                           door_.inbound_text(*slot));
       if (!done && is_call) finish_badly(came.call.index, {errc::refused}, "the inbox is full");
     }
-    door_.give_back_inbound(*slot);
+    (void)door_.give_back_inbound(*slot); // this thread need not be woken
   }
 }
 
@@ -224,6 +225,8 @@ void core::detach_talker(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   if (view.loop != no_index) return detach_latch(index);
   end_calls_of_lane(index);
+  receiver_ = find_receiver(index);
+  if (receives_ == index) receives_ = unknown_receiver;
   if (view.service != no_index) services_.remove(view.service);
   if (connection* const c = server_connection()) announce_service(*c, index, false);
   --talking_lanes_;

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include "service/core.hpp"
 
@@ -71,10 +72,13 @@ bool begins_as_stop(std::string_view text) noexcept {
 
 } // namespace
 
-// What was put aside is carried out before more is read.
-bool core::wants_bytes(connection_id id) const noexcept {
+// What was put aside is carried out before more is read. More than a connection's own room for that only where
+// it may lie behind what the parser assembles meanwhile: keep_unread().
+std::size_t core::wanted_bytes(connection_id id) const noexcept {
   const connection* const c = find(id);
-  return c == nullptr || c->unread.empty();
+  if (c == nullptr) return read_bytes_alone;
+  if (!c->unread.empty() || c->parked()) return 0;
+  return bounds_.message_bytes_max >= 2 * read_bytes_alone ? read_bytes_alone : read_bytes_in_turn;
 }
 
 void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
@@ -84,7 +88,7 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   c->heard_at = now_;
   attempts_failed_ = 0; // a server that says something is alive
   if (bytes.size() > c->aside.size() - tailroom_bytes) return read_all(*c, bytes); // it was alone
-  assert(c->unread.empty());
+  assert(c->unread.empty() && !c->parked());
   std::memcpy(c->aside.data(), bytes.data(), bytes.size());
   c->unread = c->aside.first(bytes.size());
   read_stops(*c);
@@ -92,23 +96,100 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
 }
 
 void core::read_all(connection& c, std::span<std::byte> bytes) noexcept {
+  read_now_ = bytes;
   c.unread = bytes;
-  while (!c.unread.empty()) read_one(c);
+  while (!c.unread.empty() && !c.parked()) read_one(c);
+  if (c.parked()) keep_unread(c);
+  read_now_ = {};
+  if (!c.parked()) return;
+  read_stops(c);
+  take_turn(c);
+}
+
+// Whether the message that is being carried out can stay where it is read, with what was read behind it. Not
+// where it is a very long one that came in pieces, and much came behind it at once.
+bool core::keeps(const connection& c) const noexcept {
+  const bool elsewhere = heard_now_.data() < read_now_.data() ||
+                         heard_now_.data() >= read_now_.data() + read_now_.size(); // in c.assembly
+  return read_now_.empty() || !elsewhere || c.unread.size() <= c.aside.size() - tailroom_bytes ||
+         heard_now_.size() + c.unread.size() <= bounds_.message_bytes_max;
+}
+
+// What was read into the carrier's own memory, from the message on that finds no room. Where that is too much
+// for the connection's own, it goes to the end of what messages are assembled in: of those that follow, so
+// much at most lies in front of it before it is read (wanted_bytes()).
+void core::keep_unread(connection& c) noexcept {
+  const bool with_text = c.parked_text >= read_now_.data() && c.parked_text < c.unread.data();
+  const std::byte* const from = with_text ? c.parked_text : c.unread.data(); // else: in c.assembly
+  const auto bytes = static_cast<std::size_t>(read_now_.data() + read_now_.size() - from);
+  const bool fits_aside = bytes <= c.aside.size() - tailroom_bytes;
+  const auto into =
+      fits_aside ? c.aside.first(bytes) : c.assembly.subspan(bounds_.message_bytes_max - bytes, bytes);
+  if (bytes != 0) std::memcpy(into.data(), from, bytes);
+  c.unread = into.last(c.unread.size());
+  if (with_text) c.parked_text = into.data();
+}
+
+// Nothing of it is left.
+void core::end_unread(connection& c) noexcept {
+  c.unread = {};
+  c.parked_text = nullptr;
+  if (!std::exchange(c.unheard, false)) return;
+  c.heard_at = c.unheard_until = now_;
+  carrier_.read_enabled(c.id, true);
+}
+
+// The message that is being carried out finds no room.
+void core::park(connection& c) noexcept {
+  c.parked_text = heard_now_.data();
+  c.parked_bytes = static_cast<std::uint32_t>(heard_now_.size());
+  unparked_at_ = UINT64_MAX; // looked at once more: something may have been taken meanwhile
+  if (std::exchange(c.unheard, true)) return;
+  carrier_.read_enabled(c.id, false);
+  // Its pongs lie behind what we do not read, so what is on its way to it is not known any more: as towards
+  // peers that know no pings, only the kernel's limit holds.
+  if (c.held) list(c);
 }
 
 void core::take_turn(connection& c) noexcept {
-  if (c.unread.empty() || c.in_turn) return;
+  if (c.in_turn) return;
+  if (c.unread.empty() && !c.parked()) return end_unread(c);
   c.in_turn = true;
-  unread_.push(c.id.index);
+  (c.parked() ? parked_ : unread_).push(c.id.index);
+}
+
+// Those that are parked, in their turn, as far as there is room now.
+void core::unpark() noexcept {
+  if (parked_.empty()) return;
+  if (receiver() != receives_) begin_receiver();
+  if (receives_ == no_index) door_.ask_for_slots(); // what came home before is found here, or there
+  mark_taken();
+  collect_taken(0);
+  if (const std::uint64_t changes = room_changes(); std::exchange(unparked_at_, changes) == changes) return;
+  for (std::uint32_t left = parked_.count; left != 0; --left) {
+    connection& c = connections_[parked_.pop()];
+    if (c.open() && c.parked() && admit(c) == admission::later) {
+      parked_.push(c.id.index);
+    } else {
+      unread_.push(c.id.index);
+    }
+  }
 }
 
 // One message, or what there is of it; returns the work it was.
 std::size_t core::read_one(connection& c) noexcept {
   if (!c.open()) {
-    c.unread = {};
+    end_unread(c);
     return 0;
   }
   composed_bytes_ = 0;
+  if (c.parked()) {
+    const std::span again{std::exchange(c.parked_text, nullptr), c.parked_bytes};
+    heard_before_ = true;
+    hear(c, again);
+    heard_before_ = false;
+    return work_of(again.size() + composed_bytes_);
+  }
   const wire::frame_step step = c.parser.next(c.unread);
   c.unread = c.unread.subspan(step.consumed);
   const bool ends_message = step.event == wire::frame_event::text || step.event == wire::frame_event::binary;

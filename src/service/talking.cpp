@@ -34,14 +34,34 @@ party party_of_door(std::uint32_t slot) noexcept { return {.who = party::kind::d
 // time is over.
 void core::take_entries(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
-  const detail::emptying_end& path = lanes_[index].service.out;
-  ++turn_;
+  const bool receives = receiver() == index;
+  if (receives) mark_taken();
+  begin_turn(lanes_[index].user.out.count, receives);
   retry_entries(index);
+  const std::size_t taken = take_new_entries(index);
+  if (receives) collect_taken(taken);
+  // How many of those for everyone wait here decides whether more are taken.
+  detail::lane& lane = lanes_[index];
+  const detail::audience now =
+      refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
+  // relaxed, both: ours alone; advice, which post() acts on
+  if (lane.heard_by.load(std::memory_order_relaxed) != now) {
+    lane.heard_by.store(now, std::memory_order_relaxed);
+    view.gave = true;
+  }
+  // acquire: pairs with the release in ask_room()
+  lanes_ask_room_ = lanes_ask_room_ || lane.room_asked.load(std::memory_order_acquire) != 0;
+}
+
+std::size_t core::take_new_entries(std::uint32_t index) noexcept {
+  lane_view& view = views_[index];
+  const detail::emptying_end& path = lanes_[index].service.out;
   for (std::size_t left = entries_budget; left > 0; --left) {
     const auto slot = path.out->try_pop();
-    if (!slot) return;
+    if (!slot) return entries_budget - left;
     if (take_entry(index, *slot)) {
       path.home->give(*slot);
+      view.gave = true;
       continue;
     }
     next_held(path.slots, *slot) = no_index;
@@ -53,6 +73,7 @@ void core::take_entries(std::uint32_t index) noexcept {
     view.held_last = *slot;
   }
   lanes_left_ = true;
+  return entries_budget;
 }
 
 // Those put aside, in their order, as if they came now.
@@ -64,6 +85,8 @@ void core::retry_entries(std::uint32_t index) noexcept {
     const std::int64_t next = next_held(path.slots, slot);
     if (take_entry(index, slot)) {
       path.home->give(slot);
+      view.gave = true;
+      ++places_freed_;
       if (before == no_index) {
         view.held_first = static_cast<std::uint32_t>(next);
       } else {
@@ -129,7 +152,9 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot) noexcept {
 void core::take_from_door() noexcept {
   const std::uint64_t expired = door_.expired();
   add(counter::inbound_expired, expired - std::exchange(door_expired_, expired));
-  ++turn_;
+  const bool receives = receiver() == no_index;
+  if (receives) mark_taken();
+  begin_turn(door_.slots(), receives);
   retry_door();
   const std::size_t taken = door_.take(
       [&](std::uint32_t slot) {
@@ -137,6 +162,8 @@ void core::take_from_door() noexcept {
       },
       entries_budget);
   lanes_left_ = lanes_left_ || taken == entries_budget;
+  if (receives) collect_taken(taken);
+  if (door_.refuse_to_everyone(refuses_to_everyone())) room_came_ = true;
 }
 
 void core::retry_door() noexcept {
@@ -145,6 +172,7 @@ void core::retry_door() noexcept {
     const std::uint32_t slot = door_held_[i];
     if (!take_door_slot(slot)) door_held_[kept++] = slot;
   }
+  places_freed_ += door_held_count_ - kept;
   door_held_count_ = kept;
 }
 
@@ -179,6 +207,76 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
   }
   }
   return true;
+}
+
+// ---- what is put aside
+//
+// It keeps a slot of the sender's. What is for one peer may have as many of them as nobody has: of a lone
+// peer's half, of two a third each; so whatever is for others finds one. From then on senders are told `full`
+// before they take a slot, until nothing waits for that peer any more; what was under way by then ends so.
+// What is for everyone waits whole, since its sender counts on that; but its sender is told `full` as soon.
+
+void core::begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
+  ++turn_;
+  turn_slots_ = slots;
+  turn_held_ = turn_held_for_all_ = 0;
+  turn_of_receiver_ = of_receiver;
+  if (!of_receiver || std::exchange(answers_held_, 0) == 0) return;
+  for (connection& c : connections_) c.answers_held = 0;
+}
+
+bool core::refuses_to_everyone() const noexcept {
+  return turn_held_for_all_ != 0 && turn_held_for_all_ + turn_held_ >= turn_slots_;
+}
+
+// Null: for everyone. False where the peer has its share of the slots already. Asked for what was put aside
+// before again in each turn, in the same order, so that is true then.
+bool core::put_aside(connection* to) noexcept {
+  if (to == nullptr) {
+    ++turn_held_;
+    ++turn_held_for_all_;
+    return true;
+  }
+  if (std::exchange(to->held_in, turn_) != turn_) to->held_count = 0;
+  if (to->held_count + turn_held_ >= turn_slots_) return false;
+  ++to->held_count;
+  ++turn_held_;
+  if (turn_of_receiver_) {
+    ++to->answers_held;
+    ++answers_held_;
+  }
+  if (to->held_count + turn_held_ >= turn_slots_ && !std::exchange(to->told_full, true)) {
+    ++told_full_;
+    shown_.set_taking(to->id.index, 0);
+  }
+  return true;
+}
+
+// At the end of a cycle: who waits for room is told where it came.
+void core::tell_of_room() noexcept {
+  if (told_full_ != 0) {
+    for (connection& c : connections_) {
+      if (!c.told_full || c.held_in > cycle_turn_) continue;
+      c.told_full = false;
+      --told_full_;
+      shown_.set_taking(c.id.index, c.id.generation);
+      ++places_freed_;
+      room_came_ = true;
+    }
+  }
+  const bool came = std::exchange(room_came_, false);
+  if (came) door_.tell_room();
+  if (!std::exchange(lanes_ask_room_, false)) return;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    lane_view& view = views_[i];
+    if (!view.attached || lanes_[i].kind != detail::lane_kind::talk) continue;
+    // acquire: pairs with the release in ask_room()
+    const std::uint32_t asked = lanes_[i].room_asked.load(std::memory_order_acquire);
+    const bool look = asked != view.room_asked || view.gave || came;
+    view.room_asked = asked;
+    view.gave = false;
+    if (asked != 0 && look) lanes_[i].news.notify();
+  }
 }
 
 // ---- letters
@@ -235,16 +333,18 @@ bool core::post_in_turn(const message& m) noexcept {
   const bool gone = to == nullptr && m.to.generation != 0;
   const bool behind = all_held_in_ == turn_ || (to != nullptr && to->held_in == turn_);
   if (behind && !gone && !closing_ && (m.only_now || m.expires >= now_)) {
-    if (!m.only_now) return false;
+    if (!m.only_now && put_aside(to)) return false;
     add(counter::outbox_full);
-    tell(m.sender, m.own, errc::expired);
+    tell(m.sender, m.own, m.only_now ? errc::expired : errc::full);
     return true;
   }
   if (post(m)) return true;
-  // A peer has no room; or nobody has, or there is no slot, and then no later one may pass.
-  (to != nullptr && slots_for_messages(slots_.class_for(m.text.size())) != 0 ? to->held_in : all_held_in_) =
-      turn_;
-  return false;
+  // A peer has no room, or no slot. Or nobody has, and then no later one may pass.
+  if (to == nullptr) all_held_in_ = turn_;
+  if (put_aside(to)) return false;
+  add(counter::outbox_full);
+  tell(m.sender, m.own, errc::full);
+  return true;
 }
 
 // False when it must wait for room. Else its sender is told what comes of it, at once or later.

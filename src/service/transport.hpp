@@ -79,9 +79,9 @@ class transport_sink {
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.
   virtual void on_bytes(connection_id connection, std::span<std::byte> bytes) noexcept = 0;
-  // Whether more bytes of this connection are wanted now. Where not, they stay with the carrier; poll() asks
-  // again, and wait() may return at once.
-  virtual bool wants_bytes(connection_id) const noexcept { return true; }
+  // How many bytes of this connection are wanted now, at most. Those that are not stay with the carrier; poll()
+  // asks again, and wait() may return at once.
+  virtual std::size_t wanted_bytes(connection_id) const noexcept { return SIZE_MAX; }
   // write() took less than it was given before, and now there is room again.
   virtual void on_writable(connection_id connection) noexcept = 0;
   virtual void on_close(connection_id connection, close_cause cause) noexcept = 0;
@@ -96,6 +96,8 @@ class transport_sink {
   static constexpr std::size_t tailroom_bytes = 64;
   // on_bytes() has at most so many when other connections have something to read as well.
   static constexpr std::size_t read_bytes_in_turn = 4096;
+  // And when it is alone.
+  static constexpr std::size_t read_bytes_alone = 16384;
 
  protected:
   ~transport_sink() = default;

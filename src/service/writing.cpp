@@ -101,7 +101,7 @@ void core::gather_messages(connection& c, batch& into) noexcept {
   for (std::size_t p = 0; p < c.ready.size(); ++p) {
     const bool answers = p == static_cast<std::size_t>(direct) && !c.direct.empty();
     if (!answers && c.letters[p].empty() && c.ready[p].head == no_index) continue;
-    into.credit = c.credit.room(static_cast<priority>(p));
+    into.credit = c.unheard ? SIZE_MAX : c.credit.room(static_cast<priority>(p));
     if (answers && !gather_queue(c, c.direct, no_index, into)) return;
     if (!c.letters[p].empty() && !gather_queue(c, c.letters[p], no_index, into)) return;
     for (std::uint32_t i = c.ready[p].head; i != no_index; i = router_.subscription_at(i).next_ready) {

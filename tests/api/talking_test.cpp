@@ -228,5 +228,99 @@ TEST(lanes, reuse_the_memory_of_handles_that_are_gone) {
   }
 }
 
+// ---- room
+
+// Sends so many, in their order, each as soon as there is room.
+template <class Handle>
+void send_all(Handle& by, int count) {
+  for (int i = 0; i < count; ++i) {
+    for (;;) {
+      const rowe::status done = by.try_send(message("n", i), rowe::rt::for_ever);
+      if (done) break;
+      ASSERT_EQ(done.code(), errc::full);
+      ASSERT_TRUE(by.wait_room(patience)) << "at " << i;
+    }
+  }
+}
+
+template <class Handle>
+void take_all(Handle& from, int count) {
+  for (int i = 0; i < count; ++i) {
+    const auto got = from.receive(patience);
+    ASSERT_TRUE(got) << i << ": " << got.error().name();
+    ASSERT_TRUE(says(got->text(), R"({"n":)" + std::to_string(i) + "}")) << got->text();
+  }
+}
+
+// More than all queues, rings and kernels between the two hold: TCP waits, and then the one who sends.
+constexpr int many = 30'000;
+
+TEST(room, is_waited_for_by_a_lane_until_the_other_side_takes) {
+  const rowe::tests::watchdog dog{"a lane that waits for room", 120s};
+  auto hop = endpoint::listen(0, quick()).value();
+  auto taker = hop.open_lane({.inbox_depth = 4}).value();
+  auto robot = connected(hop);
+  auto lane = robot.open_lane({.depth = 8}).value();
+  std::thread sends{[&] { send_all(lane, many); }};
+  take_all(taker, many);
+  sends.join();
+  EXPECT_GT(count_of(robot, "full"), 0U) << "else nobody waited";
+  for (const char* lost : {"inbox_full", "outbox_full", "no_slot"})
+    EXPECT_EQ(count_of(hop, lost) + count_of(robot, lost), 0U) << lost;
+}
+
+TEST(room, is_waited_for_by_a_thread_until_the_other_side_takes) {
+  const rowe::tests::watchdog dog{"a thread that waits for room", 120s};
+  auto options = quick();
+  options.answers_any = true; // what comes before receive() is called waits for it
+  auto hop = endpoint::listen(0, options).value();
+  auto robot = connected(hop);
+  std::thread sends{[&] { send_all(robot, many); }};
+  take_all(hop, many);
+  sends.join();
+  for (const char* lost : {"inbox_full", "outbox_full", "no_slot"})
+    EXPECT_EQ(count_of(hop, lost) + count_of(robot, lost), 0U) << lost;
+}
+
+TEST(room, is_there_at_once_where_nothing_waits) {
+  auto hop = endpoint::listen(0, quick()).value();
+  auto lane = hop.open_lane().value();
+  auto robot = connected(hop);
+  EXPECT_TRUE(lane.wait_room(0ns));
+  EXPECT_TRUE(hop.wait_room(0ns));
+  ASSERT_TRUE(hop.wait_peer(patience));
+  const auto peers = hop.connections();
+  ASSERT_EQ(peers.size(), 1U);
+  EXPECT_TRUE(lane.wait_room(0ns, peers[0].id));
+  EXPECT_TRUE(hop.wait_room(0ns, peers[0].id));
+  (void)robot.close();
+  EXPECT_TRUE(eventually([&] { return hop.peers() == 0; }));
+  EXPECT_EQ(lane.wait_room(patience, peers[0].id).code(), errc::peer_lost);
+  EXPECT_EQ(hop.wait_room(patience, peers[0].id).code(), errc::peer_lost);
+  (void)hop.close();
+  EXPECT_EQ(lane.wait_room(patience).code(), errc::closed);
+  EXPECT_EQ(hop.wait_room(patience).code(), errc::closed);
+  EXPECT_EQ(rowe::lane{}.wait_room(patience).code(), errc::misuse);
+}
+
+// Nobody takes what these send.
+TEST(room, ends_by_time_and_by_closing) {
+  const rowe::tests::watchdog dog{"who waits for room until the endpoint closes"};
+  auto robot = endpoint::connect("ws://127.0.0.1:1", quick()).value(); // nobody is there
+  auto lane = robot.open_lane({.depth = 4}).value();
+  const auto fill = [](auto& by) {
+    while (by.try_send("{}", rowe::rt::for_ever)) continue;
+  };
+  fill(lane);
+  EXPECT_EQ(lane.wait_room(1ms).code(), errc::timed_out);
+  fill(robot);
+  EXPECT_EQ(robot.wait_room(1ms).code(), errc::timed_out);
+  std::thread waits{[&] { EXPECT_EQ(robot.wait_room(rowe::rt::for_ever).code(), errc::closed); }};
+  std::thread closes{[&] { (void)robot.close(); }};
+  EXPECT_EQ(lane.wait_room(rowe::rt::for_ever).code(), errc::closed);
+  waits.join();
+  closes.join();
+}
+
 } // namespace
 } // namespace talking_test

@@ -76,6 +76,37 @@ static void lanes_talk_to_each_other_and_to_threads(void) {
   close_pair(p);
 }
 
+static void who_sends_too_much_waits_for_room(void) {
+  const struct pair p = open_pair();
+  const struct rowe_lane_options small = {.bytes = sizeof small, .depth = 4};
+  struct rowe_lane* const ours = rowe_lane_open(p.server, NULL);
+  struct rowe_lane* const theirs = rowe_lane_open(p.client, &small);
+  const struct rowe_peer everyone = {0, 0};
+  CHECK_CODE(rowe_lane_wait_room(theirs, everyone, 0), rowe_ok);
+  int sent = 0;
+  while (try_send(theirs, "{\"x\":1}") == rowe_ok) ++sent; // until the service thread is too slow, or more
+  for (int i = 0; i < 1000; ++i) {
+    while (try_send(theirs, "{\"x\":1}") != rowe_ok)
+      CHECK_CODE(rowe_lane_wait_room(theirs, everyone, patience_ms), rowe_ok);
+    ++sent;
+    struct rowe_view view = receive(ours);
+    rowe_view_release(&view);
+    --sent;
+  }
+  for (; sent != 0; --sent) {
+    struct rowe_view view = receive(ours);
+    rowe_view_release(&view);
+  }
+  CHECK_EQUAL(rowe_wait_room(p.client, everyone, 0), rowe_ok);
+  CHECK_EQUAL(rowe_wait_room(p.client, (struct rowe_peer){0, 77}, patience_ms), rowe_error_peer_lost);
+  CHECK_EQUAL(rowe_close(p.client, 0), rowe_ok);
+  CHECK_CODE(rowe_lane_wait_room(theirs, everyone, patience_ms), rowe_error_closed);
+  CHECK_EQUAL(rowe_wait_room(p.client, everyone, patience_ms), rowe_error_closed);
+  rowe_lane_free(ours);
+  rowe_lane_free(theirs);
+  close_pair(p);
+}
+
 static void a_loop_answers_calls(void) {
   const struct pair p = open_pair();
   struct rowe_lane* const robot = rowe_lane_open(p.server, NULL);
@@ -295,6 +326,7 @@ int main(void) {
   text_is_written_in_place();
   text_is_read_in_place();
   lanes_talk_to_each_other_and_to_threads();
+  who_sends_too_much_waits_for_room();
   a_loop_answers_calls();
   a_lane_has_its_limits();
   what_a_loop_publishes_arrives();

@@ -20,6 +20,7 @@ static void endpoints(void) {
   CHECK_CODE(rowe_async_send(NULL, object, 0), rowe_error_misuse);
   CHECK_CODE(rowe_async_send(endpoint, NULL, 0), rowe_error_misuse);
   CHECK_CODE(rowe_send_to(NULL, nobody, object, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_wait_room(NULL, nobody, 0), rowe_error_misuse);
   CHECK_CODE(rowe_send_to(endpoint, nobody, NULL, 0), rowe_error_misuse);
   CHECK_CODE(rowe_async_send_to(NULL, nobody, object, 0), rowe_error_misuse);
   CHECK_CODE(rowe_async_send_to(endpoint, nobody, NULL, 0), rowe_error_misuse);
@@ -88,6 +89,7 @@ static void handles_of_loops(void) {
   CHECK_CODE(rowe_lane_try_send(NULL, "{}", 2, 0, 0), rowe_error_misuse);
   CHECK_CODE(rowe_lane_try_send(lane, NULL, 2, 0, 0), rowe_error_misuse);
   CHECK_CODE(rowe_lane_try_send_to(NULL, nobody, "{}", 2, 0, 0), rowe_error_misuse);
+  CHECK_CODE(rowe_lane_wait_room(NULL, nobody, 0), rowe_error_misuse);
   CHECK_CODE(rowe_lane_try_send_to(lane, nobody, NULL, 2, 0, 0), rowe_error_misuse);
   CHECK_CODE(rowe_lane_try_receive(NULL, 0, &view), rowe_error_misuse);
   CHECK_CODE(rowe_lane_try_receive(lane, 0, NULL), rowe_error_misuse);

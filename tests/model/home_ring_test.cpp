@@ -40,12 +40,24 @@ struct lane {
   std::array<atomics::plain<std::uint32_t>, Slots> payloads;
   std::uint32_t sent = 0;
   std::uint32_t received = 0;
+  std::uint32_t seen = 0;
 
   void send() {
     const auto slot = take_end.try_take();
     if (!slot) return;
     payloads[*slot].store(++sent);
     require(push_end.try_push(*slot), "a ring with a place for every slot is never full");
+  }
+  // As send(), but looks at what came home first: each number is seen once for each time that it was away.
+  void see_and_send() {
+    see();
+    if (take_end.seen_by_owner() != 0) send();
+  }
+  void see() {
+    take_end.see(take_end.mark_home(), [this](std::uint32_t slot) {
+      require(payloads[slot].load() == 0, "what is seen has come home");
+      ++seen;
+    });
   }
   void receive() {
     if (const auto slot = pop_end.try_pop()) finish(*slot);
@@ -94,6 +106,23 @@ struct three_slots_in_four_places : lane<3, 4> {
              {"borrower", [this] {
                 for (int i = 0; i != 4; ++i) receive();
               }}}};
+  }
+};
+
+struct looks_before_it_takes : lane<2> {
+  std::array<actor, 2> actors() {
+    return {{{"owner",
+              [this] {
+                for (int i = 0; i != 4; ++i) see_and_send();
+              }},
+             {"borrower", [this] {
+                for (int i = 0; i != 3; ++i) receive();
+              }}}};
+  }
+  void afterwards() {
+    lane<2>::afterwards();
+    see();
+    require(seen == sent, "each number that came home is seen once");
   }
 };
 
@@ -185,6 +214,10 @@ TEST(home_ring, brings_every_slot_home_when_there_are_more_places_than_slots) {
 
 TEST(home_ring, says_that_all_are_home_only_when_nobody_touches_any) {
   expect_passes_in_every_interleaving<all_home_again>();
+}
+
+TEST(home_ring, shows_each_number_that_came_home_once_before_it_is_taken) {
+  expect_passes_in_every_interleaving<looks_before_it_takes>();
 }
 
 TEST(home_ring, brings_every_slot_home_when_the_ring_out_is_drained_in_batches) {

@@ -143,5 +143,44 @@ TEST(home_ring, loses_and_doubles_no_slot_whatever_is_done) {
   }
 }
 
+// The owner learns of each number that comes home once, before it takes it.
+TEST(home_ring, shows_each_number_that_came_home_once) {
+  constexpr std::uint64_t wrap = 0; // indices pass it
+  rig<4> r{3, wrap - 4};
+  std::vector<std::uint32_t> seen;
+  const auto see = [&] { r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); }); };
+  see();
+  EXPECT_TRUE(seen.empty()) << "those were never away";
+  EXPECT_EQ(r.owner.seen_by_owner(), 3U);
+  for (int round = 0; round < 20; ++round) {
+    const auto first = r.owner.try_take();
+    const auto second = r.owner.try_take();
+    ASSERT_TRUE(first && second);
+    EXPECT_EQ(r.owner.seen_by_owner(), 1U);
+    r.borrower.give(*second);
+    EXPECT_EQ(r.owner.seen_by_owner(), 1U);
+    see();
+    r.borrower.give(*first);
+    see();
+    see();
+    EXPECT_EQ(seen, (std::vector{*second, *first}));
+    EXPECT_EQ(r.owner.seen_by_owner(), 3U);
+    seen.clear();
+  }
+}
+
+TEST(home_ring, leaves_out_numbers_that_were_taken_unseen) {
+  rig<4> r{2};
+  std::vector<std::uint32_t> seen;
+  const auto see = [&] { r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); }); };
+  for (int i = 0; i < 5; ++i) r.borrower.give(*r.owner.try_take());
+  EXPECT_EQ(r.owner.seen_by_owner(), 0U);
+  const auto taken = r.owner.try_take();
+  see();
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_NE(seen[0], *taken);
+  EXPECT_EQ(r.owner.seen_by_owner(), 1U);
+}
+
 } // namespace
 } // namespace home_ring_test

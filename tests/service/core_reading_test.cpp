@@ -3,6 +3,7 @@
 // before all of it.
 #include "core_stage.hpp"
 
+#include <rowe/lane.hpp>
 #include <rowe/stop_latch.hpp>
 
 #include <algorithm>
@@ -330,6 +331,303 @@ TEST_F(reading, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
   again->say(say('z'));
   on.cycles(3);
   EXPECT_EQ(order(), "z");
+}
+
+// ---- shares of whoever receives
+
+// A lane receives; it has eight slots each way.
+struct sharing : reading {
+  sharing() { open(); }
+
+  void open() {
+    lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
+                      .receives = true,
+                      .out_depth = 8,
+                      .in_depth = 8,
+                      .ends_depth = 1,
+                      .out_bytes = 4096,
+                      .in_bytes = 4096,
+                      .ends_bytes = 192});
+    on.cycle();
+    talk = rowe::lane{theatre::handle_of(*lane)};
+  }
+  static std::string letter(char who, std::size_t bytes = 0) {
+    return R"({"data":")" + std::string(1, who) + std::string(bytes, '.') + "\"}";
+  }
+  // Takes what is there, at most so many; the letters.
+  std::string taken(std::size_t most = SIZE_MAX) {
+    std::string seen;
+    while (seen.size() < most) {
+      const auto got = talk.try_receive(on.now);
+      if (!got) break;
+      seen += got->text().substr(9, 1);
+    }
+    return seen;
+  }
+  // As a program does that sends back what comes. False when a message was refused.
+  bool echo() {
+    bool all = true;
+    while (const auto got = talk.try_receive(on.now))
+      all = talk.try_send(got->text(), -1ns, on.now, got->from()).has_value() && all;
+    return all;
+  }
+  std::uint64_t lost() const {
+    return on.count(counter::inbox_full) + on.count(counter::outbox_full) + on.count(counter::no_slot);
+  }
+
+  rowe::detail::lane* lane = nullptr;
+  rowe::lane talk;
+};
+
+TEST_F(sharing, leaves_places_in_the_inbox_to_others) {
+  for (int i = 0; i < 100; ++i) peers[0]->say(letter('a'));
+  on.cycles(3);
+  peers[1]->say(letter('b'));
+  on.cycles(3);
+  EXPECT_EQ(taken(), "aaaab");
+  std::string rest;
+  for (int i = 0; i < 50; ++i) {
+    on.cycle();
+    rest += taken();
+  }
+  EXPECT_EQ(rest, std::string(96, 'a'));
+  EXPECT_EQ(lost(), 0U);
+}
+
+TEST_F(sharing, has_the_messages_of_several_peers_in_turn) {
+  for (std::size_t who = 0; who < 3; ++who)
+    for (int i = 0; i < 30; ++i) peers[who]->say(letter(static_cast<char>('a' + who)));
+  std::string all;
+  for (int i = 0; i < 60; ++i) {
+    on.cycle();
+    all += taken();
+  }
+  ASSERT_EQ(all.size(), 90U);
+  for (std::size_t i = 0; i + 9 <= all.size(); i += 3) { // whichever comes first, nobody twice as often
+    for (const char who : {'a', 'b', 'c'}) EXPECT_GE(std::count(&all[i], &all[i] + 9, who), 1) << all;
+  }
+  EXPECT_EQ(lost(), 0U);
+}
+
+TEST_F(sharing, counts_what_the_receiver_has_in_its_hands) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  on.cycle();
+  std::vector<rowe::message_view> held;
+  while (auto got = talk.try_receive(on.now)) held.push_back(std::move(*got));
+  ASSERT_EQ(held.size(), 4U);
+  on.cycles(5);
+  EXPECT_EQ(taken(), "");
+  held.pop_back();
+  on.cycle();
+  EXPECT_EQ(taken(), "a");
+}
+
+TEST_F(sharing, does_not_read_a_peer_whose_answers_it_cannot_send) {
+  on.net.weather_of(peers[0]->id()).room_bytes = 0;
+  for (int i = 0; i < 300; ++i) peers[0]->say(letter('a', 800)); // in one way, and in the other
+  bool all_sent = true;
+  for (int i = 0; i < 50; ++i) {
+    on.cycle();
+    all_sent = echo() && all_sent;
+  }
+  const auto said = on.count(counter::messages_in);
+  EXPECT_LT(said, 100U);
+  for (int round = 0; round < 200; ++round) {
+    peers[1]->say(letter('b'));
+    texts back;
+    for (int cycles = 0; cycles < 4 && back.empty(); ++cycles) {
+      on.cycle();
+      all_sent = echo() && all_sent;
+      back = peers[1]->hear();
+    }
+    ASSERT_EQ(back, texts{letter('b')}) << round;
+  }
+  EXPECT_EQ(on.count(counter::messages_in), said + 200);
+  EXPECT_TRUE(all_sent) << "there is room for the answer to each message";
+  EXPECT_EQ(lost(), 0U);
+  on.net.weather_of(peers[0]->id()).room_bytes = 1024 * 1024; // now it reads
+  std::size_t back = 0;
+  for (int i = 0; i < 500 && back < 300; ++i) {
+    on.cycle();
+    all_sent = echo() && all_sent;
+    back += peers[0]->hear().size();
+  }
+  EXPECT_EQ(back, 300U);
+  EXPECT_TRUE(all_sent);
+  EXPECT_EQ(lost(), 0U);
+}
+
+// Its pongs lie behind what is not read, so they cannot say that it reads.
+TEST_F(sharing, goes_on_writing_to_a_peer_that_it_does_not_read) {
+  std::size_t back = 0;
+  for (int i = 0; i < 400; ++i) peers[0]->say(letter('a', 3000)); // reads all, and pongs come last
+  for (int i = 0; i < 3000 && back < 400; ++i) {
+    on.cycle();
+    (void)echo();
+    back += peers[0]->hear().size();
+  }
+  EXPECT_EQ(back, 400U);
+  EXPECT_EQ(lost(), 0U);
+}
+
+TEST_F(sharing, does_not_take_a_peer_that_it_does_not_read_for_silent) {
+  for (int i = 0; i < 100; ++i) peers[0]->say(letter('a'));
+  for (int i = 0; i < 400; ++i) { // 40 s
+    on.cycle(100ms);
+    if (i % 50 == 0) (void)taken(1); // it is there, but slow
+    (void)peers[0]->hear();
+    for (std::size_t who = 1; who < 4; ++who) (void)peers[who]->hear();
+  }
+  EXPECT_FALSE(peers[0]->cut());
+  EXPECT_GE(peers[0]->pongs, 10) << "it has heard that we are there";
+  EXPECT_EQ(on.count(counter::silent_peers) + on.count(counter::slow_peers), 0U);
+  std::string rest;
+  for (int i = 0; i < 100; ++i) {
+    on.cycle();
+    rest += taken();
+  }
+  EXPECT_EQ(rest.size(), 92U);
+}
+
+TEST_F(sharing, reads_on_where_the_receiver_is_gone_for_long) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  peers[0]->say(R"({"op":"subscribe","topic":"/x"})");
+  rowe::detail::lane& x = on.offer(rowe::detail::lane_kind::publish_text, "/x", 100);
+  on.cycles(70, 100ms);
+  EXPECT_EQ(publish_text(on, x, "{}").code(), rowe::errc::no_peer) << "it waits";
+  on.cycles(30, 100ms);
+  EXPECT_TRUE(publish_text(on, x, "{}"));
+  EXPECT_EQ(on.count(counter::inbox_full), 16U);
+  EXPECT_EQ(taken(), "aaaa");
+}
+
+TEST_F(sharing, lets_a_call_wait_for_a_place) {
+  for (int i = 0; i < 4; ++i) peers[0]->say(letter('a'));
+  peers[0]->say(R"({"op":"call_service","id":"7","service":"/any"})");
+  peers[0]->say(R"({"service":"any","message_id":8})");
+  on.cycles(3);
+  EXPECT_EQ(taken(), "aaaa");
+  on.cycles(2);
+  for (int i = 0; i < 2; ++i) {
+    const auto asked = talk.try_receive(on.now);
+    ASSERT_TRUE(asked && asked->wants_reply());
+    EXPECT_TRUE(talk.try_reply(*asked, R"({"done":true})", on.now));
+  }
+  on.cycles(2);
+  EXPECT_EQ(peers[0]->hear().size(), 2U);
+  EXPECT_EQ(on.count(counter::calls_in), 2U);
+  EXPECT_EQ(on.count(counter::messages_in), 6U) << "each is counted once";
+  EXPECT_EQ(on.count(counter::calls_refused), 0U);
+}
+
+TEST_F(sharing, carries_out_a_stop_that_was_read_behind_what_waits) {
+  rowe::detail::lane& loop = on.offer(rowe::detail::latch_request({}));
+  on.cycle();
+  rowe::stop_latch latch{theatre::handle_of(loop)};
+  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  peers[0]->say(stop_call);
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 1U);
+  EXPECT_EQ(taken(), "aaaa");
+  EXPECT_EQ(on.count(counter::inbox_full), 16U) << "its own, and counted";
+}
+
+TEST_F(sharing, forgets_a_peer_that_left_while_it_waited) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  on.cycles(2);
+  peers[0]->leave(rowe::service::close_cause::reset);
+  on.cycles(2);
+  peer next{on};
+  for (int i = 0; i < 8; ++i) next.say(letter('z'));
+  on.cycle();
+  ASSERT_EQ(next.id().index, peers[0]->id().index);
+  EXPECT_EQ(taken(), "aaaazzzz") << "what was there is nobody's share any more";
+  on.cycle();
+  EXPECT_EQ(taken(), "zzzz");
+  peers[0]->leave();
+}
+
+TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  on.cycles(2);
+  EXPECT_EQ(taken(1), "a");
+  talk = {};
+  lane->state.store(rowe::detail::lane_state::closing, std::memory_order_release); // release: as close_lane()
+  on.cycles(2);
+  open();
+  std::string rest;
+  for (int i = 0; i < 20; ++i) {
+    on.cycle();
+    rest += taken();
+  }
+  // Between the two nobody received: the front door kept some of them, and one was in its turn.
+  EXPECT_EQ(rest.size() + on.count(counter::inbox_full), 20U - 5U);
+}
+
+TEST_F(sharing, closes_while_a_peer_waits) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  on.cycles(2);
+  on.core.close_all(on.now);
+  on.cycles(3);
+  for (const auto& p : peers) {
+    (void)p->hear();
+    EXPECT_EQ(p->close_code, 1001);
+  }
+}
+
+// One that is alone is read in larger pieces than a connection keeps by itself.
+TEST(sharing_alone, keeps_what_was_read_at_once) {
+  auto options = roomy();
+  options.limits.message_bytes_max = 60 * 1024;
+  options.answers_any = true;
+  theatre on{options};
+  peer one{on};
+  on.cycle();
+  std::string said;
+  const auto send = [&](std::size_t bytes) {
+    const std::string name = std::to_string(said.size() % 10);
+    said += name;
+    one.say(R"({"data":")" + name + std::string(bytes, '.') + "\"}");
+  };
+  for (int i = 0; i < 40; ++i) send(400);
+  send(9000); // begins in one piece and ends in another; too long for the inbox
+  said.pop_back();
+  for (std::size_t i = 0; i < 40; ++i) send(20 * i);
+  std::string seen;
+  for (int i = 0; i < 200; ++i) {
+    on.cycle();
+    EXPECT_TRUE(on.core.check());
+    if (const auto slot = on.door.try_receive(on.now)) {
+      seen += on.door.inbound_text(*slot)[9];
+      on.door.give_back_inbound(*slot);
+    }
+  }
+  EXPECT_EQ(seen, said);
+  EXPECT_EQ(on.count(counter::too_big), 1U);
+  EXPECT_EQ(on.count(counter::inbox_full), 0U);
+}
+
+TEST(sharing_hop, reads_no_further_either) {
+  auto options = roomy();
+  options.profile = rowe::peer_profile::hop;
+  options.answers_any = true;
+  theatre on{options};
+  peer one{on};
+  on.net.weather_of(one.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
+  on.cycle();
+  for (int i = 0; i < 20; ++i) one.say(R"({"a":1})");
+  on.cycles(100, 100ms);
+  std::size_t seen = 0;
+  for (int i = 0; i < 20; ++i) {
+    on.cycle();
+    while (const auto slot = on.door.try_receive(on.now)) {
+      ++seen;
+      on.door.give_back_inbound(*slot);
+    }
+  }
+  EXPECT_EQ(seen + on.count(counter::inbox_full), 20U);
+  EXPECT_EQ(one.hear(), texts{});
+  EXPECT_FALSE(one.cut());
 }
 
 } // namespace

@@ -256,7 +256,7 @@ TEST_F(refusals, are_bounded_for_a_peer_that_does_not_read_its_answers) {
   on.cycle();
   on.net.weather_of(rude.id()).room_bytes = 0;
   for (int i = 0; i < 1000; ++i) rude.say("nonsense");
-  on.cycles(3);
+  on.cycles(20);
   EXPECT_LE(on.core.slots_in_use(), 20U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 1000 - on.options.limits.refusals_per_second_max);
   rude.leave();

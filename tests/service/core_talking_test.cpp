@@ -245,7 +245,7 @@ TEST_F(talking, leaves_slots_to_topics_however_many_messages_wait_for_a_peer) {
   peer late{on};
   late.say("{}");
   on.cycles(40);
-  EXPECT_EQ(late.hear().size(), slots - slots / 4 + on.options.limits.door_slots);
+  EXPECT_EQ(late.hear().size(), slots - slots / 4 + on.options.limits.door_slots / 2);
 }
 
 TEST_F(talking, tells_whoever_waits_that_the_endpoint_is_closing) {
@@ -267,7 +267,8 @@ TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
     accepted += static_cast<bool>(slot);
     on.cycle();
   }
-  EXPECT_EQ(accepted, static_cast<int>(on.options.limits.queue_depth_max + on.options.limits.door_slots));
+  EXPECT_EQ(accepted, static_cast<int>(on.options.limits.queue_depth_max + on.options.limits.door_slots / 2))
+      << "the other half is for what is not for everyone";
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
@@ -433,23 +434,125 @@ TEST_F(held_up_lane, counts_what_waits_when_the_endpoint_closes) {
   EXPECT_EQ(on.count(counter::lost_at_close), 4U) << "nothing goes out any more";
 }
 
-TEST_F(held_up_lane, is_full_when_all_its_slots_wait_and_sends_them_in_their_order) {
+TEST_F(held_up_lane, has_slots_for_others_when_half_of_them_wait_for_one_peer) {
   const rowe::connection to{to_slow.index, to_slow.generation};
-  for (int i = 1; i < 4; ++i) {
-    EXPECT_TRUE(talk.try_send(R"({"n":)" + std::to_string(i) + "}", i == 2 ? 5ms : -1ns, on.now, to));
+  const rowe::connection other{to_fine.index, to_fine.generation};
+  EXPECT_TRUE(talk.try_send(R"({"n":1})", 5ms, on.now, to));
+  on.cycle();
+  EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full);
+  EXPECT_EQ(talk.wait_room(0ns, to).code(), errc::timed_out);
+  for (int i = 0; i < 8; ++i) {
+    EXPECT_TRUE(talk.wait_room(0ns, other));
+    EXPECT_TRUE(talk.try_send(R"({"to":"fine"})", -1ns, on.now, other));
     on.cycle();
   }
-  EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full);
+  EXPECT_EQ(fine.hear().size(), 8U);
+  EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now)) << "who does not read loses it";
   on.cycles(10);
+  EXPECT_EQ(fine.hear().size(), 1U);
   EXPECT_EQ(on.count(counter::expired), 1U);
-  EXPECT_TRUE(talk.try_send(R"({"n":4})", -1ns, on.now, to)) << "what expired has given its slot back";
+  EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full) << "until nothing waits for it";
   on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
   on.cycles(4);
-  auto heard = slow.hear();
-  std::erase_if(heard, [](const std::string& text) { return !text.starts_with(R"({"n")"); });
-  EXPECT_EQ(heard, (texts{R"({"n":1})", R"({"n":3})", R"({"n":4})"}));
+  EXPECT_TRUE(talk.wait_room(0ns, to));
+  EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
+  on.cycles(2);
+  EXPECT_EQ(slow.hear().back(), R"({"n":2})");
   EXPECT_EQ(on.core.slots_in_use(), 0U);
-  EXPECT_TRUE(talk.try_send("{}", -1ns, on.now, to));
+  EXPECT_EQ(on.count(counter::full), 2U);
+}
+
+TEST_F(held_up_lane, ends_what_is_beyond_the_share_of_a_peer_that_does_not_read) {
+  const rowe::connection to{to_slow.index, to_slow.generation};
+  EXPECT_TRUE(talk.try_send(R"({"n":1})", -1ns, on.now, to));
+  EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
+  on.cycle();
+  EXPECT_EQ(on.count(counter::outbox_full), 1U) << "the one after half of the slots";
+  on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
+  on.cycles(4);
+  const auto heard = slow.hear();
+  EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":1})"), 1);
+  EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":2})"), 0);
+}
+
+TEST_F(held_up_lane, forgets_the_share_of_a_peer_that_left) {
+  EXPECT_TRUE(talk.try_send(R"({"n":1})", -1ns, on.now, {to_slow.index, to_slow.generation}));
+  on.cycle();
+  slow.leave(rowe::service::close_cause::reset);
+  on.cycles(2);
+  EXPECT_EQ(talk.try_send("{}", -1ns, on.now, {to_slow.index, to_slow.generation}).code(), errc::peer_lost);
+  EXPECT_EQ(talk.wait_room(0ns, {to_slow.index, to_slow.generation}).code(), errc::peer_lost);
+  peer next{on};
+  on.cycle();
+  ASSERT_EQ(next.id().index, to_slow.index);
+  EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, {next.id().index, next.id().generation}));
+  on.cycle();
+  EXPECT_EQ(next.hear(), texts{R"({"n":2})"});
+}
+
+TEST_F(held_up, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_share) {
+  send(R"({"to":"slow"})", -1ns, false, to_slow);
+  const auto slot = send(R"({"to":"slow"})", -1ns, true, to_slow);
+  on.cycle();
+  EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
+  EXPECT_EQ(on.door.outcome(slot).code(), errc::full);
+  on.door.give_back(slot);
+  EXPECT_EQ(on.count(counter::outbox_full), 1U);
+}
+
+// What one sender has for everyone waits whole, and leaves the other half of its slots.
+TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
+  peer slow{on};
+  slow.say("{}");
+  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                               .out_depth = 4,
+                                               .in_depth = 1,
+                                               .ends_depth = 4,
+                                               .out_bytes = 192,
+                                               .in_bytes = 192,
+                                               .ends_bytes = 4096}))};
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
+    EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
+    on.cycle();
+  }
+  EXPECT_EQ(talk.try_send("{}", -1ns, on.now).code(), errc::full);
+  EXPECT_EQ(talk.wait_room(0ns).code(), errc::timed_out);
+  EXPECT_TRUE(talk.start(R"({"service":"/rosapi/topics"})", 1s, on.now));
+  on.cycle();
+  const auto end = talk.try_finish();
+  ASSERT_TRUE(end);
+  EXPECT_TRUE(end->reply);
+  on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
+  on.cycles(4);
+  EXPECT_TRUE(talk.wait_room(0ns));
+  EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 2);
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
+TEST_F(talking, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
+  peer slow{on}, fine{on};
+  slow.say("{}");
+  fine.say("{}");
+  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                               .out_depth = 16,
+                                               .in_depth = 1,
+                                               .ends_depth = 1,
+                                               .out_bytes = 2048,
+                                               .in_bytes = 192,
+                                               .ends_bytes = 192}))};
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 0;
+  const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
+  for (std::uint32_t i = 0; i < on.options.limits.large_slots; ++i)
+    EXPECT_TRUE(talk.try_send(large, -1ns, on.now, {slow.id().index, slow.id().generation}));
+  on.cycle();
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_TRUE(talk.try_send(large, -1ns, on.now, {fine.id().index, fine.id().generation}));
+    on.cycle();
+  }
+  EXPECT_EQ(fine.hear(), texts(5, large));
 }
 
 TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {

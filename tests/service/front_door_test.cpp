@@ -4,6 +4,7 @@
 #include "service/front_door.hpp"
 
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <string>
 #include <thread>
@@ -331,6 +332,73 @@ TEST(front_door, makes_room_in_a_full_inbox_by_what_expired_in_front) {
     h.door.give_back_inbound(slot);
   }
   EXPECT_TRUE(h.door.all_home());
+}
+
+TEST(front_door, says_whose_slots_came_home_before_they_are_used_again) {
+  house h;
+  std::vector<std::uint32_t> from;
+  const auto collect = [&] {
+    from.clear();
+    return h.door.collect_inbound([&](rowe::detail::peer_ref peer) { from.push_back(peer.index); });
+  };
+  EXPECT_EQ(collect(), slots);
+  EXPECT_TRUE(from.empty());
+  for (std::uint32_t i = 0; i != slots; ++i) EXPECT_TRUE(h.door.deliver({.peer = {i, 1}}, "x"));
+  EXPECT_EQ(collect(), 0U);
+  const auto first = h.door.try_receive(start);
+  const auto second = h.door.try_receive(start);
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(collect(), 0U) << "they are in the receiver's hands";
+  EXPECT_FALSE(h.door.give_back_inbound(*second)) << "nobody waits";
+  h.door.ask_for_slots();
+  EXPECT_TRUE(h.door.give_back_inbound(*first)) << "once";
+  EXPECT_EQ(collect(), 2U);
+  EXPECT_EQ(from, (std::vector{1U, 0U}));
+  h.door.forget_senders();
+  while (const auto left = h.door.try_receive(start)) EXPECT_FALSE(h.door.give_back_inbound(*left));
+  EXPECT_EQ(collect(), slots);
+  EXPECT_TRUE(from.empty());
+  EXPECT_TRUE(h.door.all_home());
+}
+
+TEST(front_door, tells_who_waits_that_there_is_room) {
+  house h;
+  EXPECT_TRUE(h.door.has_room(true));
+  for (std::uint32_t i = 0; i != slots; ++i) h.submit("x");
+  EXPECT_FALSE(h.door.has_room(false));
+  EXPECT_FALSE(h.door.wait_room(start, [&] { return h.door.has_room(false); })) << "long past";
+  h.take();
+  const watchdog dog{"a thread that waits for room"};
+  std::atomic<int> looked{0};
+  std::vector<std::thread> waiting;
+  for (int i = 0; i < 3; ++i) {
+    waiting.emplace_back([&] {
+      EXPECT_TRUE(h.door.wait_room(rt::never, [&] {
+        ++looked;
+        return h.door.has_room(false);
+      }));
+    });
+  }
+  while (looked.load() < 3) std::this_thread::yield();
+  h.door.settle(h.held.back(), {});
+  h.held.pop_back();
+  for (std::thread& one : waiting) one.join();
+  h.settle_all();
+}
+
+TEST(front_door, refuses_what_is_for_everyone_when_it_is_told_to) {
+  house h;
+  EXPECT_TRUE(h.door.refuse_to_everyone(true));
+  EXPECT_FALSE(h.door.refuse_to_everyone(true)) << "that is nothing new";
+  EXPECT_EQ(h.door.submit({}, "x").error(), (error{errc::full, 0, slots}));
+  EXPECT_FALSE(h.door.has_room(true));
+  EXPECT_TRUE(h.door.has_room(false));
+  EXPECT_TRUE(h.door.submit({.peer = {0, 1}}, "x"));
+  EXPECT_TRUE(h.door.submit({.what = door_request::reply}, "x"));
+  EXPECT_TRUE(h.door.refuse_to_everyone(false));
+  EXPECT_TRUE(h.door.submit({}, "x"));
+  h.take();
+  h.settle_all();
 }
 
 TEST(front_door, ends_a_receive_at_its_deadline) {

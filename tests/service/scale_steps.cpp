@@ -50,7 +50,7 @@ class lean_carrier final : public rowe::service::transport {
     bytes_.resize(bytes_.size() + transport_sink::tailroom_bytes);
     for (const saying& one : hearing_) {
       const auto bytes = std::span{bytes_}.subspan(one.at, one.size);
-      if (sink.wants_bytes({one.index, 1})) {
+      if (sink.wanted_bytes({one.index, 1}) != 0) {
         sink.on_bytes({one.index, 1}, bytes);
       } else { // later, then
         said_.push_back({one.index, arriving_.size(), one.size});

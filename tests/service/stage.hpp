@@ -116,6 +116,7 @@ class theatre_over {
       if (one.memory.size() < lane_bytes(asked)) one.memory = memory.carve_bytes(lane_bytes(asked));
       if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
       build_lane(one, asked, board.generations());
+      one.peers_taking = board.takers();
       codecs.push_back(std::make_unique<lane_codecs>(std::move(lane_codecs::compile(asked)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
       one.granted = &board.permit;

@@ -135,6 +135,8 @@ class talking_world : public ground {
     const std::uint64_t gone = on_.count(rowe::service::counter::peers_joined) - on_.board.peers();
     if (std::exchange(gone_, gone) != gone) book_.last_departure = on_.now;
     for (const auto& one : peers_) one->note_writes();
+    for (const auto& one : leaving_) one->note_writes(); // up to the end
+    std::erase_if(leaving_, [this](const auto& one) { return on_.net.closed_by_us(one->link().id()); });
     note_book();
     mix(on_.core.slots_in_use());
   }
@@ -147,19 +149,17 @@ class talking_world : public ground {
   void open_peer() { peers_.push_back(std::make_unique<talking_peer>(scene_, role_)); }
 
   void meet() {
-    if (peers_.size() >= (role_ == side::client ? 1 : 5)) return wait(true);
+    if (peers_.size() + leaving_.size() >= (role_ == side::client ? 1 : 5)) return wait(true);
     open_peer();
     if (one_in(3)) ground::change_weather(peers_.back()->link().id());
   }
   void leave(std::size_t which) {
     talking_peer& gone = *peers_[which];
     on_.net.weather_of(gone.link().id()) = {}; // else its last bytes might never arrive
-    gone.link().leave(one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+    gone.link().leave(one_in(2) || role_ == side::client ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
     leaving_.push_back(std::move(peers_[which]));
     peers_.erase(peers_.begin() + static_cast<std::ptrdiff_t>(which));
     cycle();
-    for (const auto& one : leaving_) one->note_writes(); // up to the end
-    leaving_.clear();
   }
   void part() {
     if (peers_.empty() || !one_in(3)) return wait(true);
@@ -281,7 +281,7 @@ class talking_world : public ground {
   side role_;
   bool opens_all_ = false;
   std::vector<std::unique_ptr<talking_peer>> peers_;
-  std::vector<std::unique_ptr<talking_peer>> leaving_;
+  std::vector<std::unique_ptr<talking_peer>> leaving_; // some of what they said is still to be read
   std::vector<std::unique_ptr<actor>> actors_;
   door_threads threads_;
   std::uint64_t gone_ = 0; // peers that were there

@@ -52,6 +52,14 @@ inline bool gone(const lane& on, peer_ref whom) noexcept {
   return on.peer_generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
 }
 
+// Whether messages to a connection are taken. No connection: to everyone, see barred().
+inline bool takes(const lane& on, peer_ref whom) noexcept {
+  if (whom.generation == 0) return true;
+  if (whom.index >= on.peers_taking.size()) return false; // of another endpoint
+  // relaxed: pairs with the stores in board::set_taking(); advice, which the service thread checks again
+  return on.peers_taking[whom.index].load(std::memory_order_relaxed) == whom.generation;
+}
+
 // When a message with this time to live expires: 0 means in the cycle that takes it, negative never.
 constexpr time_point expiry_after(time_point now, duration ttl) noexcept {
   return rt::deadline_after(now, ttl);
@@ -101,16 +109,36 @@ inline status check_fits(lane& on, const body& text) noexcept {
   return error{errc::too_big, limit + 1, limit}; // at least one more
 }
 
+inline status full(lane& on) noexcept {
+  on.refused_full.add();
+  return error{errc::full, 0, on.user.out.count};
+}
+
+// Why nothing is taken from a lane that not simply goes on. Errors: closed; full, counted.
+[[gnu::noinline, gnu::cold]] inline status barred(lane& on, const value_header& header) noexcept {
+  if (closed(on)) return errc::closed;
+  const bool to_everyone = header.what == entry::message && header.peer.generation == 0;
+  // relaxed: advice of the service thread (take_entries)
+  const bool crowded = on.heard_by.load(std::memory_order_relaxed) == audience::crowded;
+  return to_everyone && crowded ? full(on) : status{};
+}
+
+// Why a message to this connection is not taken. Errors: closed, peer_lost; full, counted.
+[[gnu::noinline, gnu::cold]] inline status turned_away(lane& on, peer_ref whom) noexcept {
+  if (closed(on)) return errc::closed;
+  return gone(on, whom) ? status{errc::peer_lost} : full(on);
+}
+
 // Hands `bytes` at `value` to the service thread. Errors: closed, too_big, full, misuse; full and too_big are
 // counted.
 inline status post(lane& on, const value_header& header, const void* value, std::size_t bytes) noexcept {
-  if (closed(on)) return errc::closed;
+  // acquire: as closed()
+  if (on.heard_by.load(std::memory_order_acquire) != audience::somebody) [[unlikely]] {
+    if (const status may = barred(on, header); !may) return may;
+  }
   if (const status fits = check_fits(on, bytes); !fits) return fits;
   const auto slot = on.user.out.home->try_take();
-  if (!slot) {
-    on.refused_full.add();
-    return error{errc::full, 0, on.user.out.count};
-  }
+  if (!slot) return full(on);
   if (!post_slot(on, *slot, header, value, bytes)) return errc::misuse;
   return {};
 }
@@ -222,12 +250,14 @@ result<call_ref> start_call(lane& on, value_header header, const Value&... value
 // Posts a letter, or begins a call with one, unless its addressee is known to be gone. Errors: peer_lost, and
 // those of post() and start_call().
 inline status post_to(lane& on, connection to, const body& text, const value_header& header) noexcept {
-  if (gone(on, ref_of(to))) return closed(on) ? errc::closed : errc::peer_lost;
+  if (!takes(on, ref_of(to))) [[unlikely]]
+    return turned_away(on, ref_of(to));
   return post(on, header, text);
 }
 inline result<call_ref> start_letter(lane& on, connection to, const body& text,
                                      const value_header& header) noexcept {
-  if (gone(on, ref_of(to))) return closed(on) ? errc::closed : errc::peer_lost;
+  if (!takes(on, ref_of(to))) [[unlikely]]
+    return turned_away(on, ref_of(to)).error();
   return start_call(on, header, text);
 }
 
@@ -354,6 +384,34 @@ auto wait_next(const lane_handle& handle, duration patience, TryNext&& try_next)
   });
   if (!taken && taken.code() == errc::empty) taken = error{errc::timed_out, 0, patience.count()};
   return taken;
+}
+
+// Whether a message to `to` would be taken now.
+inline bool has_room(lane& on, peer_ref to) noexcept {
+  // relaxed: as in barred()
+  const bool crowded = on.heard_by.load(std::memory_order_relaxed) == audience::crowded;
+  return takes(on, to) && !(to.generation == 0 && crowded) && on.user.out.home->home_at_least() != 0;
+}
+
+// Waits until it is so, or `to` is gone, or the endpoint closed; at most `patience` (negative: for ever).
+// Errors: closed, peer_lost, timed_out. The service thread, once it has seen that it is asked, tells of every
+// change; the first time in any case, so that nothing is missed that came before. Not real-time: sleeps in
+// the kernel.
+inline status wait_room(const lane_handle& handle, peer_ref to, duration patience) noexcept {
+  lane& on = *handle;
+  if (++on.user.room_waits == 0) ++on.user.room_waits;
+  // release: pairs with the acquires in take_entries() and tell_of_room()
+  on.room_asked.store(on.user.room_waits, std::memory_order_release);
+  handle.wake_service();
+  bool room = false;
+  on.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience), [&] {
+    room = has_room(on, to);
+    return room || gone(on, to) || closed(on);
+  });
+  on.room_asked.store(0, std::memory_order_release); // release: as above
+  if (closed(on)) return errc::closed;
+  if (gone(on, to)) return errc::peer_lost;
+  return room ? status{} : status{error{errc::timed_out, 0, patience.count()}};
 }
 
 // What a call was refused with, kept by the handle that asked.

@@ -66,8 +66,9 @@ constexpr bool responds(lane_kind k) noexcept {
 constexpr bool is_latch(lane_kind k) noexcept { return k == lane_kind::stop_latch; }
 constexpr bool calls(lane_kind k) noexcept { return k == lane_kind::call_value || k == lane_kind::call_text; }
 
-// Whether publishing reaches anybody.
-enum class audience : std::uint32_t { nobody, somebody, closed };
+// Whether publishing reaches anybody. Crowded, of lanes that talk: not what is for everyone, of which half of
+// the lane's slots wait for room.
+enum class audience : std::uint32_t { nobody, somebody, closed, crowded };
 
 // A connection, by its place and how often that was used. Generation 0: none; as an address: everyone.
 struct peer_ref {
@@ -176,6 +177,10 @@ struct lane {
   alignas(rt::line_bytes) rt::std_atomics::variable<lane_state> state{lane_state::free};
   error answer{errc::misuse}; // why it was refused; written before `refused` is stored
 
+  // The handle's thread sleeps until there is room: another number each time. 0: it does not. Here, since the
+  // service thread looks at this line in any case.
+  rt::std_atomics::variable<std::uint32_t> room_asked{0};
+
   // Written by set-up before `offered` is stored, constant while the lane is not free.
   alignas(rt::line_bytes) lane_kind kind = lane_kind::publish_value;
   rowe::keep keep = rowe::keep::all;
@@ -193,6 +198,8 @@ struct lane {
   bool receives = false;                  // talk: it may be the generic receiver
   // The generations of the endpoint's connections (board): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
+  // The same of those that take messages; 0 of one that has its share of what waits.
+  std::span<const rt::std_atomics::variable<std::uint32_t>> peers_taking;
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
   std::span<std::byte> memory;            // of the rings and slots; stays with the lane when it is free
@@ -208,6 +215,7 @@ struct lane {
     slots_aside ends_aside;    // ends that came while another one was waited for
     slots_aside replies_aside; // respond: out slots that were reserved and not needed
     latch_memory latch;
+    std::uint32_t room_waits = 0; // how often it has waited for room
   };
   alignas(rt::line_bytes) user_side user;
   rt::counter published;       // values accepted
@@ -298,6 +306,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   switch (on.heard_by.load(std::memory_order_relaxed)) {
   case audience::nobody: on.no_peer.add(); return errc::no_peer;
   case audience::closed: return errc::closed;
+  case audience::crowded:
   case audience::somebody: break;
   }
   const filling_end& path = on.user.out;

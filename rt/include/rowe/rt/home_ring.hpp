@@ -81,6 +81,25 @@ class home_consumer {
     return slot;
   }
 
+  // A mark behind the last number that is home now, for see(). Never waits.
+  std::uint64_t mark_home() noexcept {
+    look();
+    return seen_tail_;
+  }
+  // Calls `each(slot)` for every number up to the mark that came home since the last call, in their order,
+  // before it is taken; all stay to be taken. Those taken unseen are left out. Never waits.
+  template <class Each>
+  void see(std::uint64_t mark, Each&& each) noexcept {
+    if (seen_by_owner() == 0) seen_here_ = head_;
+    for (; seen_here_ != mark && mark - seen_here_ <= slots_; ++seen_here_)
+      each(entries_[seen_here_ & mask_].load());
+  }
+  // How many of the numbers to be taken next were seen by see(), or have never been away.
+  std::size_t seen_by_owner() const noexcept {
+    const std::uint64_t seen = seen_here_ - head_;
+    return seen <= slots_ ? static_cast<std::size_t>(seen) : 0; // behind the head: those were taken unseen
+  }
+
   // So many takes will succeed; more may, since the borrower only ever gives. Never waits.
   ROWE_RT std::size_t home_at_least() noexcept {
     look();
@@ -107,6 +126,7 @@ class home_consumer {
   home_consumer(std::span<entry> entries, std::uint32_t slots, std::uint64_t first_index) noexcept
       : head_{first_index},
         seen_tail_{first_index + slots},
+        seen_here_{first_index + slots},
         mask_{entries.size() - 1},
         entries_{entries.data()},
         slots_{slots} {}
@@ -121,6 +141,7 @@ class home_consumer {
   // The index of the next take; nobody else needs it.
   alignas(line_bytes) std::uint64_t head_;
   std::uint64_t seen_tail_; // never ahead of the real one, so a number that seems to be there is
+  std::uint64_t seen_here_; // the index of the next see()
   std::uint64_t mask_;
   entry* entries_;
   std::uint32_t slots_;
