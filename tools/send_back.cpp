@@ -17,8 +17,9 @@ namespace {
 // ways: 60 MiB in all.
 constexpr std::uint32_t burst = 512;
 
-// What is sent back, in the order of each peer. Who reads nothing is soon read no further, so there is room for
-// each answer; but for those of several such peers there may not be. They are kept, and cost the others nothing.
+// What is sent back, in the order of each peer. Who reads nothing is soon read no further, so there is room
+// for each answer; but for those of several such peers there may not be. They are kept, and cost the others
+// nothing.
 class answers {
  public:
   answers(endpoint& through, const console& to) : through_{through}, to_{to} {}
@@ -35,7 +36,8 @@ class answers {
 
  private:
   bool waits_for(connection peer) const {
-    return std::any_of(unsent_.begin(), unsent_.end(), [&](const received& one) { return one.from() == peer; });
+    return std::any_of(unsent_.begin(), unsent_.end(),
+                       [&](const received& one) { return one.from() == peer; });
   }
   // False: its peer has no room.
   bool try_send(const received& message) {

@@ -38,8 +38,9 @@ class lane {
 
   // Queues a message to `to`, or to every peer that takes plain messages. While there is none it waits, until
   // `ttl` is over: 0 is now or never, negative for ever. Which of the two happened is counted, not told.
-  // Errors: full (the option `depth`: all slots are taken; or what waits for `to`, which does not read, has its
-  // share of them, see docs/limits.md), too_big (`text_bytes_max`, or a message that overflowed), peer_lost
+  // Errors: full (the option `depth`: all slots are taken; or what waits for `to`, which does not read, has
+  // its share of them, see docs/limits.md), too_big (`text_bytes_max`, or a message that overflowed),
+  // peer_lost
   // (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!lane_) return errc::misuse;
@@ -58,7 +59,8 @@ class lane {
   status send(body object, duration ttl, connection to = everyone) noexcept;
 
   // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `patience`
-  // (negative: for ever; 0: does not wait, only looks). Errors: timed_out, peer_lost. Not for real-time loops.
+  // (negative: for ever; 0: does not wait, only looks). Errors: timed_out, peer_lost. Not for real-time
+  // loops.
   status wait_room(duration patience, connection to = everyone) noexcept {
     return lane_ ? detail::wait_room(lane_, detail::ref_of(to), patience) : status{errc::misuse};
   }
@@ -179,6 +181,7 @@ class lane {
 
 inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!lane_) return errc::misuse;
+  if (!to && detail::crowded(*lane_)) return errc::full;
   const time_point now = rt::monotonic_clock::now();
   detail::find_place(*lane_);
   const auto call = detail::start_letter(

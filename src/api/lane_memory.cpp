@@ -137,7 +137,7 @@ void build_lane(lane& built, const lane_request& asked,
   built.period = asked.period;
   built.receives = asked.receives;
   built.peer_generations = peer_generations;
-  built.peers_taking = peer_generations; // until set-up says otherwise
+  built.peers_taking = peer_generations;                // until set-up says otherwise
   built.room_asked.store(0, std::memory_order_relaxed); // relaxed: `offered` publishes it
   built.name_bytes = copy_text(asked.name, built.name_text);
   built.type_bytes = copy_text(asked.type, built.type_text);

@@ -144,8 +144,8 @@ void memory_transport::deliver(link& on, connection_id id, service::transport_si
   std::size_t budget = on.sky.arrive_bytes_max;
   while (budget > 0 && on.reading && !on.asked) {
     const std::span<const std::byte> there = on.inbound.arrived(now_);
-    const std::size_t bytes = std::min({budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1),
-                                        there.size(), sink.wanted_bytes(id)});
+    const std::size_t bytes = std::min(
+        {budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), there.size(), sink.wanted_bytes(id)});
     if (bytes == 0) break;
     buffer_.assign(bytes + service::transport_sink::tailroom_bytes, std::byte{0});
     std::memcpy(buffer_.data(), there.data(), bytes);

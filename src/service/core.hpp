@@ -654,15 +654,15 @@ class core final : public transport_sink {
   std::uint32_t receiver_ = no_index; // the lane that receives; none: the front door
   static constexpr std::uint32_t unknown_receiver = no_index - 1;
   std::uint32_t receives_ = no_index; // the lane that the counts are of; none: the front door
-  std::uint32_t untaken_ = 0;            // of all peers
-  rt::time_point taken_at_{};            // when one was taken last, or the first began to wait
-  std::uint64_t home_mark_ = 0;          // of a lane: what is home up to here is counted next,
-  std::uint64_t before_mark_ = 0;        // when so many more entries were taken
+  std::uint32_t untaken_ = 0;         // of all peers
+  rt::time_point taken_at_{};         // when one was taken last, or the first began to wait
+  std::uint64_t home_mark_ = 0;       // of a lane: what is home up to here is counted next,
+  std::uint64_t before_mark_ = 0;     // when so many more entries were taken
   bool marked_ = false;
-  std::uint32_t answers_held_ = 0;       // put aside in the last turn of whoever receives
-  std::uint32_t turn_slots_ = 0;         // of the sender whose turn it is,
-  std::uint32_t turn_held_ = 0;          // those put aside in it,
-  std::uint32_t turn_held_for_all_ = 0;  // and those of them for everyone
+  std::uint32_t answers_held_ = 0;      // put aside in the last turn of whoever receives
+  std::uint32_t turn_slots_ = 0;        // of the sender whose turn it is,
+  std::uint32_t turn_held_ = 0;         // those put aside in it,
+  std::uint32_t turn_held_for_all_ = 0; // and those of them for everyone
   bool turn_of_receiver_ = false;
   std::uint64_t cycle_turn_ = 0;         // the last turn before this cycle
   std::uint32_t told_full_ = 0;          // peers of which senders are told `full`

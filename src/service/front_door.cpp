@@ -207,8 +207,8 @@ bool front_door::has_room(bool to_everyone) const noexcept {
 }
 
 // No ring is lost. The additions to room_waiters_ stand in one order: where this one comes later, it finds
-// who waits and changes the bell; where it comes before, the other acquires from it, and so ready() finds what
-// was done before.
+// who waits and changes the bell; where it comes before, the other acquires from it, and so ready() finds
+// what was done before.
 void front_door::tell_room() noexcept {
   // acq_rel: pairs with the addition in wait_room()
   const std::uint32_t waiters = room_waiters_.fetch_add(0, std::memory_order_acq_rel);

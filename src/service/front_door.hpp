@@ -302,7 +302,7 @@ class front_door {
   std::atomic<bool> manned_{false};
   alignas(rt::line_bytes) std::atomic<std::uint64_t> inbox_tail_{0}; // written by the service thread
   rt::futex::word bell_{0};                                          // changes when receivers should look
-  std::atomic<std::uint32_t> slots_wanted_{0}; // by the service thread: inbound ones
+  std::atomic<std::uint32_t> slots_wanted_{0};                       // by the service thread: inbound ones
   alignas(rt::line_bytes) std::atomic<bool> closed_{false};
   std::atomic<bool> crowded_{false};
   std::atomic<std::uint32_t> finished_{0};

@@ -72,8 +72,8 @@ bool begins_as_stop(std::string_view text) noexcept {
 
 } // namespace
 
-// What was put aside is carried out before more is read. More than a connection's own room for that only where
-// it may lie behind what the parser assembles meanwhile: keep_unread().
+// What was put aside is carried out before more is read. More than a connection's own room for that only
+// where it may lie behind what the parser assembles meanwhile: keep_unread().
 std::size_t core::wanted_bytes(connection_id id) const noexcept {
   const connection* const c = find(id);
   if (c == nullptr) return read_bytes_alone;

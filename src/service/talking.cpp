@@ -42,8 +42,7 @@ void core::take_entries(std::uint32_t index) noexcept {
   if (receives) collect_taken(taken);
   // How many of those for everyone wait here decides whether more are taken.
   detail::lane& lane = lanes_[index];
-  const detail::audience now =
-      refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
+  const detail::audience now = refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
   // relaxed, both: ours alone; advice, which post() acts on
   if (lane.heard_by.load(std::memory_order_relaxed) != now) {
     lane.heard_by.store(now, std::memory_order_relaxed);

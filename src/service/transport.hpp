@@ -79,8 +79,8 @@ class transport_sink {
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.
   virtual void on_bytes(connection_id connection, std::span<std::byte> bytes) noexcept = 0;
-  // How many bytes of this connection are wanted now, at most. Those that are not stay with the carrier; poll()
-  // asks again, and wait() may return at once.
+  // How many bytes of this connection are wanted now, at most. Those that are not stay with the carrier;
+  // poll() asks again, and wait() may return at once.
   virtual std::size_t wanted_bytes(connection_id) const noexcept { return SIZE_MAX; }
   // write() took less than it was given before, and now there is room again.
   virtual void on_writable(connection_id connection) noexcept = 0;

@@ -109,8 +109,9 @@ TEST(door_receiving, has_the_accesses_that_the_source_has) {
        1},
       {door, "sleepers_.fetch_sub(1,std::memory_order_seq_cst);if(why==errc::closed)rt::futex::wake(bell_);",
        1},
-      {door, "sleepers_.", 4}, // and check()
-      {door, "rt::futex::", 3},
+      {door, "sleepers_.", 4},                   // and check()
+      {door, "rt::futex::wake(room_bell_);", 1}, // of those who send
+      {door, "rt::futex::", 4},
   };
   expect_in_sources(expected);
 }

@@ -328,7 +328,10 @@ TEST(lane_life, has_the_accesses_that_the_sources_have) {
       {publishing, "switch(on.heard_by.load(std::memory_order_relaxed))", 1},
       {publishing, "heard_by.", 1},
       {waiting, "returnon.heard_by.load(std::memory_order_acquire)==audience::closed;", 1},
-      {waiting, "heard_by.", 1},
+      {waiting, "if(on.heard_by.load(std::memory_order_acquire)!=audience::somebody)[[unlikely]]", 1},
+      {waiting, "returnon.heard_by.load(std::memory_order_relaxed)==audience::crowded;",
+       1}, // asked behind it
+      {waiting, "heard_by.", 3},
   };
   expect_in_sources(expected);
 }

@@ -148,7 +148,9 @@ TEST(home_ring, shows_each_number_that_came_home_once) {
   constexpr std::uint64_t wrap = 0; // indices pass it
   rig<4> r{3, wrap - 4};
   std::vector<std::uint32_t> seen;
-  const auto see = [&] { r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); }); };
+  const auto see = [&] {
+    r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); });
+  };
   see();
   EXPECT_TRUE(seen.empty()) << "those were never away";
   EXPECT_EQ(r.owner.seen_by_owner(), 3U);
@@ -172,7 +174,9 @@ TEST(home_ring, shows_each_number_that_came_home_once) {
 TEST(home_ring, leaves_out_numbers_that_were_taken_unseen) {
   rig<4> r{2};
   std::vector<std::uint32_t> seen;
-  const auto see = [&] { r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); }); };
+  const auto see = [&] {
+    r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); });
+  };
   for (int i = 0; i < 5; ++i) r.borrower.give(*r.owner.try_take());
   EXPECT_EQ(r.owner.seen_by_owner(), 0U);
   const auto taken = r.owner.try_take();

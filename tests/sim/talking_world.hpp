@@ -156,7 +156,8 @@ class talking_world : public ground {
   void leave(std::size_t which) {
     talking_peer& gone = *peers_[which];
     on_.net.weather_of(gone.link().id()) = {}; // else its last bytes might never arrive
-    gone.link().leave(one_in(2) || role_ == side::client ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+    gone.link().leave(one_in(2) || role_ == side::client ? rowe::service::close_cause::reset
+                                                         : rowe::service::close_cause::peer);
     leaving_.push_back(std::move(peers_[which]));
     peers_.erase(peers_.begin() + static_cast<std::ptrdiff_t>(which));
     cycle();

@@ -52,7 +52,7 @@ inline bool gone(const lane& on, peer_ref whom) noexcept {
   return on.peer_generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
 }
 
-// Whether messages to a connection are taken. No connection: to everyone, see barred().
+// Whether messages to a connection are taken. No connection: to everyone, see crowded().
 inline bool takes(const lane& on, peer_ref whom) noexcept {
   if (whom.generation == 0) return true;
   if (whom.index >= on.peers_taking.size()) return false; // of another endpoint
@@ -109,38 +109,32 @@ inline status check_fits(lane& on, const body& text) noexcept {
   return error{errc::too_big, limit + 1, limit}; // at least one more
 }
 
-inline status full(lane& on) noexcept {
-  on.refused_full.add();
-  return error{errc::full, 0, on.user.out.count};
-}
-
-// Why nothing is taken from a lane that not simply goes on. Errors: closed; full, counted.
-[[gnu::noinline, gnu::cold]] inline status barred(lane& on, const value_header& header) noexcept {
-  if (closed(on)) return errc::closed;
-  const bool to_everyone = header.what == entry::message && header.peer.generation == 0;
-  // relaxed: advice of the service thread (take_entries)
-  const bool crowded = on.heard_by.load(std::memory_order_relaxed) == audience::crowded;
-  return to_everyone && crowded ? full(on) : status{};
-}
-
 // Why a message to this connection is not taken. Errors: closed, peer_lost; full, counted.
-[[gnu::noinline, gnu::cold]] inline status turned_away(lane& on, peer_ref whom) noexcept {
+[[gnu::noinline, gnu::cold]] inline errc turned_away(lane& on, peer_ref whom) noexcept {
   if (closed(on)) return errc::closed;
-  return gone(on, whom) ? status{errc::peer_lost} : full(on);
+  if (gone(on, whom)) return errc::peer_lost;
+  on.refused_full.add();
+  return errc::full;
+}
+
+// post() where it is not closed. Always in line: it stands twice, and a loop would pay for a call.
+[[gnu::always_inline]] inline status post_open(lane& on, const value_header& header, const void* value,
+                                               std::size_t bytes) noexcept {
+  if (const status fits = check_fits(on, bytes); !fits) return fits;
+  const auto slot = on.user.out.home->try_take();
+  if (!slot) {
+    on.refused_full.add();
+    return error{errc::full, 0, on.user.out.count};
+  }
+  if (!post_slot(on, *slot, header, value, bytes)) return errc::misuse;
+  return {};
 }
 
 // Hands `bytes` at `value` to the service thread. Errors: closed, too_big, full, misuse; full and too_big are
 // counted.
 inline status post(lane& on, const value_header& header, const void* value, std::size_t bytes) noexcept {
-  // acquire: as closed()
-  if (on.heard_by.load(std::memory_order_acquire) != audience::somebody) [[unlikely]] {
-    if (const status may = barred(on, header); !may) return may;
-  }
-  if (const status fits = check_fits(on, bytes); !fits) return fits;
-  const auto slot = on.user.out.home->try_take();
-  if (!slot) return full(on);
-  if (!post_slot(on, *slot, header, value, bytes)) return errc::misuse;
-  return {};
+  if (closed(on)) return errc::closed;
+  return post_open(on, header, value, bytes);
 }
 
 inline status post(lane& on, const value_header& header, const body& text) noexcept {
@@ -247,17 +241,46 @@ result<call_ref> start_call(lane& on, value_header header, const Value&... value
   return call;
 }
 
-// Posts a letter, or begins a call with one, unless its addressee is known to be gone. Errors: peer_lost, and
-// those of post() and start_call().
+// Whether what is for everyone is refused: half of the slots wait for room with it.
+inline bool crowded(const lane& on) noexcept {
+  // relaxed: advice of the service thread (take_entries)
+  return on.heard_by.load(std::memory_order_relaxed) == audience::crowded;
+}
+
+// post_to() where not simply everything is handed over; `empty`: it was. What it is given comes by value: a
+// header whose address is passed on would lie in memory for every message.
+[[gnu::noinline, gnu::cold]] inline errc post_barred(lane& on, peer_ref to, std::string_view text,
+                                                     std::int64_t stamped_ns,
+                                                     std::int64_t expires_ns) noexcept {
+  if (crowded(on) && to.generation == 0) {
+    on.refused_full.add();
+    return errc::full;
+  }
+  value_header header;
+  header.stamped_ns = stamped_ns;
+  header.expires_ns = expires_ns;
+  header.peer = to;
+  const status done = post(on, header, text.data(), text.size());
+  return done ? errc::empty : done.code();
+}
+
+// Posts a message, or begins a call with one, unless its addressee is known to be gone, or to have its share
+// of what waits. Errors: peer_lost, full, and those of post() and start_call().
 inline status post_to(lane& on, connection to, const body& text, const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
     return turned_away(on, ref_of(to));
-  return post(on, header, text);
+  if (const status fits = check_fits(on, text); !fits) return fits;
+  // acquire: as closed()
+  if (on.heard_by.load(std::memory_order_acquire) != audience::somebody) [[unlikely]] {
+    const errc done = post_barred(on, ref_of(to), text.text(), header.stamped_ns, header.expires_ns);
+    return done == errc::empty ? status{} : status{done};
+  }
+  return post_open(on, header, text.text().data(), text.text().size());
 }
 inline result<call_ref> start_letter(lane& on, connection to, const body& text,
                                      const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
-    return turned_away(on, ref_of(to)).error();
+    return turned_away(on, ref_of(to));
   return start_call(on, header, text);
 }
 
@@ -388,9 +411,7 @@ auto wait_next(const lane_handle& handle, duration patience, TryNext&& try_next)
 
 // Whether a message to `to` would be taken now.
 inline bool has_room(lane& on, peer_ref to) noexcept {
-  // relaxed: as in barred()
-  const bool crowded = on.heard_by.load(std::memory_order_relaxed) == audience::crowded;
-  return takes(on, to) && !(to.generation == 0 && crowded) && on.user.out.home->home_at_least() != 0;
+  return takes(on, to) && !(to.generation == 0 && crowded(on)) && on.user.out.home->home_at_least() != 0;
 }
 
 // Waits until it is so, or `to` is gone, or the endpoint closed; at most `patience` (negative: for ever).
