@@ -79,7 +79,8 @@ bool core::check_receiving() const noexcept {
     if (c.parked() && (!c.in_turn || !c.unheard)) return false;
     if (!c.unread.empty() && !c.in_turn) return false;
   }
-  return untaken == untaken_ && answers == answers_held_ && told_full == told_full_ && in_turn == unread_.count + parked_.count;
+  return untaken == untaken_ && answers == answers_held_ && told_full == told_full_ &&
+         in_turn == unread_.count + parked_.count;
 }
 
 // Every reference to a slot that is no kept one belongs to a place in a queue, or to a frame that was begun.

@@ -76,11 +76,11 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
          arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) + // who has to write,
-         bounds.connections_max * arena::bytes_for(aside_bytes) +  // what was read,
+         arena::bytes_for<std::uint32_t>(bounds.connections_max) +     // who has to write,
+         bounds.connections_max * arena::bytes_for(aside_bytes) +      // what was read,
          2 * arena::bytes_for<std::uint32_t>(bounds.connections_max) + // in which order, and who is parked
-         arena::bytes_for<lane_view>(bounds.lanes_max) +           //
-         arena::bytes_for<rt::timer_node>(node_count(bounds)) +    //
+         arena::bytes_for<lane_view>(bounds.lanes_max) +               //
+         arena::bytes_for<rt::timer_node>(node_count(bounds)) +        //
          arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
          arena::bytes_for<std::uint32_t>(bounds.calls_max) + arena::bytes_for(joined_bytes(bounds)) +
          arena::bytes_for<batch_piece>(batch_pieces_max) + arena::bytes_for(mask_bytes) + //

@@ -340,8 +340,8 @@ class core final : public transport_sink {
     std::uint32_t held_last = no_index;  // order, each naming the next
     std::uint64_t order = 0;             // the generic receiver is the one that was attached first
     rt::time_point misfit_at{}; // when an event last told of a message that it could not take; zero: never
-    std::uint32_t room_asked = 0;        // as its handle said when it was last told of room
-    bool gave = false;                   // slots went home in this cycle
+    std::uint32_t room_asked = 0; // as its handle said when it was last told of room
+    bool gave = false;            // slots went home in this cycle
   };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;

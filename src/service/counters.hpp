@@ -16,7 +16,7 @@ namespace rowe::service {
 #define ROWE_COUNTERS(X)                                                                                     \
   X(full, loss, "refused: the handle's queue to the service thread was full")                                \
   X(expired, loss, "its time to live passed before it was written")                                          \
-  X(outbox_full, loss, "dropped, the oldest or beyond its share: the peer does not read fast enough")                          \
+  X(outbox_full, loss, "dropped, the oldest or beyond its share: the peer does not read fast enough")        \
   X(evicted, loss, "dropped as the oldest of the peer that held most: all places of a pool were taken")      \
   X(no_slot, loss, "dropped: all slots for encoded messages were taken")                                     \
   X(too_big, loss, "dropped: larger than the slot it should go into")                                        \

@@ -76,7 +76,8 @@ void core::end_at_lane(const party& whom, detail::call_ref own, status outcome,
 std::uint32_t core::find_receiver(std::uint32_t but) const noexcept {
   std::uint32_t first = no_index;
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
-    if (i == but || !views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives) continue;
+    if (i == but || !views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives)
+      continue;
     if (first == no_index || views_[i].order < views_[first].order) first = i;
   }
   return first;
@@ -177,7 +178,7 @@ bool core::receiver_is_absent() const noexcept {
 core::admission core::admit(const connection& c) noexcept {
   if (receiver() != receives_) begin_receiver();
   if (has_inbox_share(c)) return admission::now;
-  if (!received()) return admission::now; // nobody has shares where nobody receives
+  if (!received()) return admission::now;              // nobody has shares where nobody receives
   if (receives_ == no_index) door_.drop_expired(now_); // so that they come home
   mark_taken();
   collect_taken(0); // what is home, unless something was handed over before
