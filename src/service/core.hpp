@@ -602,7 +602,6 @@ class core final : public transport_sink {
   std::span<const std::byte> heard_now_; // the text that is being carried out
   std::span<const std::byte> read_now_;  // with it, where that is the carrier's memory
   bool heard_before_ = false;            // it found no room then
-  bool parks_ = true;                    // else what finds no room is dropped
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
   phase_plan phases_;

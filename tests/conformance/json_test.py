@@ -19,6 +19,10 @@ def meaning(text):
                       parse_constant=refuse, object_pairs_hook=lambda pairs: ("object", pairs))
 
 
+# Each text that is refused is answered, however many there are.
+unlimited = ("--limit", "refusals_per_second_max=0", "--limit", "messages_per_second_max=0")
+
+
 class relay:
     """A hub, one who publishes, one who has subscribed."""
 
@@ -106,7 +110,7 @@ class values(unittest.TestCase):
     def test_each_as_a_member_of_a_message(self):
         outside = 2  # the message, and its body
         counts = dict.fromkeys((VALID, INVALID, NOT_UTF8), 0)
-        with programs.server("hub") as serving, relay(serving) as through:
+        with programs.server("hub", *unlimited) as serving, relay(serving) as through:
             for verdict, text in documents.values(outside):
                 with self.subTest(f"{verdict}: {text[:60]!r} ({len(text)} bytes)"):
                     counts[verdict] += 1
@@ -126,7 +130,7 @@ class messages(unittest.TestCase):
 
     def test_each_as_a_whole_text(self):
         counts = dict.fromkeys((VALID, INVALID, BARE), 0)
-        with programs.server("hub") as serving, relay(serving) as through:
+        with programs.server("hub", *unlimited) as serving, relay(serving) as through:
             for verdict, text in documents.messages(self.publish):
                 with self.subTest(f"{verdict}: {text[:100]!r} ({len(text)} bytes)"):
                     counts[verdict] += 1
@@ -143,7 +147,7 @@ class messages(unittest.TestCase):
         good = b'{"op":"publish","topic":"/t","msg":{"n":1}}'
         bad = b'{"op":"publish","topic":"/t","msg":{"n":1'
         body = ("object", [("n", decimal.Decimal(1))])
-        with programs.server("hub") as serving, relay(serving) as through:
+        with programs.server("hub", *unlimited) as serving, relay(serving) as through:
             for first, second in ((bad, b"}}"), (good, bad), (bad, good), (good, b""), (b"", good)):
                 with self.subTest(first + b" | " + second):
                     through.publisher.send(frame(TEXT, first), frame(TEXT, second))
