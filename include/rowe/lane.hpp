@@ -181,7 +181,7 @@ class lane {
 
 inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!lane_) return errc::misuse;
-  if (!to && detail::crowded(*lane_)) return errc::full;
+  if (!to && detail::crowded(*lane_)) return detail::with_depth(*lane_, errc::full);
   const time_point now = rt::monotonic_clock::now();
   detail::find_place(*lane_);
   const auto call = detail::start_letter(

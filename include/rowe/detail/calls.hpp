@@ -109,6 +109,11 @@ inline status check_fits(lane& on, const body& text) noexcept {
   return error{errc::too_big, limit + 1, limit}; // at least one more
 }
 
+// With what `full` is about, where it is that.
+inline error with_depth(const lane& on, errc why) noexcept {
+  return why == errc::full ? error{why, 0, on.user.out.count} : error{why};
+}
+
 // Why a message to this connection is not taken. Errors: closed, peer_lost; full, counted.
 [[gnu::noinline, gnu::cold]] inline errc turned_away(lane& on, peer_ref whom) noexcept {
   if (closed(on)) return errc::closed;
@@ -268,19 +273,19 @@ inline bool crowded(const lane& on) noexcept {
 // of what waits. Errors: peer_lost, full, and those of post() and start_call().
 inline status post_to(lane& on, connection to, const body& text, const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
-    return turned_away(on, ref_of(to));
+    return with_depth(on, turned_away(on, ref_of(to)));
   if (const status fits = check_fits(on, text); !fits) return fits;
   // acquire: as closed()
   if (on.heard_by.load(std::memory_order_acquire) != audience::somebody) [[unlikely]] {
     const errc done = post_barred(on, ref_of(to), text.text(), header.stamped_ns, header.expires_ns);
-    return done == errc::empty ? status{} : status{done};
+    return done == errc::empty ? status{} : status{with_depth(on, done)};
   }
   return post_open(on, header, text.text().data(), text.text().size());
 }
 inline result<call_ref> start_letter(lane& on, connection to, const body& text,
                                      const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
-    return turned_away(on, ref_of(to));
+    return with_depth(on, turned_away(on, ref_of(to)));
   return start_call(on, header, text);
 }
 
