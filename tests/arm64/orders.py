@@ -26,14 +26,16 @@ difference = collections.namedtuple("difference", "function expected found")
 
 
 def expectations(source):
-    """function -> (whether the order counts, the instructions)"""
+    """function -> (whether the order counts, the instructions); `2*ldar` is two of them"""
     found = {}
     lines = open(source, encoding="utf-8").read().split("\n")
     for number, line in enumerate(lines):
         said = re.match(r"// expects( in this order)?: (.*)", line)
         if said:
             name = re.search(r"(\w+)\(", lines[number + 1])[1]
-            found[name] = (said[1] is not None, [] if said[2] == "nothing" else said[2].split())
+            counted = [re.fullmatch(r"(?:(\d+)\*)?(.*)", one) for one in said[2].split()]
+            wanted = [one[2] for one in counted for _ in range(int(one[1] or 1))]
+            found[name] = (said[1] is not None, [] if said[2] == "nothing" else wanted)
     return found
 
 

@@ -173,8 +173,8 @@ std::uint32_t take(rowe::subscriber<pose>& from, pose& value) {
   return static_cast<std::uint32_t>(taken.code());
 }
 // Whether it is closed; a slot that came home; its number into the ring, looking whether that is full; the
-// bell.
-// expects: ldar ldar ldar stlr call:memcpy stlr ldar call:_ZNK4rowe2rt12eventfd_bell4ringEv
+// bell. Twice: simply, and where half of the slots wait for room (post_barred()).
+// expects: 9*ldar 4*stlr 2*call:memcpy 2*call:_ZNK4rowe2rt12eventfd_bell4ringEv
 std::uint32_t send(rowe::lane& to, std::string_view text, rowe::duration ttl, rowe::time_point now) {
   return static_cast<std::uint32_t>(to.try_send(text, ttl, now).code());
 }
