@@ -206,8 +206,8 @@ class missing_publishers {
   missing_publishers(endpoint& hub, const remote& at, const echo_options& o, const console& to)
       : at_{at}, to_{to} {
     if (o.bare || profile_of(o.profile) != peer_profile::standard) return; // Hop's programs know no topics
-    auto opened = hub.client<json_text, json_text>(
-        "/rosapi/publishers", {.depth = static_cast<std::uint32_t>(o.topics.size())});
+    auto opened = hub.client<json_text, json_text>("/rosapi/publishers",
+                                                   {.depth = static_cast<std::uint32_t>(o.topics.size())});
     if (!opened) return;
     from_ = std::move(*opened);
     const auto now = rt::monotonic_clock::now();
@@ -358,8 +358,8 @@ std::string list_of_topics(std::string_view answer) {
 }
 
 exit_code list_topics(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
-  auto topics = hub.client<json_text, json_text>(
-      "/rosapi/topics", {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
+  auto topics = hub.client<json_text, json_text>("/rosapi/topics",
+                                                 {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
   if (!topics) {
     to.error("cannot ask for the topics: ", sentence_of(topics.error()));
     return exit_code_of(topics.error());
@@ -395,7 +395,8 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
   const std::uint64_t lost = lost_here(hub);
   if (printing.odd_rows() > 0)
     to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
-  if (interrupt::seen() || lost > 0) to.note(counted(printing.printed(), "message"), ", lost ", lost);
+  if (interrupt::seen() || lost > 0)
+    to.note(counted(printing.printed(), "message"), lost == 0 ? std::string{} : joined(", lost ", lost));
   if (lost > 0 && end == exit_code::done) return exit_code::lost;
   return end;
 }
@@ -417,8 +418,7 @@ exit_code echo(argument_list arguments) {
   if (!bounds) return exit_code::usage;
   auto hub = endpoint::connect(url.url, {.limits = *bounds, .profile = profile_of(chosen.profile)});
   if (!hub) return cannot_open(url.url, hub.error(), to);
-  if (!chosen.bare && chosen.topics.empty())
-    return list_topics(std::move(hub).value(), url.url, chosen, to);
+  if (!chosen.bare && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
   return chosen.bare ? print_from<letters>(std::move(hub).value(), url.url, chosen, to)
                      : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
 }

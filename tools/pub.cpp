@@ -323,7 +323,8 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   // The endpoint tells of plain messages one by one.
   const std::uint64_t lost = o.bare ? sending.expired() : lost_here(hub);
   const std::uint64_t sent = sending.sent() - std::min(sending.sent(), o.bare ? 0 : lost);
-  to.note("sent ", counted(sent, "message"), " in ", seconds_text(elapsed), ", not sent ", lost);
+  to.note("sent ", counted(sent, "message"), " in ", seconds_text(elapsed),
+          lost == 0 ? std::string{} : joined(", not sent ", lost));
   if (!drained && !end) return exit_code::lost;
   const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
   return verdict(end, sent, lost, connection.complaints(), endless);

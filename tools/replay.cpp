@@ -182,7 +182,7 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
 
   to.note("sent ", o.loop ? "" : joined(playing.sent(), " of "),
           counted(o.loop ? playing.sent() : poses.size(), "pose"), " in ", seconds_text(elapsed),
-          ", dropped ", lost);
+          lost == 0 ? std::string{} : joined(", dropped ", lost));
   const bool looped =
       o.loop && end == exit_code::interrupted && playing.sent() > 0; // the one way a loop ends
   if (end && !looped) return *end;

@@ -40,7 +40,7 @@ class on_topics(unittest.TestCase):
     def check(self, ended, count):
         self.assertEqual(ended.code, 0, ended.stderr)
         self.assertEqual(ended.stdout, [])
-        self.assertRegex(ended.stderr[-1], rf"sent {count} messages? in \d+\.\d+ s, not sent 0$")
+        self.assertRegex(ended.stderr[-1], rf"sent {count} messages? in \d+\.\d+ s$")
 
     def test_publishes_once(self):
         for once in ((), ("--once",), ("-n", "1")):
@@ -152,7 +152,7 @@ class as_plain_messages(unittest.TestCase):
                     self.assertEqual([p.receive_text() for _ in range(count)], ['{"a":1.50}'] * count)
                     self.assertEqual(pub.end(), 0)
                 self.assertEqual(pub.stdout, [])
-                self.assertRegex(pub.stderr[-1], rf"sent {count} message.*, not sent 0$")
+                self.assertRegex(pub.stderr[-1], rf"sent {count} message[^,]*$")
 
     def test_sends_the_lines_of_stdin(self):
         messages = [{"i": i} for i in range(100)]

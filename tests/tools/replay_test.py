@@ -76,7 +76,7 @@ class replaying(unittest.TestCase):
         with hub() as serving, listening(serving, "/odom") as listener:
             ended = self.replay(serving.url, "--rate", "2kHz")
             self.assertEqual(ended.code, 0, ended.stderr)
-            self.assertRegex(ended.stderr[-1], rf"sent {at_once} of {at_once} poses in \d+\.\d+ s, dropped 0")
+            self.assertRegex(ended.stderr[-1], rf"sent {at_once} of {at_once} poses in \d+\.\d+ s")
             self.check(listener.messages(at_once), wanted)
 
     def test_every_pose_arrives_at_its_own_pace(self):
@@ -85,7 +85,7 @@ class replaying(unittest.TestCase):
         with hub() as serving, listening(serving, "/odom") as listener:
             ended = self.replay(serving.url)
             self.assertEqual(ended.code, 0, ended.stderr)
-            seconds = float(re.search(r"sent 60 of 60 poses in (\S+) s, dropped 0", ended.stderr[-1])[1])
+            seconds = float(re.search(r"sent 60 of 60 poses in (\S+) s", ended.stderr[-1])[1])
             self.assertGreaterEqual(seconds, 0.59)
             self.check(listener.messages(60), wanted)
 
