@@ -84,13 +84,13 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool blocked = false; // the carrier has no room; on_writable() comes
-  bool held = false;    // the credit has none for what is not urgent; a pong comes
-  bool near = false;    // the carrier was told so
-  bool slow = false;    // it answers no pings, and that was counted
-  bool listed = false;  // on the core's list of connections with something to write
-  bool in_turn = false; // on its list of those with something unread, or of those that are parked
-  bool unheard = false; // the carrier does not read it: its pongs and its silence mean nothing
+  bool blocked = false;   // the carrier has no room; on_writable() comes
+  bool held = false;      // the credit has none for what is not urgent; a pong comes
+  bool near = false;      // the carrier was told so
+  bool slow = false;      // it answers no pings, and that was counted
+  bool listed = false;    // on the core's list of connections with something to write
+  bool in_turn = false;   // on its list of those with something unread, or of those that are parked
+  bool unheard = false;   // the carrier does not read it: its pongs and its silence mean nothing
   bool told_full = false; // senders are told `full`: it has its share of what waits
   wire::rosbridge::level status_level = wire::rosbridge::level::error;
   wire::frame_parser parser;
@@ -110,6 +110,7 @@ struct connection {
 
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
+  std::uint32_t owed = 0;              // of these, those whose latched value is still to be queued
   std::span<advertisement> advertised; // `advertisements` of them in use
   std::uint32_t advertisements = 0;
 

@@ -315,6 +315,7 @@ class core final : public transport_sink {
   void keep_latched(topic& on, std::uint32_t slot, latch_owner owner) noexcept;
   void forget_latched(topic& on, latch_owner owner) noexcept;
   void place_latched(subscription& of) noexcept;
+  void place_owed(connection& c) noexcept;
   std::uint32_t compose_latched(std::uint32_t topic) noexcept;
   void let_go_topic(std::uint32_t topic) noexcept;
   void let_go_own_topic(std::uint32_t topic) noexcept;
@@ -339,7 +340,7 @@ class core final : public transport_sink {
     std::uint32_t held_first = no_index; // slots that were taken and wait for room further on, in their
     std::uint32_t held_last = no_index;  // order, each naming the next
     std::uint64_t order = 0;             // the generic receiver is the one that was attached first
-    rt::time_point misfit_at{}; // when an event last told of a message that it could not take; zero: never
+    rt::time_point misfit_at{};   // when an event last told of a message that it could not take; zero: never
     std::uint32_t room_asked = 0; // as its handle said when it was last told of room
     bool gave = false;            // slots went home in this cycle
   };
@@ -593,12 +594,12 @@ class core final : public transport_sink {
       return one;
     }
   };
-  turns listed_;                    // those with something to write
-  std::uint32_t turn_left_ = 0;     // how many of those listed have not had their share of this turn
-  std::size_t written_in_turn_ = 0; // work of this cycle
-  bool offers_to_all_ = false;      // in this cycle, however much work that is
-  turns unread_;                    // those with something that was put aside
-  turns parked_;                    // those whose next message finds no room
+  turns listed_;                         // those with something to write
+  std::uint32_t turn_left_ = 0;          // how many of those listed have not had their share of this turn
+  std::size_t written_in_turn_ = 0;      // work of this cycle
+  bool offers_to_all_ = false;           // in this cycle, however much work that is
+  turns unread_;                         // those with something that was put aside
+  turns parked_;                         // those whose next message finds no room
   std::span<const std::byte> heard_now_; // the text that is being carried out
   std::span<const std::byte> read_now_;  // with it, where that is the carrier's memory
   bool heard_before_ = false;            // it found no room then
@@ -637,7 +638,7 @@ class core final : public transport_sink {
   rt::time_point statistics_at_{};
   std::array<rt::time_point, 2> rates_marked_{}; // when the newest period of the service's rates began, and
                                                  // the one before
-  std::uint32_t statistics_topic_ = no_index; // of a server
+  std::uint32_t statistics_topic_ = no_index;    // of a server
   std::uint32_t peers_ = 0;
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
@@ -663,15 +664,15 @@ class core final : public transport_sink {
   std::uint32_t turn_held_ = 0;         // those put aside in it,
   std::uint32_t turn_held_for_all_ = 0; // and those of them for everyone
   bool turn_of_receiver_ = false;
-  std::uint64_t cycle_turn_ = 0;         // the last turn before this cycle
-  std::uint32_t told_full_ = 0;          // peers of which senders are told `full`
-  bool room_came_ = false;               // at a peer, or a peer is gone
-  bool lanes_ask_room_ = false;          // a handle sleeps until there is room
-  std::uint64_t places_freed_ = 0;       // of messages that were taken, or are put aside no more
-  std::uint64_t unparked_at_ = 0;        // after how many changes, for those that are parked
-  std::uint64_t retried_at_ = 0;         // likewise, for what is put aside
-  std::uint32_t asked_lane_ = no_index;  // that was given a call in this cycle, the last one
-  std::uint32_t epoch_ = 0;              // connections so far
+  std::uint64_t cycle_turn_ = 0;        // the last turn before this cycle
+  std::uint32_t told_full_ = 0;         // peers of which senders are told `full`
+  bool room_came_ = false;              // at a peer, or a peer is gone
+  bool lanes_ask_room_ = false;         // a handle sleeps until there is room
+  std::uint64_t places_freed_ = 0;      // of messages that were taken, or are put aside no more
+  std::uint64_t unparked_at_ = 0;       // after how many changes, for those that are parked
+  std::uint64_t retried_at_ = 0;        // likewise, for what is put aside
+  std::uint32_t asked_lane_ = no_index; // that was given a call in this cycle, the last one
+  std::uint32_t epoch_ = 0;             // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool lanes_wait_ = false; // something stays in a lane until there is room further on

@@ -290,6 +290,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   s.type_hash = hash_of_type(asked.type);
   if (fresh && !router_.at(topic).last.empty()) {
     s.owes_last = true;
+    ++c.owed;
     make_ready(index);
   }
   const std::string_view type = router_.type(topic);

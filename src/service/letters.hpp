@@ -6,6 +6,7 @@
 // in the waiting room until one comes or its time is over: a list through the letters themselves, so that
 // taking one out of the middle costs as little as out of a short one. Service thread only.
 #pragma once
+#include <array>
 #include <cassert>
 #include <cstdint>
 #include <span>
@@ -26,6 +27,7 @@ struct letter {
   rowe::priority priority = rowe::priority::normal;
   bool everyone = false; // else to one connection, with which it is lost
   bool sent = false;
+  bool counted = false; // begun with letters::begin()
   errc lost_as = errc::peer_lost;
   party sender{};                // who wants to know; nobody
   detail::call_ref own{};        // and by which place of its own table, if it is a lane
@@ -40,7 +42,18 @@ class letters {
     return rt::arena::bytes_for<letter>(wire_slots::count(bounds));
   }
   letters(rt::arena& memory, const limits& bounds) noexcept
-      : letters_{memory.carve<letter>(wire_slots::count(bounds))} {}
+      : letters_{memory.carve<letter>(wire_slots::count(bounds))},
+        first_large_{wire_slots::first_large(bounds)} {}
+
+  // One that was composed for this, in its own slot.
+  void begin(std::uint32_t slot, const letter& as) noexcept {
+    letters_[slot] = as;
+    letters_[slot].now = letter::state::queued;
+    letters_[slot].counted = true;
+    ++begun_[slot >= first_large_];
+  }
+  // How many slots of a class those have.
+  std::uint32_t slots(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
 
   letter& at(std::uint32_t slot) noexcept { return letters_[slot]; }
   bool under_way(std::uint32_t slot) const noexcept { return letters_[slot].now != letter::state::none; }
@@ -67,6 +80,7 @@ class letters {
   }
   void forget(std::uint32_t slot) noexcept {
     stop_waiting(slot);
+    begun_[slot >= first_large_] -= letters_[slot].counted;
     letters_[slot] = {};
   }
 
@@ -87,6 +101,8 @@ class letters {
 
  private:
   std::span<letter> letters_;
+  const std::uint32_t first_large_;
+  std::array<std::uint32_t, 2> begun_{};
   std::uint32_t first_ = no_index;
   std::uint32_t last_ = no_index;
   std::uint32_t waiting_ = 0;

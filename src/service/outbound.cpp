@@ -249,6 +249,7 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
   subscription& s = router_.subscription_at(index);
   const std::uint32_t topic = s.topic;
   drop_all(s.waiting, counter::lost_with_peer);
+  if (s.owes_last) --c.owed;
   if (s.timed) {
     disarm(timer::subscription, index);
     s.timed = false;
@@ -284,6 +285,7 @@ void core::forget_latched(topic& on, latch_owner owner) noexcept {
 // many topics at once does not take as many slots.
 void core::place_latched(subscription& of) noexcept {
   of.owes_last = false;
+  --connections_[of.connection].owed;
   const std::uint32_t slot = compose_latched(of.topic);
   if (slot == no_index) return;
   trim(of, of.depth - 1);

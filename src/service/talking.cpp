@@ -301,10 +301,9 @@ bool core::has_share(const connection& c, slot_class of) const noexcept {
 }
 
 // How many slots of a class direct messages may still take: a quarter is never theirs, since they are kept
-// until they are sent.
+// until they are sent. What topics and answers have taken of the rest is evicted for them.
 std::uint32_t core::slots_for_messages(slot_class of) const noexcept {
-  const std::uint32_t others = slots_.count(of) / 4;
-  return std::max(slots_.free_for_all(of), others) - others;
+  return left_of(slots_.count(of) - slots_.count(of) / 4, letters_.slots(of));
 }
 
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the lane
@@ -367,12 +366,14 @@ bool core::post(const message& m) noexcept {
                  counter::too_big);
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
-  if (slots_for_messages(slots_.class_for(m.text.size())) == 0)
-    return m.only_now ? fails(errc::expired, counter::no_slot) : false;
+  const slot_class of = slots_.class_for(m.text.size());
+  if (slots_for_messages(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   // Last, since what waits for room comes by here in every cycle.
   if (const status fine = check_text(m.text); !fine) {
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
   }
+  if (slots_.free_for_all(of) == 0 && !reclaim(of))
+    return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   const std::uint32_t slot = compose(expires, [&](json::writer& into) { into.append(m.text); });
   assert(slot != no_index);
   begin_letter(slot,
@@ -396,8 +397,7 @@ bool core::post(const message& m) noexcept {
 // The slot's one reference becomes the letter's, which is no delivery.
 void core::begin_letter(std::uint32_t slot, const letter& as) noexcept {
   assert(!letters_.under_way(slot));
-  letters_.at(slot) = as;
-  letters_.at(slot).now = letter::state::queued;
+  letters_.begin(slot, as);
   slots_.keep(slot);
   (void)slots_.release(slot); // never the last: keep() took one
 }

@@ -50,14 +50,24 @@ void core::offer(connection& c) noexcept {
   const bool listed = std::exchange(c.listed, true);
   bool more = true;
   for (unsigned round = 0; more && round < batches_max && !c.blocked; ++round) {
+    if (c.owed != 0) place_owed(c); // before anything is gathered: it may take messages out of queues
     batch next{joined_, pieces_};
     if (gather_urgent(c, next)) gather_messages(c, next);
     c.held = next.held;
-    more = next.more;
+    more = next.more || (c.owed != 0 && !next.held);
     write(c, next);
   }
   c.listed = listed;
   if (more) list(c);
+}
+
+// The latched value of one of the subscriptions that may be written now and wait for theirs.
+void core::place_owed(connection& c) noexcept {
+  for (const ready_list& on : c.ready) {
+    for (std::uint32_t i = on.head; i != no_index; i = router_.subscription_at(i).next_ready) {
+      if (router_.subscription_at(i).owes_last) return place_latched(router_.subscription_at(i));
+    }
+  }
 }
 
 void core::offer_urgent(connection& c) noexcept {
@@ -124,10 +134,6 @@ bool core::gather_begun(connection& c, batch& into) noexcept {
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
 // full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
 bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept {
-  if (of != no_index && router_.subscription_at(of).owes_last) {
-    if (!may_begin(c, into)) return false;
-    place_latched(router_.subscription_at(of));
-  }
   drop_dead(from);
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
   const bool unslashed = of != no_index && router_.subscription_at(of).unslashed;

@@ -210,6 +210,63 @@ TEST(core_sharing, delivers_large_messages_beside_many_large_latched_values) {
   EXPECT_EQ(count_of(late_heard, map), 8U);
 }
 
+// Slots are taken back while latched values are composed for the one who loses them.
+TEST(core_sharing, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_free) {
+  for (const bool reads : {true, false}) {
+    auto options = small_options();
+    options.limits.small_slots = 4;
+    options.limits.large_slots = 1;
+    options.limits.refusals_per_second_max = 0;
+    theatre on{options};
+    std::vector<rowe::detail::lane*> latched;
+    for (const char* topic : {"/a", "/b", "/c"}) {
+      latched.push_back(&offer_text(on, lane_kind::publish_text, topic, 64, {.latched = true}));
+      (void)publish_text(on, *latched.back(), R"({"kept":1})");
+      on.cycle();
+    }
+    peer p{on};
+    if (!reads) on.net.weather_of(p.id()).room_bytes = 30;
+    for (int i = 0; i < 30; ++i) p.say(R"({"op":"unsubscribe","topic":"/none"})");
+    for (const char* topic : {"/a", "/b", "/c"}) p.say(subscribe(topic));
+    for (int i = 0; i < 30; ++i) p.say(R"({"op":"unsubscribe","topic":"/none"})");
+    texts heard;
+    for (int i = 0; i < 100; ++i) {
+      on.cycle();
+      ASSERT_TRUE(on.core.check());
+      hear_more(p, heard);
+      on.net.weather_of(p.id()).room_bytes += 100;
+    }
+    EXPECT_EQ(p.violated, "");
+    EXPECT_EQ(count_of(heard, "kept"), 3U);
+  }
+}
+
+TEST(core_sharing, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
+  theatre on;
+  auto& lane = offer_text(on, lane_kind::publish_text, "/a", 64);
+  auto& lane_too = offer_text(on, lane_kind::publish_text, "/b", 64);
+  auto& lane_3 = offer_text(on, lane_kind::publish_text, "/c", 64);
+  auto& lane_4 = offer_text(on, lane_kind::publish_text, "/d", 64);
+  peer hoards{on}, fine{on};
+  for (const char* topic : {"/a", "/b", "/c", "/d"})
+    hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
+  fine.say("{}");
+  on.cycle();
+  for (int i = 0; i < 20; ++i) {
+    for (auto* one : {&lane, &lane_too, &lane_3, &lane_4}) (void)publish_text(on, *one, R"({"x":1})");
+    on.cycle();
+  }
+  ASSERT_GT(on.core.slots_in_use(), 60U);
+  std::size_t heard = 0;
+  for (int i = 0; i < 100; ++i) {
+    ASSERT_TRUE(
+        on.door.submit({.what = rowe::service::door_request::message, .stamped = on.now}, R"({"a":1})"));
+    on.cycle();
+    heard += fine.hear().size();
+  }
+  EXPECT_EQ(heard, 100U);
+}
+
 TEST(core_sharing, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
   auto options = small_options();
   options.limits.latched_bytes = 2048; // two blocks
