@@ -1,16 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether the core's structures agree with each other. For tests, the simulation and the fuzzer, after every
 // step; nothing else calls it.
+#include <array>
+
 #include "service/core.hpp"
 
 namespace rowe::service {
 
-bool core::check() const noexcept {
+namespace {
+
+// References are counted for all slots, or topics, at once: each weighs something of its own, so that two
+// sums are equal only where each one's count is. No memory, and every place is looked at once.
+constexpr std::uint64_t weight(std::uint32_t of) noexcept {
+  std::uint64_t z = (of + std::uint64_t{1}) * 0x9e3779b97f4a7c15U;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
+  return z ^ (z >> 31);
+}
+
+} // namespace
+
+std::string_view core::inconsistency() const noexcept {
   std::uint32_t there = 0;
   for (const connection& c : connections_) there += c.state != connection::phase::free;
-  return there == peers_ && slots_.check() && router_.check() && letters_.check() && calls_.check() &&
-         wheel_.check() == nullptr && check_calls() && check_deliveries() && check_shares() &&
-         check_receiving();
+  if (there != peers_) return "the number of peers";
+  if (!slots_.check()) return "free slots";
+  if (!router_.check()) return "topics and their subscriptions";
+  if (!letters_.check()) return "letters that wait";
+  if (!calls_.check()) return "calls";
+  if (wheel_.check() != nullptr) return "the wheel";
+  if (!check_calls()) return "who asks and who answers";
+  if (!check_queues()) return "the entries of queues";
+  if (!check_references()) return "references to slots";
+  if (!check_holders()) return "who holds topics";
+  if (!check_shares()) return "what peers are charged for";
+  if (!check_receiving()) return "what peers have with whoever receives";
+  return {};
 }
 
 // What peers are charged for is what they hold.
@@ -83,23 +108,110 @@ bool core::check_receiving() const noexcept {
          in_turn == unread_.count + parked_.count;
 }
 
-// Every reference to a slot that is no kept one belongs to a place in a queue, or to a frame that was begun.
-bool core::check_deliveries() const noexcept {
+// Each queue is as long as it says, all together as many as are taken from the pool, and each connection is
+// charged for what its queues hold.
+bool core::check_queues() const noexcept {
+  std::uint32_t left = entries_.in_use();
+  std::array<std::array<std::uint32_t, 2>, 2> held{}; // of one connection: how it queues, size class
+  const auto fits = [&](const queue& one) {
+    std::uint32_t length = 0;
+    std::uint32_t last = no_index;
+    for (std::uint32_t at = one.head; at != no_index; last = at, at = entries_.after(at)) {
+      if (left == 0 || entries_.at(at).index >= slots_.count()) return false;
+      --left;
+      ++length;
+      ++held[one.owner % 2][static_cast<std::size_t>(slots_.class_of(entries_.at(at).index))];
+    }
+    return length == one.count && one.tail == last;
+  };
+  const auto charged = [&](std::uint32_t connection) {
+    for (const queued_as what : {queued_as::evictable, queued_as::direct_message}) {
+      for (const slot_class size : {slot_class::small, slot_class::large}) {
+        if (entries_.held_by(connection, what, size) !=
+            held[static_cast<std::size_t>(what)][static_cast<std::size_t>(size)])
+          return false;
+      }
+    }
+    return true;
+  };
+  for (const connection& c : connections_) {
+    held = {};
+    if (c.state == connection::phase::free) {
+      if (!charged(static_cast<std::uint32_t>(&c - connections_.data()))) return false;
+      continue;
+    }
+    if (!fits(c.direct)) return false;
+    for (const queue& letters : c.letters) {
+      if (!fits(letters)) return false;
+    }
+    std::uint32_t subscriptions = 0;
+    for (std::uint32_t s = c.first_subscription; s != no_index;
+         s = router_.subscription_at(s).next_on_connection) {
+      if (++subscriptions > c.subscriptions || !fits(router_.subscription_at(s).waiting)) return false;
+    }
+    if (subscriptions != c.subscriptions || !charged(c.id.index)) return false;
+  }
+  return left == 0;
+}
+
+// Each slot has as many references as there are live entries of queues, frames that a socket has the
+// beginning of, and things that keep it; and as many frames and keepers as it says.
+bool core::check_references() const noexcept {
   std::uint64_t queued = 0;
+  std::uint64_t begun = 0;
+  std::uint64_t kept = 0;
   const auto count = [&](const queue& in) {
-    for (std::uint32_t at = in.head; at != no_index; at = entries_.after(at))
-      queued += slots_.alive(entries_.at(at));
+    for (std::uint32_t at = in.head; at != no_index; at = entries_.after(at)) {
+      if (slots_.alive(entries_.at(at))) queued += weight(entries_.at(at).index);
+    }
   };
   for (const connection& c : connections_) {
     if (c.state == connection::phase::free) continue;
-    queued += c.begun.slot != no_index;
+    if (c.begun.slot != no_index) begun += weight(c.begun.slot);
     count(c.direct);
     for (const queue& letters : c.letters) count(letters);
     for (std::uint32_t s = c.first_subscription; s != no_index;
          s = router_.subscription_at(s).next_on_connection)
       count(router_.subscription_at(s).waiting);
   }
-  return queued == slots_.deliveries();
+  std::uint64_t references = 0;
+  std::uint64_t own_begun = 0;
+  std::uint64_t own_kept = 0;
+  for (std::uint32_t i = 0; i < slots_.count(); ++i) {
+    if (letters_.under_way(i)) kept += weight(i);
+    references += weight(i) * slots_.references(i);
+    own_begun += weight(i) * slots_.begun(i);
+    own_kept += slots_.references(i) != 0 && slots_.kept(i) ? weight(i) : 0;
+  }
+  return references == queued + begun + kept && own_begun == begun && own_kept == kept;
+}
+
+// Each topic is held by its subscriptions, advertisements and handles, and by the endpoint where it is its
+// own.
+bool core::check_holders() const noexcept {
+  std::uint64_t own_held = 0;
+  for (const std::uint32_t own : {statistics_topic_, stop_topic_})
+    own_held += own != no_index ? weight(own) : 0; // a client has none
+  std::uint64_t held = 0;
+  for (const connection& c : connections_) {
+    if (c.state == connection::phase::free) continue;
+    for (std::uint32_t i = 0; i < c.advertisements; ++i) held += weight(c.advertised[i].topic);
+    for (std::uint32_t s = c.first_subscription; s != no_index;
+         s = router_.subscription_at(s).next_on_connection) {
+      if (router_.subscription_at(s).connection != c.id.index) return false;
+      held += weight(router_.subscription_at(s).topic);
+    }
+  }
+  for (const lane_view& view : views_) {
+    if (view.attached && view.topic != no_index) own_held += weight(view.topic);
+  }
+  std::uint64_t holders = 0;
+  std::uint64_t own_holders = 0;
+  for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
+    holders += weight(i) * router_.at(i).holders;
+    own_holders += weight(i) * router_.at(i).own_holders;
+  }
+  return holders == held + own_held && own_holders == own_held;
 }
 
 } // namespace rowe::service

@@ -10,6 +10,7 @@
 #include <span>
 #include <string_view>
 
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/calls.hpp"
@@ -48,7 +49,7 @@ struct control_frames {
     if (what == wire::opcode::ping && size != 0) return nullptr;
     // By the longest frame, not by this one: whatever takes the place of the last one fits there.
     const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
-    if (room - size < frame_bytes_max) size = last_at;
+    if (room - size < (ROWE_MUTANT(pong_room) ? frame_bytes : frame_bytes_max)) size = last_at;
     last_at = size;
     size += frame_bytes;
     return bytes.data() + last_at;

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 namespace rowe::service {
 namespace {
 
@@ -411,7 +413,7 @@ void core::forget(connection& c) noexcept {
   drop_all(c.direct, counter::lost_with_peer);
   for (queue& letters : c.letters) drop_all(letters, counter::lost_with_peer);
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
-  for (std::uint32_t i = 0; i < router_.topic_places(); ++i)
+  for (std::uint32_t i = 0; i < router_.topic_places() && !ROWE_MUTANT(latch_of_the_gone); ++i)
     forget_latched(router_.at(i), {latch_owner::kind::peer, c.id.index});
   while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements].topic);
   disarm(timer::connection, c.id.index);

@@ -123,7 +123,8 @@ class core final : public transport_sink {
   void displace(connection_id id) noexcept override;
 
   // True when every structure is consistent and no slot is lost. For tests, after every step.
-  bool check() const noexcept;
+  bool check() const noexcept { return inconsistency().empty(); }
+  std::string_view inconsistency() const noexcept; // which of them is not; empty: all are
   std::uint32_t slots_in_use() const noexcept { return slots_.in_use(); }
 
  private:
@@ -151,7 +152,9 @@ class core final : public transport_sink {
 
   // check.cpp
   bool check_calls() const noexcept;
-  bool check_deliveries() const noexcept;
+  bool check_queues() const noexcept;
+  bool check_references() const noexcept;
+  bool check_holders() const noexcept;
   bool check_shares() const noexcept;
   bool check_receiving() const noexcept;
 

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/core.hpp"
 #include "service/lane_home.hpp"
 #include "service/publishing.hpp"
@@ -81,7 +83,7 @@ void core::attach(std::uint32_t index) noexcept {
   router_.hold_as_own(topic_index);
   bool typed = !router_.type(topic_index).empty();
   if (!router_.set_type(topic_index, lane.type())) {
-    if (router_.at(topic_index).own_holders > 1) {
+    if (router_.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
       lane.answer = {errc::type_conflict};
       report_conflict(topic_index, lane);
       let_go_own_topic(topic_index);
@@ -376,7 +378,8 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
     const bool latches = asked.latch || std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
                            return a.topic == topic_index && a.latched;
                          });
-    const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
+    const bool kept = latches || ROWE_MUTANT(latch_of_others);
+    const auto keeper = kept ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
     return publish(topic_index, now_, rt::never, keeper, write_body, who);
   }
   topic& on = router_.at(topic_index);

@@ -8,6 +8,8 @@
 #include <optional>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 
@@ -42,7 +44,7 @@ void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
 
 // Drops the oldest messages of a subscription until it holds `most`.
 void core::trim(subscription& s, std::uint32_t most) noexcept {
-  for (drop_dead(s.waiting); s.waiting.count > most; drop_dead(s.waiting)) {
+  for (drop_dead(s.waiting); s.waiting.count > most; ROWE_MUTANT(depth) ? void() : drop_dead(s.waiting)) {
     // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].behind();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
@@ -54,7 +56,8 @@ void core::trim(subscription& s, std::uint32_t most) noexcept {
 void core::merge_requests(std::uint32_t index) noexcept {
   subscription& s = router_.subscription_at(index);
   router_.merge(s, bounds_.queue_depth_max);
-  trim(s, s.depth);
+  if (!ROWE_MUTANT(depth)) trim(s, s.depth);
+  if (ROWE_MUTANT(throttle)) return;
   s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
   if (std::exchange(s.timed, false)) disarm(timer::subscription, index);
   make_ready(index);
@@ -185,7 +188,7 @@ bool core::reclaim(slot_class of) noexcept {
   constexpr unsigned evictions_max = 64;
   for (unsigned left = evictions_max; left != 0; --left) {
     const std::uint32_t most = holds_most(of);
-    if (most == no_index) return false;
+    if (most == no_index || (ROWE_MUTANT(hoarder) && !connections_[most].behind())) return false;
     evict(connections_[most], of);
     if (slots_.free_for_all(of) != 0) return true;
   }

@@ -61,12 +61,6 @@ std::optional<std::uint32_t> wire_slots::expire(std::uint32_t index) noexcept {
   return deliveries;
 }
 
-std::uint64_t wire_slots::deliveries() const noexcept {
-  std::uint64_t sum = 0;
-  for (const slot& one : slots_) sum += one.references - (one.references != 0 && one.kept ? 1 : 0);
-  return sum;
-}
-
 bool wire_slots::check() const noexcept {
   std::uint32_t free_count = 0;
   for (const free_list& list : free_) {

@@ -140,6 +140,7 @@ class wire_slots {
   // A socket has the first bytes: expire() must not free the slot under it.
   void begin(std::uint32_t index) noexcept { ++slots_[index].begun; }
   void end(std::uint32_t index) noexcept { --slots_[index].begun; }
+  std::uint32_t begun(std::uint32_t index) const noexcept { return slots_[index].begun; }
 
   // Frees a slot before its references are released: they go stale. Returns how many deliveries there were;
   // nothing, and no change, when a socket is in the middle of it.
@@ -147,8 +148,6 @@ class wire_slots {
 
   std::uint32_t in_use() const noexcept { return in_use_; }
   std::uint64_t freed() const noexcept { return freed_; } // so far
-  // All references but the kept ones. Looks at every slot: for tests.
-  std::uint64_t deliveries() const noexcept;
   // True when the free lists and the counts agree. For tests and assertions.
   bool check() const noexcept;
 

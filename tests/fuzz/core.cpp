@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core under arbitrary scripts: connections that open and break, raw bytes and texts made of the input's
-// bytes, handles that are opened, used and closed, threads at the front door, time. Input: one byte of set-up
-// (bit 0 the role, bit 1 relaying, bits 2 and 3 the profile), then commands of one byte each with their
-// arguments. What is required: the core's structures agree after every cycle, peers are sent nothing but
-// WebSocket frames, and when everyone has left every slot is home.
+// bytes, texts of the simulation's grammar (a byte for the operation and each class), handles that are
+// opened, used and closed, threads at the front door, time. Input: one byte of set-up (bit 0 the role, bit 1
+// relaying, bits 2 and 3 the profile), then commands of one byte each with their arguments. What is required:
+// the core's structures agree after every cycle, peers are sent nothing but WebSocket frames, and when
+// everyone has left every slot is home.
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -17,6 +18,7 @@
 
 #include "fuzz/require.hpp"
 #include "service/stage.hpp"
+#include "sim/swarm_grammar.hpp"
 
 namespace {
 
@@ -59,6 +61,20 @@ class script {
   std::size_t size_;
 };
 
+// A script's bytes as choices.
+class choices final : public swarm::draws {
+ public:
+  explicit choices(script& from) : from_{from} {}
+  std::uint64_t below(std::uint64_t bound) override {
+    std::uint64_t value = from_.byte();
+    if (bound > 256) value = value << 8 | from_.byte();
+    return value % bound;
+  }
+
+ private:
+  script& from_;
+};
+
 rowe::endpoint_options options_of(std::uint8_t setup) {
   auto options = stage::small_options();
   options.relay = (setup & 2) != 0;
@@ -89,9 +105,9 @@ class play {
     case 1: break_off(s.byte()); break;
     case 2:
     case 3:
-    case 4:
       if (stage::peer* const p = one(what >> 4)) p->say(s.text());
       break;
+    case 4: speak(s, what >> 4); break;
     case 5:
       if (stage::peer* const p = one(what >> 4)) {
         std::string bytes = s.text();
@@ -204,6 +220,24 @@ class play {
     }
   }
 
+  // Something of either dialect, as the simulated strangers say it.
+  void speak(script& s, std::size_t which) {
+    stage::peer* const p = one(which);
+    if (p == nullptr) return;
+    choices from{s};
+    const std::size_t operation = from.below(swarm::operations().size());
+    known_.bounds = on_.options.limits;
+    const swarm::recipe what = swarm::draw_recipe(from, all_, operation, 4);
+    const swarm::saying said = swarm::render(from, what, known_);
+    switch (swarm::operations()[operation].goes) {
+    case swarm::form::binary: return p->send(rowe::wire::opcode::binary, said.text);
+    case swarm::form::control: return p->send(rowe::wire::opcode::ping, said.text);
+    case swarm::form::close: return p->send(rowe::wire::opcode::close, said.text);
+    case swarm::form::no_frame: return p->send_raw(std::as_bytes(std::span{said.text}));
+    default: return p->say(said.text);
+    }
+  }
+
   static rowe::duration time_of(std::uint8_t choice) {
     constexpr rowe::duration times[] = {0ns, 3ms, 40ms, -1ns};
     return times[choice % 4];
@@ -298,6 +332,8 @@ class play {
   std::vector<rowe::message_view> held_;
   std::vector<rowe::request<pair>> asked_;
   std::vector<std::uint32_t> waiting_;
+  swarm::weights all_{swarm::rows().size()}; // every class as likely as another
+  swarm::knowledge known_;
 };
 
 } // namespace

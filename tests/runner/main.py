@@ -136,10 +136,13 @@ def whole(told, asked):
     terminal.heading("the long runs: a million calls, 10 000 seeds, 10^8 messages, each call failing")
     for expression, environment in (
             ("^rt_contract/", {"ROWE_CONTRACT_CALLS": "1000000"}),
-            ("^sim/(sim|talking_sim)", {"ROWE_SIM_SEEDS": "10000"}),
+            ("^sim/(sim|talking_sim|swarm$)", {"ROWE_SIM_SEEDS": "10000"}),
             ("^sim/growth", {"ROWE_GROWTH_MESSAGES": "100000000"}),
             ("^failures/", {"ROWE_FAILURES": "all"})):
         run(told, "release", asked, ["-R", expression], environment, "long")
+    terminal.heading("the mutants of the service: each must be found")
+    build(told, "release", asked, ["sim_swarm_mutants"])
+    run(told, "release", asked, ["-C", "all", "-R", "^sim/swarm_mutants$"], name="mutants")
     build(told, "bench", asked)  # so that they go on to build; tools/benchmark runs them
 
 

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// The mutants of the service: each takes one mend out again, where ROWE_MUTANT(name) stands in the sources,
+// and must be found by the swarm worlds as they are. A mend that keeps peers from hurting each other gets its
+// line here.
+#pragma once
+#include <string_view>
+
+namespace swarm {
+
+struct mutant {
+  std::string_view name;
+  std::string_view takes_out;
+};
+
+inline constexpr mutant mutants[] = {
+    {"depth", "a queue that is shortened drops only what is due still, and at once"},
+    {"hoarder", "a slot is taken from the peer that holds most, also when it reads well"},
+    {"made_up_topics", "one peer holds no more topics than it leaves"},
+    {"pinned_type", "a handle's type stands against the one that strangers gave its topic"},
+    {"latch_of_others", "only what its publisher asked to be kept is kept for late subscribers"},
+    {"latch_of_the_gone", "a kept value goes with its publisher"},
+    {"throttle", "a subscription that is changed is due by its new throttle_rate"},
+    {"pong_room", "a long pong that takes a short one's place fits there"},
+};
+
+} // namespace swarm

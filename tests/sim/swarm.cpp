@@ -1,0 +1,340 @@
+// SPDX-License-Identifier: Apache-2.0
+// The swarm world as a program: runs seeds in children of its own, so that one that crashes or never comes
+// back is a finding like others, shrinks the first ones that fail to the steps that matter, prints those, and
+// says which cells of the coverage table nobody has seen.
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "mutants.hpp"
+#include "swarm_world.hpp"
+
+namespace {
+
+constexpr std::uint64_t steps_default = 1500;
+constexpr unsigned hang_seconds = 20; // a seed takes a fraction of a second
+
+constexpr std::string_view help =
+    R"(sim_swarm [OPTION...]: simulated worlds of arbitrary peers around the core.
+
+  --seeds N..M         run these seeds (default 1..400, or as many as ROWE_SIM_SEEDS says)
+  --steps N            steps of each (default 1500)
+  --without NAME       switch an invariant off; may be repeated; --invariants lists them
+  --trace SEED         run one seed, print what everybody says and what went wrong
+  --shrink N           print the N first failures of each invariant, shrunk (default 1)
+  --coverage           print the coverage table
+  --no-coverage        do not fail for cells of it that nobody has seen
+  --invariants         list the invariants
+  --mutant NAME        take one mend out again (in sim_swarm_mutants only)
+  --mutants            each of them until it is found, and none of them, where nothing may be
+)";
+
+struct arguments {
+  std::uint64_t first = 1, last = 400, steps = steps_default;
+  std::set<std::string> without;
+  std::optional<std::uint64_t> trace;
+  std::uint64_t shrink = 1;
+  bool prints_coverage = false;
+  bool demands_coverage = true;
+  bool runs_mutants = false;
+};
+
+// What a child leaves behind, in memory that it shares with its parent.
+struct result_of_seed {
+  std::uint64_t seed = 0;
+  std::uint64_t step = 0;
+  bool done = false;
+  bool broken = false;
+  char invariant[32] = {};
+  char what[1200] = {};
+};
+struct shared {
+  result_of_seed result;
+  std::uint64_t steps;
+  std::uint64_t served;
+  std::uint32_t counts[1]; // of the coverage table
+};
+
+template <class T>
+T* share(std::size_t bytes) {
+  void* const at = mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (at == MAP_FAILED) {
+    std::perror("mmap");
+    std::exit(2);
+  }
+  return static_cast<T*>(at);
+}
+
+void put(char* to, std::size_t size, const std::string& text) {
+  const std::size_t bytes = std::min(size - 1, text.size());
+  std::memcpy(to, text.data(), bytes);
+  to[bytes] = '\0';
+}
+
+// In a child. Without the steps in `left_out`.
+void run_seed(std::uint64_t seed, std::uint64_t steps, const std::vector<bool>& left_out,
+              const arguments& asked, swarm::coverage& seen, shared& out, bool traces) {
+  out.result.seed = seed;
+  out.result.done = false;
+  alarm(hang_seconds); // which ends the child
+  swarm::world w{seed, seen, asked.without, traces};
+  std::uint64_t i = 0;
+  for (; i < steps && !w.broken(); ++i) {
+    out.result.step = i;
+    if (i < left_out.size() && left_out[i]) continue;
+    w.step(i);
+    ++out.steps;
+  }
+  out.result.step = i;
+  if (!w.broken()) w.finish(steps);
+  alarm(0);
+  out.served += w.honest_peer().served;
+  out.result.broken = w.broken();
+  put(out.result.invariant, sizeof out.result.invariant, w.verdict().invariant());
+  put(out.result.what, sizeof out.result.what, w.verdict().what());
+  out.result.done = true;
+}
+
+struct failure {
+  std::uint64_t seed = 0;
+  std::uint64_t step = 0;
+  std::string invariant;
+  std::string what;
+};
+
+failure failure_of(const shared& out, int status) {
+  if (out.result.done) return {out.result.seed, out.result.step, out.result.invariant, out.result.what};
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
+    return {out.result.seed, out.result.step, "hang",
+            "the core did not come back for " + std::to_string(hang_seconds) + " s"};
+  return {out.result.seed, out.result.step, "crash",
+          WIFSIGNALED(status) ? strsignal(WTERMSIG(status))
+                              : "it ended with " + std::to_string(WEXITSTATUS(status))};
+}
+
+std::optional<failure> run_alone(std::uint64_t seed, std::uint64_t steps, const std::vector<bool>& left_out,
+                                 const arguments& asked, shared& out, bool traces) {
+  std::fflush(stdout);
+  const pid_t child = fork();
+  if (child == 0) {
+    swarm::coverage seen;
+    run_seed(seed, steps, left_out, asked, seen, out, traces);
+    _exit(0);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (out.result.done && !out.result.broken) return std::nullopt;
+  return failure_of(out, status);
+}
+
+// Leaves out as many steps as possible so that it still fails by the same invariant (delta debugging: Zeller,
+// Hildebrandt, 2002). What hangs is only cut off behind.
+void shrink(const failure& found, const arguments& asked, shared& out) {
+  std::vector<bool> left_out(found.step + 1, false);
+  const std::uint64_t steps = found.step + 1;
+  std::uint64_t tries = found.invariant == "hang" ? 0 : 1500;
+  for (std::uint64_t chunk = std::max<std::uint64_t>(steps / 2, 1); tries > 0;) {
+    bool any = false;
+    for (std::uint64_t at = 0; at < steps && tries > 0; at += chunk) {
+      std::vector<bool> fewer = left_out;
+      bool changes = false;
+      for (std::uint64_t i = at; i < std::min(at + chunk, steps); ++i) {
+        changes = changes || !fewer[i];
+        fewer[i] = true;
+      }
+      if (!changes) continue;
+      --tries;
+      const auto again = run_alone(found.seed, steps, fewer, asked, out, false);
+      if (!again || again->invariant != found.invariant) continue;
+      left_out = fewer;
+      any = true;
+    }
+    if (chunk == 1 && !any) break;
+    chunk = std::max<std::uint64_t>(chunk / 2, 1);
+  }
+  const auto left = std::count(left_out.begin(), left_out.end(), false);
+  std::printf("---- seed %llu, %s, shrunk from %llu steps to %ld:\n",
+              static_cast<unsigned long long>(found.seed), found.invariant.c_str(),
+              static_cast<unsigned long long>(steps), static_cast<long>(left));
+  const auto again = run_alone(found.seed, steps, left_out, asked, out, true);
+  if (again) std::printf("==> %s: %s\n", again->invariant.c_str(), again->what.c_str());
+}
+
+std::uint64_t number_of(std::string_view text) {
+  std::uint64_t number = 0;
+  const auto [end, wrong] = std::from_chars(text.data(), text.data() + text.size(), number);
+  if (wrong != std::errc{} || end != text.data() + text.size()) {
+    std::fprintf(stderr, "sim_swarm: %.*s is no number\n", static_cast<int>(text.size()), text.data());
+    std::exit(2);
+  }
+  return number;
+}
+
+// "" for none.
+void choose_mutant(std::string_view name) {
+  const auto named = [name](const swarm::mutant& one) { return one.name == name; };
+  if (!name.empty() && std::none_of(std::begin(swarm::mutants), std::end(swarm::mutants), named)) {
+    std::fprintf(stderr, "sim_swarm: there is no mutant %.*s\n", static_cast<int>(name.size()), name.data());
+    std::exit(2);
+  }
+#ifdef ROWE_MUTANTS
+  rowe::detail::mutant_that_runs = name.empty() ? 0 : rowe::detail::mutant_key(name);
+#else
+  std::fprintf(stderr, "sim_swarm: there are mutants in sim_swarm_mutants only\n");
+  std::exit(2);
+#endif
+}
+
+arguments read(int count, char** words) {
+  arguments asked;
+  // As the other simulations.
+  if (const char* const seeds = std::getenv("ROWE_SIM_SEEDS")) asked.last = number_of(seeds);
+  for (int i = 1; i < count; ++i) {
+    const std::string_view word = words[i];
+    const auto next = [&]() -> std::string_view {
+      if (i + 1 < count) return words[++i];
+      std::fprintf(stderr, "sim_swarm: %s wants a value\n", words[i]);
+      std::exit(2);
+    };
+    if (word == "--seeds") {
+      const std::string_view range = next();
+      const auto dots = range.find("..");
+      asked.first = number_of(range.substr(0, dots));
+      asked.last = dots == std::string_view::npos ? asked.first : number_of(range.substr(dots + 2));
+    } else if (word == "--steps") {
+      asked.steps = number_of(next());
+    } else if (word == "--without") {
+      asked.without.insert(std::string{next()});
+    } else if (word == "--trace") {
+      asked.trace = number_of(next());
+    } else if (word == "--shrink") {
+      asked.shrink = number_of(next());
+    } else if (word == "--coverage") {
+      asked.prints_coverage = true;
+    } else if (word == "--no-coverage") {
+      asked.demands_coverage = false;
+    } else if (word == "--mutant") {
+      choose_mutant(next());
+    } else if (word == "--mutants") {
+      asked.runs_mutants = true;
+    } else if (word == "--invariants") {
+      for (const auto& one : swarm::invariants())
+        std::printf("%-18s %s\n", std::string{one.name}.c_str(), std::string{one.says}.c_str());
+      std::exit(0);
+    } else {
+      std::fputs(std::string{help}.c_str(), word == "--help" ? stdout : stderr);
+      std::exit(word == "--help" ? 0 : 2);
+    }
+  }
+  return asked;
+}
+
+using failures_by_invariant = std::map<std::string, std::vector<failure>>;
+
+// All seeds, or up to the first one that fails.
+failures_by_invariant run_all(const arguments& asked, shared& out, bool first_only) {
+  failures_by_invariant failures;
+  for (std::uint64_t next = asked.first; next <= asked.last;) {
+    std::fflush(stdout);
+    out.result = {.seed = next};
+    const pid_t child = fork();
+    if (child == 0) { // runs seeds until one fails
+      for (std::uint64_t seed = next; seed <= asked.last; ++seed) {
+        swarm::coverage seen;
+        run_seed(seed, asked.steps, {}, asked, seen, out, false);
+        for (std::size_t i = 0; i < swarm::coverage::cells(); ++i) out.counts[i] += seen.counts()[i];
+        if (out.result.broken) break;
+      }
+      _exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    next = out.result.seed + 1;
+    if (out.result.done && !out.result.broken) continue;
+    const failure one = failure_of(out, status);
+    auto& same = failures[one.invariant];
+    same.push_back(one);
+    if (same.size() <= asked.shrink || first_only)
+      std::printf("seed %llu, step %llu: %s: %s\n", static_cast<unsigned long long>(one.seed),
+                  static_cast<unsigned long long>(one.step), one.invariant.c_str(), one.what.c_str());
+    if (first_only) break;
+  }
+  return failures;
+}
+
+// Each mutant must be found, and without one there is nothing to find.
+int run_mutants(const arguments& asked, shared& out) {
+  int missed = 0;
+  for (const swarm::mutant& one : swarm::mutants) {
+    choose_mutant(one.name);
+    std::printf("%s (without: %s)\n  ", std::string{one.name}.c_str(), std::string{one.takes_out}.c_str());
+    if (!run_all(asked, out, true).empty()) continue;
+    std::printf("NOT FOUND in %llu seeds\n", static_cast<unsigned long long>(asked.last - asked.first + 1));
+    ++missed;
+  }
+  choose_mutant("");
+  std::printf("none\n");
+  if (!run_all(asked, out, true).empty()) ++missed;
+  return missed == 0 ? 0 : 1;
+}
+
+} // namespace
+
+int main(int count, char** words) {
+  const arguments asked = read(count, words);
+  shared& out = *share<shared>(sizeof(shared) + swarm::coverage::cells() * sizeof(std::uint32_t));
+  if (asked.trace) {
+    const auto found = run_alone(*asked.trace, asked.steps, {}, asked, out, true);
+    if (found)
+      std::printf("==> step %llu, %s: %s\n", static_cast<unsigned long long>(found->step),
+                  found->invariant.c_str(), found->what.c_str());
+    return found ? 1 : 0;
+  }
+  if (asked.runs_mutants) return run_mutants(asked, out);
+  const auto begin = std::chrono::steady_clock::now();
+  const auto failures = run_all(asked, out, false);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::size_t failed = 0;
+  for (const auto& [invariant, all] : failures) failed += all.size();
+  const std::uint64_t steps = out.steps;
+  std::printf(
+      "%llu seeds, %llu steps, %.0f steps/s, %llu calls of the honest peer served, %zu seeds failed\n",
+      static_cast<unsigned long long>(asked.last - asked.first + 1), static_cast<unsigned long long>(steps),
+      static_cast<double>(steps) / seconds, static_cast<unsigned long long>(out.served), failed);
+  for (const auto& [invariant, all] : failures) {
+    std::printf("  %-18s %5zu seeds:", invariant.c_str(), all.size());
+    for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), 12); ++i)
+      std::printf(" %llu", static_cast<unsigned long long>(all[i].seed));
+    std::printf("\n");
+  }
+  swarm::coverage seen;
+  for (std::size_t i = 0; i < swarm::coverage::cells(); ++i) seen.counts()[i] = out.counts[i];
+  const auto holes = seen.holes();
+  if (asked.prints_coverage) std::printf("%s\n", seen.table().c_str());
+  std::printf("%zu cells of the coverage table can happen and were not seen\n", holes.size());
+  if (asked.demands_coverage) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(holes.size(), asked.prints_coverage ? SIZE_MAX : 20);
+         ++i)
+      std::printf("  %s\n", holes[i].c_str());
+  }
+  for (const auto& [invariant, all] : failures) {
+    for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), asked.shrink); ++i)
+      shrink(all[i], asked, out);
+  }
+  return failed != 0 || (asked.demands_coverage && !holes.empty()) ? 1 : 0;
+}

@@ -1,0 +1,1051 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "swarm_grammar.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace swarm {
+namespace {
+
+constexpr bool bad = false;
+
+const std::vector<std::vector<value_class>>& all_classes() {
+  static const std::vector<std::vector<value_class>> all = {
+      /* topic */ {{"shared"},
+                   {"own"},
+                   {"honest"},
+                   {"made_up"},
+                   {"stats"},
+                   {"stop_state"},
+                   {"stop"},
+                   {"reserved"},
+                   {"escaped"},
+                   {"no_slash"},
+                   {"longest"},
+                   {"too_long", bad},
+                   {"empty", bad},
+                   {"control", bad},
+                   {"no_text", bad},
+                   {"absent", bad}},
+      /* service */
+      {{"shared"},
+       {"honest"},
+       {"made_up"},
+       {"stop"},
+       {"reserved"},
+       {"escaped"},
+       {"no_slash"},
+       {"longest"},
+       {"too_long", bad},
+       {"empty", bad},
+       {"no_text", bad},
+       {"absent", bad}},
+      /* called_service */
+      {{"shared"},
+       {"honest"},
+       {"nobodys"},
+       {"stats"},
+       {"rosapi"},
+       {"with_id"},
+       {"escaped"},
+       {"no_slash"},
+       {"longest"},
+       {"too_long", bad},
+       {"empty", bad},
+       {"no_text", bad},
+       {"absent", bad}},
+      /* stop_service */
+      {{"plain"}, {"no_slash"}, {"escaped_slash"}, {"escaped_letters"}, {"with_id"}, {"with_long_id"}},
+      /* id */
+      {{"absent"},
+       {"short"},
+       {"number"},
+       {"negative"},
+       {"again"},
+       {"escaped"},
+       {"longest"},
+       {"null"},
+       {"empty"},
+       {"too_long", bad},
+       {"fraction", bad},
+       {"object", bad}},
+      /* answered_id */
+      {{"asked"},
+       {"answered"},
+       {"of_others"},
+       {"made_up"},
+       {"longest"},
+       {"too_long", bad},
+       {"object", bad},
+       {"absent", bad}},
+      /* type */
+      {{"absent"}, {"usual"}, {"other"}, {"empty"}, {"longest"}, {"too_long", bad}, {"no_text", bad}},
+      /* period */
+      {{"absent"},
+       {"zero"},
+       {"one"},
+       {"short"},
+       {"long"},
+       {"hour"},
+       {"largest"},
+       {"too_large", bad},
+       {"beyond_64_bits", bad},
+       {"negative", bad},
+       {"fraction", bad},
+       {"no_number", bad}},
+      /* count */
+      {{"absent"},
+       {"zero"},
+       {"one"},
+       {"some"},
+       {"huge"},
+       {"beyond_64_bits", bad},
+       {"negative", bad},
+       {"fraction", bad},
+       {"no_number", bad}},
+      /* depth */
+      {{"absent"},
+       {"zero"},
+       {"one"},
+       {"few"},
+       {"limit_less_one"},
+       {"limit"},
+       {"limit_and_one"},
+       {"huge"},
+       {"beyond_64_bits", bad},
+       {"negative", bad},
+       {"fraction", bad},
+       {"no_number", bad}},
+      /* boolean */ {{"absent"}, {"true"}, {"false"}, {"no_boolean", bad}},
+      /* compression */ {{"absent"}, {"none"}, {"png", bad}, {"unknown", bad}, {"no_text", bad}},
+      /* level */
+      {{"none"}, {"error"}, {"warning"}, {"info"}, {"unknown", bad}, {"no_text", bad}, {"absent", bad}},
+      /* history */ {{"absent"}, {"keep_last"}, {"keep_all"}, {"unknown", bad}, {"no_text", bad}},
+      /* reliability */ {{"absent"}, {"reliable"}, {"best_effort"}, {"best_available"}, {"unknown", bad}},
+      /* durability */ {{"absent"}, {"volatile"}, {"transient_local"}, {"best_available"}, {"unknown", bad}},
+      /* time */
+      {{"absent"},
+       {"zero"},
+       {"short"},
+       {"secs_nsecs"},
+       {"infinite"},
+       {"huge"},
+       {"negative", bad},
+       {"no_time", bad}},
+      /* body */
+      {{"small"},
+       {"empty"},
+       {"small_slot_less_one"},
+       {"small_slot"},
+       {"small_slot_and_one"},
+       {"large"},
+       {"largest"},
+       {"deep"},
+       {"own_members"},
+       {"array", bad},
+       {"text", bad},
+       {"too_deep", bad},
+       {"absent", bad}},
+      /* args */
+      {{"small"},
+       {"absent"},
+       {"empty"},
+       {"array"},
+       {"large"},
+       {"largest"},
+       {"own_members"},
+       {"number", bad},
+       {"text", bad}},
+      /* values */
+      {{"small"},
+       {"absent"},
+       {"text"},
+       {"array"},
+       {"number"},
+       {"null"},
+       {"large"},
+       {"largest"},
+       {"own_members"}},
+      /* timeout */
+      {{"absent"}, {"zero"}, {"short"}, {"long"}, {"huge"}, {"negative", bad}, {"no_number", bad}},
+      /* ttl */
+      {{"absent"},
+       {"zero"},
+       {"short"},
+       {"fraction"},
+       {"long"},
+       {"huge"},
+       {"negative", bad},
+       {"no_number", bad}},
+      /* text */ {{"short"}, {"empty"}, {"escaped"}, {"long"}, {"no_text", bad}, {"absent", bad}},
+      /* source */
+      {{"absent"}, {"one"}, {"one_of_many"}, {"longest"}, {"long_escaped"}, {"empty"}, {"number"}},
+      /* guard */
+      {{"one"},
+       {"one_of_few"},
+       {"one_of_many"},
+       {"longest"},
+       {"escaped"},
+       {"too_long", bad},
+       {"characters", bad},
+       {"absent", bad}},
+      /* number */
+      {{"newest"},
+       {"old"},
+       {"next"},
+       {"low_16_bits"},
+       {"zero"},
+       {"negative"},
+       {"huge"},
+       {"no_number"},
+       {"absent"}},
+      /* tick */
+      {{"newest"}, {"old"}, {"before_last"}, {"future"}, {"zero"}, {"huge"}, {"no_number"}, {"absent"}},
+      /* error */ {{"usual"}, {"no_service"}, {"long"}, {"no_code"}, {"no_object"}},
+      /* unsupported */ {{"actions"}, {"fragment"}, {"png"}, {"auth"}},
+      /* unknown */ {{"word"}, {"escaped"}, {"longest"}, {"too_long", bad}, {"empty"}, {"control", bad}},
+      /* payload */ {{"empty"}, {"short"}, {"longest"}},
+      /* raw */
+      {{"reserved_bits"},
+       {"reserved_opcode"},
+       {"long_control"},
+       {"unmasked"},
+       {"continuation"},
+       {"huge_length"},
+       {"random"}},
+  };
+  return all;
+}
+
+std::vector<operation> made_operations() {
+  using d = dimension;
+  const std::vector<member_rule> qos = {
+      {"qos.history", domain::history},         {"qos.depth", domain::depth},
+      {"qos.reliability", domain::reliability}, {"qos.durability", domain::durability},
+      {"qos.deadline", domain::time},           {"qos.lifespan", domain::time}};
+  const auto with = [](std::vector<member_rule> first, const std::vector<member_rule>& more) {
+    first.insert(first.end(), more.begin(), more.end());
+    return first;
+  };
+  return {
+      {"subscribe",
+       form::rosbridge,
+       with({{"id", domain::id},
+             {"topic", domain::topic},
+             {"type", domain::type},
+             {"throttle_rate", domain::period},
+             {"queue_length", domain::depth},
+             {"fragment_size", domain::count},
+             {"compression", domain::compression}},
+            qos),
+       {d::topic, d::subscription, d::connection}},
+      {"unsubscribe",
+       form::rosbridge,
+       {{"id", domain::id}, {"topic", domain::topic}},
+       {d::topic, d::subscription, d::connection}},
+      {"advertise",
+       form::rosbridge,
+       with({{"id", domain::id},
+             {"topic", domain::topic},
+             {"type", domain::type},
+             {"latch", domain::boolean},
+             {"queue_size", domain::count}},
+            qos),
+       {d::topic, d::connection}},
+      {"unadvertise",
+       form::rosbridge,
+       {{"id", domain::id}, {"topic", domain::topic}},
+       {d::topic, d::connection}},
+      {"publish",
+       form::rosbridge,
+       {{"id", domain::id}, {"topic", domain::topic}, {"msg", domain::body}, {"latch", domain::boolean}},
+       {d::topic, d::connection}},
+      {"call_service",
+       form::rosbridge,
+       {{"id", domain::id},
+        {"service", domain::called_service},
+        {"args", domain::args},
+        {"timeout", domain::timeout},
+        {"fragment_size", domain::count},
+        {"compression", domain::compression}},
+       {d::service, d::call, d::connection}},
+      {"service_response",
+       form::rosbridge,
+       {{"id", domain::answered_id},
+        {"service", domain::service},
+        {"values", domain::values},
+        {"result", domain::boolean}},
+       {d::answer, d::connection}},
+      {"advertise_service",
+       form::rosbridge,
+       {{"service", domain::service}, {"type", domain::type}},
+       {d::service, d::connection}},
+      {"unadvertise_service", form::rosbridge, {{"service", domain::service}}, {d::service, d::connection}},
+      {"status",
+       form::rosbridge,
+       {{"level", domain::level}, {"msg", domain::text}, {"id", domain::id}},
+       {d::connection}},
+      {"set_level", form::rosbridge, {{"level", domain::level}, {"id", domain::id}}, {d::connection}},
+      {"unsupported", form::rosbridge, {{"op", domain::unsupported}, {"id", domain::id}}, {d::connection}},
+      {"unknown", form::rosbridge, {{"op", domain::unknown}, {"id", domain::id}}, {d::connection}},
+      {"message", form::bare, {{"body", domain::body}, {"ttl_ms", domain::ttl}}, {d::connection}},
+      {"invocation",
+       form::bare,
+       {{"message_id", domain::id},
+        {"service", domain::called_service},
+        {"body", domain::args},
+        {"ttl_ms", domain::ttl}},
+       {d::service, d::call, d::connection}},
+      {"reply",
+       form::bare,
+       {{"in_reply_to", domain::answered_id}, {"body", domain::values}, {"ttl_ms", domain::ttl}},
+       {d::answer, d::connection}},
+      {"error",
+       form::bare,
+       {{"in_reply_to", domain::answered_id}, {"error", domain::error}},
+       {d::answer, d::connection}},
+      {"stop",
+       form::stop_call,
+       {{"service", domain::stop_service},
+        {"id", domain::id},
+        {"source", domain::source},
+        {"reason", domain::source},
+        {"timeout", domain::timeout}},
+       {d::stop, d::connection}},
+      {"stop_in_bare",
+       form::stop_bare,
+       {{"service", domain::stop_service},
+        {"message_id", domain::id},
+        {"source", domain::source},
+        {"reason", domain::source},
+        {"ttl_ms", domain::ttl}},
+       {d::stop, d::connection}},
+      {"stop_by_publish",
+       form::stop_publish,
+       {{"topic", domain::stop_service}, {"id", domain::id}, {"source", domain::source}},
+       {d::stop, d::connection}},
+      {"reset",
+       form::stop_call,
+       {{"service", domain::stop_service},
+        {"id", domain::id},
+        {"number", domain::number},
+        {"tick", domain::tick}},
+       {d::stop, d::connection}},
+      {"reset_in_bare",
+       form::stop_bare,
+       {{"service", domain::stop_service},
+        {"message_id", domain::id},
+        {"number", domain::number},
+        {"tick", domain::tick}},
+       {d::stop, d::connection}},
+      {"lease",
+       form::stop_call,
+       {{"service", domain::stop_service},
+        {"id", domain::id},
+        {"guard", domain::guard},
+        {"tick", domain::tick},
+        {"resign", domain::boolean}},
+       {d::stop, d::connection}},
+      {"lease_in_bare",
+       form::stop_bare,
+       {{"service", domain::stop_service},
+        {"message_id", domain::id},
+        {"guard", domain::guard},
+        {"tick", domain::tick},
+        {"resign", domain::boolean}},
+       {d::stop, d::connection}},
+      {"stop_state",
+       form::stop_call,
+       {{"service", domain::stop_service}, {"id", domain::id}},
+       {d::stop, d::connection}},
+      {"malformed", form::malformed, {{"text", domain::text}}, {d::connection}},
+      {"binary", form::binary, {{"payload", domain::payload}}, {d::connection}},
+      {"ping", form::control, {{"payload", domain::payload}}, {d::connection}},
+      {"pong", form::control, {{"payload", domain::payload}}, {d::connection}},
+      {"close", form::close, {{"payload", domain::payload}}, {d::connection}},
+      {"fragments", form::fragments, {{"body", domain::body}}, {d::connection}},
+      {"partial", form::partial, {{"body", domain::body}}, {d::connection}},
+      {"no_frame", form::no_frame, {{"raw", domain::raw}}, {d::connection}},
+  };
+}
+
+// ---- writing
+
+std::string quoted(std::string_view plain) { return '"' + std::string{plain} + '"'; }
+
+// Each byte as \u00xx.
+std::string escaped(std::string_view plain) {
+  constexpr std::string_view digits = "0123456789abcdef";
+  std::string text;
+  for (const char c : plain) {
+    text += "\\u00";
+    text += digits[static_cast<unsigned char>(c) >> 4];
+    text += digits[static_cast<unsigned char>(c) & 15];
+  }
+  return text;
+}
+
+// One text that is being made.
+class writing {
+ public:
+  writing(draws& from, const recipe& what, const knowledge& known)
+      : from_{from}, what_{what}, known_{known}, of_{operations()[what.operation]} {
+    said_.operation = what.operation;
+  }
+
+  saying run() {
+    switch (of_.goes) {
+    case form::rosbridge:
+    case form::bare:
+    case form::stop_call:
+    case form::stop_bare:
+    case form::stop_publish: write_object(); break;
+    case form::malformed: write_malformed(); break;
+    case form::binary:
+    case form::control: said_.text = payload(); break;
+    case form::close: write_close(); break;
+    case form::fragments:
+    case form::partial:
+      said_.text = "{\"n\":0,\"x\":" + body() + "}";
+      if (of_.goes == form::fragments) cut();
+      break;
+    case form::no_frame: write_raw(); break;
+    }
+    return std::move(said_);
+  }
+
+ private:
+  struct piece {
+    std::string name;
+    std::string value;
+  };
+
+  std::string_view value_name(std::size_t member) const {
+    return classes_of(of_.members[member].is)[what_.classes[member]].name;
+  }
+
+  void write_object() {
+    std::vector<piece> object;
+    std::vector<piece> qos;
+    if (of_.goes == form::rosbridge && of_.members[0].is != domain::unsupported &&
+        of_.members[0].is != domain::unknown) {
+      object.push_back({"op", quoted(of_.name)});
+    }
+    if (of_.goes == form::stop_call) object.push_back({"op", quoted("call_service")});
+    if (of_.goes == form::stop_publish) object.push_back({"op", quoted("publish")});
+    std::vector<piece> inner; // what a stop's call has as its arguments
+    for (std::size_t i = 0; i < of_.members.size(); ++i) {
+      const member_rule& m = of_.members[i];
+      const value_class& chosen = classes_of(m.is)[what_.classes[i]];
+      if (!chosen.good) said_.good = false;
+      if (m.name == "body") {
+        add_body(object, m.is, chosen.name);
+        continue;
+      }
+      std::string text = value(m.is, chosen.name);
+      note(m, text);
+      if (text.empty()) continue;
+      if (m.name.starts_with("qos.")) {
+        qos.push_back({std::string{m.name.substr(4)}, std::move(text)});
+      } else if (is_argument(m)) {
+        inner.push_back({std::string{m.name}, std::move(text)});
+      } else {
+        object.push_back({std::string{m.name}, std::move(text)});
+      }
+    }
+    if (!qos.empty()) object.push_back({"qos", joined(qos)});
+    finish_stop(object, inner);
+    if (what_.shuffled && !object.empty())
+      std::rotate(object.begin(), object.begin() + static_cast<std::ptrdiff_t>(what_.odd % object.size()),
+                  object.end());
+    if (what_.doubled && !object.empty()) {
+      object.push_back(object[what_.odd % object.size()]);
+      said_.good = false;
+    }
+    said_.text = joined(object);
+  }
+
+  bool is_argument(const member_rule& m) const {
+    return (of_.goes == form::stop_call || of_.goes == form::stop_publish) && m.is != domain::stop_service &&
+           m.is != domain::id && m.is != domain::timeout;
+  }
+
+  void finish_stop(std::vector<piece>& object, const std::vector<piece>& inner) {
+    if (of_.goes == form::stop_call) object.push_back({"args", joined(inner)});
+    if (of_.goes == form::stop_publish) object.push_back({"msg", joined(inner)});
+    const bool of_stop =
+        of_.goes == form::stop_call || of_.goes == form::stop_bare || of_.goes == form::stop_publish;
+    if (!of_stop) return;
+    said_.stops = of_.name.starts_with("stop") && of_.name != "stop_state";
+    said_.resets = of_.name.starts_with("reset");
+  }
+
+  std::string joined(const std::vector<piece>& of) const {
+    std::string text = "{";
+    for (std::size_t i = 0; i < of.size(); ++i) {
+      if (i != 0) text += ',';
+      const bool as_escapes = what_.escaped_names && i == what_.odd % of.size();
+      text += '"' + (as_escapes ? escaped(of[i].name) : of[i].name) + "\":" + of[i].value;
+    }
+    return text + '}';
+  }
+
+  // What the books need.
+  void note(const member_rule& m, const std::string& text) {
+    if (m.is == domain::id) said_.id_raw = text == "null" ? std::string{} : text;
+    if (m.is == domain::answered_id) said_.answers = text;
+    if (m.is == domain::period) said_.throttle_ms = number_in(text);
+    if (m.is == domain::depth && !text.empty()) {
+      said_.queue_length = number_in(text); // qos.depth comes later, and wins
+      said_.queue_stated = said_.queue_length != 0;
+    }
+    if (m.name == "latch" && text == "true") said_.latch = true;
+    if (m.name == "result" && text == "false") said_.answered_well = false;
+    if (m.name == "qos.durability" && text == "\"transient_local\"") said_.latch = true;
+    if (m.is == domain::number) said_.number = number_in(text);
+    if (m.is == domain::tick) said_.tick = number_in(text);
+  }
+  static std::int64_t number_in(const std::string& text) {
+    if (text.empty() || text.size() > 18 || text.find_first_not_of("0123456789") != std::string::npos)
+      return text.empty() ? 0 : -1;
+    return std::stoll(text);
+  }
+
+  // The members of a bare message, beside those of the dialect.
+  void add_body(std::vector<piece>& object, domain is, std::string_view how) {
+    if (how == "absent" || how == "empty" || how == "array" || how == "text" || how == "null") return;
+    if (how == "number") return object.push_back({"result", "7"});
+    if (how == "own_members") return object.push_back({"op", "7"});
+    object.push_back({"n", std::to_string(next_message())});
+    object.push_back({"a", "1"});
+    object.push_back({"b", "2"});
+    if (how != "small") object.push_back({"x", value(is, how)});
+  }
+
+  std::uint32_t next_message() {
+    if (known_.message_number == nullptr) return 0;
+    return said_.message = ++*known_.message_number;
+  }
+
+  std::string value(domain is, std::string_view how) {
+    if (how == "absent") return {};
+    switch (is) {
+    case domain::topic: return topic(how);
+    case domain::service: return service(how);
+    case domain::called_service: return called_service(how);
+    case domain::stop_service: return stop_service(how);
+    case domain::id: return id(how);
+    case domain::answered_id: return answered_id(how);
+    case domain::type: return type(how);
+    case domain::period: return period(how);
+    case domain::count:
+    case domain::depth: return count(how);
+    case domain::boolean: return how == "no_boolean" ? "\"yes\"" : std::string{how};
+    case domain::compression:
+    case domain::level:
+    case domain::history:
+    case domain::reliability:
+    case domain::durability: return how == "no_text" ? "3" : quoted(how);
+    case domain::time: return time(how);
+    case domain::body: return body_value(how);
+    case domain::args:
+    case domain::values: return arguments(how);
+    case domain::timeout: return seconds(how);
+    case domain::ttl: return milliseconds(how);
+    case domain::text: return words(how);
+    case domain::source: return source(how);
+    case domain::guard: return guard(how);
+    case domain::number: return stop_number(how);
+    case domain::tick: return tick(how);
+    case domain::error: return error(how);
+    case domain::unsupported: return unsupported(how);
+    case domain::unknown: return unknown(how);
+    case domain::payload:
+    case domain::raw: break;
+    }
+    return {};
+  }
+
+  // ---- names
+
+  template <std::size_t N>
+  std::string_view one_of_few(const std::string_view (&all)[N]) {
+    return all[from_.below(std::min(known_.names, N))];
+  }
+
+  std::string topic(std::string_view how) {
+    const std::size_t most = known_.bounds.topic_bytes_max;
+    std::string name{one_of_few(shared_topics)};
+    std::string written;
+    if (how == "own") name = one_of_few(own_topics);
+    if (how == "honest") name = from_.one_of(honest_topics);
+    if (how == "honest" && !known_.honest_topics && of_.name == "publish") name = "/t0";
+    if (how == "made_up") name = "/" + known_.made_up + std::to_string(from_.below(from_.one_in(2) ? 3 : 64));
+    if (how == "stats") name = "/rowe/stats";
+    if (how == "stop_state") name = "/rowe/stop/state";
+    if (how == "stop") name = "/rowe/stop";
+    if (how == "reserved") name = "/rowe/other";
+    if (how == "longest") name = "/" + std::string(most - 1, 'l');
+    if (how == "too_long") name = "/" + std::string(most, 'l');
+    if (how == "empty") name = "";
+    if (how == "no_text") return "7";
+    if (how == "control") written = "/t\\u0001";
+    if (how == "escaped") written = "\\/" + escaped(name.substr(1));
+    if (how == "no_slash") written = name.substr(1); // the same topic
+    said_.topic = name;
+    if (how == "stop" && of_.name == "publish") said_.stops = true;
+    return quoted(written.empty() ? name : written);
+  }
+
+  std::string service(std::string_view how) {
+    const std::size_t most = known_.bounds.topic_bytes_max;
+    std::string name{one_of_few(shared_services)};
+    std::string written;
+    if (how == "honest") name = honest_service;
+    if (how == "made_up") name = "/" + known_.made_up + std::to_string(from_.below(from_.one_in(2) ? 3 : 64));
+    if (how == "stop") name = "/rowe/stop";
+    if (how == "reserved") name = "/rowe/other";
+    if (how == "longest") name = "/" + std::string(most - 1, 'l');
+    if (how == "too_long") name = "/" + std::string(most, 'l');
+    if (how == "empty") name = "";
+    if (how == "no_text") return "[]";
+    if (how == "escaped") written = "\\/" + escaped(name.substr(1));
+    if (how == "no_slash") written = name.substr(1); // the same service
+    said_.service = name;
+    if (how == "stop" && of_.name == "service_response") said_.stops = false;
+    return quoted(written.empty() ? name : written);
+  }
+
+  std::string called_service(std::string_view how) {
+    constexpr std::string_view rosapi[] = {"/rosapi/topics", "/rosapi/services", "/rosapi/topic_type",
+                                           "rosapi/service_type"};
+    std::string name{one_of_few(shared_services)};
+    if (how == "nobodys") name = "/nobody";
+    if (how == "stats") name = "/rowe/stats";
+    if (how == "rosapi") name = from_.one_of(rosapi);
+    if (how == "nobodys" || how == "stats" || how == "rosapi") {
+      said_.service = name;
+      return quoted(name);
+    }
+    if (how == "with_id") {
+      const std::string id = "w" + std::to_string(from_.below(4));
+      said_.service = name;
+      if (of_.goes == form::rosbridge && said_.id_raw.empty()) said_.id_raw = quoted(id);
+      return quoted(name + "#" + id);
+    }
+    return service(how);
+  }
+
+  std::string stop_service(std::string_view how) {
+    std::string name = "/rowe/stop";
+    if (of_.name.starts_with("reset")) name += "/reset";
+    if (of_.name.starts_with("lease")) name += "/lease";
+    if (of_.name == "stop_state") name += "/state";
+    said_.service = name;
+    std::string written = name;
+    if (how == "no_slash") written = name.substr(1);
+    if (how == "escaped_slash") written = "\\/rowe\\/stop" + name.substr(10);
+    if (how == "escaped_letters") written = "/rowe/" + escaped("st") + "op" + name.substr(10);
+    const bool with_id = how == "with_id" || how == "with_long_id";
+    if (with_id && of_.goes == form::stop_call) {
+      const std::string id = how == "with_id" ? "st" + std::to_string(from_.below(4)) : std::string(60, 's');
+      if (said_.id_raw.empty()) service_id_ = quoted(id);
+      written += "#" + id;
+    }
+    return quoted(written);
+  }
+
+  // ---- ids
+
+  std::string id(std::string_view how) {
+    std::string text = quoted("i" + std::to_string(from_.below(known_.names)));
+    if (how == "number") text = std::to_string(from_.below(8));
+    if (how == "negative") text = "-7";
+    if (how == "again" && !known_.own_calls.empty())
+      text = known_.own_calls[from_.below(known_.own_calls.size())];
+    if (how == "escaped") text = "\"\\u0041\\\"\\n" + std::to_string(from_.below(4)) + "\\/\"";
+    if (how == "longest") text = quoted(std::string(254, 'i'));
+    if (how == "null") text = "null";
+    if (how == "empty") text = "\"\"";
+    if (how == "too_long") text = quoted(std::string(255, 'i'));
+    if (how == "fraction") text = "1.5";
+    if (how == "object") text = "{}";
+    return text;
+  }
+
+  std::string answered_id(std::string_view how) {
+    const auto one = [&](const std::vector<std::string>& of) {
+      return of.empty() ? std::string{"\"1.1.1.1\""} : of[from_.below(of.size())];
+    };
+    if (how == "asked") return one(known_.asked);
+    if (how == "answered") return one(known_.answered);
+    if (how == "of_others") return one(known_.asked_of_others);
+    if (how == "longest") return quoted(std::string(254, '1'));
+    if (how == "too_long") return quoted(std::string(255, '1'));
+    if (how == "object") return "{}";
+    std::string made = one(known_.asked);
+    if (made.size() > 3) made[made.size() / 2] = made[made.size() / 2] == '1' ? '2' : '1';
+    return made;
+  }
+
+  std::string type(std::string_view how) const {
+    const std::size_t most = known_.bounds.topic_bytes_max;
+    if (how == "usual") return "\"sim/Usual\"";
+    if (how == "other") return "\"sim/Other\"";
+    if (how == "empty") return "\"\"";
+    if (how == "longest") return quoted(std::string(most, 'T'));
+    if (how == "too_long") return quoted(std::string(most + 1, 'T'));
+    return "7";
+  }
+
+  // ---- numbers
+
+  std::string period(std::string_view how) {
+    constexpr std::string_view shorts[] = {"5", "20", "50", "100"};
+    constexpr std::string_view longs[] = {"500", "1000", "3000"};
+    if (how == "zero") return "0";
+    if (how == "one") return "1";
+    if (how == "short") return std::string{from_.one_of(shorts)};
+    if (how == "long") return std::string{from_.one_of(longs)};
+    if (how == "hour") return "3600000";
+    if (how == "largest") return "9223372036854";
+    if (how == "too_large") return "9223372036855";
+    if (how == "beyond_64_bits") return "9223372036854775808";
+    if (how == "negative") return "-1";
+    if (how == "fraction") return "0.5";
+    return "\"50\"";
+  }
+
+  std::string count(std::string_view how) {
+    const std::uint64_t limit = known_.bounds.queue_depth_max;
+    if (how == "zero") return "0";
+    if (how == "one") return "1";
+    if (how == "some" || how == "few") return std::to_string(2 + from_.below(7));
+    if (how == "limit_less_one") return std::to_string(limit - 1);
+    if (how == "limit") return std::to_string(limit);
+    if (how == "limit_and_one") return std::to_string(limit + 1);
+    if (how == "huge") return "9223372036854775807";
+    if (how == "beyond_64_bits") return "9223372036854775808";
+    if (how == "negative") return "-1";
+    if (how == "fraction") return "1.5";
+    return "\"1\"";
+  }
+
+  std::string time(std::string_view how) {
+    if (how == "zero") return "0";
+    if (how == "short") return from_.one_in(2) ? "0.02" : "0.5";
+    if (how == "secs_nsecs") return R"({"secs":0,"nsecs":50000000})";
+    if (how == "infinite") return "\"infinite\"";
+    if (how == "huge") return "1e300";
+    if (how == "negative") return "-0.5";
+    return "[]";
+  }
+
+  std::string seconds(std::string_view how) {
+    constexpr std::string_view shorts[] = {"0.001", "0.02", "0.1"};
+    if (how == "zero") return "0";
+    if (how == "short") return std::string{from_.one_of(shorts)};
+    if (how == "long") return "2";
+    if (how == "huge") return "1e300";
+    if (how == "negative") return "-1";
+    return "\"1\"";
+  }
+
+  std::string milliseconds(std::string_view how) {
+    constexpr std::string_view shorts[] = {"1", "20", "100"};
+    if (how == "zero") return "0";
+    if (how == "short") return std::string{from_.one_of(shorts)};
+    if (how == "fraction") return "0.25";
+    if (how == "long") return "2000";
+    if (how == "huge") return "1e300";
+    if (how == "negative") return "-1";
+    return "\"1\"";
+  }
+
+  // ---- bodies
+
+  // How long a filling must be so that a message of some usual envelope has about so many bytes.
+  std::size_t filling(std::string_view how) {
+    const std::size_t envelope = of_.goes == form::rosbridge ? 60 : 40;
+    const std::size_t small = known_.bounds.small_slot_bytes;
+    const std::size_t most = known_.bounds.message_bytes_max;
+    if (how == "small_slot_less_one") return small - envelope - 1;
+    if (how == "small_slot") return small - envelope;
+    if (how == "small_slot_and_one") return small - envelope + 1;
+    if (how == "large") return small + from_.below(most / 2);
+    if (how == "largest") return most - 400;
+    return from_.below(30);
+  }
+  std::string deep(std::size_t levels) const { return std::string(levels, '[') + std::string(levels, ']'); }
+
+  std::string body_value(std::string_view how) {
+    if (of_.goes == form::bare) {
+      if (how == "deep") return deep(known_.bounds.depth_max - 2);
+      if (how == "too_deep") return deep(known_.bounds.depth_max);
+      return quoted(std::string(filling(how), 'x'));
+    }
+    if (how == "empty") return "{}";
+    if (how == "array") return "[1]";
+    if (how == "text") return "\"text\"";
+    const std::string n = "{\"n\":" + std::to_string(next_message());
+    if (how == "small") return n + "}";
+    if (how == "deep") return n + ",\"x\":" + deep(known_.bounds.depth_max - 3) + "}";
+    if (how == "too_deep") return n + ",\"x\":" + deep(known_.bounds.depth_max) + "}";
+    if (how == "own_members") return n + R"(,"op":"publish","topic":"/t0","id":7})";
+    return n + ",\"x\":" + quoted(std::string(filling(how), 'x')) + "}";
+  }
+  std::string body() {
+    const std::string_view how = value_name(0);
+    if (how == "too_deep") said_.good = false;
+    if (how == "too_deep") return deep(known_.bounds.depth_max);
+    if (how == "deep") return deep(known_.bounds.depth_max - 2);
+    return quoted(std::string(filling(how), 'x'));
+  }
+
+  std::string arguments(std::string_view how) {
+    if (of_.goes == form::bare) return quoted(std::string(filling(how), 'x'));
+    if (how == "small") return R"({"a":1,"b":2})";
+    if (how == "empty") return "{}";
+    if (how == "array") return "[1,2]";
+    if (how == "number") return "7";
+    if (how == "null") return "null";
+    if (how == "text") return "\"why\"";
+    if (how == "own_members") return R"({"a":1,"b":2,"service":"x","message_id":7,"in_reply_to":7,"op":7})";
+    return "{\"a\":1,\"b\":2,\"x\":" + quoted(std::string(filling(how), 'x')) + "}";
+  }
+
+  std::string words(std::string_view how) const {
+    if (how == "short") return "\"text\"";
+    if (how == "empty") return "\"\"";
+    if (how == "escaped") return "\"\\u0000\\n\\\\\\\"\"";
+    if (how == "long") return quoted(std::string(3000, 't'));
+    return "7";
+  }
+
+  // ---- the stop
+
+  std::string source(std::string_view how) {
+    if (how == "one") return "\"panel\"";
+    if (how == "one_of_many") return quoted("s" + std::to_string(from_.below(40)));
+    if (how == "longest") return quoted(std::string(63, 's'));
+    if (how == "long_escaped") return quoted(escaped(std::string(40 + from_.below(60), 's')));
+    if (how == "empty") return "\"\"";
+    return "7";
+  }
+  std::string guard(std::string_view how) {
+    if (how == "one") return "\"guard\"";
+    if (how == "one_of_few") return quoted("g" + std::to_string(from_.below(3)));
+    if (how == "one_of_many") return quoted("g" + std::to_string(from_.below(20)));
+    if (how == "longest") return quoted(std::string(31, 'g'));
+    if (how == "escaped") return quoted(escaped("guard"));
+    if (how == "too_long") return quoted(std::string(32, 'g'));
+    return "\"a b\\u0000\"";
+  }
+  std::string stop_number(std::string_view how) {
+    const auto& old = known_.old_stops;
+    if (how == "newest") return std::to_string(known_.stop_number);
+    if (how == "old" && !old.empty()) return std::to_string(old[what_.odd % old.size()].first);
+    if (how == "next") return std::to_string(known_.stop_number + 1);
+    if (how == "low_16_bits") return std::to_string(known_.stop_number & 0xffff);
+    if (how == "zero") return "0";
+    if (how == "negative") return "-1";
+    if (how == "huge") return "9007199254740993";
+    return "\"1\"";
+  }
+  std::string tick(std::string_view how) {
+    const auto& old = known_.old_stops;
+    if (how == "newest") return std::to_string(known_.tick);
+    if (how == "old" && !old.empty()) return std::to_string(old[what_.odd % old.size()].second);
+    if (how == "before_last")
+      return std::to_string(known_.tick - static_cast<std::int64_t>(from_.below(100)));
+    if (how == "future")
+      return std::to_string(known_.tick + 1 + static_cast<std::int64_t>(from_.below(1000)));
+    if (how == "zero") return "0";
+    if (how == "huge") return "9223372036854775807";
+    return "\"1\"";
+  }
+
+  // ---- the rest
+
+  std::string error(std::string_view how) {
+    if (how == "usual") return R"({"code":"no","text":"no"})";
+    if (how == "no_service") return R"({"code":"no_service","text":"nothing here"})";
+    if (how == "long") return R"({"code":"no","text":")" + escaped(std::string(400, 'e')) + "\"}";
+    if (how == "no_code") return "{}";
+    return "7";
+  }
+  std::string unsupported(std::string_view how) {
+    constexpr std::string_view actions[] = {"advertise_action",   "unadvertise_action", "send_action_goal",
+                                            "cancel_action_goal", "action_feedback",    "action_result",
+                                            "action_status"};
+    return quoted(how == "actions" ? from_.one_of(actions) : how);
+  }
+  std::string unknown(std::string_view how) const {
+    if (how == "word") return "\"hello\"";
+    if (how == "escaped") return quoted(escaped("subscribed"));
+    if (how == "longest") return quoted(std::string(64, 'o'));
+    if (how == "too_long") return quoted(std::string(65, 'o'));
+    if (how == "empty") return "\"\"";
+    return "\"\\u0007\"";
+  }
+
+  void write_malformed() {
+    constexpr std::string_view texts[] = {"{\"op\":",
+                                          "",
+                                          "nonsense",
+                                          "{\"op\":\"publish\",\"msg\":NaN}",
+                                          "[1,2",
+                                          "\xff\xfe{}",
+                                          "{\"op\":\"\\ud800\"}",
+                                          "1e400",
+                                          "{} {}"};
+    said_.good = false;
+    said_.text = texts[what_.odd % std::size(texts)];
+    if (value_name(0) == "long") said_.text = "[" + std::string(known_.bounds.message_bytes_max / 2, ' ');
+    if (value_name(0) == "escaped") said_.text = "\"\\x\"";
+    // a stop in it is one that is mistyped, which is none
+    if (value_name(0) == "no_text") said_.text = R"({"op":"call_service","service":"/rowe/stop")";
+  }
+
+  std::string payload() const {
+    const std::string_view how = value_name(0);
+    return how == "empty" ? std::string{} : std::string(how == "short" ? 5 : 125, 'p');
+  }
+  void write_close() {
+    constexpr std::uint16_t codes[] = {1000, 1001, 1003, 3000, 4999, 999, 1005, 5000};
+    std::string text = payload();
+    if (text.size() >= 2) {
+      const std::uint16_t code = codes[what_.odd % std::size(codes)];
+      text[0] = static_cast<char>(code >> 8);
+      text[1] = static_cast<char>(code & 0xff);
+    }
+    said_.text = text;
+  }
+
+  void cut() {
+    const std::size_t parts = 2 + from_.below(5);
+    std::string_view rest = said_.text;
+    for (std::size_t i = 0; i < parts; ++i) {
+      const std::size_t bytes = i + 1 == parts ? rest.size() : from_.below(rest.size() + 1);
+      said_.parts.emplace_back(rest.substr(0, bytes));
+      rest.remove_prefix(bytes);
+    }
+  }
+
+  // The first bytes are those of a client's frame; the world has no part in it.
+  void write_raw() {
+    const std::string_view how = value_name(0);
+    said_.good = false;
+    using namespace std::string_view_literals;
+    if (how == "reserved_bits") said_.text = "\xf1\x80\x01\x02\x03\x04"sv;
+    if (how == "reserved_opcode") said_.text = "\x83\x80\x01\x02\x03\x04"sv;
+    if (how == "long_control") said_.text = "\x89\xfe\x00\x80\x01\x02\x03\x04"sv;
+    if (how == "unmasked") said_.text = "\x81\x02{}"sv;
+    if (how == "continuation") said_.text = "\x80\x80\x01\x02\x03\x04"sv;
+    if (how == "huge_length") said_.text = "\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff\x01\x02\x03\x04"sv;
+    if (how == "random") {
+      for (std::uint64_t left = 1 + from_.below(40); left > 0; --left)
+        said_.text += static_cast<char>(from_.below(256));
+    }
+  }
+
+  draws& from_;
+  const recipe& what_;
+  const knowledge& known_;
+  const operation& of_;
+  saying said_;
+
+ public:
+  std::string service_id_; // of "#id"
+};
+
+struct row_table {
+  std::vector<row_name> rows;
+  std::vector<std::size_t> first_of;                     // each operation's own
+  std::vector<std::vector<std::size_t>> first_of_member; // where the classes of each member begin
+
+  row_table() {
+    const auto& all = operations();
+    for (std::size_t o = 0; o < all.size(); ++o) {
+      first_of.push_back(rows.size());
+      rows.push_back({.operation = o, .own = true});
+      first_of_member.emplace_back();
+      for (std::size_t m = 0; m < all[o].members.size(); ++m) {
+        first_of_member.back().push_back(rows.size());
+        for (std::size_t v = 0; v < classes_of(all[o].members[m].is).size(); ++v)
+          rows.push_back({.operation = o, .member = m, .value = v, .own = false});
+      }
+    }
+  }
+};
+
+const row_table& table() {
+  static const row_table one;
+  return one;
+}
+
+} // namespace
+
+const std::vector<value_class>& classes_of(domain what) {
+  return all_classes()[static_cast<std::size_t>(what)];
+}
+
+const std::vector<operation>& operations() {
+  static const std::vector<operation> all = made_operations();
+  return all;
+}
+
+std::size_t operation_named(std::string_view name) {
+  const auto& all = operations();
+  const auto found = std::find_if(all.begin(), all.end(), [&](const operation& o) { return o.name == name; });
+  return static_cast<std::size_t>(found - all.begin());
+}
+
+const std::vector<row_name>& rows() { return table().rows; }
+std::size_t row_of(std::size_t operation) { return table().first_of[operation]; }
+std::size_t row_of(std::size_t operation, std::size_t member, std::size_t value) {
+  return table().first_of_member[operation][member] + value;
+}
+
+std::string text_of(const row_name& row) {
+  const operation& of = operations()[row.operation];
+  std::string text{of.name};
+  if (row.own) return text;
+  text += '.';
+  text += of.members[row.member].name;
+  text += '=';
+  text += classes_of(of.members[row.member].is)[row.value].name;
+  return text;
+}
+
+recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in) {
+  const auto& members = operations()[operation].members;
+  recipe drawn{.operation = operation};
+  const bool has_bad = bad_in != 0 && from.one_in(bad_in);
+  const std::size_t bad_one = members.empty() ? 0 : from.below(members.size());
+  for (std::size_t m = 0; m < members.size(); ++m) {
+    const auto& classes = classes_of(members[m].is);
+    const bool may_be_bad = has_bad && m == bad_one;
+    const std::size_t first = row_of(operation, m, 0);
+    const auto good = [&](std::size_t i) { return classes[i].good; };
+    const auto any_bad = [&](std::size_t i) { return !classes[i].good; };
+    std::size_t chosen = classes.size();
+    if (may_be_bad) chosen = use.choose(from, first, classes.size(), classes.size(), any_bad);
+    if (chosen == classes.size()) chosen = use.choose(from, first, classes.size(), 0, good);
+    drawn.classes.push_back(chosen);
+  }
+  drawn.shuffled = from.one_in(8);
+  drawn.doubled = has_bad && from.one_in(4);
+  drawn.escaped_names = from.one_in(16);
+  drawn.odd = static_cast<std::size_t>(from.below(1 << 16));
+  return drawn;
+}
+
+saying render(draws& from, const recipe& what, const knowledge& known) {
+  writing one{from, what, known};
+  saying said = one.run();
+  if (said.id_raw.empty() && !one.service_id_.empty()) said.id_raw = one.service_id_;
+  return said;
+}
+
+} // namespace swarm

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Everything a peer can say, as data: each operation of both dialects and of the stop, each member it may
+// have, and for each member the classes of values that make a difference: absent, good ones up to the limit
+// and beyond, bad ones of each kind. A text is drawn in two turns: first a recipe, which is one class for
+// each member, then as many texts of that recipe as one likes. The simulated peers and the fuzzer of the core
+// draw from here, and what was drawn is counted by class (swarm_coverage.hpp).
+//
+// An operation or a member that is added to a dialect gets its line in operations(); nothing else is needed.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <rowe/limits.hpp>
+
+#include "swarm_draws.hpp"
+
+namespace swarm {
+
+// What values a member may have.
+enum class domain : std::uint8_t {
+  topic,
+  service,
+  called_service, // may end in "#id"
+  stop_service,   // the spellings of one name
+  id,
+  answered_id, // of a call that this peer was asked
+  type,
+  period, // milliseconds
+  count,
+  depth, // of a queue
+  boolean,
+  compression,
+  level,
+  history,
+  reliability,
+  durability,
+  time, // lifespan, deadline
+  body,
+  args,
+  values,
+  timeout, // seconds
+  ttl,     // milliseconds
+  text,
+  source,
+  guard,
+  number, // of a stop
+  tick,
+  error,
+  unsupported,
+  unknown,
+  payload, // of a control frame
+  raw,     // bytes that are no frame, or not all of one
+};
+
+struct value_class {
+  std::string_view name;
+  bool good = true;
+};
+const std::vector<value_class>& classes_of(domain what);
+
+struct member_rule {
+  std::string_view name;
+  domain is = domain::text;
+};
+
+// Whose state matters to what is said: the dimensions of the coverage table.
+enum class dimension : std::uint8_t { topic, subscription, service, call, answer, stop, connection };
+
+// How it goes out.
+enum class form : std::uint8_t {
+  rosbridge,    // an object with op
+  bare,         // an object
+  stop_call,    // a call of the stop, by rosbridge
+  stop_bare,    // the same in the bare dialect
+  stop_publish, // on the stop's topic
+  malformed,    // a text that is no JSON
+  binary,       //
+  control,      // ping, pong
+  close,        //
+  fragments,    // a text in several frames
+  partial,      // a frame that is not finished, for now
+  no_frame,     // bytes that break the protocol
+};
+
+struct operation {
+  std::string_view name;
+  form goes = form::rosbridge;
+  std::vector<member_rule> members{};
+  std::vector<dimension> of{};
+};
+const std::vector<operation>& operations();
+std::size_t operation_named(std::string_view name);
+
+// A class of a member of an operation has a number: its row in the coverage table. Each operation begins with
+// a row for itself.
+struct row_name {
+  std::size_t operation = 0;
+  std::size_t member = 0; // in operation::members; none: the operation's own row
+  std::size_t value = 0;  // in classes_of()
+  bool own = false;
+};
+const std::vector<row_name>& rows();
+std::size_t row_of(std::size_t operation);
+std::size_t row_of(std::size_t operation, std::size_t member, std::size_t value);
+std::string text_of(const row_name& row);
+inline domain domain_of(const row_name& row) { return operations()[row.operation].members[row.member].is; }
+
+// What the one who draws knows of the world.
+struct knowledge {
+  rowe::limits bounds{};
+  std::string made_up;                        // a prefix of names that nobody else makes up
+  std::vector<std::string> asked{};           // ids of calls that this peer was asked and has not answered
+  std::vector<std::string> answered{};        // and has answered
+  std::vector<std::string> asked_of_others{}; // that somebody else was asked
+  std::vector<std::string> own_calls{};       // ids of calls that this peer asks at the moment
+  std::int64_t stop_number = 1;
+  std::int64_t tick = 0;
+  std::vector<std::pair<std::int64_t, std::int64_t>> old_stops{}; // numbers and ticks that were shown before
+  std::size_t names = 6;                                          // of each kind that are used
+  bool honest_topics = true;                                      // may be published on by strangers
+  std::uint32_t* message_number = nullptr;                        // raised for each message: its "n"
+};
+
+struct recipe {
+  std::size_t operation = 0;
+  std::vector<std::size_t> classes{}; // of each member
+  bool shuffled = false;              // members in another order than usual
+  bool doubled = false;               // one of them stands twice
+  bool escaped_names = false;         // of members
+  std::size_t odd = 0;                // what else is drawn once for a recipe
+};
+
+// What was said, for those who keep books.
+struct saying {
+  std::size_t operation = 0;
+  std::string text;                 // or a payload, or raw bytes
+  std::vector<std::string> parts{}; // of fragments
+  bool good = true;                 // nothing in it is to be refused for its form
+  std::string topic;                // plain
+  std::string service;              // plain, without "#id"
+  std::string id_raw;               // as it is to be echoed
+  std::string answers{};            // the id of the call that it answers
+  std::int64_t throttle_ms = 0;
+  std::int64_t queue_length = 0;
+  bool queue_stated = false;
+  bool latch = false;
+  bool answered_well = true; // service_response: result
+  bool stops = false;        // names the stop itself
+  bool resets = false;
+  std::int64_t number = -1;
+  std::int64_t tick = -1;
+  std::uint32_t message = 0; // its "n"
+};
+
+// One class for each member. Of the classes that `use` has left out none is chosen; a bad one is in about one
+// recipe of `bad_in`, one at a time (0: never).
+recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in);
+saying render(draws& from, const recipe& what, const knowledge& known);
+
+// Names that the world shares.
+inline constexpr std::string_view shared_topics[] = {"/t0", "/t1", "/t2", "/t3", "/t4", "/t5"};
+inline constexpr std::string_view own_topics[] = {"/own0", "/own1", "/own2", "/own3", "/own4", "/own5"};
+inline constexpr std::string_view honest_topics[] = {"/honest/steady", "/honest/changing"};
+inline constexpr std::string_view shared_services[] = {"/s0", "/s1", "/s2"};
+inline constexpr std::string_view honest_service = "/honest/echo";
+
+} // namespace swarm

@@ -1,0 +1,482 @@
+// SPDX-License-Identifier: Apache-2.0
+// A stranger: a peer that says anything in any order. It remembers what it has said as far as that was in
+// order, so that what it is told can be held against it: every text is valid JSON and of its dialect, an id
+// is one of its own, as it stood there, and a value from before its subscription is one that was to be kept.
+#pragma once
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "swarm_site.hpp"
+#include "wire/bare.hpp"
+#include "wire/rosbridge.hpp"
+
+namespace swarm {
+
+// What every text that a peer is sent must be. One reader for all: a run has one thread.
+class dialect_check {
+ public:
+  enum class kind : std::uint8_t { wrong, publish, status, request, answer, announcement, bare_message };
+  struct heard {
+    kind is = kind::wrong;
+    std::string id_raw{};
+    bool in_bare = false;
+    std::string topic{};
+    std::string_view body{};
+    bool failed = false; // an answer that says why not
+    std::string why{};   // wrong
+  };
+
+  heard look(std::string_view text) {
+    padded_.assign(text);
+    padded_.append(rowe::json::reader::tailroom_bytes, '\0');
+    text = std::string_view{padded_}.substr(0, text.size());
+    if (const auto valid = reader_.validate(text); !valid)
+      return {.why = "no valid JSON (" + std::string{valid.error().name()} + " at " +
+                     std::to_string(valid.error().value) + ")"};
+    if (!rowe::json::is_object(text)) return {.why = "no object"};
+    return text.starts_with(R"({"op":")") ? rosbridge(text) : bare(text);
+  }
+
+ private:
+  heard rosbridge(std::string_view text) {
+    namespace r = rowe::wire::rosbridge;
+    r::request said;
+    const r::name_limits names{.topic_bytes_max = 1024, .id_bytes_max = 1024};
+    scratch_.resize(r::scratch_bytes(names));
+    if (const auto no = r::decode(rowe::json::document{text}, scratch_, names, said)) {
+      std::array<char, r::refusal_text_bytes_max> why;
+      return {.why = std::string{no->text(why)}};
+    }
+    heard out{.id_raw = std::string{said.id_raw}, .topic = std::string{said.topic}, .body = text};
+    switch (said.what) {
+    case r::op::publish: out.is = kind::publish; break;
+    case r::op::status: out.is = kind::status; break;
+    case r::op::call_service: out.is = kind::request; break;
+    case r::op::service_response:
+      out.is = kind::answer;
+      out.failed = !said.result;
+      break;
+    case r::op::set_level:
+    case r::op::unsupported:
+    case r::op::unknown: out.why = "an operation that nobody sends"; break;
+    default: out.is = kind::announcement; break;
+    }
+    return out;
+  }
+  heard bare(std::string_view text) {
+    namespace b = rowe::wire::bare;
+    b::envelope said;
+    const b::name_limits names{.service_bytes_max = 1024, .id_bytes_max = 1024};
+    scratch_.resize(b::scratch_bytes(names));
+    if (const auto no = b::decode(rowe::json::document{text}, scratch_, names, said)) {
+      std::array<char, b::refusal_text_bytes_max> why;
+      return {.why = std::string{no->text(why)}};
+    }
+    heard out{.in_bare = true, .body = text};
+    switch (said.what) {
+    case b::kind::message: out.is = kind::bare_message; break;
+    case b::kind::invocation:
+      out.is = kind::request;
+      out.id_raw = said.id_raw;
+      break;
+    case b::kind::reply:
+      out.is = kind::answer;
+      out.id_raw = said.in_reply_to_raw;
+      out.failed = said.failed;
+      break;
+    }
+    return out;
+  }
+
+  rowe::json::reader reader_{rowe::json::reader::create(256 * 1024, 128).value()};
+  std::string padded_;
+  std::vector<char> scratch_;
+};
+
+class stranger {
+ public:
+  // Who comes on the path of the stop may do nothing else.
+  stranger(site& in, dialect_check& check, std::string_view address, bool only_stops)
+      : in_{in},
+        check_{check},
+        link_{
+            std::make_unique<far_end>(in.on, in.ours, address, only_stops ? rowe::service::stop_path : "/")},
+        only_stops_{only_stops},
+        number_{++in.strangers},
+        name_{"p" + std::to_string(number_)} {
+    known_ = in.known;
+    known_.made_up = "m" + std::to_string(number_) + "_";
+  }
+  ~stranger() { forget(); }
+
+  far_end& link() { return *link_; }
+  const std::string& name() const { return name_; }
+  std::uint32_t number() const { return number_; }
+  auto& conditions() { return in_.on.net.weather_of(link_->id()); }
+  bool reads = true;
+  bool closing() const { return closing_; }
+  bool flooded() const { return flooded_; } // said more than is read in a while
+  std::vector<std::string>& asked() { return known_.asked; }
+
+  void change_conditions() {
+    constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
+    constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
+    auto& c = conditions();
+    c.room_bytes = in_.roll.one_of(rooms);
+    c.chunk_bytes_max = in_.roll.one_of(chunks);
+    c.arrive_bytes_max = in_.roll.one_in(3) ? in_.roll.below(40) : SIZE_MAX;
+    reads = !in_.roll.one_in(4);
+    link_->answers_pings = !in_.roll.one_in(8);
+    in_.say(name_ + " link: room " + std::to_string(c.room_bytes) + ", chunk " +
+            std::to_string(c.chunk_bytes_max) + ", arrive " + std::to_string(c.arrive_bytes_max) +
+            (reads ? "" : ", does not read") + (link_->answers_pings ? "" : ", answers no pings"));
+  }
+
+  // Says one text of the recipe, `times` over.
+  void say(const recipe& what, std::uint64_t times, bool bursts_are_one_write) {
+    refresh_knowledge();
+    flooded_ = flooded_ || times > 1000;
+    std::vector<std::byte> together;
+    for (std::uint64_t i = 0; i < times; ++i) {
+      const saying said = render(in_.roll, what, known_);
+      if (i == 0 && times > 1) in_.say(name_ + " " + std::to_string(times) + " times like:");
+      if (i < 2) {
+        count_coverage(what, said);
+        trace(said);
+      }
+      note(said);
+      if (bursts_are_one_write && times > 1 && plain(said)) {
+        append_frame(together, rowe::wire::opcode::text, said.text);
+      } else {
+        put(said);
+      }
+    }
+    if (!together.empty()) link_->send_raw(together);
+  }
+
+  void hear(std::size_t bytes_max) {
+    for (const std::string& text : link_->hear(bytes_max)) hear_text(text);
+    if (!link_->violated.empty() && !unmasked_is_right())
+      in_.fail("frames", name_ + " was sent what breaks the protocol: " + link_->violated);
+  }
+
+  // Its places are given back: it has gone.
+  void forget() {
+    for (const auto& [topic, s] : subscriptions_) --in_.held[topic];
+    for (const auto& [topic, latch] : advertised_) --in_.held[topic];
+    for (const auto& service : services_) --in_.provided[service];
+    subscriptions_.clear();
+    advertised_.clear();
+    services_.clear();
+    if (std::exchange(gone_, true)) return;
+    for (publication& one : in_.published) {
+      if (one.by == number_) one.gone = in_.step;
+    }
+  }
+
+ private:
+  struct request {
+    std::int64_t throttle_ms = 0;
+    bool queue_stated = false;
+  };
+  struct subscription {
+    std::map<std::string, request> requests; // by their ids
+    std::uint64_t since = 0;                 // the step in which it was asked for
+    bool first = true;                       // of this peer on this topic
+    std::uint64_t heard = 0;
+  };
+
+  // Who in hop_2014 is a client is sent unmasked frames by design.
+  bool unmasked_is_right() const {
+    return in_.ours == rowe::service::side::client && in_.on.options.profile == rowe::peer_profile::hop_2014;
+  }
+
+  static bool plain(const saying& said) {
+    const form goes = operations()[said.operation].goes;
+    return goes == form::rosbridge || goes == form::bare || goes == form::stop_call ||
+           goes == form::stop_bare || goes == form::stop_publish;
+  }
+
+  void refresh_knowledge() {
+    known_.bounds = in_.known.bounds;
+    known_.stop_number = in_.known.stop_number;
+    known_.tick = in_.known.tick;
+    known_.old_stops = in_.known.old_stops;
+    known_.asked_of_others = in_.known.asked_of_others;
+    known_.honest_topics = in_.known.honest_topics;
+    known_.names = in_.known.names;
+    known_.message_number = &in_.message_number;
+  }
+
+  void append_frame(std::vector<std::byte>& to, rowe::wire::opcode what, std::string_view payload,
+                    bool last = true) const {
+    const bool masked = in_.ours == rowe::service::side::server;
+    const rowe::wire::mask_key key{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{4}};
+    const std::size_t at = to.size();
+    to.resize(at + rowe::wire::frame_header_bytes_max + payload.size());
+    const std::size_t header = rowe::wire::write_frame_header(to.data() + at, what, payload.size(),
+                                                              masked ? std::optional{key} : std::nullopt);
+    if (!last) to[at] &= std::byte{0x7f};
+    payload.copy(reinterpret_cast<char*>(to.data() + at + header), payload.size());
+    to.resize(at + header + payload.size());
+    if (masked) rowe::wire::mask(std::span{to}.subspan(at + header), key);
+  }
+
+  void put(const saying& said) {
+    using rowe::wire::opcode;
+    const operation& of = operations()[said.operation];
+    switch (of.goes) {
+    case form::rosbridge:
+    case form::bare:
+    case form::stop_call:
+    case form::stop_bare:
+    case form::stop_publish:
+    case form::malformed: return link_->say(said.text);
+    case form::binary: return link_->send(opcode::binary, said.text);
+    case form::control: return link_->send(of.name == "ping" ? opcode::ping : opcode::pong, said.text);
+    case form::close: return link_->send(opcode::close, said.text);
+    case form::fragments: {
+      std::vector<std::byte> bytes;
+      for (std::size_t i = 0; i < said.parts.size(); ++i) {
+        append_frame(bytes, i == 0 ? opcode::text : opcode::continuation, said.parts[i],
+                     i + 1 == said.parts.size());
+        if (in_.roll.one_in(4)) append_frame(bytes, opcode::ping, "between");
+      }
+      return link_->send_raw(bytes);
+    }
+    case form::partial: {
+      std::vector<std::byte> bytes;
+      append_frame(bytes, opcode::text, said.text);
+      const std::size_t now = 1 + in_.roll.below(bytes.size());
+      // What is missing comes with whatever is said next, which then is no frame of its own: rarely right.
+      return link_->send_raw(std::span{bytes}.first(in_.roll.one_in(2) ? bytes.size() : now));
+    }
+    case form::no_frame: return link_->send_raw(std::as_bytes(std::span{said.text}));
+    }
+  }
+
+  void trace(const saying& said) const {
+    if (!in_.trace) return;
+    const operation& of = operations()[said.operation];
+    std::string text = name_ + " ";
+    if (!plain(said)) text += std::string{of.name} + " ";
+    in_.say(text + shortened(said.text));
+  }
+
+  // ---- the books
+
+  bool accepted(const saying& said) const { return said.good && !closing_ && !only_stops_; }
+
+  void note(const saying& said) {
+    const operation& of = operations()[said.operation];
+    if (!said.id_raw.empty()) ids_.insert(said.id_raw);
+    if (!said.answers.empty()) ids_.insert(said.answers);
+    if (said.resets) in_.resets.insert({said.number, said.tick});
+    if (of.goes == form::rosbridge || of.goes == form::stop_call || of.goes == form::stop_publish) {
+      spoke_rosbridge_ = true;
+      spoke_bare_last_ = false;
+    }
+    if (of.goes == form::bare || of.goes == form::stop_bare) spoke_bare_last_ = true;
+    if (of.goes == form::close || of.goes == form::no_frame || of.goes == form::binary ||
+        (of.goes == form::partial))
+      closing_ = true;
+    said_something_ = true;
+    if (!accepted(said)) return;
+    if (of.name == "subscribe") return note_subscribe(said);
+    if (of.name == "unsubscribe") return note_unsubscribe(said);
+    if (of.name == "advertise") return note_advertise(said);
+    if (of.name == "unadvertise") return note_unadvertise(said);
+    if (of.name == "publish") {
+      if (said.message != 0) in_.note_publication(said.message, number_, said.latch || latches(said.topic));
+      return;
+    }
+    if (of.name == "call_service" || of.name == "invocation") {
+      if (known_.own_calls.size() < 8 && !said.id_raw.empty()) known_.own_calls.push_back(said.id_raw);
+      if (said.id_raw.empty()) unnamed_calls_ = true;
+    }
+    if (of.name == "service_response" || of.name == "reply" || of.name == "error") {
+      const auto at = std::find(known_.asked.begin(), known_.asked.end(), said.answers);
+      if (at == known_.asked.end()) return;
+      known_.asked.erase(at);
+      known_.answered.push_back(said.answers);
+      if (known_.answered.size() > 4) known_.answered.erase(known_.answered.begin());
+    }
+    if (of.name == "advertise_service" &&
+        services_.size() < in_.known.bounds.advertisements_per_connection_max &&
+        !said.service.starts_with("/rowe/") && services_.insert(said.service).second)
+      ++in_.provided[said.service];
+    if (of.name == "unadvertise_service" && services_.erase(said.service) != 0) --in_.provided[said.service];
+    if (operations()[said.operation].goes == form::stop_call && said.id_raw.empty()) unnamed_calls_ = true;
+  }
+
+  bool latches(const std::string& topic) const {
+    const auto found = advertised_.find(topic);
+    return found != advertised_.end() && found->second;
+  }
+
+  void note_subscribe(const saying& said) {
+    const bool fresh = !subscriptions_.contains(said.topic);
+    if (fresh && subscriptions_.size() >= in_.known.bounds.subscriptions_per_connection_max) return;
+    subscription& s = subscriptions_[said.topic];
+    if (fresh) {
+      ++in_.held[said.topic];
+      s.since = in_.step;
+      s.first = subscribed_once_.insert(said.topic).second;
+    }
+    if (s.requests.size() == 4 && !s.requests.contains(said.id_raw)) return;
+    s.requests[said.id_raw] = {said.throttle_ms, said.queue_stated};
+  }
+  void note_unsubscribe(const saying& said) {
+    const auto found = subscriptions_.find(said.topic);
+    if (found == subscriptions_.end()) return;
+    if (!said.id_raw.empty()) {
+      if (found->second.requests.erase(said.id_raw) == 0 || !found->second.requests.empty()) return;
+    }
+    subscriptions_.erase(found);
+    --in_.held[said.topic];
+  }
+  void note_advertise(const saying& said) {
+    if (said.topic.starts_with("/rowe/")) return;
+    const auto found = advertised_.find(said.topic);
+    if (found != advertised_.end()) {
+      found->second = found->second || said.latch;
+      return;
+    }
+    if (advertised_.size() >= in_.known.bounds.advertisements_per_connection_max) return;
+    advertised_[said.topic] = said.latch;
+    ++in_.held[said.topic];
+  }
+  void note_unadvertise(const saying& said) {
+    if (advertised_.erase(said.topic) != 0) --in_.held[said.topic];
+  }
+
+  // ---- coverage
+
+  bool backpressured() { return conditions().room_bytes <= 7 || (!reads && conditions().room_bytes <= 1000); }
+  state state_of_connection() {
+    if (closing_) return state::connection_closing;
+    if (!said_something_) return state::connection_fresh;
+    if (backpressured()) return state::connection_backpressured;
+    return spoke_bare_last_ ? state::connection_bare : state::connection_rosbridge;
+  }
+  state state_of_subscription(const std::string& topic) {
+    const auto found = subscriptions_.find(topic);
+    if (found == subscriptions_.end()) return state::subscription_none;
+    if (backpressured()) return state::subscription_backpressured;
+    bool queue = false;
+    std::int64_t throttle = INT64_MAX;
+    for (const auto& [id, r] : found->second.requests) {
+      queue = queue || r.queue_stated;
+      throttle = std::min(throttle, r.throttle_ms);
+    }
+    if (throttle == 0 || found->second.requests.empty()) return state::subscription_idle;
+    return queue ? state::subscription_queued : state::subscription_throttled;
+  }
+  state state_of_answer(const saying& said) const {
+    const auto in = [&](const std::vector<std::string>& of) {
+      return std::find(of.begin(), of.end(), said.answers) != of.end();
+    };
+    return in(known_.asked)      ? state::answer_asked
+           : in(known_.answered) ? state::answer_over
+                                 : state::answer_foreign;
+  }
+  state state_of_call(const saying& said) const {
+    const auto& open = known_.own_calls;
+    if (open.empty()) return state::call_none;
+    return std::find(open.begin(), open.end(), said.id_raw) != open.end() ? state::call_same_id
+                                                                          : state::call_open;
+  }
+
+  void count_coverage(const recipe& what, const saying& said) {
+    for (const dimension d : operations()[what.operation].of) {
+      state now = state::connection_fresh;
+      switch (d) {
+      case dimension::topic: now = in_.state_of_topic(said.topic); break;
+      case dimension::subscription: now = state_of_subscription(said.topic); break;
+      case dimension::service: now = in_.state_of_service(said.service); break;
+      case dimension::call: now = state_of_call(said); break;
+      case dimension::answer: now = state_of_answer(said); break;
+      case dimension::stop: now = in_.state_of_stop(); break;
+      case dimension::connection: now = state_of_connection(); break;
+      }
+      in_.seen.add(row_of(what.operation), now);
+      for (std::size_t m = 0; m < what.classes.size(); ++m)
+        in_.seen.add(row_of(what.operation, m, what.classes[m]), now);
+    }
+  }
+
+  // ---- what it hears
+
+  void hear_text(const std::string& text) {
+    using kind = dialect_check::kind;
+    const dialect_check::heard h = check_.look(text);
+    if (h.is == kind::wrong)
+      return in_.fail("json", name_ + " was sent " + shortened(text, 700) + ": " + h.why);
+    if (h.is == kind::announcement && in_.ours == rowe::service::side::server)
+      return in_.fail("grammar", name_ + " was sent what only clients say: " + shortened(text));
+    if (h.is == kind::status || h.is == kind::answer) {
+      if (!h.id_raw.empty() && !ids_.contains(h.id_raw))
+        return in_.fail("ids", name_ + " was answered under an id that it never gave: " + shortened(text));
+      const auto at = std::find(known_.own_calls.begin(), known_.own_calls.end(), h.id_raw);
+      if (h.is == kind::answer && at != known_.own_calls.end()) known_.own_calls.erase(at);
+    }
+    if (h.is == kind::request) {
+      known_.asked.push_back(h.id_raw);
+      if (known_.asked.size() > 16) known_.asked.erase(known_.asked.begin());
+      auto& others = in_.known.asked_of_others;
+      others.push_back(h.id_raw);
+      if (others.size() > 8) others.erase(others.begin());
+    }
+    if (h.is == kind::publish) hear_publication(h);
+  }
+
+  void hear_publication(const dialect_check::heard& h) {
+    const std::int64_t n = integer_after(h.body, R"("msg":{"n":)");
+    if (n <= 0) return;
+    publication& p = in_.message(static_cast<std::uint32_t>(n));
+    const std::string topic = h.topic.starts_with('/') ? h.topic : "/" + h.topic;
+    const auto found = subscriptions_.find(topic);
+    if (found != subscriptions_.end() && found->second.first && p.by != 0 &&
+        !in_.once_latched.contains(topic)) {
+      const std::uint64_t since = found->second.since;
+      if (p.gone != 0 && p.gone < since)
+        in_.fail("latch", name_ + " subscribed to " + h.topic + " in step " + std::to_string(since) +
+                              " and got message " + std::to_string(n) + " of p" + std::to_string(p.by) +
+                              ", which left in step " + std::to_string(p.gone));
+      if (!p.may_be_kept && p.heard != 0 && p.heard < since)
+        in_.fail("latch", name_ + " subscribed to " + h.topic + " in step " + std::to_string(since) +
+                              " and got message " + std::to_string(n) + " of p" + std::to_string(p.by) +
+                              ", which did not ask that it be kept and was heard in step " +
+                              std::to_string(p.heard));
+    }
+    if (p.heard == 0) p.heard = in_.step;
+  }
+
+  site& in_;
+  dialect_check& check_;
+  std::unique_ptr<far_end> link_;
+  bool only_stops_;
+  std::uint32_t number_;
+  std::string name_;
+  knowledge known_;
+  std::set<std::string> ids_;
+  std::map<std::string, subscription> subscriptions_;
+  std::set<std::string> subscribed_once_;
+  std::map<std::string, bool> advertised_; // whether latched
+  std::set<std::string> services_;
+  bool spoke_rosbridge_ = false;
+  bool spoke_bare_last_ = false;
+  bool said_something_ = false;
+  bool closing_ = false;
+  bool flooded_ = false;
+  bool unnamed_calls_ = false;
+  bool gone_ = false;
+};
+
+} // namespace swarm

@@ -1,0 +1,596 @@
+// SPDX-License-Identifier: Apache-2.0
+// This process in a swarm world: handles of every kind that open, are used in every way, and close, and
+// threads at the front door. What is checked: a set-up that fits beside this process's own other handles
+// succeeds, whatever strangers hold; and a caller whose calls have all ended or been given up can call again.
+#pragma once
+#include <deque>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include <rowe/caller.hpp>
+#include <rowe/lane.hpp>
+#include <rowe/publisher.hpp>
+#include <rowe/responder.hpp>
+#include <rowe/stop_latch.hpp>
+#include <rowe/subscriber.hpp>
+
+#include "swarm_site.hpp"
+
+namespace swarm {
+
+struct reading {
+  std::int64_t n;
+  double x;
+};
+
+} // namespace swarm
+
+template <>
+inline constexpr auto
+    rowe::schema<swarm::reading> = rowe::fields<&swarm::reading::n, &swarm::reading::x>{}.type("sim/Usual");
+
+namespace swarm {
+
+using rowe::json_text;
+using rowe::detail::lane_kind;
+using rowe::detail::lane_state;
+
+enum class handle_kind : std::uint8_t {
+  publish_text,
+  publish_value,
+  subscribe_text,
+  subscribe_value,
+  respond,
+  call,      // without waiting
+  call_wait, // as caller::call() does, which gives up
+  talk,
+  latch,
+};
+inline constexpr std::size_t handle_kinds = 9;
+
+class handle {
+ public:
+  handle(site& in, handle_kind kind, const rowe::detail::lane_request& asked)
+      : in_{in}, kind_{kind}, name_{asked.name}, type_{asked.type}, lane_{&in.on.offer(asked)} {
+    latched_ = asked.latched && (kind == handle_kind::publish_text || kind == handle_kind::publish_value);
+    // acquire and release, here and below: as api/endpoint.cpp; there is one thread here
+    switch (kind) {
+    case handle_kind::publish_text: user_ = rowe::publisher<json_text>{held()}; break;
+    case handle_kind::publish_value: user_ = rowe::publisher<reading>{held()}; break;
+    case handle_kind::subscribe_text: user_ = rowe::subscriber<json_text>{held()}; break;
+    case handle_kind::subscribe_value: user_ = rowe::subscriber<reading>{held()}; break;
+    case handle_kind::respond: user_ = rowe::responder<json_text, json_text>{held()}; break;
+    case handle_kind::call:
+    case handle_kind::call_wait: user_ = rowe::caller<json_text, json_text>{held()}; break;
+    case handle_kind::talk: user_ = rowe::lane{held()}; break;
+    case handle_kind::latch: user_ = rowe::stop_latch{held()}; break;
+    }
+    text_max_ = asked.out_bytes;
+    depth_ = asked.ends_depth;
+  }
+
+  handle_kind kind() const { return kind_; }
+  const std::string& name() const { return name_; }
+  const std::string& type() const { return type_; }
+  bool latched() const { return latched_; }
+  rowe::detail::lane& lane() { return *lane_; }
+  lane_state state_now() const { return lane_->state.load(std::memory_order_acquire); } // acquire: see above
+  bool honest = false; // its owner alone uses it
+  bool told = false;   // that it was refused
+  bool of_topic() const { return kind_ <= handle_kind::subscribe_value; }
+
+  // Everybody may look at whether the loop moves; of a latch.
+  bool moves = false;
+  bool looks = true;
+
+  void act() {
+    switch (kind_) {
+    case handle_kind::publish_text:
+    case handle_kind::publish_value: return publish(1 + in_.roll.below(in_.roll.one_in(8) ? 40 : 3));
+    case handle_kind::subscribe_text: return take(std::get<rowe::subscriber<json_text>>(user_));
+    case handle_kind::subscribe_value: return take_value();
+    case handle_kind::respond: return respond();
+    case handle_kind::call: return call();
+    case handle_kind::call_wait: return; // in each step: wait()
+    case handle_kind::talk: return talk();
+    case handle_kind::latch: return;
+    }
+  }
+
+  // In each step: what a thread does that waits, and what a loop does.
+  void wait() {
+    if (kind_ == handle_kind::call_wait) wait_for_call();
+  }
+  // A loop that obeys.
+  bool look() {
+    auto& latch = std::get<rowe::stop_latch>(user_);
+    const bool engaged = latch.engaged(in_.on.now);
+    if (engaged && acknowledges) latch.acknowledge(in_.on.now);
+    moves = !engaged;
+    return moves;
+  }
+  bool acknowledges = true;
+
+  // The handle goes. What it held goes before it.
+  void close() {
+    requests_.clear();
+    views_.clear();
+    lane_->state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
+  }
+  void finish_up() {
+    requests_.clear();
+    views_.clear();
+    if (kind_ == handle_kind::talk) {
+      auto& talker = std::get<rowe::lane>(user_);
+      while (talker.try_receive(in_.on.now)) continue;
+      while (talker.try_finish()) continue;
+    }
+    if (kind_ == handle_kind::respond) {
+      auto& responder = std::get<rowe::responder<json_text, json_text>>(user_);
+      while (auto asked = responder.try_next(in_.on.now)) continue;
+    }
+    if (kind_ == handle_kind::call) finish_calls();
+  }
+
+ private:
+  rowe::detail::lane_handle held() { return harness::handle_of(*lane_); }
+  rowe::duration some_time() {
+    constexpr rowe::duration times[] = {0ns, 1ms, 20ms, 100ms, 500ms, -1ns, -1ns};
+    return in_.roll.one_of(times);
+  }
+  std::string filling() {
+    const std::size_t small = in_.known.bounds.small_slot_bytes;
+    std::size_t bytes = in_.roll.below(40);
+    if (in_.roll.one_in(6)) bytes = small - 100 + in_.roll.below(100);
+    if (in_.roll.one_in(6)) bytes = small + in_.roll.below(small);
+    return std::string(std::min(bytes, text_max_ > 60 ? text_max_ - 60 : 0), 'y');
+  }
+
+  void publish(std::uint64_t times) {
+    for (; times > 0; --times) {
+      const std::uint32_t n = in_.note_publication(++in_.message_number, 0, latched_);
+      if (kind_ == handle_kind::publish_text) {
+        std::string text = "{\"n\":" + std::to_string(n) + ",\"x\":\"" + filling() + "\"}";
+        if (in_.roll.one_in(32)) text = in_.roll.one_in(2) ? "[" : "7";
+        (void)std::get<rowe::publisher<json_text>>(user_).publish(text, in_.on.now); // its fate is counted
+      } else {
+        (void)std::get<rowe::publisher<reading>>(user_).publish({n, 0.5}, in_.on.now); // likewise
+      }
+    }
+  }
+
+  void take(rowe::subscriber<json_text>& from) {
+    if (in_.roll.one_in(3) && !views_.empty()) return views_.clear();
+    auto got = in_.roll.one_in(4) ? from.latest() : from.try_take();
+    if (got && views_.size() < 4) views_.push_back(std::move(*got));
+  }
+  void take_value() {
+    auto& from = std::get<rowe::subscriber<reading>>(user_);
+    (void)(in_.roll.one_in(4) ? from.latest() : from.try_take()); // looked at, and given back at once
+  }
+
+  void respond() {
+    auto& responder = std::get<rowe::responder<json_text, json_text>>(user_);
+    if (requests_.empty() || in_.roll.one_in(2)) {
+      if (auto asked = responder.try_next(in_.on.now); asked && requests_.size() < 6)
+        requests_.push_back(std::move(*asked));
+      return;
+    }
+    const std::size_t which = in_.roll.below(requests_.size());
+    rowe::request<json_text> one = std::move(requests_[which]);
+    requests_.erase(requests_.begin() + static_cast<std::ptrdiff_t>(which));
+    switch (in_.roll.below(8)) {
+    case 0: return;                                                // forgotten
+    case 1: (void)responder.refuse(one, "no", in_.on.now); return; // who has gone needs none
+    case 2: (void)responder.reply(one, "[", in_.on.now); return;   // likewise
+    default: (void)responder.reply(one, "{\"x\":\"" + filling() + "\"}", in_.on.now); return; // likewise
+    }
+  }
+
+  // ---- calls
+
+  std::string request_text() {
+    return in_.roll.one_in(16) ? "{" : "{\"a\":1,\"b\":2,\"x\":\"" + filling() + "\"}";
+  }
+  void finish_calls() {
+    auto& caller = std::get<rowe::caller<json_text, json_text>>(user_);
+    while (const auto end = caller.try_finish()) {
+      const auto at = std::find(calls_.begin(), calls_.end(), end->id);
+      if (at == calls_.end()) return in_.fail("calls", "a caller is told the end of no call that it wants");
+      calls_.erase(at);
+    }
+  }
+  void call() {
+    auto& caller = std::get<rowe::caller<json_text, json_text>>(user_);
+    if (!calls_.empty() && in_.roll.one_in(4)) {
+      const std::size_t which = in_.roll.below(calls_.size());
+      caller.cancel(calls_[which]);
+      calls_.erase(calls_.begin() + static_cast<std::ptrdiff_t>(which));
+      return;
+    }
+    if (in_.roll.one_in(2)) return finish_calls();
+    const auto started = caller.start(request_text(), some_time(), in_.on.now);
+    if (started) calls_.push_back(*started);
+  }
+
+  // caller::call(), a step at a time: starts, looks for the end, gives up a little after the time-out. As
+  // long as none is started without waiting, all places are free again a while after the last one.
+  void wait_for_call() {
+    auto& caller = std::get<rowe::caller<json_text, json_text>>(user_);
+    namespace d = rowe::detail;
+    if (waits_) {
+      const d::call_ref call{waits_->index, waits_->generation};
+      if (const auto slot = d::take_end_of(*lane_, call)) {
+        d::give_end_back(*lane_, *slot);
+        waits_.reset();
+        served_at_ = in_.cycles;
+      } else if (in_.on.now >= gives_up_) {
+        d::give_up(*lane_, call);
+        waits_.reset();
+        served_at_ = in_.cycles;
+      }
+      return;
+    }
+    if (!in_.roll.one_in(6)) return;
+    constexpr rowe::duration times[] = {1ms, 5ms, 20ms, 50ms};
+    const rowe::duration timeout = in_.roll.one_of(times);
+    d::find_place(*lane_);
+    const auto started = caller.start("{\"a\":1}", timeout, in_.on.now);
+    if (started) {
+      gives_up_ = in_.on.now + timeout + d::word_late_max;
+      if (in_.roll.one_in(6)) {
+        caller.cancel(*started); // started without waiting, and not wanted any more
+        last_ends_ = std::max(last_ends_, gives_up_);
+        return;
+      }
+      waits_ = *started;
+      last_ends_ = std::max(last_ends_, gives_up_);
+      return;
+    }
+    if (started.code() == rowe::errc::too_many_calls && in_.on.now > last_ends_ + 300ms &&
+        in_.cycles > served_at_ + 40) {
+      in_.fail("places_of_calls",
+               "a caller whose " + std::to_string(depth_) +
+                   " calls have all ended or been given up is told that there are too many");
+    }
+  }
+
+  void talk() {
+    auto& talker = std::get<rowe::lane>(user_);
+    switch (in_.roll.below(8)) {
+    case 0:
+    case 1: // what finds no room is counted
+      (void)talker.try_send(in_.roll.one_in(16) ? "[]" : "{\"x\":\"" + filling() + "\"}", some_time(),
+                            in_.on.now);
+      return;
+    case 2: {
+      constexpr std::string_view names[] = {"/s0",         "/s1",        "/nobody",
+                                            "/rowe/stats", "/rowe/stop", "/honest/echo"};
+      const auto started = talker.start(
+          R"({"service":")" + std::string{in_.roll.one_of(names)} + R"(","a":1})", some_time(), in_.on.now);
+      if (started) calls_.push_back(*started);
+      return;
+    }
+    case 3:
+      if (!calls_.empty()) {
+        talker.cancel(calls_.back());
+        calls_.pop_back();
+      }
+      return;
+    case 4:
+      while (talker.try_finish()) continue;
+      calls_.clear();
+      return;
+    case 5:
+      if (auto got = talker.try_receive(in_.on.now); got && views_.size() < 4)
+        views_.push_back(std::move(*got));
+      return;
+    case 6:
+      if (!views_.empty()) (void)talker.try_reply(views_.back(), "{\"x\":\"" + filling() + "\"}", in_.on.now);
+      return;
+    default:
+      if (!views_.empty()) views_.pop_back();
+      return;
+    }
+  }
+
+  site& in_;
+  handle_kind kind_;
+  std::string name_;
+  std::string type_;
+  rowe::detail::lane* lane_;
+  bool latched_ = false;
+  std::size_t text_max_ = 0;
+  std::uint32_t depth_ = 0;
+  std::variant<std::monostate, rowe::publisher<json_text>, rowe::publisher<reading>,
+               rowe::subscriber<json_text>, rowe::subscriber<reading>, rowe::responder<json_text, json_text>,
+               rowe::caller<json_text, json_text>, rowe::lane, rowe::stop_latch>
+      user_;
+  std::vector<rowe::request<json_text>> requests_;
+  std::vector<rowe::message_view> views_;
+  std::vector<rowe::call_id> calls_;
+  std::optional<rowe::call_id> waits_;
+  time_point gives_up_{};
+  time_point last_ends_{};
+  std::uint64_t served_at_ = 0;
+};
+
+// All handles of this process, and its threads at the front door.
+class process {
+ public:
+  explicit process(site& in) : in_{in}, uses_(handle_kinds) { uses_.draw(in.roll); }
+
+  std::vector<std::unique_ptr<handle>>& handles() { return handles_; }
+  bool receives = true; // else nothing here takes what comes for nobody: the front door is somebody's own
+
+  // Opens one; the honest actors name theirs.
+  handle* open(handle_kind kind, const rowe::detail::lane_request& asked) {
+    if (!has_free_lane()) return nullptr;
+    std::unique_ptr<handle> made;
+    try {
+      made = std::make_unique<handle>(in_, kind, asked);
+    } catch (const std::runtime_error&) {
+      return nullptr; // the memory of lanes is used up
+    }
+    in_.say("process opens " + std::string{kind_name(kind)} + " " + made->name() + " type '" + made->type() +
+            (made->latched() ? "', latched" : "'"));
+    note(*made, 1);
+    if (kind == handle_kind::latch) in_.stop_in_use = true;
+    handles_.push_back(std::move(made));
+    return handles_.back().get();
+  }
+  void open_any() {
+    const std::size_t which = uses_.choose(in_.roll, 0, handle_kinds, 0, [](std::size_t) { return true; });
+    const auto kind = static_cast<handle_kind>(which);
+    constexpr std::string_view types[] = {"", "sim/Usual", "sim/Usual", "sim/Usual", "sim/Other"};
+    constexpr std::string_view services[] = {"/s0",          "/s1",        "/s2",        "/nobody",
+                                             "/honest/echo", "/rowe/stop", "/rowe/stats"};
+    constexpr std::uint32_t depths[] = {1, 2, 8, 16};
+    constexpr rowe::duration lives[] = {0ns, 1ms, 20ms, 100ms, 500ms, rowe::rt::for_ever};
+    rowe::topic_options topic{.ttl = in_.roll.one_of(lives),
+                              .keep = in_.roll.one_in(3) ? rowe::keep::newest : rowe::keep::all,
+                              .depth = in_.roll.one_of(depths),
+                              .priority = static_cast<rowe::priority>(in_.roll.below(3)),
+                              .latched = in_.roll.one_in(2),
+                              .type = in_.roll.one_of(types),
+                              .text_bytes_max = in_.roll.one_in(2) ? 200U : 3000U};
+    if (in_.roll.one_in(3)) topic.period = 20ms;
+    const std::string name{own_topics[in_.roll.below(std::min(in_.known.names, std::size(own_topics)))]};
+    const std::string service{in_.roll.one_of(services)};
+    const rowe::service_options how{
+        .depth = in_.roll.one_of(depths), .type = "sim/Add", .text_bytes_max = 2000};
+    using namespace rowe::detail;
+    switch (kind) {
+    case handle_kind::publish_text: open(kind, advertise_request<json_text>(name, topic)); return;
+    case handle_kind::publish_value:
+      topic.type = {};
+      open(kind, advertise_request<reading>(name, topic));
+      return;
+    case handle_kind::subscribe_text: open(kind, subscribe_request<json_text>(name, topic)); return;
+    case handle_kind::subscribe_value:
+      topic.type = {};
+      open(kind, subscribe_request<reading>(name, topic));
+      return;
+    case handle_kind::respond:
+      open(kind, serve_request<json_text, json_text>(in_.roll.one_of(shared_services), how));
+      return;
+    case handle_kind::call:
+    case handle_kind::call_wait: open(kind, client_request<json_text, json_text>(service, how)); return;
+    case handle_kind::talk:
+      open(kind, {.kind = lane_kind::talk,
+                  .priority = topic.priority,
+                  .receives = receives && in_.roll.one_in(2),
+                  .out_depth = 8,
+                  .in_depth = 4,
+                  .ends_depth = 4,
+                  .out_bytes = 2000,
+                  .in_bytes = 2000,
+                  .ends_bytes = 2000});
+      return;
+    case handle_kind::latch: open_latch(); return;
+    }
+  }
+  void open_latch() {
+    constexpr rowe::duration times[] = {1ms, 50ms, 100ms, 1s, 10s};
+    std::size_t latches = 0;
+    for (const auto& one : handles_) latches += one->kind() == handle_kind::latch;
+    if (latches >= 3) return;
+    open(handle_kind::latch, rowe::detail::latch_request({.name = "loop" + std::to_string(latches),
+                                                          .loop_timeout = in_.roll.one_of(times)}));
+  }
+
+  void close(std::size_t which) {
+    handle& gone = *handles_[which];
+    in_.say("process closes " + std::string{kind_name(gone.kind())} + " " + gone.name());
+    note(gone, -1);
+    gone.close();
+    closing_.push_back(std::move(handles_[which]));
+    handles_.erase(handles_.begin() + static_cast<std::ptrdiff_t>(which));
+  }
+  void close_any() {
+    if (handles_.empty()) return;
+    const std::size_t which = in_.roll.below(handles_.size());
+    if (!handles_[which]->honest) close(which);
+  }
+
+  void act() {
+    if (handles_.empty()) return;
+    handle& one = *handles_[in_.roll.below(handles_.size())];
+    if (one.honest) return;
+    in_.say("process uses " + std::string{kind_name(one.kind())} + " " + one.name());
+    one.act();
+  }
+
+  // After each cycle: what set-up was told. One that is refused is closed, as set-up does.
+  void look_at_answers() {
+    std::erase_if(closing_, [](const auto& one) { return one->state_now() == lane_state::free; });
+    for (std::size_t i = 0; i < handles_.size();) {
+      handle& one = *handles_[i];
+      if (one.state_now() != lane_state::refused || one.told) {
+        ++i;
+        continue;
+      }
+      one.told = true;
+      if (const std::string why = explained(one); why.empty())
+        in_.fail("set_up", "the handle " + std::string{kind_name(one.kind())} + " " + one.name() +
+                               " of this process is refused: " + std::string{one.lane().answer.name()});
+      one.honest ? ++i : (close(i), i);
+    }
+  }
+  bool has_free_lane() const {
+    return std::any_of(in_.on.lanes.begin(), in_.on.lanes.end(), [](const rowe::detail::lane& one) {
+      return one.state.load(std::memory_order_acquire) == lane_state::free; // acquire: as set-up
+    });
+  }
+
+  void wait() {
+    for (const auto& one : handles_) one->wait();
+  }
+  void finish_up() {
+    for (const auto& one : handles_) {
+      if (!one->honest) one->finish_up();
+    }
+    collect_door();
+    while (const auto slot = in_.on.door.try_receive(in_.on.now)) in_.on.door.give_back_inbound(*slot);
+    held_.clear();
+  }
+  void close_all() {
+    while (!handles_.empty()) close(0);
+  }
+  bool all_closed() const { return closing_.empty() && handles_.empty(); }
+  std::size_t waiting_at_door() const { return waiting_.size(); }
+
+  // ---- the front door
+
+  void use_door() {
+    in_.say("process uses the front door");
+    using rowe::service::door_request;
+    auto& door = in_.on.door;
+    constexpr rowe::duration times[] = {0ns, 3ms, 40ms, -1ns};
+    switch (in_.roll.below(8)) {
+    case 0:
+    case 1:
+    case 2: {
+      const bool invokes = in_.roll.one_in(3);
+      const bool waits = invokes || in_.roll.one_in(2);
+      constexpr std::string_view texts[] = {R"({"service":"/s0","a":1})",
+                                            R"({"service":"/honest/echo","a":1})",
+                                            R"({"service":"/rowe/stats"})",
+                                            R"({"service":"/rowe/stop"})",
+                                            R"({"a":1})",
+                                            "["};
+      const auto slot = door.submit({.what = invokes ? door_request::invocation : door_request::message,
+                                     .wants_outcome = waits,
+                                     .stamped = in_.on.now,
+                                     .expires = rowe::rt::deadline_after(in_.on.now, in_.roll.one_of(times))},
+                                    in_.roll.one_of(texts));
+      if (slot && waits) waiting_.push_back(*slot);
+      return;
+    }
+    case 3:
+    case 4: {
+      const auto slot = door.try_receive(in_.on.now);
+      if (!slot) return;
+      if (door.inbound_header(*slot).what == door_request::invocation)
+        held_.push_back(door.inbound_header(*slot).call);
+      (void)door.give_back_inbound(*slot); // the next cycle comes anyway
+      return;
+    }
+    case 5:
+    case 6: {
+      if (held_.empty()) return;
+      const auto call = held_.front();
+      held_.pop_front();
+      const bool waits = in_.roll.one_in(2);
+      const auto slot = door.submit({.what = in_.roll.one_in(4) ? door_request::refusal : door_request::reply,
+                                     .wants_outcome = waits,
+                                     .call = call,
+                                     .stamped = in_.on.now},
+                                    in_.roll.one_in(8) ? "7" : R"({"sum":3})");
+      if (slot && waits) waiting_.push_back(*slot);
+      return;
+    }
+    default: return collect_door();
+    }
+  }
+  void collect_door() {
+    auto& door = in_.on.door;
+    std::erase_if(waiting_, [&](std::uint32_t slot) {
+      // Long past, so it does not sleep; who leaves before the end may not look again.
+      if (door.wait(slot, time_point{1ns})) door.give_back(slot);
+      return true;
+    });
+  }
+
+  static std::string_view kind_name(handle_kind kind) {
+    constexpr std::string_view names[] = {"publisher of text", "publisher", "subscriber of text",
+                                          "subscriber",        "responder", "caller",
+                                          "waiting caller",    "lane",      "stop latch"};
+    return names[static_cast<std::size_t>(kind)];
+  }
+
+ private:
+  void note(const handle& one, int by) {
+    const auto add = [by](std::map<std::string, std::uint32_t>& to, const std::string& name) {
+      to[name] += static_cast<std::uint32_t>(by);
+    };
+    if (one.of_topic()) add(in_.own, one.name());
+    if (one.latched()) {
+      add(in_.own_latched, one.name());
+      in_.once_latched.insert(one.name());
+    }
+    if (one.kind() == handle_kind::respond) add(in_.own_services, one.name());
+  }
+
+  // Why set-up may refuse it, for the sake of this process's own other handles.
+  std::string explained(const handle& refused) const {
+    const auto others = [&](auto&& is) {
+      const auto match = [&](const auto& one) { return one.get() != &refused && is(*one); };
+      return std::any_of(handles_.begin(), handles_.end(), match) ||
+             std::any_of(closing_.begin(), closing_.end(), match);
+    };
+    switch (const_cast<handle&>(refused).lane().answer.code) {
+    case rowe::errc::type_conflict:
+      return others([&](const handle& one) {
+        return one.of_topic() && one.name() == refused.name() && one.type() != refused.type();
+      })
+                 ? "another handle has another type"
+                 : "";
+    case rowe::errc::service_taken:
+      return others([&](const handle& one) {
+        return one.kind() == handle_kind::respond && one.name() == refused.name();
+      })
+                 ? "another handle serves it"
+                 : "";
+    case rowe::errc::too_many_topics: { // three quarters are kept for this process, and two of them the
+                                        // endpoint's
+      std::uint32_t own = 2;
+      for (const auto& [topic, count] : in_.own) own += count != 0;
+      for (const auto& one : closing_) own += one->of_topic();
+      const std::uint32_t all = in_.known.bounds.topics_max;
+      return own > all - all / 4 ? "all that are kept for this process are its own" : "";
+    }
+    case rowe::errc::too_many_services: {
+      std::uint32_t own = 0;
+      for (const auto& [service, count] : in_.own_services) own += count;
+      for (const auto& one : closing_) own += one->kind() == handle_kind::respond;
+      return own > in_.known.bounds.services_max ? "all are its own" : "";
+    }
+    default: return "";
+    }
+  }
+
+  site& in_;
+  weights uses_;
+  std::vector<std::unique_ptr<handle>> handles_;
+  std::vector<std::unique_ptr<handle>> closing_;
+  std::vector<std::uint32_t> waiting_; // slots of the front door
+  std::deque<rowe::detail::call_ref> held_;
+};
+
+} // namespace swarm

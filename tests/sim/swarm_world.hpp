@@ -1,0 +1,564 @@
+// SPDX-License-Identifier: Apache-2.0
+// A world in which everybody may do anything: strangers who say whatever either dialect has in any order and
+// at any speed, this process's handles in every stage of their lives, a network that stalls and cuts, time
+// that crawls and jumps; and among them one peer that keeps to the rules. Each seed draws the endpoint's
+// options and limits, leaves half of everything out and weighs the rest anew. The invariants, checked after
+// each cycle, are listed with their names in invariants().
+#pragma once
+#include <array>
+#include <deque>
+#include <memory>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "swarm_honest.hpp"
+#include "swarm_peer.hpp"
+#include "swarm_process.hpp"
+#include "swarm_site.hpp"
+
+namespace swarm {
+
+struct invariant {
+  std::string_view name;
+  std::string_view says;
+};
+inline const std::vector<invariant>& invariants() {
+  static const std::vector<invariant> all = {
+      {"structures", "the core's structures agree, and references counted from outside equal the slots' own"},
+      {"counters", "each counter is monotone, and none jumps by more than what happened"},
+      {"json", "every text that a peer is sent is valid JSON and of its dialect"},
+      {"grammar", "a server says nothing that only clients say"},
+      {"ids", "an answer or a status has an id that its peer gave, as it stood there"},
+      {"frames", "a peer is sent nothing that breaks the WebSocket protocol"},
+      {"latch", "a late subscriber gets what its publisher asked to be kept, as long as that is there"},
+      {"calls", "a caller is told the end of calls that it wants, and of no others"},
+      {"places_of_calls", "a caller whose calls have all ended or been given up can call"},
+      {"set_up", "a handle is refused for the sake of this process's own other handles only"},
+      {"answers", "a call is answered with its own answer"},
+      {"floor_call", "the honest peer's call is answered within 40 cycles"},
+      {"floor_large_call", "likewise one whose answer needs a large slot"},
+      {"floor_topic", "of 100 messages of a topic of 20 Hz the honest peer gets at least 90"},
+      {"floor_echo", "its plain message, which a thread sends back, comes back within 40 cycles"},
+      {"throttle", "a subscription gets a message each throttle_rate, by the options of the moment"},
+      {"honest_cut", "the honest peer is not cut"},
+      {"honest_refused", "the honest peer is refused nothing"},
+      {"statistics", "rates are those of the last seconds"},
+      {"stop_number",
+       "the number of the stop rises, by less than a turn of its low 16 bits in a loop_timeout"},
+      {"stop_holds",
+       "no loop moves after a stop until a reset that named its number and a tick issued later"},
+      {"end", "when everybody has left and everything is closed, every slot is home and nothing waits"},
+  };
+  return all;
+}
+
+// What one seed does.
+struct plan {
+  rowe::endpoint_options options;
+  rowe::service::side ours = rowe::service::side::server;
+  bool roomy = true;      // limits as small robots have them: the floors hold
+  bool has_honest = true; //
+  bool jumps = false;     // of time, by seconds
+  bool freezes = false;   // the service thread is kept from its core now and then
+  bool floods = false;    // of stops: more than a number of 16 bits counts
+  std::uint64_t bad_in = 6;
+  std::uint64_t strangers_max = 5;
+};
+
+inline plan draw_plan(std::uint64_t seed) {
+  seeded_draws roll{seed ^ 0x5bd1e995U};
+  plan p;
+  auto& o = p.options;
+  auto& l = o.limits;
+  if (roll.one_in(5)) p.ours = rowe::service::side::client;
+  o.relay = roll.one_in(2);
+  o.answers_any = roll.one_in(3);
+  o.bare_unasked = roll.one_in(4);
+  constexpr rowe::idle idles[] = {rowe::idle::poll, rowe::idle::poll, rowe::idle::spin, rowe::idle::wake,
+                                  rowe::idle::phase};
+  o.idle_policy = roll.one_of(idles);
+  if (roll.one_in(6)) o.profile = roll.one_in(2) ? rowe::peer_profile::hop : rowe::peer_profile::hop_2014;
+  if (roll.one_in(4)) o.inbound_ttl = 200ms;
+  o.stop.unguarded = roll.one_in(2);
+  constexpr rowe::duration leases[] = {100ms, 500ms, 5s};
+  o.stop.lease = roll.one_of(leases);
+  o.stop.service_timeout = roll.one_in(2) ? 50ms : 1s;
+  o.stop.observe_timeout = roll.one_in(2) ? 50ms : 5ms;
+  l.connections_max = 8;
+  l.message_bytes_max = 8 * 1024;
+  l.topics_max = 24;
+  l.subscriptions_max = 64;
+  l.subscriptions_per_connection_max = 12;
+  l.advertisements_per_connection_max = 6;
+  l.small_slot_bytes = 1024;
+  l.small_slots = roll.one_in(2) ? 128 : 64;
+  l.large_slots = roll.one_in(2) ? 16 : 8;
+  l.queue_depth_max = 32;
+  l.queued_max = 1024;
+  l.lanes_max = 14;
+  l.lane_bytes = 6 * 1024 * 1024;
+  l.services_max = 16;
+  l.calls_max = 32;
+  l.calls_per_connection_max = 4;
+  l.door_slots = 4;
+  l.door_slot_bytes = 2048;
+  constexpr std::uint32_t rates[] = {50'000, 50'000, 1'000, 0};
+  l.messages_per_second_max = roll.one_of(rates);
+  l.refusals_per_second_max = roll.one_in(2) ? 20 : roll.one_in(2) ? 1 : 0;
+  l.latched_bytes = roll.one_in(2) ? 64 * 1024 : 8 * 1024;
+  if (roll.one_in(2)) o.call_timeout = 300ms;
+  p.roomy = !roll.one_in(4);
+  if (p.roomy) { // of what is shared there is enough that each of eight peers has a part
+    l.topics_max = 64;
+    l.services_max = 32;
+    l.calls_max = 64;
+    l.door_slots = 32;
+  } else {
+    if (roll.one_in(2)) l.small_slots = 4 + static_cast<std::uint32_t>(roll.below(12));
+    if (roll.one_in(2)) l.large_slots = 1;
+    if (roll.one_in(2)) l.queue_depth_max = 1 + static_cast<std::uint32_t>(roll.below(4));
+    if (roll.one_in(2)) l.queued_max = 12;
+    if (roll.one_in(2)) l.calls_max = 4;
+    if (roll.one_in(2)) l.topics_max = 8;
+    if (roll.one_in(2)) l.subscriptions_max = 8;
+    if (roll.one_in(2)) l.services_max = 2;
+    if (roll.one_in(2)) l.door_slots = 1;
+    if (roll.one_in(2)) l.message_bytes_max = 1024;
+  }
+  p.has_honest =
+      p.roomy && p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard;
+  p.jumps = roll.one_in(3);
+  p.freezes = roll.one_in(3);
+  p.floods = roll.one_in(8);
+  p.bad_in = roll.one_in(2) ? 6 : roll.one_in(2) ? 2 : 40;
+  p.strangers_max = p.ours == rowe::service::side::client ? 1 : 1 + roll.below(5);
+  return p;
+}
+
+class world {
+ public:
+  world(std::uint64_t seed, coverage& seen, const std::set<std::string>& without, bool trace = false)
+      : seed_{seed},
+        plan_{draw_plan(seed)},
+        roll_{seed},
+        verdict_{without},
+        on_{plan_.options, plan_.ours, seed},
+        site_{.on = on_,
+              .roll = roll_,
+              .seen = seen,
+              .verdict = verdict_,
+              .ours = plan_.ours,
+              .known = {},
+              .trace = trace},
+        process_{site_},
+        honest_{site_, process_, check_, roll_.below(200), roll_.one_in(2) ? 0 : roll_.below(800)},
+        start_{on_.now} {
+    site_.known.bounds = plan_.options.limits;
+    site_.known.honest_topics = !plan_.options.relay;
+    site_.known.message_number = &site_.message_number;
+    constexpr std::size_t few[] = {1, 2, 3, 6, 6};
+    site_.known.names = roll_.one_of(few);
+    honest_.operates = !roll_.one_in(3);
+    honest_.echoes = plan_.has_honest && plan_.options.inbound_ttl == rowe::rt::for_ever && roll_.one_in(3);
+    process_.receives = !honest_.echoes;
+    uses_ = weights{rows().size()};
+    uses_.draw(roll_);
+    for (std::size_t row = 0; row < rows().size(); ++row) {
+      if (rows()[row].own) continue;
+      const value_class& one = classes_of(domain_of(rows()[row]))[rows()[row].value];
+      if (one.name == "absent" && one.good) uses_[row] += 6; // most texts leave out most members
+      if (!one.good) uses_[row] = std::max(uses_[row], 1U);  // of these one text has one, and only a few have
+    }
+    operations_ = weights{operations().size()};
+    operations_.draw(roll_);
+    // What takes something back is of use only where something was taken.
+    for (const auto& [takes, gives] :
+         {std::pair{"subscribe", "unsubscribe"}, std::pair{"advertise", "unadvertise"},
+          std::pair{"advertise_service", "unadvertise_service"}}) {
+      const unsigned weight = operations_[operation_named(takes)];
+      if (!roll_.one_in(4)) operations_[operation_named(gives)] = weight;
+    }
+    doings_ = weights{doings};
+    doings_.draw(roll_);
+    for (const doing always : {doing::meet, doing::talk, doing::read, doing::wait})
+      doings_[static_cast<std::size_t>(always)] += 4;
+    doings_[static_cast<std::size_t>(doing::talk)] += 12;
+    has_spread_ = roll_.one_in(2);
+    if (trace) describe();
+  }
+
+  void step(std::uint64_t number) {
+    site_.step = number;
+    roll_.restart(seed_, number + 1);
+    forget_those_cut();
+    const auto what = static_cast<doing>(doings_.choose(
+        roll_, 0, doings, static_cast<std::size_t>(doing::wait), [](std::size_t) { return true; }));
+    switch (what) {
+    case doing::meet: meet(); break;
+    case doing::part: part(); break;
+    case doing::conditions:
+      if (stranger* const p = one()) p->change_conditions();
+      break;
+    case doing::talk: talk(); break;
+    case doing::read:
+      if (stranger* const p = one()) p->hear(roll_.one_in(2) ? SIZE_MAX : roll_.below(2000));
+      break;
+    case doing::open: process_.open_any(); break;
+    case doing::close:
+      if (roll_.one_in(2)) process_.close_any();
+      break;
+    case doing::act:
+    case doing::act_too: process_.act(); break;
+    case doing::door:
+      if (process_.receives) process_.use_door();
+      break;
+    case doing::freeze: freeze(); return;
+    case doing::burst: burst(); break;
+    case doing::wait: break;
+    }
+    wait();
+    if (plan_.has_honest) honest_.act();
+    process_.wait();
+    look_of_loops();
+    cycle();
+  }
+
+  // Everybody reads, leaves, closes; nothing may be left.
+  void finish(std::uint64_t number) {
+    site_.step = number;
+    honest_.leave();
+    for (int i = 0; i < 20; ++i) calm();
+    while (!strangers_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
+    for (int i = 0; i < 5; ++i) calm();
+    process_.close_all();
+    for (int i = 0; i < 40; ++i) calm();
+    far_end last{on_, plan_.ours}; // what is for a peer waits for one
+    last.say("{}");
+    for (int i = 0; i < 40; ++i) {
+      last.hear();
+      calm();
+    }
+    last.leave();
+    for (int i = 0; i < 5; ++i) calm();
+    for (int left = 200; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.door.all_home()); --left)
+      calm(); // what has come is taken
+    if (broken()) return;
+    if (on_.core.slots_in_use() != 0)
+      verdict_.fail("end", std::to_string(on_.core.slots_in_use()) + " slots are not home");
+    if (!process_.all_closed()) verdict_.fail("end", "a handle that is closed stays");
+    if (!on_.core.drained()) verdict_.fail("end", "something waits for nobody");
+    if (!on_.door.all_home()) {
+      const char* const wrong = on_.door.check();
+      const bool waits = on_.door.try_receive(on_.now).has_value();
+      verdict_.fail("end", std::string{"a slot of the front door is not home: "} +
+                               (wrong != nullptr ? wrong
+                                : waits          ? "a message waits to be received"
+                                                 : "one is lost"));
+    }
+    if (on_.board.peers() != 0)
+      verdict_.fail("end", std::to_string(on_.board.peers()) + " peers are counted that have left, after " +
+                               std::to_string(on_.count(counter::messages_in)) + " messages");
+  }
+
+  bool broken() const { return verdict_.broken(); }
+  const verdict_of_run& verdict() const { return verdict_; }
+  std::uint64_t trace_hash() const { return hash_; }
+  const honest& honest_peer() const { return honest_; }
+
+ private:
+  enum class doing : std::uint8_t {
+    meet,
+    part,
+    conditions,
+    talk,
+    read,
+    open,
+    close,
+    act,
+    act_too,
+    door,
+    freeze,
+    burst,
+    wait
+  };
+  static constexpr std::size_t doings = 13;
+
+  void describe() {
+    const auto& o = plan_.options;
+    site_.say("seed " + std::to_string(seed_) +
+              (plan_.ours == rowe::service::side::client ? " client" : " server") +
+              (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
+              (o.bare_unasked ? " bare_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
+              (plan_.has_honest ? " honest" : "") + " profile " +
+              std::to_string(static_cast<int>(o.profile)) + " idle " +
+              std::to_string(static_cast<int>(o.idle_policy)));
+  }
+
+  stranger* one() { return strangers_.empty() ? nullptr : strangers_[roll_.below(strangers_.size())].get(); }
+
+  void meet() {
+    if (strangers_.size() >= plan_.strangers_max) return;
+    const bool local = !roll_.one_in(4);
+    const bool only_stops = roll_.one_in(12);
+    strangers_.push_back(
+        std::make_unique<stranger>(site_, check_, local ? "127.0.0.1:50000" : "10.0.0.7:50000", only_stops));
+    stranger& fresh = *strangers_.back();
+    site_.say(fresh.name() + (local ? " comes" : " comes from elsewhere") + (only_stops ? " to stop" : ""));
+    // What is wrong at once is rare otherwise.
+    if (!roll_.one_in(4)) fresh.say(draw_text(2), 1, false);
+  }
+  void leave(std::size_t which, rowe::service::close_cause how) {
+    stranger& gone = *strangers_[which];
+    if (gone.flooded()) how = rowe::service::close_cause::reset; // else all of it would be read first
+    site_.say(gone.name() + " leaves");
+    if (!gone.link().cut()) gone.conditions() = {}; // else its last bytes might never arrive
+    gone.link().leave(how);
+    cycle();
+    cycle();
+    gone.forget();
+    strangers_.erase(strangers_.begin() + static_cast<std::ptrdiff_t>(which));
+  }
+  // A place whose connection has ended may be another's already.
+  void forget_those_cut() {
+    std::erase_if(strangers_, [&](const auto& one) {
+      if (!one->link().cut()) return false;
+      one->hear(SIZE_MAX);
+      site_.say(one->name() + " was cut");
+      return true;
+    });
+  }
+  void part() {
+    if (strangers_.empty() || roll_.one_in(2)) return;
+    const std::size_t which = roll_.below(strangers_.size());
+    leave(which, roll_.one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+  }
+
+  recipe draw_text() { return draw_text(plan_.bad_in); }
+  recipe draw_text(std::uint64_t bad_in) {
+    std::size_t what = operations_.choose(roll_, 0, operations().size(), 0, [&](std::size_t i) {
+      // What ends the connection, or the sense of it, is rare.
+      const form goes = operations()[i].goes;
+      const bool ends =
+          goes == form::close || goes == form::no_frame || goes == form::binary || goes == form::partial;
+      return !ends || roll_.one_in(4);
+    });
+    return draw_recipe(roll_, uses_, what, bad_in);
+  }
+  void talk() {
+    stranger* const p = one();
+    if (p == nullptr) return;
+    p->say(draw_text(), 1, false);
+    while (p->closing() && !roll_.one_in(3)) p->say(draw_text(), 1, false); // it does not stop there
+  }
+  void burst() {
+    stranger* const p = one();
+    if (p == nullptr || !roll_.one_in(2)) return;
+    constexpr std::uint64_t times[] = {2, 3, 17, 40, 100};
+    std::uint64_t count = roll_.one_of(times);
+    if (roll_.one_in(16)) count = 1000;
+    if (flood_left_ && site_.stop_in_use && roll_.one_in(6)) {
+      flood_left_ = false;
+      const auto stop =
+          static_cast<std::size_t>(roll_.below(3)); // more often than a number of 16 bits counts
+      constexpr std::string_view stops[] = {"stop", "stop_in_bare", "stop_by_publish"};
+      const recipe one = draw_recipe(roll_, uses_, operation_named(stops[stop]), 0);
+      return p->say(one, 70'000, true);
+    }
+    const recipe what = draw_text();
+    const form goes = operations()[what.operation].goes;
+    if (count > 100 && goes != form::stop_call && goes != form::stop_bare && goes != form::stop_publish)
+      count = 100;
+    p->say(what, count, roll_.one_in(2) || count > 100);
+  }
+
+  void wait() {
+    constexpr duration waits[] = {1us, 50us, 500us, 1ms, 5ms, 20ms};
+    on_.now += roll_.one_of(waits);
+    if (plan_.jumps && roll_.one_in(400)) {
+      on_.now += 3s;
+      site_.say("3 s pass");
+    }
+  }
+  // The service thread does not come to its core; the others go on.
+  void freeze() {
+    if (!plan_.freezes) return;
+    const std::uint64_t turns = 1 + roll_.below(30);
+    site_.say("the service thread is kept away for " + std::to_string(turns * 5) + " ms");
+    for (std::uint64_t left = turns; left > 0; --left) {
+      on_.now += 5ms;
+      process_.act();
+      process_.wait();
+      look_of_loops();
+    }
+  }
+
+  void calm() {
+    forget_those_cut();
+    for (const auto& p : strangers_) {
+      p->conditions() = {};
+      p->link().answers_pings = true;
+      p->hear(SIZE_MAX);
+    }
+    process_.finish_up();
+    on_.now += 20ms;
+    cycle();
+  }
+
+  // ---- the cycle and what is checked after it
+
+  void cycle() {
+    if (broken()) return;
+    const std::uint64_t stops = on_.count(counter::stops);
+    on_.core.cycle(on_.now);
+    ++site_.cycles;
+    if (const auto wrong = on_.core.inconsistency(); !wrong.empty())
+      verdict_.fail("structures", "do not agree: " + std::string{wrong});
+    if (broken()) return;
+    process_.look_at_answers();
+    honest_.stop.fresh = false;
+    if (plan_.has_honest) honest_.look();
+    check_counters();
+    check_stop(on_.count(counter::stops) != stops);
+    hash_ = (hash_ ^ on_.core.slots_in_use() ^ (on_.count(counter::messages_out) << 20)) * 1099511628211U + 1;
+  }
+
+  void check_counters() {
+    const auto& l = plan_.options.limits;
+    const std::uint64_t in =
+        on_.count(counter::messages_in) - counts_[static_cast<std::size_t>(counter::messages_in)];
+    // What one message, value or tick of the wheel can cause at most, generously: a copy for each
+    // subscription.
+    const std::uint64_t bound = (in + 64 * l.lanes_max + l.door_slots + l.small_slots + l.large_slots + 16) *
+                                    (l.subscriptions_max + 4) +
+                                l.queued_max;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      const auto which = static_cast<counter>(i);
+      const std::uint64_t before = std::exchange(counts_[i], on_.count(which));
+      if (which == counter::bytes_in || which == counter::bytes_out ||
+          which == counter::handshake_bytes_used || which == counter::phase_watched_ns ||
+          which == counter::cycle_ns_max)
+        continue;
+      const std::string name{rowe::service::counter_descriptions[i].name};
+      if (counts_[i] < before)
+        return verdict_.fail("counters", name + " fell from " + std::to_string(before) + " to " +
+                                             std::to_string(counts_[i]));
+      if (counts_[i] - before > bound)
+        return verdict_.fail("counters",
+                             name + " rose by " + std::to_string(counts_[i] - before) + " in one cycle");
+    }
+  }
+
+  // ---- the stop
+
+  void look_of_loops() {
+    for (const auto& one : process_.handles()) {
+      if (one->kind() != handle_kind::latch || one->state_now() != lane_state::active) continue;
+      if (roll_.one_in(64)) one->looks = !one->looks;
+      if (!one->looks && !roll_.one_in(64)) continue;
+      one->acknowledges = true;
+      const bool moved = one->moves;
+      const bool moves = one->look();
+      if (moves && !may_move_ && site_.cycles > 0)
+        verdict_.fail("stop_holds",
+                      one->name() + (moved ? " goes on" : " begins to move") + " after " + forbidden_);
+    }
+  }
+
+  // A permit, and who may have brought it about.
+  void check_stop(bool stopped) {
+    const std::uint64_t word = on_.board.permit.read();
+    const bool running = rowe::detail::permit::time_of(word) != 0;
+    if (honest_.stop.fresh) {
+      const std::int64_t number = honest_.stop.number;
+      if (number_known_ && number < newest_number_)
+        return verdict_.fail("stop_number", "the number of the stop fell from " +
+                                                std::to_string(newest_number_) + " to " +
+                                                std::to_string(number));
+      while (numbers_.size() > 1 && numbers_[1].second + loop_timeout_max < on_.now) numbers_.pop_front();
+      if (!numbers_.empty() && number - numbers_.front().first > 65534)
+        return verdict_.fail("stop_number", "the number of the stop rose by " +
+                                                std::to_string(number - numbers_.front().first) + " in " +
+                                                std::to_string((on_.now - numbers_.front().second) / 1ms) +
+                                                " ms");
+      numbers_.emplace_back(number, on_.now);
+      if (!number_known_ || number != newest_number_) {
+        site_.known.old_stops.emplace_back(honest_.stop.number, honest_.stop.tick);
+        if (site_.known.old_stops.size() > 12)
+          site_.known.old_stops.erase(site_.known.old_stops.begin() +
+                                      static_cast<std::ptrdiff_t>(site_.known.old_stops.size() / 2));
+      }
+      before_number_ = number_known_ ? newest_number_ : number;
+      newest_number_ = number;
+      number_known_ = true;
+      const std::int64_t since_start =
+          std::chrono::floor<std::chrono::milliseconds>(on_.now - start_).count();
+      if (!first_tick_) first_tick_ = honest_.stop.tick - since_start;
+      site_.known.stop_number = number;
+      site_.known.tick = honest_.stop.tick;
+    } else if (first_tick_) {
+      site_.known.tick =
+          *first_tick_ + std::chrono::floor<std::chrono::milliseconds>(on_.now - start_).count();
+    }
+    if (stopped) {
+      last_stop_ = on_.now;
+      stop_was_asked_ = true;
+    }
+    if (running && (!site_.running || stopped) && first_tick_ && honest_.stop.fresh) {
+      if (!somebody_reset()) {
+        may_move_ = false;
+        forbidden_ = "a stop at " + std::to_string((last_stop_ - start_) / 1ms) +
+                     " ms, which nobody reset (number " + std::to_string(before_number_) + " to " +
+                     std::to_string(newest_number_) + ")";
+      } else {
+        may_move_ = true;
+      }
+    } else if (!running) {
+      may_move_ = !number_known_; // who has no peer to ask knows nothing
+      forbidden_ = "a stop at " + std::to_string((last_stop_ - start_) / 1ms) + " ms";
+    }
+    site_.running = running;
+  }
+
+  // A reset that named a number from between the last cycle and this one, and a tick that may have been
+  // issued after the last stop.
+  bool somebody_reset() const {
+    for (const auto& [number, tick] : site_.resets) {
+      if (number < before_number_ || number > newest_number_) continue;
+      const time_point ends = start_ + std::chrono::milliseconds{tick - *first_tick_ + 1};
+      if (!stop_was_asked_ || ends > last_stop_) return true;
+    }
+    return false;
+  }
+
+  static constexpr duration loop_timeout_max = 10s;
+
+  std::uint64_t seed_;
+  plan plan_;
+  seeded_draws roll_;
+  verdict_of_run verdict_;
+  harness on_;
+  dialect_check check_;
+  site site_;
+  process process_;
+  honest honest_;
+  time_point start_;
+  weights uses_, operations_, doings_;
+  bool has_spread_ = false;
+  bool flood_left_ = plan_.floods;
+  std::vector<std::unique_ptr<stranger>> strangers_;
+  std::array<std::uint64_t, rowe::service::counter_descriptions.size()> counts_{};
+  std::uint64_t hash_ = 1469598103934665603U;
+
+  bool may_move_ = true;
+  std::string forbidden_;
+  bool number_known_ = false;
+  std::int64_t newest_number_ = 0, before_number_ = 0;
+  std::optional<std::int64_t> first_tick_;
+  std::deque<std::pair<std::int64_t, time_point>> numbers_;
+  time_point last_stop_{};
+  bool stop_was_asked_ = false;
+};
+
+} // namespace swarm
