@@ -242,7 +242,7 @@ class world {
     }
     last.leave();
     for (int i = 0; i < 5; ++i) calm();
-    for (int left = 200; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.door.all_home()); --left)
+    for (int left = 4000; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.door.all_home()); --left)
       calm(); // what has come is taken
     if (broken()) return;
     if (on_.core.slots_in_use() != 0)
