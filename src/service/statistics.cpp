@@ -5,6 +5,8 @@
 #include <array>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/core.hpp"
 #include "service/limit_table.hpp"
 #include "service/publishing.hpp"
@@ -47,9 +49,9 @@ void core::end_statistics_period() noexcept {
 // periods, the newest of which has not ended, so of one second at least; of two and one cycle at most.
 void core::mark_rates() noexcept {
   rates_marked_ = {now_, rates_marked_[0]};
-  const bool reported = statistics_topic_ != no_index &&
-                        (router_.at(statistics_topic_).first_subscription != no_index ||
-                         router_.at(statistics_topic_).first_inbox != no_index);
+  const bool reported =
+      statistics_topic_ != no_index && (router_.at(statistics_topic_).first_subscription != no_index ||
+                                        router_.at(statistics_topic_).first_inbox != no_index);
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
     topic& t = router_.at(i);
     if (t.holders == 0) continue; // it begins anew
@@ -179,7 +181,7 @@ void core::write_topics(json::writer& into, bool of_service) noexcept {
     into.key("messages");
     into.number(t.messages);
     into.key("rate_hz");
-    const std::uint64_t before = of_service ? t.messages_marked[1] : t.messages_before;
+    const std::uint64_t before = of_service && !ROWE_MUTANT(rates) ? t.messages_marked[1] : t.messages_before;
     into.number(rounded(static_cast<double>(t.messages - before) / over));
     into.key("bytes");
     into.number(t.bytes);

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "json/utf8.hpp"
 #include "json/writer.hpp"
 
@@ -220,6 +222,7 @@ bool stop_rules::is_held(latch_number one) const noexcept {
 void stop_rules::raise_number(rt::time_point now) noexcept {
   since_ = now;
   ++number_;
+  if (ROWE_MUTANT(stop_number)) number_ = 1 + number_ % detail::latch_number_max;
   if (latch_tick_ != tick(now)) {
     do latch_ = detail::next_latch_number(latch_);
     while (is_held(latch_)); // of 65 535 the loops have sixteen at most
@@ -258,7 +261,7 @@ stop_rules::refusal stop_rules::reset(std::int64_t number, std::int64_t tick, bo
   if (running_ || number < 0 || static_cast<std::uint64_t>(number) != number_) return refusal::number;
   const rt::time_point when = issued(tick, now);
   if (when == rt::never || now - when > reset_tick_age_max) return refusal::tick;
-  if (static_cast<std::uint64_t>(tick) < reset_tick_least_) return refusal::tick;
+  if (static_cast<std::uint64_t>(tick) < reset_tick_least_ && !ROWE_MUTANT(stop_tick)) return refusal::tick;
   if (!loops_ready(now)) return refusal::loops;
   if (!guarded(now)) return refusal::guards;
   assert(latch_tick_ != this->tick(now)); // it was raised by a stop, and the tick is newer than any

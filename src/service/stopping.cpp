@@ -7,6 +7,8 @@
 #include <charconv>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 
@@ -154,7 +156,8 @@ void core::carry_out_stop(stop_service which, const stop_asker& asker, std::stri
   std::array<char, member_bytes_max> room; // of one at a time; scratch_ has the id that is answered
   const auto text_of = [&](std::string_view member) -> std::string_view {
     const auto found = json::find(args, member);
-    const auto text = found ? json::to_string(*found, room) : std::nullopt;
+    const auto text = found ? json::to_string(*found, ROWE_MUTANT(stop_id) ? scratch_ : std::span<char>{room})
+                            : std::nullopt;
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;

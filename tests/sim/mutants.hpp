@@ -20,6 +20,12 @@ inline constexpr mutant mutants[] = {
     {"latch_of_others", "only what its publisher asked to be kept is kept for late subscribers"},
     {"latch_of_the_gone", "a kept value goes with its publisher"},
     {"throttle", "a subscription that is changed is due by its new throttle_rate"},
+    {"stop_tick", "a reset names a tick that was issued after the newest stop"},
+    {"stop_number", "the number of the stop never comes again"},
+    {"stop_id", "the id of a stop that is answered is not overwritten by what the stop says"},
+    {"rates", "/rowe/stats has the rates of the last seconds"},
+    {"given_up_places", "the places of calls that were given up come free"},
+    {"inbox_share", "one peer has a share of what whoever receives has room for"},
     {"pong_room", "a long pong that takes a short one's place fits there"},
 };
 

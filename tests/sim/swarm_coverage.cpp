@@ -50,13 +50,17 @@ std::string_view impossible(std::size_t row, std::size_t column) {
   if (r.own) return {};
   const member_rule& m = operations()[r.operation].members[r.member];
   const std::string_view how = classes_of(m.is)[r.value].name;
+  const auto is = [&](auto... any) { return ((in == any) || ...); };
   const dimension looks_at = state_names()[column].of;
   if (!classes_of(m.is)[r.value].good && looks_at != dimension::connection)
     return "it is refused before that is looked at";
+  if (!classes_of(m.is)[r.value].good && !is(state::connection_rosbridge, state::connection_bare))
+    return "a refusal is like others: the operation's own row has it";
+  if (m.is != domain::answered_id && is(state::answer_over, state::answer_foreign))
+    return "nothing else is looked at then";
   if (in == state::connection_closing) return "nothing of it is read: the operation's own row has it";
   const bool no_name =
       how == "absent" || how == "empty" || how == "no_text" || how == "too_long" || how == "control";
-  const auto is = [&](auto... any) { return ((in == any) || ...); };
   if (m.is == domain::topic) {
     if (no_name &&
         is(state::topic_strangers, state::topic_own, state::topic_latched, state::subscription_idle,

@@ -524,7 +524,8 @@ class world {
   // A reset that named a number from between the last cycle and this one, and a tick that may have been
   // issued after the last stop.
   bool somebody_reset() const {
-    const std::int64_t stopped_at = std::chrono::floor<std::chrono::milliseconds>(last_stop_ - start_).count();
+    const std::int64_t stopped_at =
+        std::chrono::floor<std::chrono::milliseconds>(last_stop_ - start_).count();
     for (const auto& [number, tick] : site_.resets) {
       if (number < before_number_ || number > newest_number_ || tick < 0) continue;
       if (!stop_was_asked_ || tick - *first_tick_ >= stopped_at) return true;

@@ -25,6 +25,7 @@
 #include <rowe/call_id.hpp>
 #include <rowe/connection.hpp>
 #include <rowe/detail/lane.hpp>
+#include <rowe/detail/mutation_points.hpp>
 #include <rowe/message.hpp>
 
 namespace rowe::detail {
@@ -208,7 +209,7 @@ inline result<call_ref> begin_call(lane& on) noexcept {
 
 // Before begin_call(), for calls that wait: a place is freed if one can be.
 inline void find_place(lane& on) noexcept {
-  if (on.user.free_call == on.user.calls.size()) drop_unwanted_ends(on);
+  if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_places)) drop_unwanted_ends(on);
 }
 
 // Takes back a call that never left.
