@@ -408,7 +408,7 @@ void core::forget(connection& c) noexcept {
   }
   untaken_ -= std::exchange(c.untaken, 0);
   answers_held_ -= std::exchange(c.answers_held, 0);
-  if (c.told_full) --told_full_;
+  if (std::exchange(c.told_full, false)) --told_full_;
   if (c.parked()) add(counter::inbox_full);
   drop_all(c.direct, counter::lost_with_peer);
   for (queue& letters : c.letters) drop_all(letters, counter::lost_with_peer);

@@ -42,7 +42,8 @@ class ground {
       : dice_{seed}, on_{options, ours, seed} {}
 
   std::string broken() const {
-    if (!on_.core.check()) return "the core's structures do not agree";
+    if (const auto wrong = on_.core.inconsistency(); !wrong.empty())
+      return "the core's structures do not agree: " + std::string{wrong};
     return wrong_;
   }
   std::uint64_t trace() const { return trace_; }

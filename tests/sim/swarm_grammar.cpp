@@ -826,7 +826,7 @@ class writing {
 
   std::string source(std::string_view how) {
     if (how == "one") return "\"panel\"";
-    if (how == "one_of_many") return quoted("s" + std::to_string(from_.below(40)));
+    if (how == "one_of_many") return quoted("s" + std::to_string(from_.below(1000)));
     if (how == "longest") return quoted(std::string(63, 's'));
     if (how == "long_escaped") return quoted(escaped(std::string(40 + from_.below(60), 's')));
     if (how == "empty") return "\"\"";
@@ -1016,6 +1016,14 @@ std::string text_of(const row_name& row) {
   text += '=';
   text += classes_of(of.members[row.member].is)[row.value].name;
   return text;
+}
+
+std::string_view value_of(const recipe& what, std::string_view member) {
+  const auto& members = operations()[what.operation].members;
+  for (std::size_t m = 0; m < what.classes.size(); ++m) {
+    if (members[m].name == member) return classes_of(members[m].is)[what.classes[m]].name;
+  }
+  return {};
 }
 
 recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in) {

@@ -156,6 +156,8 @@ struct saying {
   std::uint32_t message = 0; // its "n"
 };
 
+// The class that a recipe has of a member; empty where there is none.
+std::string_view value_of(const recipe& what, std::string_view member);
 // One class for each member. Of the classes that `use` has left out none is chosen; a bad one is in about one
 // recipe of `bad_in`, one at a time (0: never).
 recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in);

@@ -109,6 +109,14 @@ class honest {
       if (changing_ == nullptr) return;
       changing_->honest = true;
     }
+    if (!short_lived_) { // on the same topic
+      short_lived_ = here_.open(
+          handle_kind::publish_text,
+          rowe::detail::advertise_request<json_text>(
+              "/honest/changing", {.ttl = 100ms, .depth = 8, .type = "sim/Changing", .text_bytes_max = 100}));
+      if (short_lived_ == nullptr) return;
+      short_lived_->honest = true;
+    }
     if (!echo_) {
       echo_ = here_.open(handle_kind::respond,
                          rowe::detail::serve_request<json_text, json_text>(
@@ -123,7 +131,8 @@ class honest {
   }
   bool ready() const {
     return set_up_ && in_.cycles > set_up_at_ + 2 && steady_->state_now() == lane_state::active &&
-           changing_->state_now() == lane_state::active && echo_->state_now() == lane_state::active;
+           changing_->state_now() == lane_state::active && short_lived_->state_now() == lane_state::active &&
+           echo_->state_now() == lane_state::active;
   }
 
   void publish() {
@@ -142,7 +151,8 @@ class honest {
                                     std::to_string(got_));
       sent_ = got_ = 0;
     }
-    rowe::publisher<json_text> changing{harness::handle_of(changing_->lane())};
+    handle* const one = in_.roll.one_in(2) ? changing_ : short_lived_;
+    rowe::publisher<json_text> changing{harness::handle_of(one->lane())};
     (void)changing.publish(text, in_.on.now); // likewise
     if (due() && ++overdue_ > overdue_max) {
       in_.fail("throttle", "the honest peer's subscription asks for a message each " +
@@ -375,6 +385,7 @@ class honest {
   std::unique_ptr<far_end> link_;
   handle* steady_ = nullptr;
   handle* changing_ = nullptr;
+  handle* short_lived_ = nullptr;
   handle* echo_ = nullptr;
   rowe::responder<json_text, json_text> responder_;
   bool set_up_ = false;
