@@ -207,6 +207,8 @@ class core final : public transport_sink {
   void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
                          std::string_view why) noexcept;
+  std::uint32_t peers_topics_held(const connection& c) const noexcept;
+  bool holds_topic(const connection& c, std::uint32_t topic) const noexcept;
   std::uint32_t topic_for(connection& c, const wire::rosbridge::request& asked) noexcept;
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
@@ -356,6 +358,8 @@ class core final : public transport_sink {
   std::size_t ample_budget(const topic& on) const noexcept;
   void take_value(std::uint32_t lane, std::uint32_t slot) noexcept;
   void take_topic_from_peers(std::uint32_t topic, std::string_view type) noexcept;
+  bool withdraw_advertisement(connection& c, std::uint32_t topic) noexcept;
+  bool take_back_topic() noexcept;
   queue* queue_to_server(std::uint32_t lane) noexcept;
   void report_conflict(std::uint32_t topic, const detail::lane& asked) noexcept;
   bool has_other_handle(std::uint32_t topic, bool that_reads) const noexcept;

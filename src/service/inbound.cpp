@@ -226,23 +226,30 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   refuse(c, asked.id_raw, rosbridge::refuse_op(asked).text(why));
 }
 
+// How many topics it holds that no handle of this process has. A topic counts once for each subscription and
+// once for its advertisement.
+std::uint32_t core::peers_topics_held(const connection& c) const noexcept {
+  std::uint32_t held = 0;
+  for (std::uint32_t i = c.first_subscription; i != no_index;
+       i = router_.subscription_at(i).next_on_connection)
+    held += router_.of_peers(router_.subscription_at(i).topic);
+  for (std::uint32_t i = 0; i < c.advertisements; ++i) held += router_.of_peers(c.advertised[i].topic);
+  return held;
+}
+
+bool core::holds_topic(const connection& c, std::uint32_t topic) const noexcept {
+  if (router_.find_subscription(topic, c.first_subscription) != no_index) return true;
+  const auto advertised = c.advertised.first(c.advertisements);
+  return std::any_of(advertised.begin(), advertised.end(),
+                     [topic](const advertisement& one) { return one.topic == topic; });
+}
+
 // The topic that a peer wants to hold; no_index, and the peer is told, where it may not have one more. One
 // that this process holds costs nothing.
 std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t known = router_.find(asked.topic);
-  if (known != no_index && router_.at(known).own_holders != 0) return known;
-  const auto of_peers = [this](std::uint32_t topic) { return router_.at(topic).own_holders == 0; };
-  std::uint32_t held = 0;
-  for (std::uint32_t i = c.first_subscription; i != no_index;
-       i = router_.subscription_at(i).next_on_connection) {
-    const std::uint32_t topic = router_.subscription_at(i).topic;
-    if (topic == known) return known;
-    held += of_peers(topic);
-  }
-  for (std::uint32_t i = 0; i < c.advertisements; ++i) {
-    if (c.advertised[i].topic == known && known != no_index) return known;
-    held += of_peers(c.advertised[i].topic);
-  }
+  if (known != no_index && (!router_.of_peers(known) || holds_topic(c, known))) return known;
+  const std::uint32_t held = peers_topics_held(c);
   const std::uint32_t share = share_of_peers(bounds_.topics_max, bounds_.lanes_max + own_topics);
   const std::uint32_t left = left_of(share, router_.topics_of_peers());
   const std::uint32_t found =
@@ -354,15 +361,20 @@ void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
   c.advertised[c.advertisements++] = {topic, asked.latch};
 }
 
-void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept {
-  const std::uint32_t topic = router_.find(asked.topic);
+bool core::withdraw_advertisement(connection& c, std::uint32_t topic) noexcept {
   for (std::uint32_t i = 0; topic != no_index && i < c.advertisements; ++i) {
     if (c.advertised[i].topic != topic) continue;
     c.advertised[i] = c.advertised[--c.advertisements];
     forget_latched(router_.at(topic), {latch_owner::kind::peer, c.id.index});
-    return let_go_topic(topic);
+    let_go_topic(topic);
+    return true;
   }
-  refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
+  return false;
+}
+
+void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept {
+  if (!withdraw_advertisement(c, router_.find(asked.topic)))
+    refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
 }
 
 // Its messages come all the same: that they are not what the peer expects is for it to judge.

@@ -75,7 +75,8 @@ void core::attach(std::uint32_t index) noexcept {
     lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
     lane.news.notify();
   };
-  const std::uint32_t topic_index = router_.find_or_add(lane.name());
+  std::uint32_t topic_index = router_.find_or_add(lane.name());
+  if (topic_index == no_index && take_back_topic()) topic_index = router_.find_or_add(lane.name());
   if (topic_index == no_index) {
     lane.answer = {errc::too_many_topics, router_.topic_count(), bounds_.topics_max};
     return answer(lane_state::refused);
@@ -141,15 +142,47 @@ void core::take_topic_from_peers(std::uint32_t topic, std::string_view type) noe
   const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
   router_.replace_type(topic, type);
   for (connection& c : connections_) {
-    for (std::uint32_t i = 0; c.open() && i < c.advertisements; ++i) {
-      if (c.advertised[i].topic != topic) continue;
-      forget_latched(router_.at(topic), {latch_owner::kind::peer, c.id.index});
-      c.advertised[i] = c.advertised[--c.advertisements];
-      let_go_topic(topic); // never the last: the handle holds it
-      refuse(c, {}, text);
-      break;
-    }
+    // Never the last who holds the topic: the handle does.
+    if (c.open() && withdraw_advertisement(c, topic)) refuse(c, {}, text);
   }
+}
+
+// Frees the place of a topic that only peers have, of whoever holds most of those, for one of this process; all
+// who hold it are told. Peers come to have more than their part of the places where a handle leaves a topic
+// to those who subscribed. False where there is none.
+bool core::take_back_topic() noexcept {
+  connection* most = nullptr;
+  std::uint32_t held_by_most = 0;
+  for (connection& c : connections_) {
+    if (c.state == connection::phase::free) continue;
+    const std::uint32_t held = peers_topics_held(c);
+    if (held <= held_by_most) continue;
+    most = &c;
+    held_by_most = held;
+  }
+  if (most == nullptr) return false;
+  std::uint32_t taken = no_index;
+  for (std::uint32_t i = 0; i < most->advertisements; ++i) {
+    if (router_.of_peers(most->advertised[i].topic)) taken = most->advertised[i].topic;
+  }
+  for (std::uint32_t i = most->first_subscription; i != no_index;
+       i = router_.subscription_at(i).next_on_connection) {
+    if (router_.of_peers(router_.subscription_at(i).topic)) taken = router_.subscription_at(i).topic;
+  }
+  std::array<char, rosbridge::refusal_text_bytes_max> room;
+  wire::text_out why{room};
+  why.add("the topic ").add_shortened(router_.name(taken), 96);
+  why.add(" is given up: this process needs its place (limit topics_max)");
+  router_.hold(taken); // until all know
+  for (connection& c : connections_) {
+    if (c.state == connection::phase::free) continue;
+    bool had = withdraw_advertisement(c, taken);
+    for (std::uint32_t s; (s = router_.find_subscription(taken, c.first_subscription)) != no_index; had = true)
+      remove_subscription(c, s);
+    if (had && c.open()) refuse(c, {}, why.text());
+  }
+  let_go_topic(taken);
+  return true;
 }
 
 // Set-up is told by a number, which cannot name the types: an event does.

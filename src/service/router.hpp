@@ -115,6 +115,7 @@ class router {
   bool let_go_as_own(std::uint32_t index) noexcept;
   std::uint32_t topic_count() const noexcept { return topic_count_; }
   // Those that no handle of this process holds.
+  bool of_peers(std::uint32_t index) const noexcept { return topics_[index].own_holders == 0; }
   std::uint32_t topics_of_peers() const noexcept { return topic_count_ - own_topics_; }
   // Places, for walking all topics: those in use have holders.
   std::uint32_t topic_places() const noexcept { return static_cast<std::uint32_t>(topics_.size()); }

@@ -396,6 +396,26 @@ TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
   EXPECT_EQ(page.hear().size(), 1U);
 }
 
+TEST(core_sharing, takes_places_back_that_handles_left_to_those_who_subscribed) {
+  auto options = small_options();
+  options.limits.topics_max = 8;
+  theatre on{options};
+  peer greedy{on}, other{on};
+  other.say(subscribe("/others"));
+  for (int i = 0; i < 12; ++i) { // each costs its subscriber nothing, and stays when the handle closes
+    auto& lane = offer_text(on, lane_kind::publish_text, "/left" + std::to_string(i), 64);
+    ASSERT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active) << i;
+    greedy.say(subscribe("/left" + std::to_string(i)));
+    greedy.say(R"({"op":"advertise","topic":"/left)" + std::to_string(i) + R"("})");
+    on.cycle();
+    give_up(on, lane);
+  }
+  EXPECT_EQ(on.core.inconsistency(), "");
+  EXPECT_EQ(other.hear().size(), 0U) << "it is taken from who holds most";
+  const texts said = greedy.hear();
+  EXPECT_EQ(count_of(said, "is given up: this process needs its place (limit topics_max)"), 7U);
+}
+
 TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
   auto options = small_options();
   options.limits.topics_max = 20; // twelve of them for peers

@@ -246,6 +246,7 @@ class handle {
       if (in_.roll.one_in(6)) {
         caller.cancel(*started); // started without waiting, and not wanted any more
         last_ends_ = std::max(last_ends_, gives_up_);
+        served_at_ = in_.cycles; // its place comes free in the cycles from here on
         return;
       }
       waits_ = *started;
@@ -567,13 +568,11 @@ class process {
       })
                  ? "another handle serves it"
                  : "";
-    case rowe::errc::too_many_topics: { // three quarters are kept for this process, and two of them the
-                                        // endpoint's
-      std::uint32_t own = 2;
+    case rowe::errc::too_many_topics: {
+      std::uint32_t own = 2; // the endpoint's
       for (const auto& [topic, count] : in_.own) own += count != 0;
       for (const auto& one : closing_) own += one->of_topic();
-      const std::uint32_t all = in_.known.bounds.topics_max;
-      return own > all - all / 4 ? "all that are kept for this process are its own" : "";
+      return own > in_.known.bounds.topics_max ? "all are this process's own" : "";
     }
     case rowe::errc::too_many_services: {
       std::uint32_t own = 0;

@@ -231,6 +231,7 @@ class world {
     honest_.leave();
     for (int i = 0; i < 20; ++i) calm();
     while (!strangers_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
+    for (const auto& one : leaving_) one->link().leave(rowe::service::close_cause::reset);
     for (int i = 0; i < 5; ++i) calm();
     process_.close_all();
     for (int i = 0; i < 40; ++i) calm();
@@ -315,13 +316,19 @@ class world {
     site_.say(gone.name() + " leaves");
     if (!gone.link().cut()) gone.conditions() = {}; // else its last bytes might never arrive
     gone.link().leave(how);
-    cycle();
-    cycle();
-    gone.forget();
+    leaving_.push_back(std::move(strangers_[which]));
     strangers_.erase(strangers_.begin() + static_cast<std::ptrdiff_t>(which));
+    cycle();
+    cycle();
+    forget_those_gone();
+  }
+  // What they said before they left is read first, and of one that is parked that may be long after.
+  void forget_those_gone() {
+    std::erase_if(leaving_, [](const auto& one) { return one->link().cut(); });
   }
   // A place whose connection has ended may be another's already.
   void forget_those_cut() {
+    forget_those_gone();
     std::erase_if(strangers_, [&](const auto& one) {
       if (!one->link().cut()) return false;
       one->hear(SIZE_MAX);
@@ -575,7 +582,7 @@ class world {
   weights uses_, operations_, doings_;
   bool has_spread_ = false;
   bool flood_left_ = plan_.floods;
-  std::vector<std::unique_ptr<stranger>> strangers_;
+  std::vector<std::unique_ptr<stranger>> strangers_, leaving_;
   std::array<std::uint64_t, rowe::service::counter_descriptions.size()> counts_{};
   std::uint64_t hash_ = 1469598103934665603U;
 
