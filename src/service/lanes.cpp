@@ -160,7 +160,7 @@ bool core::take_back_topic() noexcept {
     most = &c;
     held_by_most = held;
   }
-  if (most == nullptr) return false;
+  if (most == nullptr || ROWE_MUTANT(made_up_topics)) return false;
   std::uint32_t taken = no_index;
   for (std::uint32_t i = 0; i < most->advertisements; ++i) {
     if (router_.of_peers(most->advertised[i].topic)) taken = most->advertised[i].topic;

@@ -32,7 +32,7 @@ constexpr unsigned hang_seconds = 20; // a seed takes a fraction of a second
 constexpr std::string_view help =
     R"(sim_swarm [OPTION...]: simulated worlds of arbitrary peers around the core.
 
-  --seeds N..M         run these seeds (default 1..800, or as many as ROWE_SIM_SEEDS says)
+  --seeds N..M         run these seeds (default 1..1200, or as many as ROWE_SIM_SEEDS says)
   --steps N            steps of each (default 1500)
   --without NAME       switch an invariant off; may be repeated; --invariants lists them
   --trace SEED         run one seed, print what everybody says and what went wrong
@@ -45,7 +45,7 @@ constexpr std::string_view help =
 )";
 
 struct arguments {
-  std::uint64_t first = 1, last = 800, steps = steps_default;
+  std::uint64_t first = 1, last = 1200, steps = steps_default;
   std::set<std::string> without;
   std::optional<std::uint64_t> trace;
   std::uint64_t shrink = 1;

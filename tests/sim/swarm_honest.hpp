@@ -69,6 +69,7 @@ class honest {
 
   bool operates = false;      // guards and resets
   bool echoes = false;        // a thread sends every plain message back to whom it came from
+  unsigned takes_at_once = 8; // so many of them in a cycle
   std::uint64_t served = 0;   // calls
   std::uint64_t received = 0; // messages of the steady topic
 
@@ -231,7 +232,7 @@ class honest {
   void send_back() {
     using rowe::service::door_request;
     auto& door = in_.on.door;
-    for (int left = 8; left > 0; --left) {
+    for (unsigned left = takes_at_once; left > 0; --left) {
       if (!held_) {
         const auto slot = door.try_receive(in_.on.now);
         if (!slot) return;
@@ -242,6 +243,7 @@ class honest {
         if (number >= 0) took_plainly_ = static_cast<std::uint64_t>(number);
       }
       const bool is_call = held_->first.what == door_request::invocation;
+      if (!is_call && is_full(held_->first.peer)) return;
       const auto sent = door.submit({.what = is_call ? door_request::reply : door_request::message,
                                      .peer = held_->first.peer,
                                      .call = held_->first.call,
@@ -251,6 +253,14 @@ class honest {
       if (!sent && sent.code() == rowe::errc::full) return;
       held_.reset();
     }
+  }
+
+  // As endpoint_state::gone() and takes() say before somebody sends.
+  bool is_full(rowe::detail::peer_ref of) const {
+    const auto& board = in_.on.board;
+    // relaxed: as there
+    const bool there = board.generations()[of.index].load(std::memory_order_relaxed) == of.generation;
+    return there && board.takers()[of.index].load(std::memory_order_relaxed) != of.generation;
   }
 
   // Of the topic that changes: subscribes, changes what it has asked for, and leaves, by several ids.

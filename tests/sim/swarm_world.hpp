@@ -179,6 +179,9 @@ class world {
       const unsigned weight = operations_[operation_named(takes)];
       if (!roll_.one_in(4)) operations_[operation_named(gives)] = weight;
     }
+    // Who sends back what it is sent has somebody who sends much, and perhaps does not read.
+    if (honest_.echoes) operations_[operation_named("message")] += roll_.one_of(chattiness);
+    honest_.takes_at_once = roll_.one_of(chattiness_of_echo);
     doings_ = weights{doings};
     doings_.draw(roll_);
     if (plan_.floods) doings_[static_cast<std::size_t>(doing::burst)] += 2;
@@ -579,6 +582,9 @@ class world {
   process process_;
   honest honest_;
   time_point start_;
+  static constexpr unsigned chattiness[] = {0, 4, 100};
+  static constexpr unsigned chattiness_of_echo[] = {1, 2, 8};
+
   weights uses_, operations_, doings_;
   bool has_spread_ = false;
   bool flood_left_ = plan_.floods;
