@@ -66,6 +66,7 @@ struct begun_frame {
   std::size_t written = 0; // of header and payload together
   wire::mask_key key{};    // client side: the rest is masked with the same key
   bool unslashed = false;  // as subscription::unslashed
+  rt::time_point since{};
 };
 
 // The subscriptions of one priority that have something to write, served in turn.
@@ -87,6 +88,7 @@ struct connection {
   side ours = side::server;
   bool blocked = false;   // the carrier has no room; on_writable() comes
   bool held = false;      // the credit has none for what is not urgent; a pong comes
+  bool waits_to_begin = false; // others keep it from beginning its next frame: may_begin_in()
   bool near = false;      // the carrier was told so
   bool slow = false;      // it answers no pings, and that was counted
   bool listed = false;    // on the core's list of connections with something to write

@@ -37,7 +37,7 @@ std::size_t scratch_bytes(const limits& bounds) noexcept {
 }
 
 std::size_t node_count(const limits& bounds) noexcept {
-  return wire_slots::count(bounds) + bounds.subscriptions_max + bounds.connections_max + bounds.calls_max + 2;
+  return wire_slots::count(bounds) + bounds.subscriptions_max + bounds.connections_max + bounds.calls_max + 3;
 }
 
 constexpr std::size_t mask_bytes =
@@ -168,14 +168,15 @@ std::uint32_t core::node_of(timer what, std::uint32_t index) const noexcept {
   case timer::connection: return connections_at + index;
   case timer::call: return calls_at + index;
   case timer::statistics: return single_at;
-  case timer::reconnect: break;
+  case timer::reconnect: return single_at + 1;
+  case timer::begun: break;
   }
-  return single_at + 1;
+  return single_at + 2;
 }
 
 core::timer_name core::name_of(std::uint32_t node) const noexcept {
-  for (const timer what :
-       {timer::reconnect, timer::statistics, timer::call, timer::connection, timer::subscription}) {
+  for (const timer what : {timer::begun, timer::reconnect, timer::statistics, timer::call, timer::connection,
+                           timer::subscription}) {
     if (const std::uint32_t first = node_of(what); node >= first) return {what, node - first};
   }
   return {timer::slot, node};
@@ -277,6 +278,7 @@ void core::expire() noexcept {
       break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;
+    case timer::begun: cut_those_in_the_way(); break;
     }
   }
 }
@@ -401,10 +403,8 @@ void core::forget(connection& c) noexcept {
   end_calls_of(c);
   leave_stop(c);
   if (c.begun.slot != no_index) {
-    slots_.end(c.begun.slot);
-    release(c.begun.slot);
+    end_begun(c);
     add(counter::lost_with_peer);
-    c.begun.slot = no_index;
   }
   untaken_ -= std::exchange(c.untaken, 0);
   answers_held_ -= std::exchange(c.answers_held, 0);
@@ -436,6 +436,14 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
     offer(c);
   }
   carrier_.close(c.id, close_how::flushed);
+}
+
+// At once: what it has begun to read is lost to it.
+void core::cut(connection& c, std::string_view reason) noexcept {
+  c.state = connection::phase::closing;
+  leave_stop(c);
+  c.farewell = reason;
+  carrier_.close(c.id, close_how::aborted);
 }
 
 void core::look_after_later(const connection& c) noexcept {

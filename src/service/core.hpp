@@ -139,7 +139,7 @@ class core final : public transport_sink {
   static constexpr rt::duration idle_rest = std::chrono::milliseconds{250}; // set-up and sockets wake earlier
 
   // One node of the wheel for each thing that has a time.
-  enum class timer : std::uint8_t { slot, subscription, connection, call, statistics, reconnect };
+  enum class timer : std::uint8_t { slot, subscription, connection, call, statistics, reconnect, begun };
   struct timer_name {
     timer what;
     std::uint32_t index;
@@ -167,6 +167,7 @@ class core final : public transport_sink {
   void look_after_later(const connection& c) noexcept;
   void look_after(connection& c) noexcept;
   void close(connection& c, std::uint16_t code, std::string_view reason) noexcept;
+  void cut(connection& c, std::string_view reason) noexcept;
   void forget(connection& c) noexcept;
   void reconnect_later() noexcept;
   void report(event::kind kind, std::string_view peer, std::string_view what,
@@ -299,6 +300,12 @@ class core final : public transport_sink {
   bool gather_urgent(connection& c, batch& into) noexcept;
   void gather_messages(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
+  bool may_begin_in(connection& c, std::uint32_t slot) noexcept;
+  void end_begun(connection& c) noexcept;
+  void cut_those_in_the_way() noexcept;
+  rt::time_point begun_due(const connection& c) noexcept;
+  bool may_begin_more(slot_class of) const noexcept;
+  void look_again_from(std::uint32_t first) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
   bool may_begin(connection& c, batch& into) noexcept;
   bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
@@ -603,6 +610,7 @@ class core final : public transport_sink {
   };
   turns listed_;                         // those with something to write
   std::uint32_t turn_left_ = 0;          // how many of those listed have not had their share of this turn
+  bool begins_wait_ = false;             // a connection's next frame, for others' to be done: may_begin_in()
   std::size_t written_in_turn_ = 0;      // work of this cycle
   bool offers_to_all_ = false;           // in this cycle, however much work that is
   turns unread_;                         // those with something that was put aside

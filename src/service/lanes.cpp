@@ -147,9 +147,9 @@ void core::take_topic_from_peers(std::uint32_t topic, std::string_view type) noe
   }
 }
 
-// Frees the place of a topic that only peers have, of whoever holds most of those, for one of this process; all
-// who hold it are told. Peers come to have more than their part of the places where a handle leaves a topic
-// to those who subscribed. False where there is none.
+// Frees the place of a topic that only peers have, of whoever holds most of those, for one of this process;
+// all who hold it are told. Peers come to have more than their part of the places where a handle leaves a
+// topic to those who subscribed. False where there is none.
 bool core::take_back_topic() noexcept {
   connection* most = nullptr;
   std::uint32_t held_by_most = 0;
@@ -177,7 +177,8 @@ bool core::take_back_topic() noexcept {
   for (connection& c : connections_) {
     if (c.state == connection::phase::free) continue;
     bool had = withdraw_advertisement(c, taken);
-    for (std::uint32_t s; (s = router_.find_subscription(taken, c.first_subscription)) != no_index; had = true)
+    for (std::uint32_t s; (s = router_.find_subscription(taken, c.first_subscription)) != no_index;
+         had = true)
       remove_subscription(c, s);
     if (had && c.open()) refuse(c, {}, why.text());
   }

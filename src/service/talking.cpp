@@ -7,6 +7,8 @@
 #include <cstring>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 #include "service/shares.hpp"
@@ -300,10 +302,13 @@ bool core::has_share(const connection& c, slot_class of) const noexcept {
   return may_take(entries_.held_by(c.id.index, queued_as::direct_message, of), slots_for_messages(of));
 }
 
-// How many slots of a class direct messages may still take: a quarter is never theirs, since they are kept
+// How many slots of a class direct messages may still take: some are never theirs, since they are kept
 // until they are sent. What topics and answers have taken of the rest is evicted for them.
 std::uint32_t core::slots_for_messages(slot_class of) const noexcept {
-  return left_of(slots_.count(of) - slots_.count(of) / 4, letters_.slots(of));
+  const std::uint32_t all = slots_.count(of);
+  const std::uint32_t most =
+      ROWE_MUTANT(begun_slots) ? all - all / 4 : message_slots_max(all, bounds_.connections_max);
+  return left_of(most, letters_.slots(of));
 }
 
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the lane

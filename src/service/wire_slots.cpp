@@ -71,6 +71,10 @@ bool wire_slots::check() const noexcept {
     if (counted != list.count) return false;
     free_count += counted;
   }
+  std::array<std::uint32_t, 2> begun{};
+  for (std::uint32_t i = 0; i < count(); ++i)
+    begun[static_cast<std::size_t>(class_of(i))] += slots_[i].begun != 0;
+  if (begun != begun_) return false;
   return free_count + in_use_ == count();
 }
 

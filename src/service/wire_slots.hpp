@@ -138,9 +138,14 @@ class wire_slots {
   }
 
   // A socket has the first bytes: expire() must not free the slot under it.
-  void begin(std::uint32_t index) noexcept { ++slots_[index].begun; }
-  void end(std::uint32_t index) noexcept { --slots_[index].begun; }
+  void begin(std::uint32_t index) noexcept {
+    if (slots_[index].begun++ == 0) ++begun_[static_cast<std::size_t>(class_of(index))];
+  }
+  void end(std::uint32_t index) noexcept {
+    if (--slots_[index].begun == 0) --begun_[static_cast<std::size_t>(class_of(index))];
+  }
   std::uint32_t begun(std::uint32_t index) const noexcept { return slots_[index].begun; }
+  std::uint32_t count_begun(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
 
   // Frees a slot before its references are released: they go stale. Returns how many deliveries there were;
   // nothing, and no change, when a socket is in the middle of it.
@@ -198,6 +203,7 @@ class wire_slots {
   std::size_t large_stride_;
   std::uint32_t small_count_;
   std::array<free_list, 2> free_;
+  std::array<std::uint32_t, 2> begun_{}; // slots, by class
   std::uint32_t in_use_ = 0;
   std::uint64_t freed_ = 0;
 };

@@ -8,7 +8,10 @@
 #include <optional>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/core.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
@@ -19,6 +22,11 @@ constexpr unsigned batches_max = 8; // to one connection in one cycle
 // as one, and so does each 16 KiB. About 200 us on a fast core.
 constexpr std::size_t write_work_per_cycle = 32;
 constexpr std::size_t write_work_of(std::size_t bytes) noexcept { return 1 + bytes / (16 * 1024); }
+
+// How long a frame may be under way while others wait for its slot: some time, and some for its bytes. The
+// rate is that of a poor radio link.
+constexpr rt::duration begun_patience = std::chrono::milliseconds{500};
+constexpr std::int64_t begun_bytes_per_second = 64 * 1024;
 
 } // namespace
 
@@ -142,6 +150,7 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
     const slot_ref slot = entries_.at(at);
     if (!is_due(slot)) continue; // dropped when it comes to the front
     if ((into.full() || into.bytes >= into.credit) && !may_begin(c, into)) return false;
+    if (!may_begin_in(c, slot.index)) break;
     batch_piece piece{.from = &from,
                       .subscription = of,
                       .slot = slot.index,
@@ -249,9 +258,8 @@ void core::settle(connection& c, batch& sent, std::size_t taken) noexcept {
     case batch_piece::origin::begun:
       c.begun.written += part;
       if (!whole) break;
-      slots_.end(c.begun.slot);
       note_sent(c, c.begun.slot);
-      release(std::exchange(c.begun, {}).slot);
+      end_begun(c);
       break;
     case batch_piece::origin::message:
       if (part != 0) settle_message(c, piece, part);
@@ -272,7 +280,8 @@ void core::settle_message(connection& c, const batch_piece& piece, std::size_t p
     return release(piece.slot);
   }
   slots_.begin(piece.slot);
-  c.begun = {.slot = piece.slot, .written = part, .key = piece.key, .unslashed = piece.unslashed};
+  c.begun = {
+      .slot = piece.slot, .written = part, .key = piece.key, .unslashed = piece.unslashed, .since = now_};
 }
 
 void core::note_sent(connection& c, std::uint32_t slot) noexcept {
@@ -282,6 +291,67 @@ void core::note_sent(connection& c, std::uint32_t slot) noexcept {
   letter& l = letters_.at(slot);
   l.sent = true;
   tell(std::exchange(l.sender, {}), l.own, {}); // one peer is enough: the others may not read for long
+}
+
+// ---- what sockets have in hand
+//
+// A frame that is begun keeps its slot until its last byte is out, and a peer that does not read never takes
+// that. So of each size class only some may be begun at once; who has to wait for others begins when one of
+// them is done, or is cut for taking too long while somebody waits.
+
+rt::time_point core::begun_due(const connection& c) noexcept {
+  const auto bytes = static_cast<std::int64_t>(slots_.text(c.begun.slot).size());
+  return c.begun.since + begun_patience + rt::duration{std::chrono::seconds{bytes}} / begun_bytes_per_second;
+}
+
+bool core::may_begin_more(slot_class of) const noexcept {
+  return slots_.count_begun(of) < begun_slots_max(slots_.count(of), bounds_.connections_max);
+}
+
+// Whether a frame of the slot may be begun once the connection's own that is begun is out; if not, it waits.
+bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
+  const slot_class of = slots_.class_of(slot);
+  if (may_begin_more(of) || slots_.begun(slot) != 0 || ROWE_MUTANT(begun_slots)) return true;
+  const bool in_its_place =
+      c.begun.slot != no_index && slots_.class_of(c.begun.slot) == of && slots_.begun(c.begun.slot) == 1;
+  if (in_its_place) return true;
+  c.waits_to_begin = begins_wait_ = true;
+  if (!wheel_.contains(node_of(timer::begun))) arm(timer::begun, 0, now_ + begun_patience);
+  return false;
+}
+
+// The last byte is out, or its peer gone.
+void core::end_begun(connection& c) noexcept {
+  const std::uint32_t slot = std::exchange(c.begun, {}).slot;
+  slots_.end(slot);
+  release(slot);
+  if (begins_wait_) look_again_from(c.id.index + 1);
+}
+
+// Who waits to begin a frame looks whether it may now, from one connection on.
+void core::look_again_from(std::uint32_t first) noexcept {
+  begins_wait_ = false; // until one finds that it may not
+  for (std::size_t i = 0; i < connections_.size(); ++i) {
+    connection& c = connections_[(first + i) % connections_.size()];
+    if (std::exchange(c.waits_to_begin, false)) list(c);
+  }
+}
+
+// Now and then while somebody waits to begin.
+void core::cut_those_in_the_way() noexcept {
+  if (!begins_wait_) return;
+  rt::time_point next = now_ + begun_patience;
+  for (connection& c : connections_) {
+    if (!c.open() || c.begun.slot == no_index || may_begin_more(slots_.class_of(c.begun.slot))) continue;
+    if (const rt::time_point due = begun_due(c); due > now_) {
+      next = std::min(next, due);
+    } else {
+      add(counter::stalled_peers);
+      cut(c, "it reads a message too slowly, and others wait for its slot");
+    }
+  }
+  arm(timer::begun, 0, next);
+  look_again_from(0);
 }
 
 // A throttled subscription's next message is due a period after this one was, or after now if that is long

@@ -3,6 +3,8 @@
 // rates. Each test has one peer that takes all it gets, or is only clumsy, and others that must not notice.
 #include "core_stage.hpp"
 
+#include <deque>
+
 namespace stage {
 namespace core_sharing_test {
 namespace {
@@ -368,6 +370,61 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
   other.say(publish_on("/o", R"({"n":1})"));
   on.cycles(2);
   EXPECT_EQ(on.count(counter::not_latched), 12U);
+}
+
+// ---- slots that sockets have
+
+// Each keeps a slot of which its socket has taken a part.
+TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
+  auto options = hub_options();
+  options.limits.large_slots = 8; // two of them for sockets
+  theatre on{options};
+  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  std::deque<peer> deaf;
+  const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
+  const auto publish = [&] {
+    (void)publish_text(on, map, large);
+    on.cycle();
+  };
+  for (int i = 0; i < 6; ++i) { // each has another message begun
+    on.net.weather_of(deaf.emplace_back(on).id()).room_bytes = 500;
+    deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
+    on.cycle();
+    publish();
+  }
+  peer reads{on};
+  reads.say(subscribe("/map", R"(,"queue_length":1)"));
+  reads.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
+  texts heard;
+  for (int ms = 0; ms < 2500; ms += 10) {
+    publish();
+    on.cycle(9ms);
+    hear_more(reads, heard);
+    EXPECT_EQ(on.core.inconsistency(), "");
+  }
+  EXPECT_GT(count_of(heard, R"("topic":"/map")"), 20U);
+  EXPECT_EQ(count_of(heard, R"("result":true)"), 1U);
+  EXPECT_EQ(on.count(counter::stalled_peers), 2U) << "those that were waited for, and nobody else";
+}
+
+// Nobody waits for what it has.
+TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
+  auto options = hub_options();
+  options.limits.large_slots = 8;
+  theatre on{options};
+  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000, {.depth = 2});
+  peer slow{on}, reads{on};
+  on.net.weather_of(slow.id()).room_bytes = 500;
+  for (peer* one : {&slow, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
+  on.cycle();
+  texts heard;
+  for (int ms = 0; ms < 5000; ms += 10) {
+    (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+    on.cycle(10ms);
+    hear_more(reads, heard);
+  }
+  EXPECT_GT(count_of(heard, R"("topic":"/map")"), 400U);
+  EXPECT_EQ(on.count(counter::stalled_peers), 0U);
 }
 
 // ---- topics

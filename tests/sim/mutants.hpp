@@ -15,7 +15,9 @@ struct mutant {
 inline constexpr mutant mutants[] = {
     {"depth", "a queue that is shortened drops only what is due still, and at once"},
     {"hoarder", "a slot is taken from the peer that holds most, also when it reads well"},
+    {"begun_slots", "only some slots are in the hands of sockets, which may never give them back"},
     {"made_up_topics", "one peer holds no more topics than it leaves"},
+    {"made_up_services", "likewise services"},
     {"pinned_type", "a handle's type stands against the one that strangers gave its topic"},
     {"latch_of_others", "only what its publisher asked to be kept is kept for late subscribers"},
     {"latch_of_the_gone", "a kept value goes with its publisher"},

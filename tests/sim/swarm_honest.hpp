@@ -20,6 +20,9 @@ class honest {
  public:
   static constexpr std::uint64_t cycles_max = 40; // until an answer has come,
   static constexpr duration time_max = 100ms;     // and so long: what waits for a pong needs both
+  // A large answer may have to wait until those are cut who do not finish theirs: 500 ms each time, and as
+  // often as there are strangers for each two of the slots that sockets may have.
+  static constexpr duration large_time_max = 3s;
   static constexpr std::uint64_t window = 100;    // messages of the steady topic
   static constexpr std::uint64_t heard_min = 90;  // of these
   static constexpr duration period = 50ms;        // of the two topics
@@ -32,6 +35,7 @@ class honest {
   void act() {
     if (in_.step >= sets_up_) set_up();
     publish();
+    publish_map();
     respond();
     if (echoes) send_back();
     if (in_.step < comes_) return;
@@ -44,6 +48,7 @@ class honest {
     send_plainly();
     ask();
     change();
+    look_at_map();
     operate();
   }
   // After each cycle that was one.
@@ -53,7 +58,12 @@ class honest {
     for (const std::string& text : link_->hear()) hear(text);
     if (!link_->violated.empty()) in_.fail("frames", "the honest peer was sent " + link_->violated);
     if (link_->cut()) return in_.fail("honest_cut", "the honest peer was cut");
-    if (asked_ && in_.cycles > asked_->cycle + cycles_max && in_.on.now > asked_->at + time_max)
+    if (map_asked_in_ != 0 && in_.cycles > map_asked_in_ + cycles_max &&
+        in_.on.now > map_asked_at_ + time_max)
+      return in_.fail("floor_latched", "the honest peer has no value of a latched topic after " +
+                                           std::to_string(in_.cycles - map_asked_in_) + " cycles");
+    if (asked_ && in_.cycles > asked_->cycle + cycles_max &&
+        in_.on.now > asked_->at + (asked_->floor == "floor_call" ? time_max : large_time_max))
       in_.fail(asked_->floor, "the honest peer's call of " + asked_->service + " has no answer after " +
                                   std::to_string(in_.cycles - asked_->cycle) + " cycles and " +
                                   std::to_string((in_.on.now - asked_->at) / 1ms) + " ms");
@@ -118,6 +128,18 @@ class honest {
       if (short_lived_ == nullptr) return;
       short_lived_->honest = true;
     }
+    if (!map_) {
+      map_ = here_.open(handle_kind::publish_text,
+                        rowe::detail::advertise_request<json_text>(
+                            "/honest/map", {.ttl = rowe::rt::for_ever,
+                                            .keep = rowe::keep::newest,
+                                            .depth = 1,
+                                            .latched = true,
+                                            .type = "sim/Map",
+                                            .text_bytes_max = 1000}));
+      if (map_ == nullptr) return;
+      map_->honest = true;
+    }
     if (!echo_) {
       echo_ = here_.open(handle_kind::respond,
                          rowe::detail::serve_request<json_text, json_text>(
@@ -133,7 +155,7 @@ class honest {
   bool ready() const {
     return set_up_ && in_.cycles > set_up_at_ + 2 && steady_->state_now() == lane_state::active &&
            changing_->state_now() == lane_state::active && short_lived_->state_now() == lane_state::active &&
-           echo_->state_now() == lane_state::active;
+           map_->state_now() == lane_state::active && echo_->state_now() == lane_state::active;
   }
 
   void publish() {
@@ -161,6 +183,28 @@ class honest {
                                std::to_string((in_.on.now - std::max(changed_, arrived_)) / 1ms) +
                                " ms although " + std::to_string(overdue_) + " were published meanwhile");
     }
+  }
+
+  // Published now and then, for those who come late.
+  void publish_map() {
+    if (!ready() || in_.on.now < map_next_) return;
+    map_next_ = in_.on.now + 700ms;
+    rowe::publisher<json_text> map{harness::handle_of(map_->lane())};
+    if (map.publish("{\"m\":\"" + std::string(800, 'm') + "\"}", in_.on.now)) map_published_in_ = in_.cycles;
+  }
+  // Comes late again and again.
+  void look_at_map() {
+    if (map_published_in_ == 0 || in_.cycles < map_published_in_ + 3 || map_asked_in_ != 0) return;
+    if (in_.on.now < map_looks_next_) return;
+    map_asked_in_ = in_.cycles;
+    map_asked_at_ = in_.on.now;
+    link_->say(R"({"op":"subscribe","topic":"/honest/map","id":"m"})");
+  }
+  void take_map() {
+    if (map_asked_in_ == 0) return;
+    map_asked_in_ = 0;
+    map_looks_next_ = in_.on.now + 90ms;
+    link_->say(R"({"op":"unsubscribe","topic":"/honest/map","id":"m"})");
   }
 
   void respond() {
@@ -335,6 +379,7 @@ class honest {
       arrived_ = in_.on.now;
       overdue_ = 0;
     }
+    if (h.is == kind::publish && h.topic == "/honest/map") take_map();
     if (h.is == kind::publish && h.topic == "/rowe/stop/state") take_state(text);
     if (h.is != kind::answer || !asked_ || h.id_raw != asked_->id) return;
     // Where time jumps, or nobody does anything for long, its time may truly be over.
@@ -396,6 +441,7 @@ class honest {
   handle* steady_ = nullptr;
   handle* changing_ = nullptr;
   handle* short_lived_ = nullptr;
+  handle* map_ = nullptr;
   handle* echo_ = nullptr;
   rowe::responder<json_text, json_text> responder_;
   bool set_up_ = false;
@@ -405,6 +451,8 @@ class honest {
   std::uint64_t steady_number_ = 0;
   std::uint64_t subscribed_at_ = 0; // the cycle in which the first message came
   std::uint64_t sent_ = 0, got_ = 0;
+  time_point map_next_{}, map_looks_next_{}, map_asked_at_{};
+  std::uint64_t map_published_in_ = 0, map_asked_in_ = 0; // cycles; 0: not yet, and not now
   std::optional<call> asked_;
   std::uint64_t calls_ = 0;
   time_point asks_next_{};

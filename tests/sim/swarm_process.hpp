@@ -361,6 +361,9 @@ class process {
                               .type = in_.roll.one_of(types),
                               .text_bytes_max = in_.roll.one_in(2) ? 200U : 3000U};
     if (in_.roll.one_in(3)) topic.period = 20ms;
+    // So that what this process latches fits in its half, whatever it is.
+    if (topic.latched && in_.known.bounds.latched_bytes <= 16 * 1024)
+      topic.text_bytes_max = std::min(topic.text_bytes_max, 1000U);
     const std::string name{own_topics[in_.roll.below(std::min(in_.known.names, std::size(own_topics)))]};
     const std::string service{in_.roll.one_of(services)};
     const rowe::service_options how{

@@ -39,6 +39,7 @@ inline const std::vector<invariant>& invariants() {
       {"floor_call", "the honest peer's call is answered within 40 cycles"},
       {"floor_large_call", "likewise one whose answer needs a large slot"},
       {"floor_topic", "of 100 messages of a topic of 20 Hz the honest peer gets at least 90"},
+      {"floor_latched", "it gets the latched value of a topic within 40 cycles"},
       {"floor_echo", "its plain message, which a thread sends back, comes back within 40 cycles"},
       {"throttle", "a subscription gets a message each throttle_rate, by the options of the moment"},
       {"honest_cut", "the honest peer is not cut"},
@@ -128,6 +129,7 @@ inline plan draw_plan(std::uint64_t seed) {
   }
   p.has_honest =
       p.roomy && p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard;
+  if (p.has_honest) l.latched_bytes = 16 * 1024; // half for peers, and as much as this process latches
   p.jumps = roll.one_in(3);
   p.freezes = roll.one_in(3);
   p.floods = roll.one_in(4);
