@@ -313,6 +313,7 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
 
   built.granted = &board_->permit;
 
+  board_->use_lane(static_cast<std::uint32_t>(index));
   built.state.store(lane_state::offered, std::memory_order_release); // release: pairs with take_from_lanes()
   carrier_->wake();
   lane_state answered = lane_state::offered;

@@ -83,6 +83,17 @@ class board {
     takers_[index].store(generation, std::memory_order_relaxed);
   }
 
+  // Set-up, under its lock, before it offers the lane at a place: how many places the service thread looks at
+  // in each cycle. Those behind were never used.
+  void use_lane(std::uint32_t index) noexcept {
+    // relaxed: set-up alone writes it; release: pairs with the acquire in lanes_used()
+    if (index >= lanes_used_.load(std::memory_order_relaxed))
+      lanes_used_.store(index + 1, std::memory_order_release);
+  }
+  std::uint32_t lanes_used() const noexcept {
+    return lanes_used_.load(std::memory_order_acquire); // acquire: pairs with the release in use_lane()
+  }
+
   // Any thread: stops the loops; needs no room anywhere. The service thread is to be woken.
   void ask_to_stop() noexcept {
     // release: pairs with the exchange in take_stop_asked(); the wake that follows has it looked at
@@ -150,6 +161,7 @@ class board {
   events::consumer* reader_;
   rt::std_atomics::variable<std::uint32_t> peers_{0};
   rt::std_atomics::variable<std::uint32_t> stops_asked_{0};
+  rt::std_atomics::variable<std::uint32_t> lanes_used_{0};
 };
 
 // A counter with the part of it that user threads count in their lanes. Any thread.

@@ -304,7 +304,6 @@ class core final : public transport_sink {
   void end_begun(connection& c) noexcept;
   void cut_those_in_the_way() noexcept;
   rt::time_point begun_due(const connection& c) noexcept;
-  bool may_begin_more(slot_class of) const noexcept;
   void look_again_from(std::uint32_t first) noexcept;
   bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
   bool may_begin(connection& c, batch& into) noexcept;

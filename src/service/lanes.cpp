@@ -33,10 +33,11 @@ constexpr std::size_t event_text_bytes = 224; // of event::what
 void core::take_from_lanes() noexcept {
   lanes_left_ = lanes_wait_ = false;
   phases_.looks(now_);
-  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+  const std::uint32_t used = shown_.lanes_used();
+  for (std::uint32_t i = 0; i < used; ++i) {
     // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
     switch (lanes_[i].state.load(std::memory_order_acquire)) {
-    case lane_state::free: // most of them, in every cycle
+    case lane_state::free:
     case lane_state::refused: continue;
     case lane_state::offered: attach(i); break;
     case lane_state::active: take_from(i); break;
@@ -61,7 +62,8 @@ bool core::has_answer() noexcept {
 }
 
 bool core::lanes_quiet() const noexcept {
-  return std::all_of(lanes_.begin(), lanes_.end(), [](const detail::lane& one) { return one.rope.quiet(); });
+  const auto used = lanes_.first(shown_.lanes_used());
+  return std::all_of(used.begin(), used.end(), [](const detail::lane& one) { return one.rope.quiet(); });
 }
 
 // Answers a lane that set-up offers. The topic's place may be gone to a peer since set-up looked, so the

@@ -2,6 +2,7 @@
 #include "service/wire_slots.hpp"
 
 #include "service/calls.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
@@ -51,6 +52,8 @@ wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
     list.first = i;
     ++list.count;
   }
+  for (const slot_class of : {slot_class::small, slot_class::large})
+    begun_max_[static_cast<std::size_t>(of)] = begun_slots_max(count(of), bounds.connections_max);
 }
 
 std::optional<std::uint32_t> wire_slots::expire(std::uint32_t index) noexcept {

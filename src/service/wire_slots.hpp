@@ -145,7 +145,11 @@ class wire_slots {
     if (--slots_[index].begun == 0) --begun_[static_cast<std::size_t>(class_of(index))];
   }
   std::uint32_t begun(std::uint32_t index) const noexcept { return slots_[index].begun; }
-  std::uint32_t count_begun(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
+  // Whether sockets may have one more slot of the class.
+  bool may_begin(slot_class of) const noexcept {
+    const auto which = static_cast<std::size_t>(of);
+    return begun_[which] < begun_max_[which];
+  }
 
   // Frees a slot before its references are released: they go stale. Returns how many deliveries there were;
   // nothing, and no change, when a socket is in the middle of it.
@@ -203,7 +207,8 @@ class wire_slots {
   std::size_t large_stride_;
   std::uint32_t small_count_;
   std::array<free_list, 2> free_;
-  std::array<std::uint32_t, 2> begun_{}; // slots, by class
+  std::array<std::uint32_t, 2> begun_{}; // slots, by class; and how many there may be
+  std::array<std::uint32_t, 2> begun_max_{};
   std::uint32_t in_use_ = 0;
   std::uint64_t freed_ = 0;
 };

@@ -150,7 +150,7 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
     const slot_ref slot = entries_.at(at);
     if (!is_due(slot)) continue; // dropped when it comes to the front
     if ((into.full() || into.bytes >= into.credit) && !may_begin(c, into)) return false;
-    if (!may_begin_in(c, slot.index)) break;
+    if (!slots_.may_begin(slots_.class_of(slot.index)) && !may_begin_in(c, slot.index)) break;
     batch_piece piece{.from = &from,
                       .subscription = of,
                       .slot = slot.index,
@@ -304,14 +304,10 @@ rt::time_point core::begun_due(const connection& c) noexcept {
   return c.begun.since + begun_patience + rt::duration{std::chrono::seconds{bytes}} / begun_bytes_per_second;
 }
 
-bool core::may_begin_more(slot_class of) const noexcept {
-  return slots_.count_begun(of) < begun_slots_max(slots_.count(of), bounds_.connections_max);
-}
-
 // Whether a frame of the slot may be begun once the connection's own that is begun is out; if not, it waits.
 bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
   const slot_class of = slots_.class_of(slot);
-  if (may_begin_more(of) || slots_.begun(slot) != 0 || ROWE_MUTANT(begun_slots)) return true;
+  if (slots_.may_begin(of) || slots_.begun(slot) != 0 || ROWE_MUTANT(begun_slots)) return true;
   const bool in_its_place =
       c.begun.slot != no_index && slots_.class_of(c.begun.slot) == of && slots_.begun(c.begun.slot) == 1;
   if (in_its_place) return true;
@@ -342,7 +338,7 @@ void core::cut_those_in_the_way() noexcept {
   if (!begins_wait_) return;
   rt::time_point next = now_ + begun_patience;
   for (connection& c : connections_) {
-    if (!c.open() || c.begun.slot == no_index || may_begin_more(slots_.class_of(c.begun.slot))) continue;
+    if (!c.open() || c.begun.slot == no_index || slots_.may_begin(slots_.class_of(c.begun.slot))) continue;
     if (const rt::time_point due = begun_due(c); due > now_) {
       next = std::min(next, due);
     } else {

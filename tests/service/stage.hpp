@@ -122,6 +122,7 @@ class theatre_over {
       one.granted = &board.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
       one.bell = options.idle_policy == rowe::idle::wake ? &bell : nullptr;
+      board.use_lane(static_cast<std::uint32_t>(&one - lanes.data()));
       one.state.store(lane_state::offered, std::memory_order_release); // release: as open_lane()
       return one;
     }
