@@ -51,9 +51,11 @@ class board {
         writer_{events_.take_producer()},
         reader_{events_.take_consumer()} {}
 
-  // Service thread.
+  // Service thread. What peers can bring about as often as they like leaves a quarter of the room to the
+  // rest: what was stopped, what does not work, which limit was met.
   void post(const event& what) noexcept {
-    if (!writer_->try_push(what)) counts.add(counter::events_lost);
+    const bool has_room = !by_peers(what.what_kind) || writer_->room_at_least() > events_.capacity() / 4;
+    if (!has_room || !writer_->try_push(what)) counts.add(counter::events_lost);
   }
   void set_peers(std::uint32_t count) noexcept {
     // release: pairs with acquire in peers()
@@ -132,6 +134,11 @@ class board {
   rt::notification<> peers_changed;
 
  private:
+  static constexpr bool by_peers(event::kind what) noexcept {
+    return what == event::kind::peer_joined || what == event::kind::peer_left ||
+           what == event::kind::refused_handshake || what == event::kind::refused_request;
+  }
+
   static constexpr std::size_t address_words_count = 8;
   static constexpr std::size_t address_bytes_max = address_words_count * sizeof(std::uint64_t) - 1; // and a 0
   struct address_words {

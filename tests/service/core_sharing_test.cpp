@@ -427,6 +427,24 @@ TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
   EXPECT_EQ(on.count(counter::stalled_peers), 0U);
 }
 
+// ---- events
+
+TEST(core_sharing, has_room_for_events_of_this_process_however_many_peers_come_and_go) {
+  theatre on;
+  for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
+    peer comes{on};
+    on.cycle();
+    comes.leave();
+    on.cycle();
+  }
+  EXPECT_GT(on.count(counter::events_lost), 0U);
+  offer_text(on, lane_kind::publish_text, "/a", 64, {}, "test/A");
+  offer_text(on, lane_kind::publish_text, "/a", 64, {}, "test/B"); // which is refused
+  bool told = false;
+  while (const auto one = on.board.try_event()) told = told || one->what_kind == rowe::event::kind::warning;
+  EXPECT_TRUE(told);
+}
+
 // ---- topics
 
 TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
