@@ -22,8 +22,9 @@ namespace {
 constexpr std::size_t work_per_cycle = 100;
 constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / 1024; }
 
-// How much of a text is looked at, and what a stop has there.
+// How much of a text is looked at, and what a stop has there; and how long its frame is.
 constexpr std::size_t look_bytes = 160;
+constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
 constexpr std::string_view stop_marks[] = {"rowe/stop", "rowe\\/stop"};
 
 bool says_stop(std::string_view escaped) noexcept {
@@ -215,8 +216,8 @@ void core::read_in_turn() noexcept {
 // Carries out the stops among what was read, and takes them out: what stands before a stop, of its own peer
 // too, waits for its turn, and so does what only looks like one. A text that claims to be a stop and is none
 // has cost one reading more than its turn will; until more is read nothing else of its peer is looked at, so
-// that nobody pays for it. A stop whose service or topic stands further behind, or that came in pieces, waits
-// for its turn.
+// that nobody pays for it. A stop whose service or topic stands further behind, that is longer, or that came
+// in pieces, waits for its turn.
 void core::read_stops(connection& c) noexcept {
   if (!stop_.in_use()) return;
   const std::span<std::byte> all = c.unread;
@@ -239,7 +240,8 @@ void core::read_stops(connection& c) noexcept {
     if (wire::is_data(what) && begins == in_message) break; // against the protocol: in its turn
     if (wire::is_data(what)) in_message = !wire::is_final(frame[0]);
     std::array<char, look_bytes> room;
-    if (!begins || !begins_as_stop(wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
+    const bool may_stop = begins && bytes <= stop_frame_bytes_max;
+    if (!may_stop || !begins_as_stop(wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
       keep(bytes);
     } else if (take_if_stop(c, frame.first(bytes))) {
       at += bytes;
@@ -254,7 +256,7 @@ void core::read_stops(connection& c) noexcept {
 // A text in a whole frame, where it is a request to stop; false, and nothing was done, where it is not. The
 // frame stays as it came.
 bool core::take_if_stop(connection& c, std::span<const std::byte> frame) noexcept {
-  std::array<std::byte, read_bytes_in_turn + tailroom_bytes> room;
+  std::array<std::byte, stop_frame_bytes_max + tailroom_bytes> room;
   std::memcpy(room.data(), frame.data(), frame.size());
   std::memset(room.data() + frame.size(), 0, tailroom_bytes);
   wire::frame_parser alone = c.parser.anew();

@@ -534,6 +534,36 @@ TEST_F(sharing, carries_out_a_stop_that_was_read_behind_what_waits) {
   EXPECT_EQ(taken(), "aaaa");
 }
 
+// Behind a message that is parked more is kept than is read of one peer among others.
+TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
+  rowe::endpoint_options options = roomy();
+  options.limits.message_bytes_max = 64 * 1024;
+  theatre on{options};
+  (void)on.offer(rowe::detail::latch_request({}));
+  auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
+                         .receives = true,
+                         .out_depth = 2,
+                         .in_depth = 2,
+                         .ends_depth = 1,
+                         .out_bytes = 4096,
+                         .in_bytes = 4096,
+                         .ends_bytes = 192});
+  on.cycle();
+  rowe::lane talk{theatre::handle_of(lane)};
+  peer alone{on};
+  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  for (int i = 0; i < 3; ++i) alone.say(R"({"data":"a"})");
+  alone.say(R"({"op":"call_service","service":"/rowe/stop","id":")" + std::string(9000, 'x') + "\"}");
+  on.cycles(2);
+  EXPECT_EQ(on.count(counter::stops), 0U);
+  for (int i = 0; i < 5; ++i) {
+    while (talk.try_receive(on.now)) continue;
+    on.cycle();
+  }
+  EXPECT_TRUE(on.core.check());
+  EXPECT_EQ(on.count(counter::messages_in), 4U) << "all is carried out";
+}
+
 TEST_F(sharing, forgets_a_peer_that_left_while_it_waited) {
   for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
   on.cycles(2);
