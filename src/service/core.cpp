@@ -518,6 +518,9 @@ http_answer core::on_http(const http_request& request) noexcept { return page_(r
 
 void core::report(event::kind kind, std::string_view peer, std::string_view what,
                   std::string_view remedy) noexcept {
+  const bool of_coming = kind == event::kind::peer_joined || kind == event::kind::peer_left ||
+                         kind == event::kind::refused_handshake;
+  if (of_coming && !comings_.take(now_)) return add(counter::events_lost);
   event happened;
   happened.what_kind = kind;
   happened.peer = peer;

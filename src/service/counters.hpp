@@ -60,7 +60,7 @@ namespace rowe::service {
   X(silent_peers, refusal, "connections closed because nothing was heard from them")                         \
   X(unfinished_messages, refusal, "connections closed because a message was not finished in time")           \
   X(stalled_peers, refusal, "connections closed because they did not read")                                  \
-  X(events_lost, own, "events nobody asked for in time")                                                     \
+  X(events_lost, own, "events nobody asked for in time, and those that peers bring about beyond their rate") \
   X(cycles, own, "cycles of the service thread")                                                             \
   X(cycle_ns_max, own, "its longest cycle, in nanoseconds")                                                  \
   X(queued_max, own, "messages waiting at one time, at most")                                                \

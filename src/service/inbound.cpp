@@ -215,6 +215,7 @@ void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
   case op::advertise_service: return advertise_service(c, asked);
   case op::unadvertise_service: return unadvertise_service(c, asked);
   case op::status: {
+    if (!c.reports.take(now_)) return add(counter::events_lost);
     const auto plain = json::to_string(json::root(asked.msg_raw), scratch_);
     return report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.msg_raw));
   }

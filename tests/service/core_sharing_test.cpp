@@ -429,6 +429,30 @@ TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
 
 // ---- events
 
+TEST(core_sharing, tells_so_many_times_a_second_that_somebody_came_or_said_something_is_wrong) {
+  theatre on;
+  peer says{on};
+  for (int i = 0; i < 100; ++i) says.say(R"({"op":"status","level":"error","msg":"wrong"})");
+  on.cycles(10);
+  std::size_t statuses = 0;
+  while (const auto one = on.board.try_event())
+    statuses += one->what_kind == rowe::event::kind::status_from_peer;
+  EXPECT_EQ(statuses, 8U);
+  EXPECT_EQ(on.count(counter::events_lost), 92U);
+  std::size_t comings = 0;
+  for (int i = 0; i < 500; ++i) { // a second
+    peer comes{on};
+    on.cycle();
+    comes.leave();
+    on.cycle();
+    while (const auto one = on.board.try_event())
+      comings +=
+          one->what_kind == rowe::event::kind::peer_joined || one->what_kind == rowe::event::kind::peer_left;
+  }
+  EXPECT_LE(comings, 128U + 50U + 1U);
+  EXPECT_GE(comings, 128U);
+}
+
 TEST(core_sharing, has_room_for_events_of_this_process_however_many_peers_come_and_go) {
   theatre on;
   for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
