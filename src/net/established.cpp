@@ -101,7 +101,8 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
   one.reading = true;
   one.refused = one.broken = false;
   prepare_for_frames(one.socket.get(), limits_);
-  one.segment_bytes = segment_bytes_max(limits_.send_buffer_bytes);
+  one.buffer_bytes = limits_.send_buffer_bytes;
+  one.segment_bytes = segment_bytes_max(one.buffer_bytes);
   watch(one);
   return id_of(one);
 }
@@ -181,7 +182,7 @@ void established::on_event(const socket_event& event, std::span<std::byte> buffe
     const std::size_t wanted = std::min(buffer.size(), sink.wanted_bytes(id));
     if (wanted != 0) read(*one, buffer.first(wanted), sink); // inbound before outbound
   }
-  one = find(id);             // the sink may have closed it
+  one = find(id); // the sink may have closed it
   if (one && one->refused && (event.events & EPOLLOUT)) {
     one->refused = false;
     one->disarm();
@@ -237,6 +238,20 @@ std::size_t established::write(connection_id id,
   return taken;
 }
 
+// Into a buffer that is as wide as that needs, for as long as the call takes: what lies in it stays there.
+std::size_t established::write_rest(connection_id id, std::span<const std::byte> rest) noexcept {
+  connection* one = find(id);
+  if (!one || one->now != phase::open || one->broken) return 0;
+  const int fd = one->socket.get();
+  widen_send_buffer(fd, rest.size());
+  iovec piece{const_cast<std::byte*>(rest.data()), rest.size()}; // send only reads
+  const ssize_t sent = send_now(fd, std::span{&piece, 1});
+  limit_unsent(fd, limits_.unsent_bytes_max);
+  limit_send_buffer(fd, one->buffer_bytes);
+  one->unacknowledged = unacknowledged_bytes(fd);       // more than before: that is no standstill
+  return sent < 0 ? 0 : static_cast<std::size_t>(sent); // what broke is seen by its event
+}
+
 std::size_t established::refuse(connection& one, std::size_t taken) noexcept {
   one.refused = true;
   one.unacknowledged = unacknowledged_bytes(one.socket.get());
@@ -264,9 +279,9 @@ void established::close(connection_id id, close_how how) noexcept {
 void established::set_near(connection_id id, bool near) noexcept {
   connection* one = find(id);
   if (!one) return;
-  const std::uint32_t buffer = near ? limits_.near_buffer_bytes : limits_.send_buffer_bytes;
-  limit_send_buffer(one->socket.get(), buffer);
-  one->segment_bytes = segment_bytes_max(buffer);
+  one->buffer_bytes = near ? limits_.near_buffer_bytes : limits_.send_buffer_bytes;
+  limit_send_buffer(one->socket.get(), one->buffer_bytes);
+  one->segment_bytes = segment_bytes_max(one->buffer_bytes);
 }
 
 void established::read_enabled(connection_id id, bool enabled) noexcept {

@@ -62,6 +62,7 @@ class established {
 
   // As in service::transport.
   std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept;
+  std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept;
   void close(service::connection_id id, service::close_how how) noexcept;
   void set_near(service::connection_id id, bool near) noexcept;
   void read_enabled(service::connection_id id, bool enabled) noexcept;
@@ -81,9 +82,10 @@ class established {
     purpose why = purpose::any;
     bool reading = true;
     bool refused = false;
-    bool broken = false;           // a write said so, and `cause` why; there may be something to read still
-    int unacknowledged = 0;        // bytes, when it was
-    std::size_t segment_bytes = 0; // of one call, at most
+    bool broken = false;            // a write said so, and `cause` why; there may be something to read still
+    int unacknowledged = 0;         // bytes, when it was
+    std::size_t segment_bytes = 0;  // of one call, at most
+    std::uint32_t buffer_bytes = 0; // SO_SNDBUF as it was asked for
     service::close_cause cause = service::close_cause::asked;
     rt::time_point opened_at{};  // purpose::stop, as are these:
     rt::time_point held_since{}; // its source has this place, with pauses shorter than stop_place_time

@@ -176,6 +176,14 @@ std::size_t memory_transport::write(connection_id id,
   return taken;
 }
 
+std::size_t memory_transport::write_rest(connection_id id, std::span<const std::byte> rest) noexcept {
+  link* const on = find(id);
+  if (on == nullptr || on->asked || on->state != phase::open) return 0;
+  const std::size_t bytes = std::min(rest.size(), on->sky.rest_bytes_max);
+  on->outbound.send(rest.first(bytes), on->outbound.arrival(on->sky.to_peer, now_));
+  return bytes;
+}
+
 void memory_transport::close(connection_id id, close_how how) noexcept {
   link* const on = find(id);
   if (on == nullptr) return;

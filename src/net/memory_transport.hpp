@@ -23,6 +23,7 @@ class memory_transport : public service::transport {
     std::size_t arrive_bytes_max = SIZE_MAX; // to our side in one poll()
     std::size_t chunk_bytes_max = 64 * 1024; // in one on_bytes()
     std::size_t room_bytes = 256 * 1024;     // what the way to the peer holds before write() is refused
+    std::size_t rest_bytes_max = 0;          // of a frame it has the beginning of, beyond that
     // When that arrives which is sent at a time, either way; none: at once. What is sent later never arrives
     // earlier, whatever they say: bytes stay in order. rt::never: not at all, nor anything behind it. Times
     // are those of poll(): what a peer says between two of them is sent at the time of the first.
@@ -66,6 +67,7 @@ class memory_transport : public service::transport {
   int wake_descriptor() const noexcept override { return -1; }
   std::size_t write(service::connection_id id,
                     std::span<const std::span<const std::byte>> pieces) noexcept override;
+  std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept override;
   void close(service::connection_id id, service::close_how how) noexcept override;
   void set_near(service::connection_id id, bool near) noexcept override;
   void read_enabled(service::connection_id id, bool enabled) noexcept override;

@@ -54,7 +54,7 @@ void send_at_once(int fd) noexcept { set(fd, IPPROTO_TCP, TCP_NODELAY, 1); }
 void prepare_for_frames(int fd, const socket_limits& limits) noexcept {
   send_at_once(fd);
   set(fd, IPPROTO_TCP, tcp_rto_min_us, retransmission_us_min);
-  set(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(limits.unsent_bytes_max));
+  limit_unsent(fd, limits.unsent_bytes_max);
   if (limits.send_buffer_bytes) limit_send_buffer(fd, limits.send_buffer_bytes);
   notice_vanishing(fd, limits.vanished_after);
 }
@@ -65,6 +65,22 @@ void limit_send_buffer(int fd, std::uint32_t bytes) noexcept {
   socklen_t size = sizeof locks;
   if (::getsockopt(fd, SOL_SOCKET, SO_BUF_LOCK, &locks, &size) == 0)
     set(fd, SOL_SOCKET, SO_BUF_LOCK, locks & ~SOCK_SNDBUF_LOCK);
+}
+
+// The kernel doubles what it is told, for its own bookkeeping. What lies there may exceed the buffer a
+// little.
+void widen_send_buffer(int fd, std::size_t bytes) noexcept {
+  constexpr std::size_t slack = 64 * 1024;
+  constexpr std::size_t most = std::size_t{1} << 28;
+  int before = 0;
+  socklen_t size = sizeof before;
+  if (::getsockopt(fd, SOL_SOCKET, SO_SNDBUF, &before, &size) != 0) return;
+  set(fd, SOL_SOCKET, SO_SNDBUF, before / 2 + static_cast<int>(std::min(bytes + slack, most)));
+  limit_unsent(fd, UINT32_MAX >> 1);
+}
+
+void limit_unsent(int fd, std::uint32_t bytes) noexcept {
+  set(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, static_cast<int>(bytes));
 }
 
 int unacknowledged_bytes(int fd) noexcept {

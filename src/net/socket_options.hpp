@@ -18,6 +18,12 @@ void send_at_once(int fd) noexcept;
 // SO_KEEPALIVE, as `limits` say.
 void prepare_for_frames(int fd, const socket_limits& limits) noexcept;
 
+// Room for so many bytes more than there is, sent or not, until the limits are set again.
+void widen_send_buffer(int fd, std::size_t bytes) noexcept;
+
+// TCP_NOTSENT_LOWAT.
+void limit_unsent(int fd, std::uint32_t bytes) noexcept;
+
 // SO_SNDBUF; 0: whatever the kernel finds right from now on, where it can be told so (Linux 5.14).
 void limit_send_buffer(int fd, std::uint32_t bytes) noexcept;
 

@@ -77,6 +77,10 @@ class epoll_transport final : public socket_transport {
                     std::span<const std::span<const std::byte>> pieces) noexcept override {
     return connections_.write(connection, pieces);
   }
+  std::size_t write_rest(service::connection_id connection,
+                         std::span<const std::byte> rest) noexcept override {
+    return connections_.write_rest(connection, rest);
+  }
   void close(service::connection_id connection, service::close_how how) noexcept override {
     connections_.close(connection, how);
   }

@@ -301,6 +301,7 @@ class core final : public transport_sink {
   void gather_messages(connection& c, batch& into) noexcept;
   bool gather_begun(connection& c, batch& into) noexcept;
   bool may_begin_in(connection& c, std::uint32_t slot) noexcept;
+  void hand_over_rest(connection& c) noexcept;
   void end_begun(connection& c) noexcept;
   void cut_those_in_the_way() noexcept;
   rt::time_point begun_due(const connection& c) noexcept;
@@ -657,7 +658,8 @@ class core final : public transport_sink {
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
   std::uint64_t lanes_attached_ = 0;
-  rate_limit comings_{std::chrono::milliseconds{20}, 128}; // events that somebody came, went, or was not let in
+  rate_limit comings_{std::chrono::milliseconds{20},
+                      128};        // events that somebody came, went, or was not let in
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
   std::size_t composed_bytes_ = 0;       // for the message that is carried out

@@ -138,6 +138,14 @@ class transport {
   virtual std::size_t write(connection_id connection,
                             std::span<const std::span<const std::byte>> pieces) noexcept = 0;
 
+  // Hands over the rest of a frame that write() took a part of, beyond what the carrier holds otherwise:
+  // nothing can go to the peer before it anyway. Returns the bytes taken; 0 where a carrier cannot.
+  // on_writable() follows as after write().
+  virtual std::size_t write_rest(connection_id connection, std::span<const std::byte> rest) noexcept {
+    (void)connection, (void)rest;
+    return 0;
+  }
+
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 

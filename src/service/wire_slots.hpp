@@ -145,6 +145,7 @@ class wire_slots {
     if (--slots_[index].begun == 0) --begun_[static_cast<std::size_t>(class_of(index))];
   }
   std::uint32_t begun(std::uint32_t index) const noexcept { return slots_[index].begun; }
+  std::uint32_t count_begun(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
   // Whether sockets may have one more slot of the class.
   bool may_begin(slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);

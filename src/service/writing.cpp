@@ -95,6 +95,7 @@ void core::write(connection& c, batch& what) noexcept {
   c.credit.wrote(taken, now_);
   c.blocked = taken < what.bytes;
   settle(c, what, taken);
+  if (c.begun.slot != no_index) hand_over_rest(c);
 }
 
 // What is written next, in the order in which it is: what was begun, control frames, the stop. False when no
@@ -314,6 +315,19 @@ bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
   c.waits_to_begin = begins_wait_ = true;
   if (!wheel_.contains(node_of(timer::begun))) arm(timer::begun, 0, now_ + begun_patience);
   return false;
+}
+
+// A large slot is worth system calls: where sockets have one already, the carrier keeps the rest of the frame
+// itself, if it can.
+void core::hand_over_rest(connection& c) noexcept {
+  const slot_class of = slots_.class_of(c.begun.slot);
+  if (of != slot_class::large || slots_.count_begun(of) < 2 || ROWE_MUTANT(begun_slots)) return;
+  batch rest{joined_, pieces_};
+  (void)gather_begun(c, rest); // it goes alone
+  const std::size_t taken = carrier_.write_rest(c.id, rest.whole());
+  add(counter::bytes_out, taken);
+  c.credit.wrote(taken, now_);
+  settle(c, rest, taken);
 }
 
 // The last byte is out, or its peer gone.

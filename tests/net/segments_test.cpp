@@ -56,6 +56,26 @@ TEST_F(segments, end_in_the_middle_of_pieces) {
   EXPECT_GE(arrived() - before, 7U);
 }
 
+// Of a frame that was begun; and then no more until that is read.
+TEST_F(segments, go_into_the_kernel_where_they_are_the_rest_of_what_was_begun) {
+  transport->set_near(id, true);
+  const std::string large(200'000, 'x');
+  const std::size_t begun = write(*transport, id, large);
+  ASSERT_LT(begun, large.size());
+  const auto bytes = std::as_bytes(std::span{large}).subspan(begun);
+  EXPECT_EQ(write(*transport, id, "y"), 0U);
+  std::size_t more = transport->write_rest(id, bytes.first(60'000));
+  EXPECT_EQ(more, 60'000U);
+  EXPECT_EQ(write(*transport, id, "y"), 0U);
+  std::size_t taken = begun + more;
+  const auto go_on = [&] {
+    if (taken < large.size()) taken += write(*transport, id, std::string_view{large}.substr(taken));
+    return client.read() && client.text.size() >= large.size();
+  };
+  ASSERT_TRUE(drive.until(go_on));
+  EXPECT_EQ(client.text, large);
+}
+
 } // namespace
 } // namespace segments_test
 } // namespace rowe::net

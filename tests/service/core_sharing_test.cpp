@@ -407,6 +407,38 @@ TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
   EXPECT_EQ(on.count(counter::stalled_peers), 2U) << "those that were waited for, and nobody else";
 }
 
+// A carrier that keeps the rest of frames itself, as sockets can.
+TEST(core_sharing, lets_nobody_wait_where_the_carrier_keeps_the_rest_of_frames) {
+  auto options = hub_options();
+  options.limits.large_slots = 8;
+  theatre on{options};
+  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  std::deque<peer> deaf;
+  const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
+  for (int i = 0; i < 6; ++i) {
+    auto& how = on.net.weather_of(deaf.emplace_back(on).id());
+    how.room_bytes = 500;
+    how.rest_bytes_max = SIZE_MAX;
+    deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
+    on.cycle();
+    (void)publish_text(on, map, large);
+    on.cycle();
+  }
+  peer reads{on};
+  reads.say(subscribe("/map", R"(,"queue_length":1)"));
+  on.cycle();
+  texts heard;
+  for (int i = 0; i < 10; ++i) {
+    (void)publish_text(on, map, large);
+    on.cycle();
+    hear_more(reads, heard);
+  }
+  EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
+  for (std::size_t i = 1; i < deaf.size(); ++i) // the first one's is in nobody's way
+    EXPECT_EQ(count_of(deaf[i].hear(), R"("topic":"/map")"), 1U) << "and whole";
+  EXPECT_EQ(on.core.inconsistency(), "");
+}
+
 // Nobody waits for what it has.
 TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
   auto options = hub_options();

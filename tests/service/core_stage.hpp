@@ -55,6 +55,7 @@ inline std::string message(int x) {
 }
 
 struct core_test : testing::Test {
+  explicit core_test(const rowe::endpoint_options& options = small_options()) : on{options} {}
   ~core_test() override { EXPECT_TRUE(on.core.check()); }
   theatre on;
 };

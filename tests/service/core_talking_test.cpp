@@ -12,7 +12,16 @@ using namespace stage;
 using rowe::errc;
 using rowe::service::door_request;
 
+// A queue to one peer that does not read is full before that has its share of the slots.
+rowe::endpoint_options with_many_slots() {
+  rowe::endpoint_options options = small_options();
+  options.limits.small_slots = 128;
+  return options;
+}
+
 struct talking : core_test {
+  talking() : core_test{with_many_slots()} {}
+
   // A message of a thread that waits for what becomes of it, or not.
   std::uint32_t send(std::string_view text, rowe::duration ttl = -1ns, bool waits = true,
                      rowe::detail::peer_ref to = {}) {
