@@ -171,7 +171,8 @@ struct connection {
   std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
   bool parked() const noexcept { return parked_text != nullptr; }
   bool open() const noexcept { return state == phase::open; }
-  bool behind() const noexcept { return blocked || held; } // it reads more slowly than we would write
+  // It reads more slowly than we would write, or waits for others who do.
+  bool behind() const noexcept { return blocked || held || waits_to_begin; }
 };
 
 } // namespace rowe::service

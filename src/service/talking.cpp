@@ -297,12 +297,13 @@ bool core::has_room(connection& c, priority at) noexcept {
   return to.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
 }
 
-// Whether one more message may be composed for it, in a slot that nobody else waits for. Half of the slots are
-// for those who read as fast as we write: they give them back at once, and however many others do not, there
-// are some.
+// Whether one more message may be composed for it, in a slot that nobody else waits for. Half of the slots
+// are for those who read as fast as we write: they give them back at once, and however many others do not,
+// there are some.
 bool core::has_share(const connection& c, slot_class of) const noexcept {
   const std::uint32_t all = slots_.count(of);
-  const std::uint32_t for_readers = c.behind() ? message_slots_max(all, bounds_.connections_max) / 2 : 0;
+  const bool restricted = c.behind() && !ROWE_MUTANT(begun_slots);
+  const std::uint32_t for_readers = restricted ? message_slots_max(all, bounds_.connections_max) / 2 : 0;
   const std::uint32_t left = left_of(slots_for_messages(of), for_readers);
   return may_take(entries_.held_by(c.id.index, queued_as::direct_message, of), left);
 }
