@@ -658,11 +658,12 @@ class core final : public transport_sink {
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
   std::uint64_t lanes_attached_ = 0;
-  rate_limit comings_{std::chrono::milliseconds{20},
-                      128};        // events that somebody came, went, or was not let in
+  // Of events that somebody came, went, or was not let in.
+  rate_limit comings_{std::chrono::milliseconds{20}, 128};
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
-  std::size_t composed_bytes_ = 0;       // for the message that is carried out
+  std::size_t work_bytes_ =
+      0; // for the message that is carried out: what is composed, and what takes as long
   std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room

@@ -15,6 +15,14 @@
 
 namespace rowe::service {
 
+namespace {
+
+// As much work as to compose so many bytes: one place in a queue, and one taken from whoever holds most.
+constexpr std::size_t push_work = 128;
+constexpr std::size_t eviction_work = 1024;
+
+} // namespace
+
 // ---- towards the queues
 
 void core::deliver(std::uint32_t topic_index, std::uint32_t slot) noexcept {
@@ -34,6 +42,7 @@ bool core::accepts(subscription& s) noexcept {
 
 void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = router_.subscription_at(index);
+  work_bytes_ += push_work;
   if (s.owes_last) place_latched(s);
   drop_dead(s.waiting);
   if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
@@ -122,7 +131,7 @@ wire::mask_key core::next_mask() noexcept {
 // of the cycle, if it is still there.
 void core::seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept {
   slots_.finish(slot, bytes, expires);
-  composed_bytes_ += bytes;
+  work_bytes_ += bytes;
   (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
                                         wire::opcode::text,
                                         bytes); // where it starts follows from `bytes`
@@ -211,6 +220,7 @@ void core::reclaim_entry() noexcept {
 // Takes the oldest message out of the longest queue of a peer, of those that begin with a slot of the class
 // if there is one. The peer has something queued.
 void core::evict(connection& c, std::optional<slot_class> of) noexcept {
+  work_bytes_ += eviction_work;
   queue* longest = nullptr;
   std::uint32_t topic = no_index;
   bool fits = false;
@@ -235,15 +245,19 @@ void core::evict(connection& c, std::optional<slot_class> of) noexcept {
   add(c.behind() ? counter::outbox_full : counter::evicted);
   drop_front(*longest);
   if (topic == no_index) return;
-  // Peers that do not read lose it, too: as a rule they hold what the first one holds.
+  // Those who do not read, and those who hold more than an equal share, lose it, too: as a rule they hold
+  // what the first one holds, and the slot is free only when nobody does.
+  const slot_class its = slots_.class_of(oldest.index);
+  const std::uint32_t share = slots_.count(its) / std::max(peers_, 1U);
+  const auto may_lose_it = [&](const connection& one) {
+    return one.behind() || entries_.held_by(one.id.index, queued_as::evictable, its) > share;
+  };
   for (std::uint32_t i = router_.at(topic).first_subscription; i != no_index && slots_.alive(oldest);
        i = router_.subscription_at(i).next_on_topic) {
     subscription& same = router_.subscription_at(i);
-    if (!connections_[same.connection].behind() || same.waiting.empty() ||
-        entries_.front(same.waiting) != oldest) {
-      continue;
-    }
-    add(counter::outbox_full);
+    const connection& its_peer = connections_[same.connection];
+    if (same.waiting.empty() || entries_.front(same.waiting) != oldest || !may_lose_it(its_peer)) continue;
+    add(its_peer.behind() ? counter::outbox_full : counter::evicted);
     drop_front(same.waiting);
   }
 }

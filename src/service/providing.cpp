@@ -89,7 +89,7 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
     connection* const c = find(one.asked_by.connection());
     if (c != nullptr && !has_place_for_answer(*c)) return end_without_room(index, errc::full);
   }
-  composed_bytes_ += own_answer_work;
+  work_bytes_ += own_answer_work;
   std::array<char, 2 * detail::lane::name_bytes_max> room; // scratch_ has the names of the call itself
   const auto named = [&](std::string_view member) -> std::string_view {
     const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);

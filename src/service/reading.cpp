@@ -183,13 +183,13 @@ std::size_t core::read_one(connection& c) noexcept {
     end_unread(c);
     return 0;
   }
-  composed_bytes_ = 0;
+  work_bytes_ = 0;
   if (c.parked()) {
     const std::span again{std::exchange(c.parked_text, nullptr), c.parked_bytes};
     heard_before_ = true;
     hear(c, again);
     heard_before_ = false;
-    return work_of(again.size() + composed_bytes_);
+    return work_of(again.size() + work_bytes_);
   }
   const wire::frame_step step = c.parser.next(c.unread);
   c.unread = c.unread.subspan(step.consumed);
@@ -201,7 +201,7 @@ std::size_t core::read_one(connection& c) noexcept {
   } else if (c.message_began_at == rt::never) {
     c.message_began_at = now_;
   }
-  return work_of(step.payload.size() + composed_bytes_);
+  return work_of(step.payload.size() + work_bytes_);
 }
 
 void core::read_in_turn() noexcept {

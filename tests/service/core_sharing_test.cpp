@@ -372,6 +372,36 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
   EXPECT_EQ(on.count(counter::not_latched), 12U);
 }
 
+// A slot is free only when everybody has lost the message in it.
+TEST(core_sharing, finds_slots_beside_many_that_hold_the_same_messages) {
+  constexpr int topics = 30;
+  auto options = hub_options();
+  options.limits.small_slots = 256;
+  options.limits.topics_max = 128;
+  options.limits.subscriptions_max = 1024;
+  options.limits.subscriptions_per_connection_max = 64;
+  options.limits.queued_max = 8192;
+  theatre on{options};
+  const auto name = [](int i) { return "/t" + std::to_string(i); };
+  std::deque<peer> hoard;
+  for (int i = 0; i < 6; ++i) {
+    hoard.emplace_back(on);
+    for (int t = 0; t < topics; ++t)
+      hoard.back().say(subscribe(name(t), R"(,"throttle_rate":3600000,"queue_length":16)"));
+    on.cycles(2);
+  }
+  peer feeds{on}, fine{on};
+  std::size_t answered = 0;
+  for (int i = 0; i < 200; ++i) {
+    for (int t = 0; t < topics; ++t) feeds.say(publish_on(name((t + i) % topics), "{}"));
+    fine.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
+    on.cycles(3);
+    answered += count_of(fine.hear(), R"("result":true)");
+  }
+  EXPECT_EQ(answered, 200U);
+  EXPECT_EQ(on.count(counter::no_slot), 0U);
+}
+
 // ---- slots that sockets have
 
 // Each keeps a slot of which its socket has taken a part.
