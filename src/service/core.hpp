@@ -221,7 +221,7 @@ class core final : public transport_sink {
     std::uint32_t count;
     std::string_view option;
   };
-  void refuse_share(connection& c, std::string_view id_raw, const taken_share& of) noexcept;
+  void refuse_share(connection& c, const wire::rosbridge::request& asked, const taken_share& of) noexcept;
   void refuse_for(connection& c, std::string_view id_raw, std::string_view why,
                   std::string_view option) noexcept;
   bool admits_refusal(connection& c, event::kind kind, std::string_view why,

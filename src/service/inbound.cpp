@@ -256,7 +256,7 @@ std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) no
   const std::uint32_t found =
       may_take(held, left) || ROWE_MUTANT(made_up_topics) ? router_.find_or_add(asked.topic) : no_index;
   if (found == no_index) {
-    refuse_share(c, asked.id_raw, {"topics", held, left, share, "topics_max"});
+    refuse_share(c, asked, {"topics", held, left, share, "topics_max"});
   }
   return found;
 }
@@ -280,8 +280,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
     }
     if (index == no_index) {
       return refuse_share(
-          c, asked.id_raw,
-          {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, "subscriptions_max"});
+          c, asked, {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, "subscriptions_max"});
     }
     ++c.subscriptions;
     router_.subscription_at(index).unslashed = unslashed;
@@ -418,14 +417,14 @@ void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view
 }
 
 // One that has as much as it leaves, see shares.hpp.
-void core::refuse_share(connection& c, std::string_view id_raw, const taken_share& of) noexcept {
-  std::array<char, 224> why;
-  const int bytes = std::snprintf(
-      why.data(), why.size(),
-      "one peer may hold no more %.*s than it leaves: it holds %u, %u of %u are left (limit %.*s)",
-      static_cast<int>(of.what.size()), of.what.data(), of.held, of.left, of.count,
-      static_cast<int>(of.option.size()), of.option.data());
-  refuse_for(c, id_raw, {why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)}, of.option);
+void core::refuse_share(connection& c, const rosbridge::request& asked, const taken_share& of) noexcept {
+  std::array<char, 384> room;
+  wire::text_out why{room};
+  why.add_shortened(asked.op_text, 24).add(" ");
+  why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
+  why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
+  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left (limit ").add(of.option).add(")");
+  refuse_for(c, asked.id_raw, why.text(), of.option);
 }
 
 void core::refuse_for(connection& c, std::string_view id_raw, std::string_view why,

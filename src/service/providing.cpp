@@ -47,7 +47,7 @@ void core::advertise_service(connection& c, const rosbridge::request& asked) noe
   const std::uint32_t left = left_of(share, services_.of_peers());
   if (!(may_take(c.services, left) || ROWE_MUTANT(made_up_services)) ||
       services_.add(asked.service, asked.type, no_index, c.id).index == no_index) {
-    return refuse_share(c, asked.id_raw, {"services", c.services, left, share, "services_max"});
+    return refuse_share(c, asked, {"services", c.services, left, share, "services_max"});
   }
   ++c.services;
 }
