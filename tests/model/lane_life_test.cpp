@@ -127,7 +127,9 @@ struct outlived_by_a_view {
     return {{{"set-up",
               [this] {
                 require(open_lane(lane, service, 1) == 0U, "the first lane is free");
-                require(lane.to_handle.in.try_push(0), "there is a place"); // for the service thread
+                // For the service thread:
+                const auto sent = lane.came_home.try_take();
+                require(sent && lane.to_handle.in.try_push(*sent), "there is a slot, and a place");
                 handed_over.ring();
                 if (open_lane(lane, service, 2)) close_lane(lane, service);
                 end(0);
