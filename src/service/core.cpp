@@ -136,6 +136,20 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       opened_at_{start},
       rates_marked_{start, start} {
   options.name.copy(name_.data(), name_bytes_);
+  const auto too_many = [](std::string_view what, std::uint32_t per_second, std::string_view remedy,
+                           std::string_view option) {
+    std::array<char, wire::close_reason_bytes_max> room;
+    wire::text_out why{room};
+    why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
+    why.add(flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
+    event::text<wire::close_reason_bytes_max> kept;
+    kept = why.add(" (limit ").add(option).add(")").text();
+    return kept;
+  };
+  too_many_messages_ = too_many("messages", bounds_.messages_per_second_max, "send fewer",
+                                "messages_per_second_max");
+  too_many_refusals_ = too_many("refused requests", bounds_.refusals_per_second_max, "heed the refusals",
+                                "refusals_per_second_max");
   const auto advertised =
       memory.carve<advertisement>(connections_.size() * bounds_.advertisements_per_connection_max);
   for (std::size_t i = 0; i < connections_.size(); ++i) {

@@ -48,6 +48,8 @@
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
 #include "wire/bare.hpp"
+#include "wire/text_out.hpp"
+#include "wire/websocket.hpp"
 #include "json/decoder.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
@@ -222,7 +224,7 @@ class core final : public transport_sink {
     std::string_view option;
   };
   void refuse_share(connection& c, const wire::rosbridge::request& asked, const taken_share& of) noexcept;
-  void refuse_for(connection& c, std::string_view id_raw, std::string_view why,
+  void refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                   std::string_view option) noexcept;
   bool admits_refusal(connection& c, event::kind kind, std::string_view why,
                       std::string_view remedy) noexcept;
@@ -660,6 +662,9 @@ class core final : public transport_sink {
   std::uint64_t lanes_attached_ = 0;
   // Of events that somebody came, went, or was not let in.
   rate_limit comings_{std::chrono::milliseconds{20}, 128};
+  // Why peers that flood are cut.
+  event::text<wire::close_reason_bytes_max> too_many_messages_;
+  event::text<wire::close_reason_bytes_max> too_many_refusals_;
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t door_held_count_ = 0;
   std::size_t work_bytes_ =

@@ -61,7 +61,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     excess_ = !c.messages.take(now_);
     take_text(c, step.payload);
     if (std::exchange(excess_, false))
-      cut_if_flooding(c, c.messages, "messages_per_second_max: too many messages for 5 s");
+      cut_if_flooding(c, c.messages, too_many_messages_);
     break;
   }
   case wire::frame_event::binary:
@@ -73,7 +73,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
       send_control(c, wire::opcode::pong, step.payload);
     } else {
       add(counter::over_rate);
-      cut_if_flooding(c, c.messages, "messages_per_second_max: too many pings for 5 s");
+      cut_if_flooding(c, c.messages, too_many_messages_);
     }
     break;
   case wire::frame_event::close:
@@ -409,11 +409,10 @@ void core::refuse(connection& c, std::string_view id_raw, std::string_view why) 
 
 void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                         std::string_view option) noexcept {
-  std::array<char, 224> why;
-  const int bytes = std::snprintf(why.data(), why.size(), "all %llu %.*s are taken (limit %.*s)",
-                                  static_cast<unsigned long long>(limit), static_cast<int>(what.size()),
-                                  what.data(), static_cast<int>(option.size()), option.data());
-  refuse_for(c, id_raw, {why.data(), static_cast<std::size_t>(bytes)}, option);
+  std::array<char, 224> room;
+  wire::text_out why{room};
+  why.add("all ").add(static_cast<std::int64_t>(limit)).add(" ").add(what).add(" are taken");
+  refuse_for(c, id_raw, why, option);
 }
 
 // One that has as much as it leaves, see shares.hpp.
@@ -423,17 +422,18 @@ void core::refuse_share(connection& c, const rosbridge::request& asked, const ta
   why.add_shortened(asked.op_text, 24).add(" ");
   why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
-  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left (limit ").add(of.option).add(")");
-  refuse_for(c, asked.id_raw, why.text(), of.option);
+  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left");
+  refuse_for(c, asked.id_raw, why, of.option);
 }
 
-void core::refuse_for(connection& c, std::string_view id_raw, std::string_view why,
+// The peer is told the limit's name in the sentence, the user what to do about it.
+void core::refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                       std::string_view option) noexcept {
-  std::array<char, 128> remedy;
-  const int bytes = std::snprintf(remedy.data(), remedy.size(), "raise `limits::%.*s`",
-                                  static_cast<int>(option.size()), option.data());
-  if (admits_refusal(c, event::kind::limit, why, {remedy.data(), static_cast<std::size_t>(bytes)}))
-    answer_refusal(c, id_raw, why);
+  std::array<char, 128> room;
+  wire::text_out remedy{room};
+  remedy.add("raise `limits::").add(option).add("`");
+  if (!admits_refusal(c, event::kind::limit, why.text(), remedy.text())) return;
+  answer_refusal(c, id_raw, why.add(" (limit ").add(option).add(")").text());
 }
 
 // ---- rates
@@ -449,7 +449,7 @@ bool core::admits_refusal(connection& c, event::kind kind, std::string_view why,
   }
   if (c.ours == side::client || c.refusals.take(now_)) return true;
   add(counter::refusals_unsaid);
-  cut_if_flooding(c, c.refusals, "refusals_per_second_max: too many requests were refused for 5 s");
+  cut_if_flooding(c, c.refusals, too_many_refusals_);
   return false;
 }
 

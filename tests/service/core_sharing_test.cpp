@@ -728,6 +728,8 @@ TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
   }
   EXPECT_EQ(seconds, 6); // the first one is a burst
   EXPECT_EQ(flood.close_code, 1008);
+  EXPECT_EQ(flood.close_reason,
+            "more than 10 messages a second for 5 s: send fewer (limit messages_per_second_max)");
   EXPECT_EQ(on.count(counter::flooding_peers), 1U);
 }
 

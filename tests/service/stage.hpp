@@ -212,7 +212,10 @@ class peer {
         if (answers_pings) send(rowe::wire::opcode::pong, text);
       }
       if (step.event == rowe::wire::frame_event::pong) ++pongs;
-      if (step.event == rowe::wire::frame_event::close) close_code = step.close_code;
+      if (step.event == rowe::wire::frame_event::close) {
+        close_code = step.close_code;
+        close_reason = step.reason;
+      }
       if (step.event == rowe::wire::frame_event::violation) violated = std::string{step.reason};
     }
     return texts;
@@ -237,6 +240,7 @@ class peer {
   }
 
   std::uint16_t close_code = 0;
+  std::string close_reason;
   int pings = 0;
   int pongs = 0;
   bool answers_pings = true;
