@@ -66,6 +66,7 @@ established::established(const socket_limits& limits, poll_set& polled)
     : limits_{limits},
       polled_{polled},
       connections_(limits.connections_max),
+      stop_visits_(limits.connections_max),
       refused_{limits.write_timeout},
       closing_{limits.close_timeout} {
   free_.reserve(limits.connections_max);
@@ -89,12 +90,13 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
   free_.pop_back();
   connection& one = connections_[index];
   if (++one.generation == 0) one.generation = 1; // 0 is never a connection that was reported
-  const bool came_back =
-      one.why == purpose::stop && same_source(one.peer, peer) && now_ - one.left_at < stop_place_time;
-  if (!came_back) one.held_since = now_;
   one.opened_at = now_;
   one.why = why;
-  if (why == purpose::any) ++ordinary_;
+  if (why == purpose::any) {
+    ++ordinary_;
+  } else {
+    one.stop_visit = begin_visit(peer);
+  }
   one.socket = std::move(socket);
   one.peer = peer;
   one.now = phase::open;
@@ -109,6 +111,27 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
 
 // ---- places for the stop
 
+// Of loopback each connection is a visit of its own, but for one that comes back.
+std::uint32_t established::begin_visit(const socket_address& source) noexcept {
+  const auto goes_on = [&, apart = is_loopback(source)](const visit& one) {
+    return one.connections != 0 ? !apart : now_ - one.left_at < stop_place_time;
+  };
+  const auto known = std::find_if(stop_visits_.begin(), stop_visits_.end(), [&](const visit& one) {
+    return same_source(one.source, source) && goes_on(one);
+  });
+  // There are as many as connections, so one has none.
+  const auto begins = known != stop_visits_.end()
+                          ? known
+                          : std::min_element(stop_visits_.begin(), stop_visits_.end(),
+                                             [](const visit& one, const visit& other) {
+                                               return std::pair{one.connections != 0, one.left_at} <
+                                                      std::pair{other.connections != 0, other.left_at};
+                                             });
+  if (known == stop_visits_.end()) *begins = {.source = source, .since = now_};
+  ++begins->connections;
+  return static_cast<std::uint32_t>(begins - stop_visits_.begin());
+}
+
 // Who comes to stop gets a place as long as there is any, also one of those that are kept. Then another one
 // on the path gives way: the oldest, but for those that have just stopped the robot, by the sink's account.
 //
@@ -118,7 +141,9 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
 // answer. The time is that of the source: closing and coming back does not begin it anew.
 bool established::make_room_for_stop(const socket_address& peer, transport_sink& sink) noexcept {
   const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
-  const auto held_long = [&](const connection& one) { return now_ - one.held_since >= stop_place_time; };
+  const auto held_long = [&](const connection& one) {
+    return now_ - stop_visits_[one.stop_visit].since >= stop_place_time;
+  };
   report_ended(sink);
   const bool instead = !is_loopback(peer) &&
                        (free_.size() <= kept_for_stop(limits_.connections_max) ||
@@ -338,8 +363,13 @@ void established::finish(connection& one, close_cause cause, transport_sink& sin
 
 void established::free_place(connection& one) noexcept {
   one.now = phase::free;
-  one.left_at = now_;
-  if (one.why == purpose::any) --ordinary_;
+  if (one.why == purpose::any) {
+    --ordinary_;
+  } else {
+    visit& ended = stop_visits_[one.stop_visit];
+    --ended.connections;
+    ended.left_at = now_;
+  }
   free_.push_back(id_of(one).index);
 }
 

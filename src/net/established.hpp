@@ -87,8 +87,14 @@ class established {
     std::size_t segment_bytes = 0;  // of one call, at most
     std::uint32_t buffer_bytes = 0; // SO_SNDBUF as it was asked for
     service::close_cause cause = service::close_cause::asked;
-    rt::time_point opened_at{};  // purpose::stop, as are these:
-    rt::time_point held_since{}; // its source has this place, with pauses shorter than stop_place_time
+    rt::time_point opened_at{};   // purpose::stop, as is this:
+    std::uint32_t stop_visit = 0; // index
+  };
+  // That a source is here to stop, with pauses shorter than stop_place_time, whatever places it had.
+  struct visit {
+    socket_address source;
+    std::uint32_t connections = 0;
+    rt::time_point since{};
     rt::time_point left_at{};
   };
 
@@ -102,6 +108,7 @@ class established {
   void end(connection& one, service::close_cause cause) noexcept;
   void finish(connection& one, service::close_cause cause, service::transport_sink& sink) noexcept;
   void free_place(connection& one) noexcept;
+  std::uint32_t begin_visit(const socket_address& source) noexcept;
   template <class Wanted>
   bool displace_oldest(service::transport_sink& sink, Wanted&& wanted) noexcept;
 
@@ -109,7 +116,8 @@ class established {
   poll_set& polled_;
   std::vector<connection> connections_;
   std::uint32_t ordinary_ = 0;       // of those in use: not for the stop alone
-  std::vector<std::uint32_t> free_;  // indices; who left last is first, which `held_since` relies on
+  std::vector<visit> stop_visits_;   // those that ended longest ago are forgotten
+  std::vector<std::uint32_t> free_;  // indices
   std::vector<std::uint32_t> ended_; // indices, in the order of ending
   deadline_list refused_;
   deadline_list closing_;

@@ -238,7 +238,7 @@ void core::close_call(std::uint32_t index) noexcept {
   const call& ended = calls_.at(index);
   if (ended.asked_by.who == party::kind::peer) {
     --peer_calls_;
-    if (connection* const c = find(ended.asked_by.connection())) --c->calls_asked;
+    if (connection* const c = find(ended.asked_by.connection())) call_claims_.give_back(c->calls_asked);
   }
   disarm(timer::call, index);
   cancel_letter(ended.request);
@@ -250,7 +250,7 @@ void core::end_calls_of(connection& c) noexcept {
   for (std::uint32_t i = 0; i < services_.places(); ++i) {
     if (!services_.in_use(i) || services_.at(i).lane != no_index || services_.at(i).peer != c.id) continue;
     services_.remove(i);
-    --c.services;
+    service_claims_.give_back(c.services);
   }
   for (std::uint32_t i = 0; i < calls_.places(); ++i) {
     const call& one = calls_.at(i);

@@ -41,7 +41,9 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   if (drops_excess()) return;
   const auto refuse = [&](std::string_view code, std::string_view why) {
     add(counter::calls_refused);
-    if (!admits_refusal(c, event::kind::refused_request, why, {})) return;
+    // Within the rate or not: whoever calls waits for an answer.
+    report_refusal(c, event::kind::refused_request, why, {});
+    if (!within_refusals(c) && !c.open()) return;
     if (in == dialect::bare) return answer_bare_error(c, id_raw, code, why);
     (void)answer(c, [&](json::writer& into) { // what is lost is counted there
       rosbridge::write_service_response_head(into, service, id_raw, false);
@@ -51,8 +53,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   };
   if (!allowed) return refuse("refused", stop_only_sentence);
   if (c.calls_asked >= bounds_.calls_per_connection_max ||
-      !may_take(c.calls_asked,
-                left_of(share_of_peers(bounds_.calls_max, bounds_.calls_max / 4), peer_calls_))) {
+      !call_claims_.may_take(c.calls_asked, left_of(calls_of_peers(bounds_), peer_calls_))) {
     std::array<char, 160> why;
     const int bytes =
         std::snprintf(why.data(), why.size(),
@@ -73,7 +74,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   }
   const std::uint32_t index = calls_.open(party::of(c.id, in), id_raw, service);
   if (index == no_index) return refuse("busy", "all calls_max calls are in flight");
-  ++c.calls_asked;
+  call_claims_.take(c.calls_asked);
   ++peer_calls_;
   limit_call(index, time_limit(time_ns));
   route(index, service, what);

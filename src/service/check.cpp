@@ -63,7 +63,19 @@ bool core::check_shares() const noexcept {
     if (provided != c.services || subscribed != c.subscriptions) return false;
     services += provided;
   }
-  return services == services_.of_peers();
+  if (services != services_.of_peers()) return false;
+  // What is kept for connections is what they have not taken.
+  const auto agrees = [&](const claims& of, std::uint32_t connection::*held) {
+    std::uint32_t wanted = ours_ == side::client ? of.wanted() : of.claim() * bounds_.connections_max;
+    for (const connection& c : connections_) {
+      if (ours_ != side::client && c.state != connection::phase::free)
+        wanted -= std::min(c.*held, of.claim());
+    }
+    return wanted == of.wanted();
+  };
+  return agrees(subscription_claims_, &connection::subscriptions) &&
+         agrees(service_claims_, &connection::services) && agrees(call_claims_, &connection::calls_asked) &&
+         agrees(inbox_claims_, &connection::untaken);
 }
 
 // Each call in flight has somebody who asked and somebody who may still answer, and the counts of those that

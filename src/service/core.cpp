@@ -120,6 +120,10 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       letters_{memory, bounds_},
       services_{memory, bounds_},
       calls_{memory, bounds_},
+      subscription_claims_{claims_to(bounds_.subscriptions_max)},
+      service_claims_{claims_to(services_of_peers(bounds_))},
+      call_claims_{claims_to(calls_of_peers(bounds_))},
+      inbox_claims_{claims_to(0)},
       door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
       nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
       wheel_{nodes_, start},
@@ -221,6 +225,7 @@ void core::arm_what_stays() noexcept {
 rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
   asked_lane_ = no_index;
+  stops_ahead_ = 0;
   carrier_.poll(now, *this);
   turn_stop();
   unpark();
@@ -420,7 +425,8 @@ void core::forget(connection& c) noexcept {
     end_begun(c);
     add(counter::lost_with_peer);
   }
-  untaken_ -= std::exchange(c.untaken, 0);
+  untaken_ -= c.untaken;
+  inbox_claims_.give_back(c.untaken, c.untaken);
   answers_held_ -= std::exchange(c.answers_held, 0);
   if (std::exchange(c.told_full, false)) --told_full_;
   if (c.parked()) add(counter::inbox_full);

@@ -44,6 +44,7 @@
 #include "service/queues.hpp"
 #include "service/router.hpp"
 #include "service/services.hpp"
+#include "service/shares.hpp"
 #include "service/stop_rules.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
@@ -221,12 +222,19 @@ class core final : public transport_sink {
     std::uint32_t held; // by the peer
     std::uint32_t left; // for peers
     std::uint32_t count;
+    std::uint32_t kept; // of those that are left
     std::string_view option;
   };
+  claims claims_to(std::uint32_t pool, std::uint32_t one_in = 2) const noexcept {
+    return {pool, ours_ == side::client ? 1 : bounds_.connections_max, one_in};
+  }
   void refuse_share(connection& c, const wire::rosbridge::request& asked, const taken_share& of) noexcept;
   void refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                   std::string_view option) noexcept;
   bool admits_refusal(connection& c, event::kind kind, std::string_view why,
+                      std::string_view remedy) noexcept;
+  bool within_refusals(connection& c) noexcept;
+  void report_refusal(connection& c, event::kind kind, std::string_view why,
                       std::string_view remedy) noexcept;
   void report_refusals(connection& c) noexcept;
   bool drops_excess() noexcept;
@@ -431,6 +439,7 @@ class core final : public transport_sink {
   // Whether a message of this peer may go to whoever receives.
   enum class admission : std::uint8_t { now, later, never };
   admission admit(const connection& c) noexcept;
+  std::uint32_t receiver_slots() const noexcept;
   bool has_inbox_share(const connection& c) const noexcept;
   bool has_place() const noexcept;
   bool receiver_is_absent() const noexcept;
@@ -626,6 +635,10 @@ class core final : public transport_sink {
   letters letters_;
   services services_;
   call_table calls_;
+  claims subscription_claims_;
+  claims service_claims_;
+  claims call_claims_;
+  claims inbox_claims_; // by what was not taken
   std::span<std::uint32_t> door_held_; // slots taken there that wait for room further on, in their order
   std::span<rt::timer_node> nodes_;
   rt::timer_wheel wheel_;
@@ -666,6 +679,7 @@ class core final : public transport_sink {
   event::text<wire::close_reason_bytes_max> too_many_messages_;
   event::text<wire::close_reason_bytes_max> too_many_refusals_;
   std::uint64_t door_expired_ = 0; // there, and counted
+  std::uint32_t stops_ahead_ = 0;  // in this cycle
   std::uint32_t door_held_count_ = 0;
   std::size_t work_bytes_ =
       0; // for the message that is carried out: what is composed, and what takes as long

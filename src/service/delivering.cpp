@@ -97,9 +97,8 @@ rt::time_point core::inbound_expiry(std::int64_t ttl_ns) const noexcept {
 
 // ---- shares
 //
-// Whoever receives has so many slots: those of the inbox, or of the way out where these are fewer. A peer may
-// have as many of them as nobody has: a lone one half, two a third each, and whoever comes finds some. Its
-// are those of its messages that were not taken or are still in the receiver's hands, and those of what is
+// Whoever receives has so many slots, of which a peer may have its share: a quarter is kept for claims, for
+// who receives gives slots back all the time. A peer's are those of its messages that were not taken or are still in the receiver's hands, and those of what is
 // put aside on the way to it: so who answers each message with one finds room for the answer.
 
 namespace {
@@ -115,6 +114,7 @@ void core::begin_receiver() noexcept {
   receives_ = receiver();
   for (connection& c : connections_) c.untaken = c.answers_held = 0;
   untaken_ = answers_held_ = 0;
+  inbox_claims_ = claims_to(receiver_slots(), 4);
   marked_ = false;
   door_.forget_senders();
   taken_at_ = now_;
@@ -126,7 +126,7 @@ void core::note_taken(detail::peer_ref from) noexcept {
   ++places_freed_;
   connection* const c = find({from.index, from.generation});
   if (c == nullptr || c->untaken == 0) return;
-  --c->untaken;
+  inbox_claims_.give_back(c->untaken);
   --untaken_;
 }
 
@@ -162,15 +162,18 @@ bool core::has_place() const noexcept {
                                : lanes_[receives_].service.in.home->seen_by_owner() != 0;
 }
 
+// Those of the inbox, or of the way out where these are fewer.
+std::uint32_t core::receiver_slots() const noexcept {
+  if (receives_ == no_index) return door_.slots();
+  const detail::lane& by = lanes_[receives_];
+  return std::min(by.service.in.count, by.user.out.count);
+}
+
 bool core::has_inbox_share(const connection& c) const noexcept {
   // Answers to its calls have fewer places while it does not read.
   if (c.told_full || (c.behind() && c.direct.count + c.calls_asked >= direct_depth_behind)) return false;
-  const bool by_lane = receives_ != no_index;
-  const std::uint32_t slots =
-      by_lane ? std::min(lanes_[receives_].service.in.count, lanes_[receives_].user.out.count)
-              : door_.slots();
-  const std::uint32_t own = c.untaken + c.answers_held;
-  return own + untaken_ + answers_held_ < slots && has_place();
+  const std::uint32_t left = left_of(receiver_slots(), untaken_ + answers_held_);
+  return inbox_claims_.may_take(c.untaken + c.answers_held, left) && has_place();
 }
 
 bool core::receiver_is_absent() const noexcept {
@@ -211,7 +214,7 @@ status core::deliver_message(const detail::value_header& header, std::string_vie
   connection* const c = find({header.peer.index, header.peer.generation});
   if (c == nullptr) return done;
   if (untaken_ == 0) taken_at_ = now_;
-  ++c->untaken;
+  inbox_claims_.take(c->untaken);
   ++untaken_;
   return done;
 }

@@ -17,6 +17,9 @@
 namespace rowe::service {
 namespace {
 
+// To count what peers hold of topics takes as long as so many bytes.
+constexpr std::size_t topic_work = 4096;
+
 namespace bare = wire::bare;
 namespace rosbridge = wire::rosbridge;
 
@@ -250,14 +253,20 @@ bool core::holds_topic(const connection& c, std::uint32_t topic) const noexcept 
 std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t known = router_.find(asked.topic);
   if (known != no_index && (!router_.of_peers(known) || holds_topic(c, known))) return known;
-  const std::uint32_t held = peers_topics_held(c);
+  // These counts change with what handles of this process hold, too, so they are made anew.
   const std::uint32_t share = share_of_peers(bounds_.topics_max, bounds_.lanes_max + own_topics);
   const std::uint32_t left = left_of(share, router_.topics_of_peers());
-  const std::uint32_t found =
-      may_take(held, left) || ROWE_MUTANT(made_up_topics) ? router_.find_or_add(asked.topic) : no_index;
-  if (found == no_index) {
-    refuse_share(c, asked, {"topics", held, left, share, "topics_max"});
+  const std::uint32_t held = peers_topics_held(c);
+  claims all = claims_to(share);
+  for (const connection& one : connections_) {
+    std::uint32_t none = 0;
+    if (one.state != connection::phase::free) all.take(none, peers_topics_held(one));
   }
+  work_bytes_ += topic_work;
+  const std::uint32_t found = all.may_take(held, left) || ROWE_MUTANT(made_up_topics)
+                                  ? router_.find_or_add(asked.topic)
+                                  : no_index;
+  if (found == no_index) refuse_share(c, asked, {"topics", held, left, share, all.kept(), "topics_max"});
   return found;
 }
 
@@ -271,7 +280,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
     router_.hold(topic); // until the subscription does
     const bool too_many = c.subscriptions >= bounds_.subscriptions_per_connection_max;
     const std::uint32_t left = bounds_.subscriptions_max - router_.subscription_count();
-    const bool may = may_take(c.subscriptions, left);
+    const bool may = subscription_claims_.may_take(c.subscriptions, left);
     if (!too_many && may) index = router_.add_subscription(topic, c.id.index, c.first_subscription);
     let_go_topic(topic);
     if (too_many) {
@@ -280,9 +289,11 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
     }
     if (index == no_index) {
       return refuse_share(
-          c, asked, {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, "subscriptions_max"});
+          c, asked,
+          {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, subscription_claims_.kept(),
+           "subscriptions_max"});
     }
-    ++c.subscriptions;
+    subscription_claims_.take(c.subscriptions);
     router_.subscription_at(index).unslashed = unslashed;
   }
   subscription& s = router_.subscription_at(index);
@@ -422,7 +433,8 @@ void core::refuse_share(connection& c, const rosbridge::request& asked, const ta
   why.add_shortened(asked.op_text, 24).add(" ");
   why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
-  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left");
+  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left, ");
+  why.add(of.kept).add(" of them kept for peers that hold fewer");
   refuse_for(c, asked.id_raw, why, of.option);
 }
 
@@ -438,19 +450,30 @@ void core::refuse_for(connection& c, std::string_view id_raw, wire::text_out& wh
 
 // ---- rates
 
-// Whether a refusal is to be said: a peer that is refused all the time is not answered all the time, nor may
-// it fill logs and the ring of events.
+// Whether a refusal is to be said: a peer that is refused all the time is not answered all the time.
 bool core::admits_refusal(connection& c, event::kind kind, std::string_view why,
+                          std::string_view remedy) noexcept {
+  report_refusal(c, kind, why, remedy);
+  if (within_refusals(c)) return true;
+  add(counter::refusals_unsaid);
+  return false;
+}
+
+// One more; false where that is too many, for which the peer may have been closed.
+bool core::within_refusals(connection& c) noexcept {
+  if (c.ours == side::client || c.refusals.take(now_)) return true;
+  cut_if_flooding(c, c.refusals, too_many_refusals_);
+  return false;
+}
+
+// Nor may it fill logs and the ring of events.
+void core::report_refusal(connection& c, event::kind kind, std::string_view why,
                           std::string_view remedy) noexcept {
   if (c.reports.take(now_)) {
     report(kind, c.peer(), why, remedy);
   } else {
     ++c.unreported;
   }
-  if (c.ours == side::client || c.refusals.take(now_)) return true;
-  add(counter::refusals_unsaid);
-  cut_if_flooding(c, c.refusals, too_many_refusals_);
-  return false;
 }
 
 // With look_after(): what was not reported one by one.

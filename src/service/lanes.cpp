@@ -502,7 +502,7 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
     if (subscribed == no_index) {
       subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
       if (subscribed == no_index) return add(counter::no_slot);
-      ++c.subscriptions;
+      subscription_claims_.take(c.subscriptions);
       router_.subscription_at(subscribed).unslashed = unslashed;
     }
     merge_requests(subscribed);

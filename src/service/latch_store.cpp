@@ -5,7 +5,6 @@
 #include <cassert>
 #include <cstring>
 
-#include "service/shares.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {
@@ -17,7 +16,8 @@ std::size_t latch_store::footprint_bytes(const limits& bounds) noexcept {
 
 latch_store::latch_store(rt::arena& memory, const limits& bounds) noexcept
     : blocks_{memory.carve<block>(block_count(bounds))},
-      held_{memory.carve<std::uint32_t>(bounds.connections_max)} {
+      held_{memory.carve<std::uint32_t>(bounds.connections_max)},
+      claims_{blocks() / 2, bounds.connections_max} {
   for (std::uint32_t i = blocks(); i-- > 0;) {
     blocks_[i].next = free_;
     free_ = i;
@@ -26,16 +26,16 @@ latch_store::latch_store(rt::arena& memory, const limits& bounds) noexcept
 
 bool latch_store::store(latched_value& into, std::string_view body, latch_owner owner,
                         rt::time_point expires) noexcept {
-  clear(into);
+  const bool of_peer = owner.who == latch_owner::kind::peer;
+  if (!of_peer || into.owner == owner) clear(into);
   const auto needed = static_cast<std::uint32_t>((body.size() + block_bytes - 1) / block_bytes);
   if (needed == 0 || needed > blocks() - in_use_) return false;
-  if (owner.who == latch_owner::kind::peer) {
-    const std::uint32_t for_peers = blocks() / 2;
-    const std::uint32_t left = for_peers - std::min(for_peers, of_peers_);
-    if (needed > left || held_[owner.index] + needed > left - needed + 1) return false;
-    held_[owner.index] += needed;
+  if (of_peer) {
+    if (!claims_.may_take(held_[owner.index], left_of(blocks() / 2, of_peers_), needed)) return false;
+    claims_.take(held_[owner.index], needed);
     of_peers_ += needed;
   }
+  clear(into);
   std::uint32_t* link = &into.first;
   for (std::string_view rest = body; !rest.empty(); rest.remove_prefix(std::min(rest.size(), block_bytes))) {
     const std::uint32_t taken = free_;
@@ -58,7 +58,7 @@ void latch_store::clear(latched_value& what) noexcept {
   if (what.empty()) return;
   if (what.owner.who == latch_owner::kind::peer) {
     assert(held_[what.owner.index] >= what.blocks && of_peers_ >= what.blocks);
-    held_[what.owner.index] -= what.blocks;
+    claims_.give_back(held_[what.owner.index], what.blocks);
     of_peers_ -= what.blocks;
   }
   in_use_ -= what.blocks;

@@ -13,6 +13,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/shares.hpp"
 #include "service/wire_slots.hpp"
 
 namespace rowe::json {
@@ -45,7 +46,8 @@ class latch_store {
   latch_store(rt::arena& memory, const limits& bounds) noexcept;
 
   // Puts `body` in the place of what `into` holds. False when it finds no room, or is more than its owner may
-  // take: then `into` is empty. A peer may hold what shares.hpp says; half of the pool is this process's own.
+  // take: then `into` is empty, but for what another peer has there. A peer may hold what shares.hpp says;
+  // half of the pool is this process's own.
   bool store(latched_value& into, std::string_view body, latch_owner owner, rt::time_point expires) noexcept;
   void clear(latched_value& what) noexcept;
   void write(const latched_value& what, json::writer& into) const noexcept;
@@ -66,6 +68,7 @@ class latch_store {
 
   std::span<block> blocks_;
   std::span<std::uint32_t> held_; // blocks, by connection
+  claims claims_;
   std::uint32_t free_ = no_index;
   std::uint32_t in_use_ = 0;
   std::uint32_t of_peers_ = 0;

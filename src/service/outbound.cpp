@@ -280,7 +280,7 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
     s.ready = false;
   }
   router_.remove_subscription(index, c.first_subscription);
-  --c.subscriptions;
+  subscription_claims_.give_back(c.subscriptions);
   update_wanted(topic);
   let_go_topic(topic);
 }

@@ -43,13 +43,13 @@ void core::advertise_service(connection& c, const rosbridge::request& asked) noe
                                     asked.service.data());
     return refuse(c, asked.id_raw, {text.data(), static_cast<std::size_t>(bytes)});
   }
-  const std::uint32_t share = share_of_peers(bounds_.services_max, bounds_.lanes_max);
+  const std::uint32_t share = services_of_peers(bounds_);
   const std::uint32_t left = left_of(share, services_.of_peers());
-  if (!(may_take(c.services, left) || ROWE_MUTANT(made_up_services)) ||
+  if (!(service_claims_.may_take(c.services, left) || ROWE_MUTANT(made_up_services)) ||
       services_.add(asked.service, asked.type, no_index, c.id).index == no_index) {
-    return refuse_share(c, asked, {"services", c.services, left, share, "services_max"});
+    return refuse_share(c, asked, {"services", c.services, left, share, service_claims_.kept(), "services_max"});
   }
-  ++c.services;
+  service_claims_.take(c.services);
 }
 
 // A handle provides what a peer did until now: the peer is told. Calls that it was given go on.
@@ -62,7 +62,7 @@ void core::take_service_from_peer(std::uint32_t index) noexcept {
   connection* const c = find(services_.at(index).peer);
   services_.remove(index);
   if (c == nullptr) return;
-  --c->services;
+  service_claims_.give_back(c->services);
   refuse(*c, {}, {text.data(), static_cast<std::size_t>(bytes)});
 }
 
@@ -71,7 +71,7 @@ void core::unadvertise_service(connection& c, const rosbridge::request& asked) n
   if (index == no_index || services_.at(index).lane != no_index || services_.at(index).peer != c.id)
     return refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
   services_.remove(index);
-  --c.services;
+  service_claims_.give_back(c.services);
 }
 
 // ---- what the endpoint itself answers
@@ -182,7 +182,8 @@ void core::attach_talker(std::uint32_t index) noexcept {
   }
   if (detail::responds(lane.kind)) {
     const std::uint32_t found = services_.find(lane.name());
-    if (found != no_index && services_.at(found).lane == no_index) take_service_from_peer(found);
+    if (found != no_index && services_.at(found).lane == no_index && !ROWE_MUTANT(pinned_service))
+      take_service_from_peer(found);
     const auto [at, why] = services_.add(lane.name(), lane.type(), index, {});
     if (why != services::refusal::none) {
       lane.answer = why == services::refusal::taken

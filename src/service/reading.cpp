@@ -20,6 +20,7 @@ namespace {
 // Work of one cycle: a message counts as one, and so does each kilobyte of it and of what is composed for it.
 // About 100 us on a fast core.
 constexpr std::size_t work_per_cycle = 100;
+constexpr std::uint32_t stops_ahead_max = 64; // carried out in one cycle before their turn
 constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / 1024; }
 
 // How much of a text is looked at, and what a stop has there; and how long its frame is.
@@ -99,10 +100,15 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
 void core::read_all(connection& c, std::span<std::byte> bytes) noexcept {
   read_now_ = bytes;
   c.unread = bytes;
-  while (!c.unread.empty() && !c.parked()) read_one(c);
-  if (c.parked()) keep_unread(c);
+  // What waits goes where messages are assembled, so not in the middle of one that came in pieces.
+  for (std::size_t work = 0; !c.unread.empty() && !c.parked();) {
+    if (work >= work_per_cycle && !c.parser.mid_message()) break;
+    work += read_one(c);
+  }
+  const bool waits = !c.unread.empty() || c.parked();
+  if (waits) keep_unread(c);
   read_now_ = {};
-  if (!c.parked()) return;
+  if (!waits) return;
   read_stops(c);
   take_turn(c);
 }
@@ -116,7 +122,7 @@ bool core::keeps(const connection& c) const noexcept {
          heard_now_.size() + c.unread.size() <= bounds_.message_bytes_max;
 }
 
-// What was read into the carrier's own memory, from the message on that finds no room. Where that is too much
+// What was read into the carrier's own memory, from the message on that waits. Where that is too much
 // for the connection's own, it goes to the end of what messages are assembled in: of those that follow, so
 // much at most lies in front of it before it is read (wanted_bytes()).
 void core::keep_unread(connection& c) noexcept {
@@ -216,7 +222,8 @@ void core::read_in_turn() noexcept {
 // Carries out the stops among what was read, and takes them out: what stands before a stop, of its own peer
 // too, waits for its turn, and so does what only looks like one. A text that claims to be a stop and is none
 // has cost one reading more than its turn will; until more is read nothing else of its peer is looked at, so
-// that nobody pays for it. A stop whose service or topic stands further behind, that is longer, or that came
+// that nobody pays for it. The first stop of each peer is carried out, and stops_ahead_max more of all; the
+// others change nothing. A stop whose service or topic stands further behind, that is longer, or that came
 // in pieces, waits for its turn.
 void core::read_stops(connection& c) noexcept {
   if (!stop_.in_use()) return;
@@ -231,7 +238,7 @@ void core::read_stops(connection& c) noexcept {
     kept += bytes;
     at += bytes;
   };
-  while (at < all.size() && c.open()) {
+  for (bool first = true; at < all.size() && c.open();) {
     const auto frame = all.subspan(at);
     const std::size_t bytes = wire::whole_frame_bytes(frame);
     const wire::opcode what = wire::opcode_of(frame[0]);
@@ -240,11 +247,14 @@ void core::read_stops(connection& c) noexcept {
     if (wire::is_data(what) && begins == in_message) break; // against the protocol: in its turn
     if (wire::is_data(what)) in_message = !wire::is_final(frame[0]);
     std::array<char, look_bytes> room;
-    const bool may_stop = begins && bytes <= stop_frame_bytes_max;
+    const bool may_stop =
+        begins && bytes <= stop_frame_bytes_max && (first || stops_ahead_ < stops_ahead_max);
     if (!may_stop || !begins_as_stop(wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
       keep(bytes);
     } else if (take_if_stop(c, frame.first(bytes))) {
       at += bytes;
+      first = false;
+      ++stops_ahead_;
     } else {
       break;
     }

@@ -1,24 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much one peer may take of what all peers share: topics, services, subscriptions, calls, latched values,
-// slots for direct messages. One rule for all of them: nobody takes more than they leave. So N peers that
-// take whatever they get leave a share of 1 / (N + 1) to the next one, however many they are, and one peer
-// alone may have half. It is the dynamic threshold with a factor of one (Choudhury and Hahne, "Dynamic queue
-// length thresholds for shared-memory packet switches", IEEE/ACM Transactions on Networking 6, 1998).
+// slots of whoever receives. Two rules for all of them.
+//
+// Each connection that there may be has a claim to an equal share of one half of the pool. What it has not
+// taken of that is kept for it. So who comes last finds its claim, whoever came before.
+//
+// Of what is not kept nobody takes more than they leave. It is the dynamic threshold with a factor of one
+// (Choudhury and Hahne, "Dynamic queue length thresholds for shared-memory packet switches", IEEE/ACM
+// Transactions on Networking 6, 1998). By itself it shares only what is given back soon: of what is held for
+// long the first takes a half, the second a quarter, and the tenth finds nothing.
 //
 // A part of each pool is this process's own, and no peer's: places for all its handles, or a quarter.
 #pragma once
+#include <algorithm>
 #include <cstdint>
+
+#include <rowe/detail/mutation_points.hpp>
+#include <rowe/limits.hpp>
 
 namespace rowe::service {
 
-// Whether one who holds `held` may take one more where `left` are free for peers.
-constexpr bool may_take(std::uint32_t held, std::uint32_t left) noexcept { return held < left; }
+// The claims to a pool of `pool` pieces: `one_in` of them are kept, 2 for a half. Whoever holds something of
+// it has a count of that; all counts begin with 0. Where the pool is too small for one piece each, those who
+// come first find it.
+class claims {
+ public:
+  claims(std::uint32_t pool, std::uint32_t connections, std::uint32_t one_in = 2) noexcept
+      : claim_{std::max(pool / one_in / std::max(connections, 1U), 1U)},
+        kept_max_{pool / one_in},
+        wanted_{claim_ * connections} {}
+
+  void take(std::uint32_t& held, std::uint32_t count = 1) noexcept {
+    wanted_ += claim_ - std::min(held + count, claim_);
+    wanted_ -= claim_ - std::min(held, claim_);
+    held += count;
+  }
+  void give_back(std::uint32_t& held, std::uint32_t count = 1) noexcept {
+    wanted_ += claim_ - std::min(held - count, claim_);
+    wanted_ -= claim_ - std::min(held, claim_);
+    held -= count;
+  }
+
+  // Whether one who holds `held` may take `count` more where `left` are free for peers.
+  bool may_take(std::uint32_t held, std::uint32_t left, std::uint32_t count = 1) const noexcept {
+    if (count > left) return false;
+    return held + count <= claim_ || held + count + kept() <= left - count + 1;
+  }
+  // How many are kept for those who hold less than their claim.
+  std::uint32_t kept() const noexcept { return ROWE_MUTANT(claims) ? 0 : std::min(wanted_, kept_max_); }
+  std::uint32_t wanted() const noexcept { return wanted_; }
+  std::uint32_t claim() const noexcept { return claim_; }
+
+ private:
+  std::uint32_t claim_;
+  std::uint32_t kept_max_;
+  std::uint32_t wanted_; // what all are still to take of their claims
+};
+
+// Nobody takes more than they leave: of what is given back as soon as its holder reads.
+constexpr bool leaves_as_much(std::uint32_t held, std::uint32_t left) noexcept { return held < left; }
 
 // How many of a pool of `count` peers may have together where this process wants `own` of them; it gets three
 // quarters at most.
 constexpr std::uint32_t share_of_peers(std::uint32_t count, std::uint32_t own) noexcept {
   const std::uint32_t most = count - count / 4;
   return count - (own < most ? own : most);
+}
+
+constexpr std::uint32_t services_of_peers(const limits& bounds) noexcept {
+  return share_of_peers(bounds.services_max, bounds.lanes_max);
+}
+constexpr std::uint32_t calls_of_peers(const limits& bounds) noexcept {
+  return share_of_peers(bounds.calls_max, bounds.calls_max / 4);
 }
 
 // How many of those are free when peers hold `taken`.

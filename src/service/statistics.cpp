@@ -14,6 +14,9 @@
 namespace rowe::service {
 namespace {
 
+// Of a report, for topics that only peers hold: so the rest of it always finds room.
+std::size_t peers_topics_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 8; }
+
 double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
 // Three digits are plenty for people, and short.
@@ -170,8 +173,14 @@ void core::write_topics(json::writer& into, bool of_service) noexcept {
   into.number(rounded(over));
   into.key("topics");
   into.begin_array();
+  std::uint32_t left_out = 0;
+  const std::size_t begin = into.bytes();
   for (std::uint32_t i = 0; i < router_.topic_places(); ++i) {
     if (!is_listed(i)) continue;
+    if (router_.of_peers(i) && into.bytes() - begin > peers_topics_bytes_max(bounds_)) {
+      ++left_out;
+      continue;
+    }
     const topic& t = router_.at(i);
     into.begin_object();
     into.key("topic");
@@ -193,6 +202,8 @@ void core::write_topics(json::writer& into, bool of_service) noexcept {
     into.end_object();
   }
   into.end_array();
+  into.key("topics_left_out");
+  into.number(left_out);
 }
 
 void core::write_losses(json::writer& into) noexcept {

@@ -223,7 +223,7 @@ void stop_rules::raise_number(rt::time_point now) noexcept {
   since_ = now;
   ++number_;
   if (ROWE_MUTANT(stop_number)) number_ = 1 + number_ % detail::latch_number_max;
-  if (latch_tick_ != tick(now)) {
+  if (latch_tick_ != tick(now) || ROWE_MUTANT(stop_latch)) {
     do latch_ = detail::next_latch_number(latch_);
     while (is_held(latch_)); // of 65 535 the loops have sixteen at most
     latch_number_ = number_;

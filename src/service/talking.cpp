@@ -212,14 +212,15 @@ bool core::take_door_slot(std::uint32_t slot) noexcept {
 
 // ---- what is put aside
 //
-// It keeps a slot of the sender's. What is for one peer may have as many of them as nobody has: of a lone
-// peer's half, of two a third each; so whatever is for others finds one. From then on senders are told `full`
+// It keeps a slot of the sender's. What is for one peer may have as many of them as nobody has, and all
+// together three quarters; so whatever is for others finds one. Of whoever receives it may have all: what is
+// taken from peers is limited there, so that each answer finds room. From then on senders are told `full`
 // before they take a slot, until nothing waits for that peer any more; what was under way by then ends so.
 // What is for everyone waits whole, since its sender counts on that; but its sender is told `full` as soon.
 
 void core::begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
   ++turn_;
-  turn_slots_ = slots;
+  turn_slots_ = of_receiver ? slots : slots - slots / 4;
   turn_held_ = turn_held_for_all_ = 0;
   turn_of_receiver_ = of_receiver;
   if (!of_receiver || std::exchange(answers_held_, 0) == 0) return;
@@ -305,7 +306,7 @@ bool core::has_share(const connection& c, slot_class of) const noexcept {
   const bool restricted = c.behind() && !ROWE_MUTANT(begun_slots);
   const std::uint32_t for_readers = restricted ? message_slots_max(all, bounds_.connections_max) / 2 : 0;
   const std::uint32_t left = left_of(slots_for_messages(of), for_readers);
-  return may_take(entries_.held_by(c.id.index, queued_as::direct_message, of), left);
+  return leaves_as_much(entries_.held_by(c.id.index, queued_as::direct_message, of), left);
 }
 
 // How many slots of a class direct messages may still take: some are never theirs, since they are kept

@@ -321,6 +321,19 @@ TEST_F(places, are_not_kept_longer_by_closing_and_coming_back) {
   EXPECT_TRUE(come("10.0.0.9"));
 }
 
+TEST_F(places, are_not_kept_longer_by_two_that_change_places) {
+  fill();
+  for (const char* address : {"10.0.0.7", "10.0.0.8"}) ASSERT_TRUE(come(address));
+  for (int i = 0; i < 4; ++i) {
+    pass(300ms);
+    leave(4);
+    leave(5);
+    ASSERT_EQ(come(i % 2 == 0 ? "10.0.0.8" : "10.0.0.7"), 5U); // who left last
+    ASSERT_EQ(come(i % 2 == 0 ? "10.0.0.7" : "10.0.0.8"), 4U);
+  }
+  EXPECT_TRUE(come("10.0.0.9"));
+}
+
 TEST_F(places, of_a_stranger_who_has_all_that_one_address_may_have_are_one_more) {
   for (int i = 0; i < 3; ++i) take(numeric_address("10.0.0.7", 1).value(), established::purpose::any);
   const auto first = come("10.0.0.7");

@@ -37,8 +37,8 @@ Handle handle_on(theatre& on, const lane_request& asked) {
 rowe::lane open_lane(theatre& on) {
   return handle_on<rowe::lane>(on, {.kind = lane_kind::talk,
                                     .receives = true,
-                                    .out_depth = 8,
-                                    .in_depth = 8,
+                                    .out_depth = 12,
+                                    .in_depth = 12,
                                     .ends_depth = 4,
                                     .out_bytes = 512,
                                     .in_bytes = 512,
@@ -78,6 +78,12 @@ std::string member(const std::string& text, const std::string& name) {
 }
 
 struct calling : core_test {
+  calling() : core_test{room_for_calls()} {}
+  static rowe::endpoint_options room_for_calls() {
+    auto options = small_options();
+    options.limits.calls_max = 24; // one peer may have four
+    return options;
+  }
   void answer_one(add_responder& by) {
     auto asked = by.try_next(on.now);
     ASSERT_TRUE(asked) << asked.error().name();
@@ -721,7 +727,7 @@ TEST_F(calling, reports_itself) {
   const auto heard = page.hear();
   ASSERT_EQ(heard.size(), 5U);
   for (const char* part :
-       {R"("connections":[{"address":"127.0.0.1:50000")", R"("calls_max":16)", R"("expired":0)"})
+       {R"("connections":[{"address":"127.0.0.1:50000")", R"("calls_max":24)", R"("expired":0)"})
     EXPECT_NE(heard[0].find(part), std::string::npos) << heard[0];
   EXPECT_NE(heard[1].find(R"("topics":["/rowe/stats"])"), std::string::npos) << heard[1];
   EXPECT_NE(heard[2].find(R"("services":["/add"])"), std::string::npos) << heard[2];

@@ -335,15 +335,15 @@ TEST_F(reading, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
 
 // ---- shares of whoever receives
 
-// A lane receives; it has eight slots each way.
+// A lane receives; it has ten slots each way, of which two are kept for who comes.
 struct sharing : reading {
   sharing() { open(); }
 
   void open() {
     lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
                       .receives = true,
-                      .out_depth = 8,
-                      .in_depth = 8,
+                      .out_depth = 10,
+                      .in_depth = 10,
                       .ends_depth = 1,
                       .out_bytes = 4096,
                       .in_bytes = 4096,
@@ -564,6 +564,66 @@ TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
   EXPECT_EQ(on.count(counter::messages_in), 4U) << "all is carried out";
 }
 
+// One that is read by itself has no more of a cycle than those that are read in turn.
+TEST(reading_alone, ends_the_cycle_when_its_work_is_done) {
+  rowe::endpoint_options options = roomy();
+  options.limits.message_bytes_max = 64 * 1024;
+  theatre on{options};
+  (void)on.offer(rowe::detail::latch_request({}));
+  on.cycle();
+  peer alone{on};
+  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  constexpr std::uint64_t calls = 250;
+  for (std::uint64_t i = 0; i < calls; ++i) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
+  alone.say(stop_call);
+  on.cycle();
+  const std::uint64_t first = on.count(counter::calls_in);
+  EXPECT_LT(first, 60U) << "each costs as much as its answer of some kilobytes";
+  EXPECT_EQ(on.count(counter::stops), 1U) << "what stops does not wait";
+  for (int i = 0; i < 200; ++i) {
+    on.cycle();
+    (void)alone.hear();
+    EXPECT_LT(on.count(counter::calls_in), first + static_cast<std::uint64_t>(i + 1) * 60);
+  }
+  EXPECT_EQ(on.count(counter::calls_in), calls + 1);
+}
+
+TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
+  rowe::endpoint_options options = roomy();
+  options.limits.message_bytes_max = 64 * 1024;
+  theatre on{options};
+  on.cycle();
+  peer alone{on}, reader{on};
+  reader.say(R"({"op":"subscribe","topic":"/t"})");
+  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  for (int i = 0; i < 250; ++i) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
+  for (int i = 0; i < 20; ++i) on.cycle(), (void)alone.hear();
+  EXPECT_TRUE(on.core.check());
+  EXPECT_FALSE(alone.cut());
+  EXPECT_EQ(on.count(counter::malformed) + on.count(counter::violations), 0U);
+}
+
+// The first of each peer changes something; a crowd's others wait for their turns.
+TEST(reading_in_turn, carries_out_so_many_stops_before_their_turn) {
+  theatre on;
+  (void)on.offer(rowe::detail::latch_request({}));
+  on.cycle();
+  std::vector<std::unique_ptr<peer>> crowd;
+  for (int i = 0; i < 7; ++i) crowd.push_back(std::make_unique<peer>(on));
+  on.cycle();
+  const std::string stop = R"({"service":"/rowe/stop"})";
+  for (auto& one : crowd)
+    for (int k = 0; k < 100; ++k) one->say(stop);
+  on.cycle();
+  EXPECT_GE(on.count(counter::stops), 7U);
+  EXPECT_LE(on.count(counter::stops), 7U + 64U + 100U);
+  for (int i = 0; i < 30; ++i) {
+    on.cycle();
+    for (auto& one : crowd) (void)one->hear();
+  }
+  EXPECT_EQ(on.count(counter::stops), 700U);
+}
+
 TEST_F(sharing, forgets_a_peer_that_left_while_it_waited) {
   for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
   on.cycles(2);
@@ -594,6 +654,40 @@ TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
   }
   // Between the two nobody received: the front door kept some of them, and one was in its turn.
   EXPECT_EQ(rest.size() + on.count(counter::inbox_full), 20U - 5U);
+}
+
+TEST_F(sharing, keeps_a_place_for_who_comes_last) {
+  const rowe::detail::lane_state closing = rowe::detail::lane_state::closing;
+  talk = {};
+  lane->state.store(closing, std::memory_order_release); // release: as close_lane()
+  on.cycles(2);
+  lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
+                    .receives = true,
+                    .out_depth = 32,
+                    .in_depth = 32,
+                    .ends_depth = 1,
+                    .out_bytes = 256,
+                    .in_bytes = 256,
+                    .ends_bytes = 192});
+  on.cycle();
+  talk = rowe::lane{theatre::handle_of(*lane)};
+  std::vector<std::unique_ptr<peer>> greedy;
+  for (int i = 0; i < 3; ++i) {
+    greedy.push_back(std::make_unique<peer>(on));
+    for (int k = 0; k < 100; ++k) greedy.back()->say(letter('g'));
+    on.cycles(3);
+  }
+  for (auto& one : peers) {
+    for (int k = 0; k < 100; ++k) one->say(letter('g'));
+    on.cycles(3);
+  }
+  const std::size_t theirs = taken().size(); // all are given back
+  EXPECT_GE(theirs, 12U);
+  for (int k = 0; k < 3; ++k) on.cycle(); // and they have taken as much again
+  peer last{on};
+  last.say(letter('l'));
+  on.cycles(2);
+  EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
 TEST_F(sharing, closes_while_a_peer_waits) {

@@ -356,7 +356,7 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
   auto options = hub_options();
   options.limits.latched_bytes = 16 * 1024; // sixteen blocks, eight for peers
   options.limits.topics_max = 64;
-  options.limits.advertisements_per_connection_max = 16;
+  options.limits.advertisements_per_connection_max = 17;
   theatre on{options};
   peer greedy{on}, other{on};
   for (int i = 0; i < 16; ++i) {
@@ -365,11 +365,83 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
     greedy.say(publish_on(topic, R"({"n":1})"));
   }
   on.cycles(4);
-  EXPECT_EQ(on.count(counter::not_latched), 12U);
+  EXPECT_EQ(on.count(counter::not_latched), 14U); // of the eight, four are kept for others
   other.say(R"({"op":"advertise","topic":"/o","latch":true})");
   other.say(publish_on("/o", R"({"n":1})"));
   on.cycles(2);
-  EXPECT_EQ(on.count(counter::not_latched), 12U);
+  EXPECT_EQ(on.count(counter::not_latched), 14U);
+  // Nor does a value that is refused end what another one has there.
+  greedy.say(publish_on("/o", R"({"n":2})"));
+  greedy.say(R"({"op":"advertise","topic":"/o","latch":true})");
+  greedy.say(publish_on("/o", R"({"n":3})"));
+  on.cycles(2);
+  EXPECT_EQ(on.count(counter::not_latched), 15U);
+  peer late{on};
+  late.say(subscribe("/o"));
+  on.cycles(2);
+  EXPECT_EQ(count_of(late.hear(), R"({"n":1})"), 1U);
+}
+
+// Each that comes takes all that it gets, and nothing is given back.
+TEST(core_sharing, keeps_some_of_each_pool_for_who_comes_last) {
+  auto options = hub_options();
+  options.limits.latched_bytes = 40 * 1024;
+  theatre on{options};
+  offer_text(on, lane_kind::publish_text, "/odom", 64);
+  std::vector<std::unique_ptr<peer>> greedy;
+  const auto say_all = [&](peer& one, int who) {
+    one.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
+    for (int i = 0; i < 8; ++i) {
+      const std::string n = std::to_string(i), name = "/g" + std::to_string(who) + "_" + n;
+      one.say(R"({"op":"advertise_service","service":")" + name + R"(","type":"a/B"})");
+      one.say(R"({"op":"call_service","id":")" + n + R"(","service":"/never"})");
+      one.say(R"({"op":"advertise","topic":")" + name + R"(","latch":true})");
+      one.say(publish_on(name, R"({"n":1})"));
+    }
+    for (int i = 0; i < 8; ++i) // each spelling is a subscription
+      one.say(subscribe("/g" + std::to_string(i / 2) + "_0"));
+  };
+  for (int who = 0; who < 7; ++who) {
+    greedy.push_back(std::make_unique<peer>(on));
+    say_all(*greedy.back(), who);
+    on.cycles(4);
+    for (auto& one : greedy) (void)one->hear();
+  }
+  EXPECT_EQ(on.core.inconsistency(), "");
+  const std::uint64_t not_latched = on.count(counter::not_latched);
+  peer last{on};
+  last.say(subscribe("/odom"));
+  last.say(R"({"op":"advertise","topic":"/mine","latch":true})");
+  last.say(publish_on("/mine", R"({"n":1})"));
+  last.say(R"({"op":"advertise_service","service":"/mine","type":"a/B"})");
+  last.say(R"({"op":"call_service","id":"1","service":"/rosapi/topics"})");
+  on.cycles(4);
+  const texts heard = last.hear();
+  EXPECT_EQ(count_of(heard, R"("result":true)"), 1U);
+  EXPECT_EQ(count_of(heard, R"("op":"status")"), 0U) << (heard.empty() ? "" : heard[0]);
+  EXPECT_EQ(on.count(counter::not_latched), not_latched);
+}
+
+TEST(core_sharing, lets_a_report_find_room_whatever_topics_peers_make_up) {
+  auto options = hub_options();
+  options.limits.topics_max = 128;
+  options.limits.advertisements_per_connection_max = 64;
+  theatre on{options};
+  offer_text(on, lane_kind::publish_text, "/odom", 64);
+  peer makes{on}, asks{on};
+  for (int i = 0; i < 64; ++i) {
+    std::string quotes;
+    for (int k = 0; k < 100; ++k) quotes += "\\\"";
+    makes.say(R"({"op":"advertise","topic":"/)" + quotes + std::to_string(i) + R"(","type":")" + quotes + "\"}");
+  }
+  on.cycles(10);
+  asks.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
+  asks.say(subscribe("/rowe/stats"));
+  on.cycles(3);
+  const texts heard = asks.hear();
+  ASSERT_EQ(count_of(heard, R"("result":true)"), 1U) << heard.size();
+  EXPECT_EQ(count_of(heard, R"("topic":"/odom")"), 1U);
+  EXPECT_EQ(count_of(heard, R"("topics_left_out":0)"), 0U);
 }
 
 // A slot is free only when everybody has lost the message in it.
@@ -585,8 +657,11 @@ TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
   on.cycle();
   const texts said = greedy.hear();
-  ASSERT_EQ(said.size(), 2U);
-  EXPECT_NE(said[0].find("holds 6, 6 of 12 are left (limit topics_max)"), std::string::npos) << said[0];
+  ASSERT_EQ(said.size(), 5U);
+  EXPECT_NE(said[0].find("holds 3, 9 of 12 are left, 6 of them kept for peers that hold fewer "
+                         "(limit topics_max)"),
+            std::string::npos)
+      << said[0];
   other.say(subscribe("/mine"));
   on.cycle();
   EXPECT_EQ(other.hear().size(), 0U);
@@ -636,7 +711,8 @@ TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) 
     early.say(R"({"op":"advertise_service","service":"/x)" + std::to_string(i) + R"(","type":"a/Add"})");
   on.cycle();
   const texts refused = early.hear();
-  EXPECT_EQ(refused.size(), 16U); // of sixteen services ten are for peers, and one may have five
+  // Of sixteen services ten are for peers, five of them kept for those who have none, and one may have three.
+  EXPECT_EQ(refused.size(), 18U);
   auto& mine = on.offer({.kind = lane_kind::respond_text,
                          .name = "/add",
                          .out_depth = 1,
@@ -731,6 +807,18 @@ TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
   EXPECT_EQ(flood.close_reason,
             "more than 10 messages a second for 5 s: send fewer (limit messages_per_second_max)");
   EXPECT_EQ(on.count(counter::flooding_peers), 1U);
+}
+
+// Who calls waits for an answer.
+TEST(core_sharing, answers_each_call_that_it_refuses) {
+  theatre on;
+  peer wakes{on};
+  on.cycle();
+  for (int i = 0; i < 50; ++i)
+    wakes.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/none"})");
+  on.cycles(2);
+  EXPECT_EQ(count_of(wakes.hear(), R"("result":false)"), 50U);
+  EXPECT_EQ(on.count(counter::refusals_unsaid), 0U);
 }
 
 TEST(core_sharing, says_and_reports_refusals_that_repeat_so_often_and_counts_the_others) {

@@ -185,6 +185,16 @@ std::uint64_t number_of(std::string_view text) {
   return number;
 }
 
+std::string invariant_of(std::string_view name) {
+  const auto all = swarm::invariants();
+  if (std::none_of(all.begin(), all.end(), [name](const auto& one) { return one.name == name; })) {
+    std::fprintf(stderr, "sim_swarm: there is no invariant %.*s\n", static_cast<int>(name.size()),
+                 name.data());
+    std::exit(2);
+  }
+  return std::string{name};
+}
+
 // "" for none.
 void choose_mutant(std::string_view name) {
   const auto named = [name](const swarm::mutant& one) { return one.name == name; };
@@ -219,7 +229,7 @@ arguments read(int count, char** words) {
     } else if (word == "--steps") {
       asked.steps = number_of(next());
     } else if (word == "--without") {
-      asked.without.insert(std::string{next()});
+      asked.without.insert(invariant_of(next()));
     } else if (word == "--trace") {
       asked.trace = number_of(next());
     } else if (word == "--shrink") {

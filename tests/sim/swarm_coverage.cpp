@@ -68,19 +68,13 @@ std::string_view impossible(std::size_t row, std::size_t column) {
       return "it names no topic";
     const bool endpoints = how == "stats" || how == "stop_state";
     if (endpoints && is(state::topic_absent, state::topic_strangers)) return "the endpoint holds it";
-    if (how == "stats" && is(state::topic_latched)) return "the endpoint latches no topic of its own";
-    if (how == "stop_state" && is(state::topic_latched)) return "the endpoint latches no topic of its own";
-    if (how == "made_up" && is(state::topic_own, state::topic_latched))
-      return "no handle of this process has such a name";
-    if ((how == "stop" || how == "reserved") && is(state::topic_own, state::topic_latched))
-      return "no handle of this process may have such a name";
-    if (how == "longest" && is(state::topic_own, state::topic_latched))
-      return "no handle of this process has it";
+    if (endpoints && is(state::topic_latched)) return "the endpoint latches no topic of its own";
     if (how == "honest" && is(state::topic_latched)) return "its handle is not latched";
-    if ((how == "escaped" || how == "no_slash") && is(state::topic_own, state::topic_latched))
-      return "it is one of those that only strangers have";
-    if (how == "shared" && is(state::topic_own, state::topic_latched)) return "only strangers have it";
-    if (how == "own" && is(state::topic_strangers)) return {};
+    if (is(state::topic_own, state::topic_latched)) {
+      if (how == "stop" || how == "reserved") return "no handle of this process may have such a name";
+      if (how == "made_up" || how == "longest") return "no handle of this process has it";
+      if (how == "escaped" || how == "no_slash" || how == "shared") return "only strangers have it";
+    }
   }
   if (m.is == domain::answered_id) {
     if (how == "asked" && in == state::answer_over) return "it is not answered yet";
@@ -112,6 +106,60 @@ std::string_view impossible(std::size_t row, std::size_t column) {
   return {};
 }
 
+std::string_view name_of(handle_kind kind) {
+  constexpr std::string_view names[] = {"publisher of text", "publisher", "subscriber of text",
+                                        "subscriber",        "responder", "caller",
+                                        "waiting caller",    "lane",      "stop latch"};
+  return names[static_cast<std::size_t>(kind)];
+}
+
+namespace {
+
+constexpr std::string_view moment_names[] = {"opened",        "latched", "opened_again",   "refused", "used",
+                                             "closed_unused", "closed",  "closed_holding", "outlived"};
+
+std::string cell_of(std::uint32_t count, std::string_view why_not) {
+  std::array<char, 32> cell;
+  if (count == 0 && !why_not.empty()) {
+    std::snprintf(cell.data(), cell.size(), " %14s", "-");
+  } else {
+    std::snprintf(cell.data(), cell.size(), " %14u", count);
+  }
+  return cell.data();
+}
+
+std::string begin_of_row(std::string_view name, int indent) {
+  std::array<char, 64> cell;
+  std::snprintf(cell.data(), cell.size(), "%*s%-*.*s", indent, "", 34 - indent, static_cast<int>(name.size()),
+                name.data());
+  return cell.data();
+}
+
+std::string heading_of(std::string_view name) {
+  std::array<char, 32> cell;
+  std::snprintf(cell.data(), cell.size(), " %14.*s", static_cast<int>(name.size()), name.data());
+  return cell.data();
+}
+
+} // namespace
+
+std::string_view impossible(handle_kind of, moment when) {
+  using enum handle_kind;
+  const auto is = [of](auto... any) { return ((of == any) || ...); };
+  switch (when) {
+  case moment::opened_latched:
+    return is(publish_text, publish_value) ? "" : "nothing is kept of what it does";
+  case moment::refused:
+    return is(call, call_wait, talk, latch) ? "it takes no place that others want" : "";
+  case moment::closed_unused: return is(call_wait, latch) ? "it is used in each step" : "";
+  case moment::closed_holding:
+    return is(publish_text, publish_value, subscribe_value, latch) ? "it holds nothing" : "";
+  case moment::outlived:
+    return is(subscribe_text, respond, talk) ? "" : "it gives out nothing that could outlive it";
+  default: return {};
+  }
+}
+
 std::vector<std::string> coverage::holes() const {
   std::vector<std::string> found;
   for (std::size_t row = 0; row < rows().size(); ++row) {
@@ -124,6 +172,14 @@ std::vector<std::string> coverage::holes() const {
                       " " + std::string{s.name});
     }
   }
+  for (std::size_t kind = 0; kind < handle_kinds; ++kind) {
+    for (std::size_t when = 0; when < moments; ++when) {
+      const handle_kind of{static_cast<std::uint8_t>(kind)};
+      const moment at{static_cast<std::uint8_t>(when)};
+      if (counts_[place_of(of, at)] == 0 && impossible(of, at).empty())
+        found.push_back(std::string{name_of(of)} + " of this process x " + std::string{moment_names[when]});
+    }
+  }
   return found;
 }
 
@@ -132,32 +188,31 @@ std::string coverage::table() const {
   std::size_t operation = SIZE_MAX;
   for (std::size_t row = 0; row < rows().size(); ++row) {
     const row_name& r = rows()[row];
-    std::array<char, 64> cell;
     if (r.operation != operation) {
       operation = r.operation;
-      text += '\n';
-      std::snprintf(cell.data(), cell.size(), "%-34s", operations()[operation].name.data());
-      text += cell.data();
+      text += '\n' + begin_of_row(operations()[operation].name, 0);
       for (std::size_t column = 0; column < states; ++column) {
-        if (!has(row, column)) continue;
-        std::snprintf(cell.data(), cell.size(), " %13s", state_names()[column].name.data());
-        text += cell.data();
+        if (has(row, column)) text += heading_of(state_names()[column].name);
       }
       text += '\n';
     }
     const std::string name =
         r.own ? std::string{"(any)"} : text_of(r).substr(operations()[operation].name.size() + 1);
-    std::snprintf(cell.data(), cell.size(), "  %-32s", name.c_str());
-    text += cell.data();
+    text += begin_of_row(name, 2);
     for (std::size_t column = 0; column < states; ++column) {
-      if (!has(row, column)) continue;
-      const std::uint32_t count = counts_[row * states + column];
-      if (count == 0 && !impossible(row, column).empty()) {
-        std::snprintf(cell.data(), cell.size(), " %13s", "-");
-      } else {
-        std::snprintf(cell.data(), cell.size(), " %13u", count);
-      }
-      text += cell.data();
+      if (has(row, column)) text += cell_of(counts_[row * states + column], impossible(row, column));
+    }
+    text += '\n';
+  }
+  text += '\n' + begin_of_row("handle of this process", 0);
+  for (const std::string_view name : moment_names) text += heading_of(name);
+  text += '\n';
+  for (std::size_t kind = 0; kind < handle_kinds; ++kind) {
+    const handle_kind of{static_cast<std::uint8_t>(kind)};
+    text += begin_of_row(name_of(of), 2);
+    for (std::size_t when = 0; when < moments; ++when) {
+      const moment at{static_cast<std::uint8_t>(when)};
+      text += cell_of(counts_[place_of(of, at)], impossible(of, at));
     }
     text += '\n';
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the generators really did: how often each class of each member of each operation was said in each
-// state of what it names. A cell that can happen and has not, after as many seeds as the tests run, is a hole
-// in the generators, and fails.
+// state of what it names, and how often the handles of this process came to each point of their lives. A cell
+// that can happen and has not, after as many seeds as the tests run, is a hole in the generators, and fails.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -52,23 +52,53 @@ struct state_name {
 };
 const std::array<state_name, states>& state_names();
 
+// The handles of this process.
+enum class handle_kind : std::uint8_t {
+  publish_text,
+  publish_value,
+  subscribe_text,
+  subscribe_value,
+  respond,
+  call,      // without waiting
+  call_wait, // as caller::call() does, which gives up
+  talk,
+  latch,
+};
+inline constexpr std::size_t handle_kinds = 9;
+std::string_view name_of(handle_kind kind);
+
+enum class moment : std::uint8_t {
+  opened,
+  opened_latched,
+  opened_again, // in the place of one that is gone
+  refused,
+  used,
+  closed_unused,
+  closed,
+  closed_holding, // views, requests or calls, which end before it, or with it
+  outlived,       // by views or requests
+};
+inline constexpr std::size_t moments = 9;
+
 class coverage {
  public:
-  coverage() : counts_(rows().size() * states) {}
+  coverage() : counts_(cells()) {}
 
   void add(std::size_t row, state in) { ++counts_[row * states + static_cast<std::size_t>(in)]; }
-  void add(const coverage& more) {
-    for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += more.counts_[i];
-  }
+  void add(handle_kind of, moment when) { ++counts_[place_of(of, when)]; }
   // For memory that processes share.
   std::vector<std::uint32_t>& counts() { return counts_; }
-  static std::size_t cells() { return rows().size() * states; }
+  static std::size_t cells() { return rows().size() * states + handle_kinds * moments; }
 
   // Cells that can happen and were not seen.
   std::vector<std::string> holes() const;
   std::string table() const;
 
  private:
+  static std::size_t place_of(handle_kind of, moment when) {
+    return rows().size() * states + static_cast<std::size_t>(of) * moments + static_cast<std::size_t>(when);
+  }
+
   std::vector<std::uint32_t> counts_;
 };
 
@@ -76,5 +106,6 @@ class coverage {
 bool has(std::size_t row, std::size_t column);
 // Why a cell cannot happen; empty: it can.
 std::string_view impossible(std::size_t row, std::size_t column);
+std::string_view impossible(handle_kind of, moment when);
 
 } // namespace swarm

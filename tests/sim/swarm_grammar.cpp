@@ -1026,6 +1026,17 @@ std::string_view value_of(const recipe& what, std::string_view member) {
   return {};
 }
 
+void give_value(recipe& to, std::string_view member, std::string_view value) {
+  const auto& members = operations()[to.operation].members;
+  for (std::size_t m = 0; m < to.classes.size(); ++m) {
+    const auto& classes = classes_of(members[m].is);
+    const auto found =
+        std::find_if(classes.begin(), classes.end(), [&](const auto& one) { return one.name == value; });
+    if (members[m].name == member && found != classes.end())
+      to.classes[m] = static_cast<std::size_t>(found - classes.begin());
+  }
+}
+
 recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in) {
   const auto& members = operations()[operation].members;
   recipe drawn{.operation = operation};

@@ -158,6 +158,8 @@ struct saying {
 
 // The class that a recipe has of a member; empty where there is none.
 std::string_view value_of(const recipe& what, std::string_view member);
+// Gives it that class, where it has such a member with such a class.
+void give_value(recipe& to, std::string_view member, std::string_view value);
 // One class for each member. Of the classes that `use` has left out none is chosen; a bad one is in about one
 // recipe of `bad_in`, one at a time (0: never).
 recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in);

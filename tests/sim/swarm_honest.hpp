@@ -23,6 +23,7 @@ class honest {
   // A large answer may have to wait until those are cut who do not finish theirs: 500 ms each time, and as
   // often as there are strangers for each two of the slots that sockets may have.
   static constexpr duration large_time_max = 3s;
+  static constexpr duration plain_period = 2ms;   // within each messages_per_second_max
   static constexpr std::uint64_t window = 100;    // messages of the steady topic
   static constexpr std::uint64_t heard_min = 90;  // of these
   static constexpr duration period = 50ms;        // of the two topics
@@ -41,8 +42,11 @@ class honest {
     if (in_.step < comes_) return;
     if (!link_) {
       link_ = std::make_unique<far_end>(in_.on, in_.ours, "127.0.0.1:40000");
+      came_at_ = in_.on.now;
       link_->say(R"({"op":"subscribe","topic":"/honest/steady","id":"h"})");
       link_->say(R"({"op":"subscribe","topic":"/rowe/stop/state","id":"h"})");
+      link_->say(R"({"op":"advertise","topic":"/of/honest","type":"sim/Own"})");
+      link_->say(R"({"op":"advertise_service","service":"/of/honest","type":"sim/Own"})");
     }
     if (in_.verdict.broken()) return;
     send_plainly();
@@ -57,7 +61,7 @@ class honest {
     if (plain_) hear_plainly();
     for (const std::string& text : link_->hear()) hear(text);
     if (!link_->violated.empty()) in_.fail("frames", "the honest peer was sent " + link_->violated);
-    if (link_->cut()) return in_.fail("honest_cut", "the honest peer was cut");
+    if (link_->cut()) return in_.fail("honest_cut", "the honest peer was cut: " + link_->close_reason);
     if (map_asked_in_ != 0 && in_.cycles > map_asked_in_ + cycles_max &&
         in_.on.now > map_asked_at_ + time_max)
       return in_.fail("floor_latched", "the honest peer has no value of a latched topic after " +
@@ -130,13 +134,12 @@ class honest {
     }
     if (!map_) {
       map_ = here_.open(handle_kind::publish_text,
-                        rowe::detail::advertise_request<json_text>(
-                            "/honest/map", {.ttl = rowe::rt::for_ever,
-                                            .keep = rowe::keep::newest,
-                                            .depth = 1,
-                                            .latched = true,
-                                            .type = "sim/Map",
-                                            .text_bytes_max = 1000}));
+                        rowe::detail::advertise_request<json_text>("/honest/map", {.ttl = rowe::rt::for_ever,
+                                                                                   .keep = rowe::keep::newest,
+                                                                                   .depth = 1,
+                                                                                   .latched = true,
+                                                                                   .type = "sim/Map",
+                                                                                   .text_bytes_max = 1000}));
       if (map_ == nullptr) return;
       map_->honest = true;
     }
@@ -249,7 +252,7 @@ class honest {
 
   // Plain messages, to the thread that sends them back.
   void send_plainly() {
-    if (!echoes || !ready() || sent_plainly_ != 0) return;
+    if (!echoes || !ready() || sent_plainly_ != 0 || in_.on.now < sent_plainly_at_ + plain_period) return;
     if (!plain_) plain_ = std::make_unique<far_end>(in_.on, in_.ours, "127.0.0.1:40001");
     sent_plainly_ = ++plain_number_;
     sent_plainly_at_ = in_.on.now;
@@ -260,8 +263,12 @@ class honest {
     for (const std::string& text : plain_->hear()) {
       if (integer_after(text, "{\"e\":") == static_cast<std::int64_t>(sent_plainly_)) sent_plainly_ = 0;
     }
-    if (plain_->cut()) return in_.fail("honest_cut", "the honest peer that sends plain messages was cut");
-    if (sent_plainly_ != 0 && in_.cycles > sent_plainly_in_ + cycles_max &&
+    if (plain_->cut())
+      return in_.fail("honest_cut",
+                      "the honest peer that sends plain messages was cut: " + plain_->close_reason);
+    // What was handed over before it is taken before it.
+    const std::uint64_t before = in_.known.bounds.door_slots / takes_at_once;
+    if (sent_plainly_ != 0 && in_.cycles > sent_plainly_in_ + cycles_max + before &&
         in_.on.now > sent_plainly_at_ + time_max)
       in_.fail("floor_echo", "the honest peer's plain message did not come back within " +
                                  std::to_string(in_.cycles - sent_plainly_in_) + " cycles, with " +
@@ -419,7 +426,8 @@ class honest {
       const auto first = std::lower_bound(publications_.begin(), publications_.end(), in_.on.now - span);
       return static_cast<double>(publications_.end() - first) / std::chrono::duration<double>(span).count();
     };
-    if (publications_.empty() || in_.on.now - publications_.front() < 3s) return;
+    // What nobody listens to is not counted.
+    if (publications_.empty() || in_.on.now - std::max(publications_.front(), came_at_) < 3s) return;
     for (const duration span : {duration{500ms}, duration{1s}, duration{2s}, duration{3s}}) {
       if (const double rate = within(span); rate < 14 || rate > 22) return;
     }
@@ -437,6 +445,7 @@ class honest {
   process& here_;
   dialect_check& check_;
   std::uint64_t comes_, sets_up_;
+  time_point came_at_{};
   std::unique_ptr<far_end> link_;
   handle* steady_ = nullptr;
   handle* changing_ = nullptr;

@@ -6,6 +6,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -40,19 +41,6 @@ using rowe::json_text;
 using rowe::detail::lane_kind;
 using rowe::detail::lane_state;
 
-enum class handle_kind : std::uint8_t {
-  publish_text,
-  publish_value,
-  subscribe_text,
-  subscribe_value,
-  respond,
-  call,      // without waiting
-  call_wait, // as caller::call() does, which gives up
-  talk,
-  latch,
-};
-inline constexpr std::size_t handle_kinds = 9;
-
 class handle {
  public:
   handle(site& in, handle_kind kind, const rowe::detail::lane_request& asked)
@@ -80,6 +68,7 @@ class handle {
   bool latched() const { return latched_; }
   rowe::detail::lane& lane() { return *lane_; }
   lane_state state_now() const { return lane_->state.load(std::memory_order_acquire); } // acquire: see above
+  bool is_detached() const { return state_now() == lane_state::held; } // nothing is left but its memory
   bool honest = false; // its owner alone uses it
   bool told = false;   // that it was refused
   bool of_topic() const { return kind_ <= handle_kind::subscribe_value; }
@@ -89,6 +78,7 @@ class handle {
   bool looks = true;
 
   void act() {
+    begin_use();
     switch (kind_) {
     case handle_kind::publish_text:
     case handle_kind::publish_value: return publish(1 + in_.roll.below(in_.roll.one_in(8) ? 40 : 3));
@@ -104,6 +94,7 @@ class handle {
 
   // In each step: what a thread does that waits, and what a loop does.
   void wait() {
+    if (kind_ == handle_kind::call_wait || kind_ == handle_kind::latch) begin_use();
     if (kind_ == handle_kind::call_wait) wait_for_call();
   }
   // A loop that obeys.
@@ -116,15 +107,23 @@ class handle {
   }
   bool acknowledges = true;
 
-  // The handle goes. What it held goes before it.
+  // The handle goes. What it gave out goes before it, or after it.
   void close() {
-    requests_.clear();
-    views_.clear();
+    const bool holds = !calls_.empty() || waits_ || outlived();
+    if (in_.roll.one_in(4)) let_go();
+    in_.seen.add(kind_, outlived() ? moment::outlived
+                        : holds    ? moment::closed_holding
+                        : used_    ? moment::closed
+                                   : moment::closed_unused);
     lane_->state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
   }
-  void finish_up() {
+  void let_go() {
     requests_.clear();
     views_.clear();
+  }
+  bool outlived() const { return !requests_.empty() || !views_.empty(); }
+  void finish_up() {
+    let_go();
     if (kind_ == handle_kind::talk) {
       auto& talker = std::get<rowe::lane>(user_);
       while (talker.try_receive(in_.on.now)) continue;
@@ -138,6 +137,9 @@ class handle {
   }
 
  private:
+  void begin_use() {
+    if (!std::exchange(used_, true)) in_.seen.add(kind_, moment::used);
+  }
   rowe::detail::lane_handle held() { return harness::handle_of(*lane_); }
   rowe::duration some_time() {
     constexpr rowe::duration times[] = {0ns, 1ms, 20ms, 100ms, 500ms, -1ns, -1ns};
@@ -306,6 +308,7 @@ class handle {
   std::string type_;
   rowe::detail::lane* lane_;
   bool latched_ = false;
+  bool used_ = false;
   std::size_t text_max_ = 0;
   std::uint32_t depth_ = 0;
   std::variant<std::monostate, rowe::publisher<json_text>, rowe::publisher<reading>,
@@ -338,9 +341,12 @@ class process {
     } catch (const std::runtime_error&) {
       return nullptr; // the memory of lanes is used up
     }
-    in_.say("process opens " + std::string{kind_name(kind)} + " " + made->name() + " type '" + made->type() +
+    in_.say("process opens " + std::string{name_of(kind)} + " " + made->name() + " type '" + made->type() +
             (made->latched() ? "', latched" : "'"));
     note(*made, 1);
+    in_.seen.add(kind, moment::opened);
+    if (made->latched()) in_.seen.add(kind, moment::opened_latched);
+    if (!lanes_used_.insert(&made->lane()).second) in_.seen.add(kind, moment::opened_again);
     if (kind == handle_kind::latch) in_.stop_in_use = true;
     handles_.push_back(std::move(made));
     return handles_.back().get();
@@ -410,7 +416,7 @@ class process {
 
   void close(std::size_t which) {
     handle& gone = *handles_[which];
-    in_.say("process closes " + std::string{kind_name(gone.kind())} + " " + gone.name());
+    in_.say("process closes " + std::string{name_of(gone.kind())} + " " + gone.name());
     note(gone, -1);
     gone.close();
     closing_.push_back(std::move(handles_[which]));
@@ -426,12 +432,15 @@ class process {
     if (handles_.empty()) return;
     handle& one = *handles_[in_.roll.below(handles_.size())];
     if (one.honest) return;
-    in_.say("process uses " + std::string{kind_name(one.kind())} + " " + one.name());
+    in_.say("process uses " + std::string{name_of(one.kind())} + " " + one.name());
     one.act();
   }
 
   // After each cycle: what set-up was told. One that is refused is closed, as set-up does.
   void look_at_answers() {
+    for (const auto& one : closing_) {
+      if (one->outlived() && in_.roll.one_in(32)) one->let_go();
+    }
     std::erase_if(closing_, [](const auto& one) { return one->state_now() == lane_state::free; });
     for (std::size_t i = 0; i < handles_.size();) {
       handle& one = *handles_[i];
@@ -440,8 +449,9 @@ class process {
         continue;
       }
       one.told = true;
+      in_.seen.add(one.kind(), moment::refused);
       if (const std::string why = explained(one); why.empty())
-        in_.fail("set_up", "the handle " + std::string{kind_name(one.kind())} + " " + one.name() +
+        in_.fail("set_up", "the handle " + std::string{name_of(one.kind())} + " " + one.name() +
                                " of this process is refused: " + std::string{one.lane().answer.name()});
       one.honest ? ++i : (close(i), i);
     }
@@ -465,6 +475,7 @@ class process {
   }
   void close_all() {
     while (!handles_.empty()) close(0);
+    for (const auto& one : closing_) one->let_go();
   }
   bool all_closed() const { return closing_.empty() && handles_.empty(); }
   std::size_t waiting_at_door() const { return waiting_.size(); }
@@ -531,13 +542,6 @@ class process {
     });
   }
 
-  static std::string_view kind_name(handle_kind kind) {
-    constexpr std::string_view names[] = {"publisher of text", "publisher", "subscriber of text",
-                                          "subscriber",        "responder", "caller",
-                                          "waiting caller",    "lane",      "stop latch"};
-    return names[static_cast<std::size_t>(kind)];
-  }
-
  private:
   void note(const handle& one, int by) {
     const auto add = [by](std::map<std::string, std::uint32_t>& to, const std::string& name) {
@@ -554,7 +558,9 @@ class process {
   // Why set-up may refuse it, for the sake of this process's own other handles.
   std::string explained(const handle& refused) const {
     const auto others = [&](auto&& is) {
-      const auto match = [&](const auto& one) { return one.get() != &refused && is(*one); };
+      const auto match = [&](const auto& one) {
+        return one.get() != &refused && !one->is_detached() && is(*one);
+      };
       return std::any_of(handles_.begin(), handles_.end(), match) ||
              std::any_of(closing_.begin(), closing_.end(), match);
     };
@@ -574,13 +580,13 @@ class process {
     case rowe::errc::too_many_topics: {
       std::uint32_t own = 2; // the endpoint's
       for (const auto& [topic, count] : in_.own) own += count != 0;
-      for (const auto& one : closing_) own += one->of_topic();
+      for (const auto& one : closing_) own += one->of_topic() && !one->is_detached();
       return own > in_.known.bounds.topics_max ? "all are this process's own" : "";
     }
     case rowe::errc::too_many_services: {
       std::uint32_t own = 0;
       for (const auto& [service, count] : in_.own_services) own += count;
-      for (const auto& one : closing_) own += one->kind() == handle_kind::respond;
+      for (const auto& one : closing_) own += one->kind() == handle_kind::respond && !one->is_detached();
       return own > in_.known.bounds.services_max ? "all are its own" : "";
     }
     default: return "";
@@ -593,6 +599,7 @@ class process {
   std::vector<std::unique_ptr<handle>> closing_;
   std::vector<std::uint32_t> waiting_; // slots of the front door
   std::deque<rowe::detail::call_ref> held_;
+  std::set<const rowe::detail::lane*> lanes_used_;
 };
 
 } // namespace swarm

@@ -65,6 +65,7 @@ struct plan {
   bool floods = false;    // of stops: more than a number of 16 bits counts
   std::uint64_t bad_in = 6;
   std::uint64_t strangers_max = 5;
+  bool crowd = false; // that comes one by one, each taking what it gets
 };
 
 inline plan draw_plan(std::uint64_t seed) {
@@ -109,6 +110,11 @@ inline plan draw_plan(std::uint64_t seed) {
   l.refusals_per_second_max = roll.one_in(2) ? 20 : roll.one_in(2) ? 1 : 0;
   l.latched_bytes = roll.one_in(2) ? 64 * 1024 : 8 * 1024;
   if (roll.one_in(2)) o.call_timeout = 300ms;
+  if (roll.one_in(2)) { // nothing but its share bounds what one peer holds
+    l.subscriptions_per_connection_max = l.subscriptions_max;
+    l.calls_per_connection_max = l.calls_max;
+    l.advertisements_per_connection_max = l.topics_max;
+  }
   p.roomy = !roll.one_in(4);
   if (p.roomy) { // of what is shared there is enough that each of eight peers has a part
     l.topics_max = 64;
@@ -135,6 +141,16 @@ inline plan draw_plan(std::uint64_t seed) {
   p.floods = roll.one_in(4);
   p.bad_in = roll.one_in(2) ? 6 : roll.one_in(2) ? 2 : 40;
   p.strangers_max = p.ours == rowe::service::side::client ? 1 : 1 + roll.below(5);
+  p.crowd = p.has_honest && roll.one_in(4);
+  if (p.crowd) {
+    p.strangers_max = 12;
+    l.connections_max = 16;
+    l.subscriptions_max = 256;
+    l.topics_max = 96;
+    l.services_max = 64;
+    l.door_slots = 64;
+    l.large_slots = 12;
+  }
   return p;
 }
 
@@ -154,7 +170,8 @@ class world {
               .known = {},
               .trace = trace},
         process_{site_},
-        honest_{site_, process_, check_, roll_.below(200), roll_.one_in(2) ? 0 : roll_.below(800)},
+        honest_{site_, process_, check_, roll_.below(roll_.one_in(2) ? 200 : 1000),
+                roll_.one_in(2) ? 0 : roll_.below(800)},
         start_{on_.now} {
     site_.known.bounds = plan_.options.limits;
     site_.known.honest_topics = !plan_.options.relay;
@@ -305,7 +322,7 @@ class world {
   stranger* one() { return strangers_.empty() ? nullptr : strangers_[roll_.below(strangers_.size())].get(); }
 
   void meet() {
-    if (strangers_.size() >= plan_.strangers_max) return;
+    if (strangers_.size() + leaving_.size() >= plan_.strangers_max) return;
     const bool local = !roll_.one_in(4);
     const bool only_stops = roll_.one_in(12);
     strangers_.push_back(
@@ -314,6 +331,18 @@ class world {
     site_.say(fresh.name() + (local ? " comes" : " comes from elsewhere") + (only_stops ? " to stop" : ""));
     // What is wrong at once is rare otherwise.
     if (!roll_.one_in(4)) fresh.say(draw_text(2), 1, false);
+    if (!plan_.crowd) return;
+    if (roll_.one_in(2)) fresh.change_conditions();
+    fresh.say(draw_hoard(), 60, true);
+    if (roll_.one_in(2)) fresh.say(draw_hoard(), 60, true);
+  }
+  // Something of which peers can hold much.
+  recipe draw_hoard() {
+    constexpr std::string_view hoards[] = {"subscribe", "advertise", "advertise_service", "call_service",
+                                           "invocation"};
+    recipe drawn = draw_recipe(roll_, uses_, operation_named(roll_.one_of(hoards)), 0);
+    if (roll_.one_in(2)) give_value(drawn, "service", "stats"); // large answers, where it calls
+    return drawn;
   }
   void leave(std::size_t which, rowe::service::close_cause how) {
     stranger& gone = *strangers_[which];
@@ -380,7 +409,7 @@ class world {
       const bool differ = value_of(one, "source") == "one_of_many";
       return flood(*p, one, differ ? 70'000 : 2'000);
     }
-    const recipe what = draw_text();
+    const recipe what = roll_.one_in(2) ? draw_text() : draw_hoard();
     const form goes = operations()[what.operation].goes;
     if (count > 100 && goes != form::stop_call && goes != form::stop_bare && goes != form::stop_publish)
       count = 100;
