@@ -150,8 +150,8 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
     kept = why.add(" (limit ").add(option).add(")").text();
     return kept;
   };
-  too_many_messages_ = too_many("messages", bounds_.messages_per_second_max, "send fewer",
-                                "messages_per_second_max");
+  too_many_messages_ =
+      too_many("messages", bounds_.messages_per_second_max, "send fewer", "messages_per_second_max");
   too_many_refusals_ = too_many("refused requests", bounds_.refusals_per_second_max, "heed the refusals",
                                 "refusals_per_second_max");
   const auto advertised =

@@ -98,8 +98,9 @@ rt::time_point core::inbound_expiry(std::int64_t ttl_ns) const noexcept {
 // ---- shares
 //
 // Whoever receives has so many slots, of which a peer may have its share: a quarter is kept for claims, for
-// who receives gives slots back all the time. A peer's are those of its messages that were not taken or are still in the receiver's hands, and those of what is
-// put aside on the way to it: so who answers each message with one finds room for the answer.
+// who receives gives slots back all the time. A peer's are those of its messages that were not taken or are
+// still in the receiver's hands, and those of what is put aside on the way to it: so who answers each message
+// with one finds room for the answer.
 
 namespace {
 

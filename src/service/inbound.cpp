@@ -63,8 +63,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
   case wire::frame_event::text: {
     excess_ = !c.messages.take(now_);
     take_text(c, step.payload);
-    if (std::exchange(excess_, false))
-      cut_if_flooding(c, c.messages, too_many_messages_);
+    if (std::exchange(excess_, false)) cut_if_flooding(c, c.messages, too_many_messages_);
     break;
   }
   case wire::frame_event::binary:
@@ -263,9 +262,8 @@ std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) no
     if (one.state != connection::phase::free) all.take(none, peers_topics_held(one));
   }
   work_bytes_ += topic_work;
-  const std::uint32_t found = all.may_take(held, left) || ROWE_MUTANT(made_up_topics)
-                                  ? router_.find_or_add(asked.topic)
-                                  : no_index;
+  const std::uint32_t found =
+      all.may_take(held, left) || ROWE_MUTANT(made_up_topics) ? router_.find_or_add(asked.topic) : no_index;
   if (found == no_index) refuse_share(c, asked, {"topics", held, left, share, all.kept(), "topics_max"});
   return found;
 }
@@ -288,10 +286,9 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
                           bounds_.subscriptions_per_connection_max, "subscriptions_per_connection_max");
     }
     if (index == no_index) {
-      return refuse_share(
-          c, asked,
-          {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max, subscription_claims_.kept(),
-           "subscriptions_max"});
+      return refuse_share(c, asked,
+                          {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max,
+                           subscription_claims_.kept(), "subscriptions_max"});
     }
     subscription_claims_.take(c.subscriptions);
     router_.subscription_at(index).unslashed = unslashed;

@@ -18,10 +18,12 @@ using detail::entry;
 namespace rosbridge = wire::rosbridge;
 
 constexpr std::string_view stats_service = "/rowe/stats";
-constexpr std::array own_services{
-    stats_service, std::string_view{"/rosapi/topics"}, std::string_view{"/rosapi/services"},
-    std::string_view{"/rosapi/topic_type"}, std::string_view{"/rosapi/publishers"},
-    std::string_view{"/rosapi/service_type"}};
+constexpr std::array own_services{stats_service,
+                                  std::string_view{"/rosapi/topics"},
+                                  std::string_view{"/rosapi/services"},
+                                  std::string_view{"/rosapi/topic_type"},
+                                  std::string_view{"/rosapi/publishers"},
+                                  std::string_view{"/rosapi/service_type"}};
 
 // Counted as so many bytes: the endpoint's answers walk all topics, services or counters.
 constexpr std::size_t own_answer_work = 10 * 1024;
@@ -47,7 +49,8 @@ void core::advertise_service(connection& c, const rosbridge::request& asked) noe
   const std::uint32_t left = left_of(share, services_.of_peers());
   if (!(service_claims_.may_take(c.services, left) || ROWE_MUTANT(made_up_services)) ||
       services_.add(asked.service, asked.type, no_index, c.id).index == no_index) {
-    return refuse_share(c, asked, {"services", c.services, left, share, service_claims_.kept(), "services_max"});
+    return refuse_share(c, asked,
+                        {"services", c.services, left, share, service_claims_.kept(), "services_max"});
   }
   service_claims_.take(c.services);
 }

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <utility>
 
-#include <rowe/detail/mutation_points.hpp>
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
@@ -303,8 +302,7 @@ bool core::has_room(connection& c, priority at) noexcept {
 // there are some.
 bool core::has_share(const connection& c, slot_class of) const noexcept {
   const std::uint32_t all = slots_.count(of);
-  const bool restricted = c.behind() && !ROWE_MUTANT(begun_slots);
-  const std::uint32_t for_readers = restricted ? message_slots_max(all, bounds_.connections_max) / 2 : 0;
+  const std::uint32_t for_readers = c.behind() ? message_slots_max(all, bounds_.connections_max) / 2 : 0;
   const std::uint32_t left = left_of(slots_for_messages(of), for_readers);
   return leaves_as_much(entries_.held_by(c.id.index, queued_as::direct_message, of), left);
 }
@@ -313,9 +311,7 @@ bool core::has_share(const connection& c, slot_class of) const noexcept {
 // until they are sent. What topics and answers have taken of the rest is evicted for them.
 std::uint32_t core::slots_for_messages(slot_class of) const noexcept {
   const std::uint32_t all = slots_.count(of);
-  const std::uint32_t most =
-      ROWE_MUTANT(begun_slots) ? all - all / 4 : message_slots_max(all, bounds_.connections_max);
-  return left_of(most, letters_.slots(of));
+  return left_of(message_slots_max(all, bounds_.connections_max), letters_.slots(of));
 }
 
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the lane

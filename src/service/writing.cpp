@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-#include <rowe/detail/mutation_points.hpp>
 
 #include "service/core.hpp"
 #include "service/shares.hpp"
@@ -308,7 +307,7 @@ rt::time_point core::begun_due(const connection& c) noexcept {
 // Whether a frame of the slot may be begun once the connection's own that is begun is out; if not, it waits.
 bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
   const slot_class of = slots_.class_of(slot);
-  if (slots_.may_begin(of) || slots_.begun(slot) != 0 || ROWE_MUTANT(begun_slots)) return true;
+  if (slots_.may_begin(of) || slots_.begun(slot) != 0) return true;
   const bool in_its_place =
       c.begun.slot != no_index && slots_.class_of(c.begun.slot) == of && slots_.begun(c.begun.slot) == 1;
   if (in_its_place) return true;
@@ -321,7 +320,7 @@ bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
 // itself, if it can.
 void core::hand_over_rest(connection& c) noexcept {
   const slot_class of = slots_.class_of(c.begun.slot);
-  if (of != slot_class::large || slots_.count_begun(of) < 2 || ROWE_MUTANT(begun_slots)) return;
+  if (of != slot_class::large || slots_.count_begun(of) < 2) return;
   batch rest{joined_, pieces_};
   (void)gather_begun(c, rest); // it goes alone
   const std::size_t taken = carrier_.write_rest(c.id, rest.whole());

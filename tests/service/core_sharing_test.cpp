@@ -432,7 +432,8 @@ TEST(core_sharing, lets_a_report_find_room_whatever_topics_peers_make_up) {
   for (int i = 0; i < 64; ++i) {
     std::string quotes;
     for (int k = 0; k < 100; ++k) quotes += "\\\"";
-    makes.say(R"({"op":"advertise","topic":"/)" + quotes + std::to_string(i) + R"(","type":")" + quotes + "\"}");
+    makes.say(R"({"op":"advertise","topic":"/)" + quotes + std::to_string(i) + R"(","type":")" + quotes +
+              "\"}");
   }
   on.cycles(10);
   asks.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");

@@ -149,8 +149,7 @@ std::string_view impossible(handle_kind of, moment when) {
   switch (when) {
   case moment::opened_latched:
     return is(publish_text, publish_value) ? "" : "nothing is kept of what it does";
-  case moment::refused:
-    return is(call, call_wait, talk, latch) ? "it takes no place that others want" : "";
+  case moment::refused: return is(call, call_wait, talk, latch) ? "it takes no place that others want" : "";
   case moment::closed_unused: return is(call_wait, latch) ? "it is used in each step" : "";
   case moment::closed_holding:
     return is(publish_text, publish_value, subscribe_value, latch) ? "it holds nothing" : "";

@@ -20,8 +20,9 @@ class honest {
  public:
   static constexpr std::uint64_t cycles_max = 40; // until an answer has come,
   static constexpr duration time_max = 100ms;     // and so long: what waits for a pong needs both
-  // A large answer may have to wait until those are cut who do not finish theirs: 500 ms each time, and as
-  // often as there are strangers for each two of the slots that sockets may have.
+  // Where the carrier does not take the rest of large frames, a large answer may have to wait until those are
+  // cut who do not finish theirs: 500 ms each time, and as often as there are strangers for each two of the
+  // slots that sockets may have.
   static constexpr duration large_time_max = 3s;
   static constexpr duration plain_period = 2ms;   // within each messages_per_second_max
   static constexpr std::uint64_t window = 100;    // messages of the steady topic
@@ -67,7 +68,8 @@ class honest {
       return in_.fail("floor_latched", "the honest peer has no value of a latched topic after " +
                                            std::to_string(in_.cycles - map_asked_in_) + " cycles");
     if (asked_ && in_.cycles > asked_->cycle + cycles_max &&
-        in_.on.now > asked_->at + (asked_->floor == "floor_call" ? time_max : large_time_max))
+        in_.on.now >
+            asked_->at + (asked_->floor == "floor_call" || in_.takes_rest ? time_max : large_time_max))
       in_.fail(asked_->floor, "the honest peer's call of " + asked_->service + " has no answer after " +
                                   std::to_string(in_.cycles - asked_->cycle) + " cycles and " +
                                   std::to_string((in_.on.now - asked_->at) / 1ms) + " ms");

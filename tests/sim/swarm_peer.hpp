@@ -130,7 +130,7 @@ class stranger {
     auto& c = conditions();
     c.room_bytes = in_.roll.one_of(rooms);
     c.chunk_bytes_max = in_.roll.one_of(chunks);
-    c.rest_bytes_max = in_.roll.one_in(2) ? SIZE_MAX : in_.roll.one_of(rooms);
+    c.rest_bytes_max = in_.takes_rest || in_.roll.one_in(2) ? SIZE_MAX : in_.roll.one_of(rooms);
     c.arrive_bytes_max = in_.roll.one_in(3) ? in_.roll.below(40) : SIZE_MAX;
     reads = !in_.roll.one_in(4);
     link_->answers_pings = !in_.roll.one_in(8);

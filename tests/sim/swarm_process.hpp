@@ -69,8 +69,8 @@ class handle {
   rowe::detail::lane& lane() { return *lane_; }
   lane_state state_now() const { return lane_->state.load(std::memory_order_acquire); } // acquire: see above
   bool is_detached() const { return state_now() == lane_state::held; } // nothing is left but its memory
-  bool honest = false; // its owner alone uses it
-  bool told = false;   // that it was refused
+  bool honest = false;                                                 // its owner alone uses it
+  bool told = false;                                                   // that it was refused
   bool of_topic() const { return kind_ <= handle_kind::subscribe_value; }
 
   // Everybody may look at whether the loop moves; of a latch.

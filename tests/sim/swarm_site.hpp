@@ -77,6 +77,7 @@ struct site {
   std::set<std::pair<std::int64_t, std::int64_t>> resets{}; // asked for so far: number and tick
   bool stop_in_use = false;
   bool running = false;
+  bool takes_rest = false; // the carrier, of large frames
 
   void say(const std::string& line) const {
     if (!trace) return;

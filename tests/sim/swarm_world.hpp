@@ -149,7 +149,7 @@ inline plan draw_plan(std::uint64_t seed) {
     l.topics_max = 96;
     l.services_max = 64;
     l.door_slots = 64;
-    l.large_slots = 12;
+    l.large_slots = 8;
   }
   return p;
 }
@@ -174,6 +174,7 @@ class world {
                 roll_.one_in(2) ? 0 : roll_.below(800)},
         start_{on_.now} {
     site_.known.bounds = plan_.options.limits;
+    site_.takes_rest = plan_.crowd || roll_.one_in(2);
     site_.known.honest_topics = !plan_.options.relay;
     site_.known.message_number = &site_.message_number;
     constexpr std::size_t few[] = {1, 2, 3, 6, 6};
