@@ -6,6 +6,7 @@
 #include <deque>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "interrupt.hpp"
 #include "json_values.hpp"
@@ -25,19 +26,28 @@ class answers {
   answers(endpoint& through, const console& to) : through_{through}, to_{to} {}
 
   void send(received message) {
-    if (waits_for(message.from()) || !try_send(message)) unsent_.push_back(std::move(message));
+    const auto of_peer = std::find_if(unsent_.begin(), unsent_.end(), [&](const auto& waiting) {
+      return waiting.front().from() == message.from();
+    });
+    if (of_peer != unsent_.end()) {
+      of_peer->push_back(std::move(message));
+    } else if (!try_send(message)) {
+      unsent_.emplace_back().push_back(std::move(message));
+    }
   }
   // Those that found no room, again.
   void retry() {
-    std::deque<received> again;
-    again.swap(unsent_);
-    for (received& one : again) send(std::move(one));
+    std::erase_if(unsent_, [this](std::deque<received>& waiting) {
+      while (!waiting.empty() && may_have_room(waiting.front().from()) && try_send(waiting.front()))
+        waiting.pop_front();
+      return waiting.empty();
+    });
   }
 
  private:
-  bool waits_for(connection peer) const {
-    return std::any_of(unsent_.begin(), unsent_.end(),
-                       [&](const received& one) { return one.from() == peer; });
+  bool may_have_room(connection peer) const {
+    const status now = through_.wait_room(duration::zero(), peer);
+    return now || now.code() != errc::timed_out;
   }
   // False: its peer has no room.
   bool try_send(const received& message) {
@@ -60,7 +70,8 @@ class answers {
 
   endpoint& through_;
   const console& to_;
-  std::deque<received> unsent_; // each keeps its place in the inbox, so they are few
+  // Of each peer, never empty. Each keeps its place in the inbox, so they are few.
+  std::vector<std::deque<received>> unsent_;
 };
 
 // True: a peer has left.

@@ -123,7 +123,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       subscription_claims_{claims_to(bounds_.subscriptions_max)},
       service_claims_{claims_to(services_of_peers(bounds_))},
       call_claims_{claims_to(calls_of_peers(bounds_))},
-      inbox_claims_{claims_to(0)},
+      inbox_claims_{claims_to(door.slots(), 4)}, // until a lane receives
       door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
       nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
       wheel_{nodes_, start},

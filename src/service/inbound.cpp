@@ -430,8 +430,8 @@ void core::refuse_share(connection& c, const rosbridge::request& asked, const ta
   why.add_shortened(asked.op_text, 24).add(" ");
   why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
-  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left, ");
-  why.add(of.kept).add(" of them kept for peers that hold fewer");
+  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left");
+  if (of.kept != 0) why.add(", ").add(of.kept).add(" of them kept for peers that hold fewer");
   refuse_for(c, asked.id_raw, why, of.option);
 }
 

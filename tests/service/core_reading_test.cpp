@@ -690,6 +690,31 @@ TEST_F(sharing, keeps_a_place_for_who_comes_last) {
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
+TEST(front_door_shares, keep_a_place_for_who_comes_last) {
+  rowe::endpoint_options options = small_options();
+  options.limits.door_slots = 64;
+  theatre on{options};
+  const auto taken = [&] {
+    std::string letters;
+    while (const auto slot = on.door.try_receive(on.now)) {
+      letters += std::string{on.door.inbound_text(*slot)}.substr(9, 1);
+      (void)on.door.give_back_inbound(*slot); // the next cycle comes anyway
+    }
+    return letters;
+  };
+  EXPECT_EQ(taken(), ""); // but now somebody receives
+  std::vector<std::unique_ptr<peer>> greedy;
+  for (int i = 0; i < 7; ++i) {
+    greedy.push_back(std::make_unique<peer>(on));
+    for (int k = 0; k < 100; ++k) greedy.back()->say(sharing::letter('g'));
+    on.cycles(3);
+  }
+  peer last{on};
+  last.say(sharing::letter('l'));
+  on.cycles(3);
+  EXPECT_NE(taken().find('l'), std::string::npos);
+}
+
 TEST_F(sharing, closes_while_a_peer_waits) {
   for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
   on.cycles(2);

@@ -52,7 +52,9 @@ class control_loop(unittest.TestCase):
             self.assertEqual(ended.code, 0, (ended.stderr, robot.said))
             self.assertEqual(robot.end(signal.SIGTERM), -signal.SIGTERM)
             self.assertEqual(robot.said["stdout"], [])
-            (granted,) = robot.said["stderr"]
+            service, granted = robot.said["stderr"]
+            self.assertRegex(service, "^service thread: .*cpu 1")
+            self.assertTrue(granted.startswith("control loop: "), granted)
             self.assertIn("pinned to cpu 2" if may_run_on(2) else
                           "cpu 2 does not exist or is not allowed to this process: see `taskset -p`", granted)
             self.assertIn("SCHED_FIFO 80", granted)  # or what is to be done for it

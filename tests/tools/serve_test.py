@@ -133,7 +133,7 @@ class limits(unittest.TestCase):
             p.send({"op": "subscribe", "topic": "/a"})
             p.send({"op": "subscribe", "topic": "/b"})
             self.assertIn("limit topics_max", p.receive_until(lambda m: m["op"] == "status")["msg"])
-            serving.line(r"limit topics_max.*\(raise `--limit topics_max`\)")
+            serving.line(r"no more topics than it leaves.*0 are left \(raise `--limit topics_max`\)")
 
     def test_that_make_no_sense_are_named_with_their_range(self):
         for value, says in (
