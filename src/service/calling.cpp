@@ -39,11 +39,12 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   if (allowed && stop_.in_use() && of_stop != stop_service::none)
     return take_stop_call(c, in, id_raw, of_stop, what.text);
   if (drops_excess()) return;
-  const auto refuse = [&](std::string_view code, std::string_view why) {
+  // Within the rate of refusals or not: whoever calls waits for an answer. What is busy may be so because of
+  // others, and is no reason to cut who asks again.
+  const auto refuse = [&](std::string_view code, std::string_view why, bool busy = false) {
     add(counter::calls_refused);
-    // Within the rate or not: whoever calls waits for an answer.
     report_refusal(c, event::kind::refused_request, why, {});
-    if (!within_refusals(c) && !c.open()) return;
+    if (!busy && !within_refusals(c) && !c.open()) return;
     if (in == dialect::bare) return answer_bare_error(c, id_raw, code, why);
     (void)answer(c, [&](json::writer& into) { // what is lost is counted there
       rosbridge::write_service_response_head(into, service, id_raw, false);
@@ -59,7 +60,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
         std::snprintf(why.data(), why.size(),
                       "too many calls are in flight (limits calls_per_connection_max %u, calls_max %u)",
                       bounds_.calls_per_connection_max, bounds_.calls_max);
-    return refuse("busy", {why.data(), static_cast<std::size_t>(bytes)});
+    return refuse("busy", {why.data(), static_cast<std::size_t>(bytes)}, true);
   }
   if (!id_raw.empty() && calls_.find_asked(c.id, id_raw) != no_index)
     return refuse("duplicate_id", "a call with this id is not answered yet");
@@ -69,11 +70,11 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
     case admission::later: return park(c);
     case admission::never:
       add(counter::inbox_full);
-      return refuse("refused", "nobody takes calls fast enough: the inbox is full");
+      return refuse("refused", "nobody takes calls fast enough: the inbox is full", true);
     }
   }
   const std::uint32_t index = calls_.open(party::of(c.id, in), id_raw, service);
-  if (index == no_index) return refuse("busy", "all calls_max calls are in flight");
+  if (index == no_index) return refuse("busy", "all calls_max calls are in flight", true);
   call_claims_.take(c.calls_asked);
   ++peer_calls_;
   limit_call(index, time_limit(time_ns));

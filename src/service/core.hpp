@@ -183,7 +183,6 @@ class core final : public transport_sink {
   void take_turn(connection& c) noexcept;
   void read_in_turn() noexcept;
   void park(connection& c) noexcept;
-  bool keeps(const connection& c) const noexcept;
   void keep_unread(connection& c) noexcept;
   void end_unread(connection& c) noexcept;
   void unpark() noexcept;
@@ -228,6 +227,7 @@ class core final : public transport_sink {
   claims claims_to(std::uint32_t pool, std::uint32_t one_in = 2) const noexcept {
     return {pool, ours_ == side::client ? 1 : bounds_.connections_max, one_in};
   }
+  claims claims_to_topics(std::uint32_t share) noexcept;
   void refuse_share(connection& c, const wire::rosbridge::request& asked, const taken_share& of) noexcept;
   void refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                   std::string_view option) noexcept;
@@ -635,10 +635,11 @@ class core final : public transport_sink {
   letters letters_;
   services services_;
   call_table calls_;
+  std::uint32_t topics_charged_ = 0; // counts of claims_to_topics()
   claims subscription_claims_;
   claims service_claims_;
   claims call_claims_;
-  claims inbox_claims_; // by what was not taken
+  claims inbox_claims_;                // by what was not taken
   std::span<std::uint32_t> door_held_; // slots taken there that wait for room further on, in their order
   std::span<rt::timer_node> nodes_;
   rt::timer_wheel wheel_;

@@ -189,7 +189,7 @@ core::admission core::admit(const connection& c) noexcept {
   mark_taken();
   collect_taken(0); // what is home, unless something was handed over before
   if (has_inbox_share(c)) return admission::now;
-  return keeps(c) && !receiver_is_absent() ? admission::later : admission::never;
+  return !receiver_is_absent() ? admission::later : admission::never;
 }
 
 // To the one who receives.

@@ -252,20 +252,38 @@ bool core::holds_topic(const connection& c, std::uint32_t topic) const noexcept 
 std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) noexcept {
   const std::uint32_t known = router_.find(asked.topic);
   if (known != no_index && (!router_.of_peers(known) || holds_topic(c, known))) return known;
-  // These counts change with what handles of this process hold, too, so they are made anew.
   const std::uint32_t share = share_of_peers(bounds_.topics_max, bounds_.lanes_max + own_topics);
   const std::uint32_t left = left_of(share, router_.topics_of_peers());
   const std::uint32_t held = peers_topics_held(c);
-  claims all = claims_to(share);
-  for (const connection& one : connections_) {
-    std::uint32_t none = 0;
-    if (one.state != connection::phase::free) all.take(none, peers_topics_held(one));
-  }
+  const claims all = claims_to_topics(share);
   work_bytes_ += topic_work;
+  // One that there is takes no place; but who holds it may be the last to hold it one day.
+  const bool may = all.may_take(held, left) || (known != no_index && held < all.claim());
   const std::uint32_t found =
-      all.may_take(held, left) || ROWE_MUTANT(made_up_topics) ? router_.find_or_add(asked.topic) : no_index;
+      may || ROWE_MUTANT(made_up_topics) ? router_.find_or_add(asked.topic) : no_index;
   if (found == no_index) refuse_share(c, asked, {"topics", held, left, share, all.kept(), "topics_max"});
   return found;
+}
+
+// Made anew each time: what peers hold changes with what handles of this process hold, too. The place of a
+// topic is charged to one of those who hold it.
+claims core::claims_to_topics(std::uint32_t share) noexcept {
+  claims all = claims_to(share);
+  ++topics_charged_;
+  for (const connection& c : connections_) {
+    if (c.state == connection::phase::free) continue;
+    std::uint32_t charged = 0;
+    const auto charge = [&](std::uint32_t index) {
+      topic& on = router_.at(index);
+      if (router_.of_peers(index) && std::exchange(on.charged_in, topics_charged_) != topics_charged_)
+        all.take(charged);
+    };
+    for (std::uint32_t i = c.first_subscription; i != no_index;
+         i = router_.subscription_at(i).next_on_connection)
+      charge(router_.subscription_at(i).topic);
+    for (std::uint32_t i = 0; i < c.advertisements; ++i) charge(c.advertised[i].topic);
+  }
+  return all;
 }
 
 void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {

@@ -75,12 +75,13 @@ bool begins_as_stop(std::string_view text) noexcept {
 } // namespace
 
 // What was put aside is carried out before more is read. More than a connection's own room for that only
-// where it may lie behind what the parser assembles meanwhile: keep_unread().
+// where it may lie behind what the parser has assembled, and assembles meanwhile: keep_unread().
 std::size_t core::wanted_bytes(connection_id id) const noexcept {
   const connection* const c = find(id);
   if (c == nullptr) return read_bytes_alone;
   if (!c->unread.empty() || c->parked()) return 0;
-  return bounds_.message_bytes_max >= 2 * read_bytes_alone ? read_bytes_alone : read_bytes_in_turn;
+  const std::size_t room = bounds_.message_bytes_max - c->parser.assembled_bytes();
+  return room >= 2 * read_bytes_alone ? read_bytes_alone : read_bytes_in_turn;
 }
 
 void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
@@ -100,7 +101,7 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
 void core::read_all(connection& c, std::span<std::byte> bytes) noexcept {
   read_now_ = bytes;
   c.unread = bytes;
-  // What waits goes where messages are assembled, so not in the middle of one that came in pieces.
+  // What waits may go where messages are assembled, so not in the middle of one that came in pieces.
   for (std::size_t work = 0; !c.unread.empty() && !c.parked();) {
     if (work >= work_per_cycle && !c.parser.mid_message()) break;
     work += read_one(c);
@@ -111,15 +112,6 @@ void core::read_all(connection& c, std::span<std::byte> bytes) noexcept {
   if (!waits) return;
   read_stops(c);
   take_turn(c);
-}
-
-// Whether the message that is being carried out can stay where it is read, with what was read behind it. Not
-// where it is a very long one that came in pieces, and much came behind it at once.
-bool core::keeps(const connection& c) const noexcept {
-  const bool elsewhere = heard_now_.data() < read_now_.data() ||
-                         heard_now_.data() >= read_now_.data() + read_now_.size(); // in c.assembly
-  return read_now_.empty() || !elsewhere || c.unread.size() <= c.aside.size() - tailroom_bytes ||
-         heard_now_.size() + c.unread.size() <= bounds_.message_bytes_max;
 }
 
 // What was read into the carrier's own memory, from the message on that waits. Where that is too much

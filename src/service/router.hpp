@@ -32,6 +32,7 @@ struct topic {
   std::uint32_t next = no_index; // in its bucket, or in the free list
   std::uint32_t holders = 0;     // subscriptions, advertisements and handles
   std::uint32_t own_holders = 0; // those of this process
+  std::uint32_t charged_in = 0;  // the count of core::claims_to_topics() in which its place was charged
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
   std::uint32_t first_inbox = no_index; // handles of this process that subscribe

@@ -14,8 +14,9 @@
 namespace rowe::service {
 namespace {
 
-// Of a report, for topics that only peers hold: so the rest of it always finds room.
+// Of a report, for topics that only peers hold, and for connections: so the rest of it always finds room.
 std::size_t peers_topics_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 8; }
+std::size_t connections_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 2; }
 
 double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
@@ -105,8 +106,14 @@ void core::write_report(json::writer& into) noexcept {
 void core::write_connections(json::writer& into) noexcept {
   into.key("connections");
   into.begin_array();
+  std::uint32_t left_out = 0;
+  const std::size_t begin = into.bytes();
   for (connection& c : connections_) {
     if (!c.open()) continue;
+    if (into.bytes() - begin > connections_bytes_max(bounds_)) {
+      ++left_out;
+      continue;
+    }
     std::uint64_t queued = c.direct.count;
     for (const queue& waiting : c.letters) queued += waiting.count;
     for (std::uint32_t i = c.first_subscription; i != no_index;
@@ -141,6 +148,8 @@ void core::write_connections(json::writer& into) noexcept {
     into.end_object();
   }
   into.end_array();
+  into.key("connections_left_out");
+  into.number(left_out);
 }
 
 // What both have.

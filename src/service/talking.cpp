@@ -7,7 +7,6 @@
 #include <cstring>
 #include <utility>
 
-
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 #include "service/shares.hpp"

@@ -8,7 +8,6 @@
 #include <optional>
 #include <utility>
 
-
 #include "service/core.hpp"
 #include "service/shares.hpp"
 

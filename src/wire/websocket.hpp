@@ -100,6 +100,8 @@ class frame_parser {
 
   // True while a frame or a fragmented message has begun and is not complete: what a message deadline asks.
   bool mid_message() const noexcept;
+  // How much of it lies in the assembly buffer.
+  std::size_t assembled_bytes() const noexcept { return in_frame_ || in_message_ ? message_bytes_ : 0; }
 
   // Where in `bytes`, which come next, the frame ends that has begun (0: none has), and whether a fragmented
   // message is open behind it. Nothing where its header does not end in them, or nothing is read any more.

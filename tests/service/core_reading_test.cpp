@@ -588,6 +588,38 @@ TEST(reading_alone, ends_the_cycle_when_its_work_is_done) {
   EXPECT_EQ(on.count(counter::calls_in), calls + 1);
 }
 
+// Several long ones, each behind the end of the one before in the same read.
+TEST(reading_alone, keeps_long_messages_that_find_no_room) {
+  rowe::endpoint_options options = roomy();
+  options.limits.message_bytes_max = 64 * 1024;
+  theatre on{options};
+  auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
+                         .receives = true,
+                         .out_depth = 4,
+                         .in_depth = 4,
+                         .ends_depth = 1,
+                         .out_bytes = 64 * 1024,
+                         .in_bytes = 64 * 1024,
+                         .ends_bytes = 192});
+  on.cycle();
+  rowe::lane talk{theatre::handle_of(lane)};
+  peer alone{on};
+  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  const std::size_t lengths[] = {50'000, 63'000, 20'000, 40'000, 58'000, 61'000, 15'000, 48'000};
+  for (const std::size_t bytes : lengths) alone.say(R"({"data":")" + std::string(bytes, 'x') + "\"}");
+  std::size_t taken = 0;
+  for (int i = 0; i < 400; ++i) {
+    on.cycle();
+    if (i % 20 != 19) continue;
+    if (const auto got = talk.try_receive(on.now)) {
+      ASSERT_LT(taken, std::size(lengths));
+      EXPECT_EQ(got->text().size(), lengths[taken++] + 11);
+    }
+  }
+  EXPECT_EQ(taken, std::size(lengths));
+  EXPECT_EQ(on.count(counter::inbox_full), 0U);
+}
+
 TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;

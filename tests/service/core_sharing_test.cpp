@@ -672,6 +672,45 @@ TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
   EXPECT_EQ(greedy.hear().size(), 1U);
 }
 
+// Many hold one topic, somebody takes what he gets, and they leave: what is kept for those who come is there.
+TEST(core_sharing, charges_one_of_those_who_share_a_topic) {
+  auto options = hub_options();
+  options.limits.connections_max = 20;
+  options.limits.topics_max = 68; // sixty less eight for this process
+  options.limits.subscriptions_max = 400;
+  options.limits.subscriptions_per_connection_max = 64;
+  theatre on{options};
+  std::vector<std::unique_ptr<peer>> shares;
+  for (int i = 0; i < 15; ++i) {
+    shares.push_back(std::make_unique<peer>(on));
+    shares.back()->say(subscribe("/shared"));
+  }
+  on.cycle();
+  std::vector<std::unique_ptr<peer>> greedy;
+  for (int who = 0; who < 3; ++who) {
+    greedy.push_back(std::make_unique<peer>(on));
+    for (int i = 0; i < 60; ++i)
+      greedy.back()->say(subscribe("/g" + std::to_string(who) + "_" + std::to_string(i)));
+    on.cycles(4);
+  }
+  peer late{on};
+  late.say(subscribe("/shared")); // which takes no place
+  on.cycle();
+  EXPECT_EQ(late.hear().size(), 0U);
+  for (auto& one : shares) one->leave();
+  on.cycles(2);
+  std::size_t refused = 0;
+  std::vector<std::unique_ptr<peer>> last;
+  for (int i = 0; i < 15; ++i) {
+    last.push_back(std::make_unique<peer>(on));
+    last.back()->say(subscribe("/mine" + std::to_string(i)));
+    on.cycle();
+    refused += last.back()->hear().size();
+  }
+  EXPECT_EQ(refused, 0U);
+  EXPECT_EQ(on.core.inconsistency(), "");
+}
+
 TEST(core_sharing, charges_nobody_for_topics_of_this_process) {
   theatre on;
   for (int i = 0; i < 4; ++i) offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
@@ -820,6 +859,21 @@ TEST(core_sharing, answers_each_call_that_it_refuses) {
   on.cycles(2);
   EXPECT_EQ(count_of(wakes.hear(), R"("result":false)"), 50U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 0U);
+}
+
+TEST(core_sharing, cuts_nobody_because_others_have_taken_all_calls) {
+  theatre on{hub_options()};
+  peer provides{on}, asks{on};
+  provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
+  on.cycle();
+  for (int i = 0; i < 4000; ++i) {
+    asks.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/never"})");
+    on.cycle(5ms);
+    (void)asks.hear();
+    (void)provides.hear();
+  }
+  EXPECT_GT(on.count(counter::calls_refused), 3000U);
+  EXPECT_FALSE(asks.cut());
 }
 
 TEST(core_sharing, says_and_reports_refusals_that_repeat_so_often_and_counts_the_others) {
