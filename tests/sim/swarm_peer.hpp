@@ -112,6 +112,7 @@ class stranger {
         name_{"p" + std::to_string(number_)} {
     known_ = in.known;
     known_.made_up = "m" + std::to_string(number_) + "_";
+    end_conditions();
   }
   ~stranger() { forget(); }
 
@@ -119,6 +120,10 @@ class stranger {
   const std::string& name() const { return name_; }
   std::uint32_t number() const { return number_; }
   auto& conditions() { return in_.on.net.weather_of(link_->id()); }
+  void end_conditions() {
+    conditions() = {};
+    if (in_.takes_rest) conditions().rest_bytes_max = SIZE_MAX;
+  }
   bool reads = true;
   bool closing() const { return closing_; }
   bool flooded() const { return flooded_; } // said more than is read in a while

@@ -349,7 +349,7 @@ class world {
     stranger& gone = *strangers_[which];
     if (gone.flooded()) how = rowe::service::close_cause::reset; // else all of it would be read first
     site_.say(gone.name() + " leaves");
-    if (!gone.link().cut()) gone.conditions() = {}; // else its last bytes might never arrive
+    if (!gone.link().cut()) gone.end_conditions(); // else its last bytes might never arrive
     gone.link().leave(how);
     leaving_.push_back(std::move(strangers_[which]));
     strangers_.erase(strangers_.begin() + static_cast<std::ptrdiff_t>(which));
@@ -419,7 +419,7 @@ class world {
 
   // As fast as it is read, which takes a good part of a second; nobody else does anything meanwhile.
   void flood(stranger& by, const recipe& what, std::uint64_t times) {
-    by.conditions() = {};
+    by.end_conditions();
     const std::uint64_t until = on_.count(counter::messages_in) + times;
     by.say(what, times, true);
     for (int left = 4000; left > 0 && on_.count(counter::messages_in) < until && !by.link().cut(); --left) {
@@ -455,7 +455,7 @@ class world {
   void calm() {
     forget_those_cut();
     for (const auto& p : strangers_) {
-      p->conditions() = {};
+      p->end_conditions();
       p->link().answers_pings = true;
       p->hear(SIZE_MAX);
     }
