@@ -15,7 +15,6 @@
 #include <algorithm>
 #include <cstdint>
 
-#include <rowe/detail/mutation_points.hpp>
 #include <rowe/limits.hpp>
 
 namespace rowe::service {
@@ -47,7 +46,7 @@ class claims {
     return held + count <= claim_ || held + count + kept() <= left - count + 1;
   }
   // How many are kept for those who hold less than their claim.
-  std::uint32_t kept() const noexcept { return ROWE_MUTANT(claims) ? 0 : std::min(wanted_, kept_max_); }
+  std::uint32_t kept() const noexcept { return std::min(wanted_, kept_max_); }
   std::uint32_t wanted() const noexcept { return wanted_; }
   std::uint32_t claim() const noexcept { return claim_; }
 

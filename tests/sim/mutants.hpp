@@ -15,7 +15,6 @@ struct mutant {
 inline constexpr mutant mutants[] = {
     {"depth", "a queue that is shortened drops only what is due still, and at once"},
     {"hoarder", "a slot is taken from the peer that holds most, also when it reads well"},
-    {"claims", "of each pool something is kept for those who come last"},
     {"made_up_topics", "one peer holds no more topics than it leaves"},
     {"made_up_services", "likewise services"},
     {"pinned_type", "a handle's type stands against the one that strangers gave its topic"},
