@@ -37,11 +37,11 @@ class answers {
   }
   // Those that found no room, again.
   void retry() {
-    std::erase_if(unsent_, [this](std::deque<received>& waiting) {
+    for (std::deque<received>& waiting : unsent_) {
       while (!waiting.empty() && may_have_room(waiting.front().from()) && try_send(waiting.front()))
         waiting.pop_front();
-      return waiting.empty();
-    });
+    }
+    std::erase_if(unsent_, [](const std::deque<received>& waiting) { return waiting.empty(); });
   }
 
  private:

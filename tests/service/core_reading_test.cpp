@@ -620,19 +620,38 @@ TEST(reading_alone, keeps_long_messages_that_find_no_room) {
   EXPECT_EQ(on.count(counter::inbox_full), 0U);
 }
 
+// What is left of a read when a cycle's work is done lies where such messages are assembled.
 TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
+  options.relay = true;
   theatre on{options};
   on.cycle();
   peer alone{on}, reader{on};
   reader.say(R"({"op":"subscribe","topic":"/t"})");
   on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
-  for (int i = 0; i < 250; ++i) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
-  for (int i = 0; i < 20; ++i) on.cycle(), (void)alone.hear();
-  EXPECT_TRUE(on.core.check());
+  std::vector<std::string> bodies;
+  for (std::size_t i = 0; i < 12; ++i) {
+    for (int k = 0; k < 40; ++k) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
+    bodies.push_back(R"({"x":")" + std::string(500 + 4700 * i, static_cast<char>('a' + i)) + "\"}");
+    const std::string text = R"({"op":"publish","topic":"/t","msg":)" + bodies.back() + "}";
+    const std::size_t third = text.size() / 3;
+    alone.send_raw(reading::frame_of(rowe::wire::opcode::text, false, text.substr(0, third)));
+    alone.send(rowe::wire::opcode::ping, "?");
+    alone.send_raw(reading::frame_of(rowe::wire::opcode::continuation, false, text.substr(third, third)));
+    alone.send_raw(reading::frame_of(rowe::wire::opcode::continuation, true, text.substr(2 * third)));
+  }
+  std::string heard;
+  for (int i = 0; i < 400; ++i) {
+    on.cycle();
+    (void)alone.hear();
+    for (const std::string& text : reader.hear()) heard += text;
+  }
+  for (const std::string& body : bodies) EXPECT_NE(heard.find(body), std::string::npos) << body.size();
+  EXPECT_EQ(on.count(counter::calls_in), 480U);
   EXPECT_FALSE(alone.cut());
   EXPECT_EQ(on.count(counter::malformed) + on.count(counter::violations), 0U);
+  EXPECT_TRUE(on.core.check());
 }
 
 // The first of each peer changes something; a crowd's others wait for their turns.
