@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Whether the core's structures agree with each other. For tests, the simulation and the fuzzer, after every
 // step; nothing else calls it.
+#include <algorithm>
 #include <array>
 
 #include "service/core.hpp"
@@ -32,6 +33,7 @@ std::string_view core::inconsistency() const noexcept {
   if (!check_calls()) return "who asks and who answers";
   if (!check_queues()) return "the entries of queues";
   if (!check_references()) return "references to slots";
+  if (!check_listed()) return "who has something to write";
   if (!check_holders()) return "who holds topics";
   if (!check_shares()) return "what peers are charged for";
   if (!check_receiving()) return "what peers have with whoever receives";
@@ -164,6 +166,29 @@ bool core::check_queues() const noexcept {
     if (subscriptions != c.subscriptions || !charged(c.id.index)) return false;
   }
   return left == 0;
+}
+
+// Whoever has something to write is on the list, or waits for something that will put it there: room in its
+// carrier, a pong, or the end of a frame that is begun.
+bool core::check_listed() const noexcept {
+  const auto any_due = [this](const queue& in) {
+    for (std::uint32_t at = in.head; at != no_index; at = entries_.after(at)) {
+      if (is_due(entries_.at(at))) return true;
+    }
+    return false;
+  };
+  for (const connection& c : connections_) {
+    if (!c.open() || c.listed || c.blocked) continue;
+    if (c.begun.slot != no_index || !c.control.rest().empty() || !c.stop_out.rest().empty()) return false;
+    if ((c.held && c.credit.ping_under_way()) || (c.waits_to_begin && begins_wait_)) continue;
+    if (any_due(c.direct) || std::any_of(c.letters.begin(), c.letters.end(), any_due)) return false;
+    for (std::uint32_t i = c.first_subscription; i != no_index;
+         i = router_.subscription_at(i).next_on_connection) {
+      const subscription& s = router_.subscription_at(i);
+      if (s.ready && (s.owes_last || any_due(s.waiting))) return false;
+    }
+  }
+  return true;
 }
 
 // Each slot has as many references as there are live entries of queues, frames that a socket has the

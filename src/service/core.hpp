@@ -156,6 +156,7 @@ class core final : public transport_sink {
   // check.cpp
   bool check_calls() const noexcept;
   bool check_queues() const noexcept;
+  bool check_listed() const noexcept;
   bool check_references() const noexcept;
   bool check_holders() const noexcept;
   bool check_shares() const noexcept;

@@ -61,7 +61,9 @@ void core::offer(connection& c) noexcept {
     if (gather_urgent(c, next)) gather_messages(c, next);
     c.held = next.held;
     more = next.more || (c.owed != 0 && !next.held);
+    const bool waited = c.waits_to_begin;
     write(c, next);
+    more = more || (waited && !c.waits_to_begin); // for a frame that ended with this
   }
   c.listed = listed;
   if (more) list(c);
@@ -382,6 +384,7 @@ void core::settle_ready(connection& c) noexcept {
     while (i != no_index) {
       subscription& s = router_.subscription_at(i);
       const std::uint32_t next = std::exchange(s.next_ready, no_index);
+      drop_dead(s.waiting); // else one with nothing to write would stay on the list, and list() nobody
       if (s.served) {
         *last_served = i;
         last_served = &s.next_ready;

@@ -131,5 +131,57 @@ TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
   EXPECT_EQ(heard(), 2 * turns_per_cycle);
 }
 
+// ---- nobody is forgotten who has something to write
+
+// The front of a queue may be written while what stands behind it is over already.
+TEST(core_writing, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did_not_read) {
+  theatre on{small_options()};
+  auto& lasting = advertise_pose(on);
+  auto& brief = advertise_pose(on, {.ttl = 20ms});
+  peer slow{on};
+  slow.say(R"({"op":"subscribe","topic":"/pose"})");
+  on.cycle();
+  on.net.weather_of(slow.id()).room_bytes = 10; // the first frame begins, no more
+  for (int i = 1; i <= 2; ++i) {
+    ASSERT_TRUE(publish(on, lasting, {1.0 * i, 0}));
+    on.cycle();
+  }
+  ASSERT_TRUE(publish(on, brief, {3, 0}));
+  on.cycle();
+  on.now += 30ms;
+  on.net.weather_of(slow.id()).room_bytes = 4096;
+  on.cycles(3);
+  EXPECT_EQ(slow.hear(), (texts{message(1), message(2)}));
+  ASSERT_TRUE(publish(on, lasting, {4, 0}));
+  on.cycle();
+  EXPECT_EQ(slow.hear(), texts{message(4)});
+  EXPECT_EQ(on.core.inconsistency(), "");
+}
+
+// Of small slots only one may be begun. Two peers have begun the same message; the one that is done with it
+// first has another one behind it, which waits until the other is done, too.
+TEST(core_writing, begins_what_waited_for_a_frame_that_ended) {
+  auto options = small_options();
+  options.limits.small_slots = 4;
+  theatre on{options};
+  auto& lane = advertise_pose(on);
+  peer first{on}, second{on};
+  for (peer* p : {&first, &second}) {
+    p->say(R"({"op":"subscribe","topic":"/pose"})");
+    on.cycle();
+    on.net.weather_of(p->id()).room_bytes = 10;
+  }
+  for (int i = 1; i <= 2; ++i) {
+    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    on.cycle();
+  }
+  for (peer* p : {&first, &second}) {
+    on.net.weather_of(p->id()).room_bytes = 4096;
+    on.cycles(3);
+    EXPECT_EQ(on.core.inconsistency(), "");
+  }
+  for (peer* p : {&first, &second}) EXPECT_EQ(p->hear(), (texts{message(1), message(2)}));
+}
+
 } // namespace
 } // namespace core_writing_test

@@ -44,6 +44,7 @@ TEST(talking_sim, tells_the_truth_for_the_seeds_that_once_broke_it) {
   constexpr std::uint64_t seeds[] = {
       4523, // a message overtook one of the same sender that waited for room
       4663, // a call whose time was over went out before its peer's goodbye was answered
+      3206, // one waited to begin a frame, its own ended, and nobody wrote to it any more
       605,  // one that left while senders were told that it is full was counted so twice
   };
   for (const std::uint64_t seed : seeds) {
