@@ -14,7 +14,7 @@ struct event {
     refused_handshake, // a peer was refused before it became one; `remedy` says what would let it in
     cannot_connect,    // an attempt of endpoint::connect failed; it is repeated
     refused_request,   // a peer asked for something that was answered with a status error
-    status_from_peer,  // a server we are connected to sent a status
+    status_from_peer,  // a peer, most often the server we are connected to, sent a status
     limit,             // something did not fit; `remedy` names the limit
     warning,           // the endpoint works, but not as promised
     stop,              // loops were stopped, or let go by a reset; `peer` is who did it, as far as known

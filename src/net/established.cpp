@@ -112,24 +112,24 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
 // ---- places for the stop
 
 // Of loopback each connection is a visit of its own, but for one that comes back.
+bool established::goes_on(const visit& one) const noexcept {
+  if (one.connections != 0) return !is_loopback(one.source);
+  return now_ - one.left_at < stop_place_time;
+}
+
 std::uint32_t established::begin_visit(const socket_address& source) noexcept {
-  const auto goes_on = [&, apart = is_loopback(source)](const visit& one) {
-    return one.connections != 0 ? !apart : now_ - one.left_at < stop_place_time;
-  };
-  const auto known = std::find_if(stop_visits_.begin(), stop_visits_.end(), [&](const visit& one) {
+  auto found = std::find_if(stop_visits_.begin(), stop_visits_.end(), [&](const visit& one) {
     return same_source(one.source, source) && goes_on(one);
   });
-  // There are as many as connections, so one has none.
-  const auto begins = known != stop_visits_.end()
-                          ? known
-                          : std::min_element(stop_visits_.begin(), stop_visits_.end(),
-                                             [](const visit& one, const visit& other) {
-                                               return std::pair{one.connections != 0, one.left_at} <
-                                                      std::pair{other.connections != 0, other.left_at};
-                                             });
-  if (known == stop_visits_.end()) *begins = {.source = source, .since = now_};
-  ++begins->connections;
-  return static_cast<std::uint32_t>(begins - stop_visits_.begin());
+  if (found == stop_visits_.end()) {
+    // The one that ended longest ago. There are as many as connections, so one has ended.
+    found = std::min_element(stop_visits_.begin(), stop_visits_.end(), [](const visit& a, const visit& b) {
+      return std::pair{a.connections != 0, a.left_at} < std::pair{b.connections != 0, b.left_at};
+    });
+    *found = {.source = source, .since = now_};
+  }
+  ++found->connections;
+  return static_cast<std::uint32_t>(found - stop_visits_.begin());
 }
 
 // Who comes to stop gets a place as long as there is any, also one of those that are kept. Then another one

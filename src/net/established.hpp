@@ -108,6 +108,7 @@ class established {
   void end(connection& one, service::close_cause cause) noexcept;
   void finish(connection& one, service::close_cause cause, service::transport_sink& sink) noexcept;
   void free_place(connection& one) noexcept;
+  bool goes_on(const visit& one) const noexcept;
   std::uint32_t begin_visit(const socket_address& source) noexcept;
   template <class Wanted>
   bool displace_oldest(service::transport_sink& sink, Wanted&& wanted) noexcept;

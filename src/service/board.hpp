@@ -136,7 +136,8 @@ class board {
  private:
   static constexpr bool by_peers(event::kind what) noexcept {
     return what == event::kind::peer_joined || what == event::kind::peer_left ||
-           what == event::kind::refused_handshake || what == event::kind::refused_request;
+           what == event::kind::refused_handshake || what == event::kind::refused_request ||
+           what == event::kind::status_from_peer || what == event::kind::limit;
   }
 
   static constexpr std::size_t address_words_count = 8;

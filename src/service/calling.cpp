@@ -41,10 +41,12 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   if (drops_excess()) return;
   // Within the rate of refusals or not: whoever calls waits for an answer. What is busy may be so because of
   // others, and is no reason to cut who asks again.
-  const auto refuse = [&](std::string_view code, std::string_view why, bool busy = false) {
+  enum class cause { peer, busy };
+  const auto refuse = [&](cause by, std::string_view code, std::string_view why) {
     add(counter::calls_refused);
     report_refusal(c, event::kind::refused_request, why, {});
-    if (!busy && !within_refusals(c) && !c.open()) return;
+    if (by == cause::peer) (void)within_refusals(c); // may close it
+    if (!c.open()) return;
     if (in == dialect::bare) return answer_bare_error(c, id_raw, code, why);
     (void)answer(c, [&](json::writer& into) { // what is lost is counted there
       rosbridge::write_service_response_head(into, service, id_raw, false);
@@ -52,7 +54,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
       rosbridge::write_service_response_tail(into);
     });
   };
-  if (!allowed) return refuse("refused", stop_only_sentence);
+  if (!allowed) return refuse(cause::peer, "refused", stop_only_sentence);
   if (c.calls_asked >= bounds_.calls_per_connection_max ||
       !call_claims_.may_take(c.calls_asked, left_of(calls_of_peers(bounds_), peer_calls_))) {
     std::array<char, 160> why;
@@ -60,21 +62,21 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
         std::snprintf(why.data(), why.size(),
                       "too many calls are in flight (limits calls_per_connection_max %u, calls_max %u)",
                       bounds_.calls_per_connection_max, bounds_.calls_max);
-    return refuse("busy", {why.data(), static_cast<std::size_t>(bytes)}, true);
+    return refuse(cause::busy, "busy", {why.data(), static_cast<std::size_t>(bytes)});
   }
   if (!id_raw.empty() && calls_.find_asked(c.id, id_raw) != no_index)
-    return refuse("duplicate_id", "a call with this id is not answered yet");
+    return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
   if (goes_to_receiver(service)) {
     switch (admit(c)) {
     case admission::now: break;
     case admission::later: return park(c);
     case admission::never:
       add(counter::inbox_full);
-      return refuse("refused", "nobody takes calls fast enough: the inbox is full", true);
+      return refuse(cause::busy, "refused", "nobody takes calls fast enough: the inbox is full");
     }
   }
   const std::uint32_t index = calls_.open(party::of(c.id, in), id_raw, service);
-  if (index == no_index) return refuse("busy", "all calls_max calls are in flight", true);
+  if (index == no_index) return refuse(cause::busy, "busy", "all calls_max calls are in flight");
   call_claims_.take(c.calls_asked);
   ++peer_calls_;
   limit_call(index, time_limit(time_ns));

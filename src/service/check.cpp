@@ -68,10 +68,9 @@ bool core::check_shares() const noexcept {
   if (services != services_.of_peers()) return false;
   // What is kept for connections is what they have not taken.
   const auto agrees = [&](const claims& of, std::uint32_t connection::*held) {
-    std::uint32_t wanted = ours_ == side::client ? of.wanted() : of.claim() * bounds_.connections_max;
+    std::uint32_t wanted = of.connections() * of.claim();
     for (const connection& c : connections_) {
-      if (ours_ != side::client && c.state != connection::phase::free)
-        wanted -= std::min(c.*held, of.claim());
+      if (c.state != connection::phase::free) wanted -= of.claim() - of.kept_for(c.*held);
     }
     return wanted == of.wanted();
   };
@@ -180,7 +179,8 @@ bool core::check_listed() const noexcept {
   for (const connection& c : connections_) {
     if (!c.open() || c.listed || c.blocked) continue;
     if (c.begun.slot != no_index || !c.control.rest().empty() || !c.stop_out.rest().empty()) return false;
-    if ((c.held && c.credit.ping_under_way()) || (c.waits_to_begin && begins_wait_)) continue;
+    const bool others_end = begins_wait_ && wheel_.contains(node_of(timer::begun));
+    if ((c.held && c.credit.ping_under_way()) || (c.waits_to_begin && others_end)) continue;
     if (any_due(c.direct) || std::any_of(c.letters.begin(), c.letters.end(), any_due)) return false;
     for (std::uint32_t i = c.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_connection) {

@@ -142,7 +142,7 @@ struct connection {
   rt::time_point heard_at{};
   rt::time_point unheard_until{}; // the last time that it was not read
   rt::time_point message_began_at = rt::never;
-  std::string_view farewell; // why we close it, as far as there is something to say; static, or the parser's
+  std::string_view farewell; // why we close it, as far as there is something to say; outlives the connection
 
   std::array<char, 64> address{};
   std::size_t address_bytes = 0;

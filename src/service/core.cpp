@@ -68,6 +68,18 @@ std::uint64_t draw(entropy& from) noexcept {
   return std::bit_cast<std::uint64_t>(dice);
 }
 
+// Why a peer is cut that says too much.
+close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
+                          std::string_view option) noexcept {
+  std::array<char, wire::close_reason_bytes_max> room;
+  wire::text_out why{room};
+  why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
+  why.add(flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
+  close_reason reason;
+  reason = why.add(" (limit ").add(option).add(")").text();
+  return reason;
+}
+
 } // namespace
 
 std::size_t core::footprint_bytes(const limits& bounds) noexcept {
@@ -140,20 +152,10 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       opened_at_{start},
       rates_marked_{start, start} {
   options.name.copy(name_.data(), name_bytes_);
-  const auto too_many = [](std::string_view what, std::uint32_t per_second, std::string_view remedy,
-                           std::string_view option) {
-    std::array<char, wire::close_reason_bytes_max> room;
-    wire::text_out why{room};
-    why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
-    why.add(flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
-    event::text<wire::close_reason_bytes_max> kept;
-    kept = why.add(" (limit ").add(option).add(")").text();
-    return kept;
-  };
   too_many_messages_ =
-      too_many("messages", bounds_.messages_per_second_max, "send fewer", "messages_per_second_max");
-  too_many_refusals_ = too_many("refused requests", bounds_.refusals_per_second_max, "heed the refusals",
-                                "refusals_per_second_max");
+      flood_reason("messages", bounds_.messages_per_second_max, "send fewer", "messages_per_second_max");
+  too_many_refusals_ = flood_reason("refused requests", bounds_.refusals_per_second_max, "heed the refusals",
+                                    "refusals_per_second_max");
   const auto advertised =
       memory.carve<advertisement>(connections_.size() * bounds_.advertisements_per_connection_max);
   for (std::size_t i = 0; i < connections_.size(); ++i) {
@@ -241,6 +243,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   if (now_ - rates_marked_[0] >= rates_period) mark_rates();
   show_stop_state();
   offer_all();
+  if (begun_due_) cut_those_in_the_way();
   arm_what_stays();
   shown_.counts.raise_to(counter::queued_max, entries_.in_use());
   show_carrier_memory();
@@ -297,7 +300,10 @@ void core::expire() noexcept {
       break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;
-    case timer::begun: cut_those_in_the_way(); break;
+    case timer::begun:
+      begun_due_ = true;
+      look_again_from(0);
+      break;
     }
   }
 }

@@ -60,6 +60,9 @@ namespace rowe::service {
 // As slots' headers have it; the other way of rt::nanoseconds_of().
 inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
 
+using close_reason = event::text<wire::close_reason_bytes_max>;
+inline constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // then whoever floods is cut
+
 class core final : public transport_sink {
  public:
   static constexpr std::string_view stop_state_topic = "/rowe/stop/state";
@@ -133,7 +136,6 @@ class core final : public transport_sink {
  private:
   static constexpr std::uint32_t own_topics = 2;    // statistics, and the stop's state
   static constexpr std::uint32_t reports_burst = 8; // events about refusals to one peer; then one a second
-  static constexpr rt::duration flood_time_max = std::chrono::seconds{5};
   static constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
   static constexpr rt::duration rates_period = std::chrono::seconds{1}; // of the service /rowe/stats
   // How long the next cycle may wait while a loop is to acknowledge a stop: not long at first.
@@ -220,8 +222,8 @@ class core final : public transport_sink {
   struct taken_share {
     std::string_view what;
     std::uint32_t held; // by the peer
-    std::uint32_t left; // for peers
-    std::uint32_t count;
+    std::uint32_t left; // of those
+    std::uint32_t for_peers;
     std::uint32_t kept; // of those that are left
     std::string_view option;
   };
@@ -623,6 +625,7 @@ class core final : public transport_sink {
   turns listed_;                         // those with something to write
   std::uint32_t turn_left_ = 0;          // how many of those listed have not had their share of this turn
   bool begins_wait_ = false;             // a connection's next frame, for others' to be done: may_begin_in()
+  bool begun_due_ = false;               // has waited for so long that one of those may be cut
   std::size_t written_in_turn_ = 0;      // work of this cycle
   bool offers_to_all_ = false;           // in this cycle, however much work that is
   turns unread_;                         // those with something that was put aside
@@ -668,8 +671,8 @@ class core final : public transport_sink {
   rt::time_point now_{};
   rt::time_point opened_at_ = rt::never;
   rt::time_point statistics_at_{};
-  std::array<rt::time_point, 2> rates_marked_{}; // when the newest period of the service's rates began, and
-                                                 // the one before
+  // When the newest period of the service's rates began, and the one before.
+  std::array<rt::time_point, 2> rates_marked_{};
   std::uint32_t statistics_topic_ = no_index;    // of a server
   std::uint32_t peers_ = 0;
   std::uint32_t wanted_lanes_ = 0;
@@ -678,13 +681,12 @@ class core final : public transport_sink {
   // Of events that somebody came, went, or was not let in.
   rate_limit comings_{std::chrono::milliseconds{20}, 128};
   // Why peers that flood are cut.
-  event::text<wire::close_reason_bytes_max> too_many_messages_;
-  event::text<wire::close_reason_bytes_max> too_many_refusals_;
+  close_reason too_many_messages_;
+  close_reason too_many_refusals_;
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t stops_ahead_ = 0;  // in this cycle
   std::uint32_t door_held_count_ = 0;
-  std::size_t work_bytes_ =
-      0; // for the message that is carried out: what is composed, and what takes as long
+  std::size_t work_bytes_ = 0; // of the message that is carried out: composed, or what takes as long
   std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
@@ -703,6 +705,7 @@ class core final : public transport_sink {
   std::uint32_t turn_held_ = 0;         // those put aside in it,
   std::uint32_t turn_held_for_all_ = 0; // and those of them for everyone
   bool turn_of_receiver_ = false;
+  bool turn_retries_ = false; // what was put aside is tried again
   std::uint64_t cycle_turn_ = 0;        // the last turn before this cycle
   std::uint32_t told_full_ = 0;         // peers of which senders are told `full`
   bool room_came_ = false;              // at a peer, or a peer is gone

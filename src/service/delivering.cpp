@@ -150,6 +150,8 @@ void core::collect_taken(std::size_t entries) noexcept {
   before_mark_ -= std::min<std::uint64_t>(before_mark_, entries);
   if (before_mark_ != 0) return;
   marked_ = false;
+  // What came home since the mark was made is seen by the next one only.
+  if (entries != 0 && !parked_.empty()) unparked_at_ = UINT64_MAX;
   if (receives_ == no_index) {
     (void)door_.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;

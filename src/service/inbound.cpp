@@ -17,11 +17,11 @@
 namespace rowe::service {
 namespace {
 
-// To count what peers hold of topics takes as long as so many bytes.
-constexpr std::size_t topic_work = 4096;
-
 namespace bare = wire::bare;
 namespace rosbridge = wire::rosbridge;
+
+// To look at one topic that a peer holds takes as long as to compose so many bytes.
+constexpr std::size_t held_topic_work_bytes = 4;
 
 std::string_view text_of(std::span<const std::byte> bytes) noexcept {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -256,12 +256,19 @@ std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) no
   const std::uint32_t left = left_of(share, router_.topics_of_peers());
   const std::uint32_t held = peers_topics_held(c);
   const claims all = claims_to_topics(share);
-  work_bytes_ += topic_work;
   // One that there is takes no place; but who holds it may be the last to hold it one day.
   const bool may = all.may_take(held, left) || (known != no_index && held < all.claim());
   const std::uint32_t found =
       may || ROWE_MUTANT(made_up_topics) ? router_.find_or_add(asked.topic) : no_index;
-  if (found == no_index) refuse_share(c, asked, {"topics", held, left, share, all.kept(), "topics_max"});
+  if (found == no_index) {
+    refuse_share(c, asked,
+                 {.what = "topics",
+                  .held = held,
+                  .left = left,
+                  .for_peers = share,
+                  .kept = all.kept(),
+                  .option = "topics_max"});
+  }
   return found;
 }
 
@@ -271,6 +278,7 @@ claims core::claims_to_topics(std::uint32_t share) noexcept {
   claims all = claims_to(share);
   ++topics_charged_;
   for (const connection& c : connections_) {
+    work_bytes_ += held_topic_work_bytes * (1 + c.subscriptions + c.advertisements);
     if (c.state == connection::phase::free) continue;
     std::uint32_t charged = 0;
     const auto charge = [&](std::uint32_t index) {
@@ -305,8 +313,12 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
     }
     if (index == no_index) {
       return refuse_share(c, asked,
-                          {"subscriptions", c.subscriptions, left, bounds_.subscriptions_max,
-                           subscription_claims_.kept(), "subscriptions_max"});
+                          {.what = "subscriptions",
+                           .held = c.subscriptions,
+                           .left = left,
+                           .for_peers = bounds_.subscriptions_max,
+                           .kept = subscription_claims_.kept(),
+                           .option = "subscriptions_max"});
     }
     subscription_claims_.take(c.subscriptions);
     router_.subscription_at(index).unslashed = unslashed;
@@ -448,8 +460,9 @@ void core::refuse_share(connection& c, const rosbridge::request& asked, const ta
   why.add_shortened(asked.op_text, 24).add(" ");
   why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
-  why.add(", ").add(of.left).add(" of ").add(of.count).add(" are left");
-  if (of.kept != 0) why.add(", ").add(of.kept).add(" of them kept for peers that hold fewer");
+  why.add(", ").add(of.left).add(" of ").add(of.for_peers).add(" are left");
+  const std::uint32_t kept = std::min(of.kept, of.left);
+  if (kept != 0) why.add(", ").add(kept).add(" of them kept for peers that hold fewer");
   refuse_for(c, asked.id_raw, why, of.option);
 }
 

@@ -50,7 +50,12 @@ void core::advertise_service(connection& c, const rosbridge::request& asked) noe
   if (!(service_claims_.may_take(c.services, left) || ROWE_MUTANT(made_up_services)) ||
       services_.add(asked.service, asked.type, no_index, c.id).index == no_index) {
     return refuse_share(c, asked,
-                        {"services", c.services, left, share, service_claims_.kept(), "services_max"});
+                        {.what = "services",
+                         .held = c.services,
+                         .left = left,
+                         .for_peers = share,
+                         .kept = service_claims_.kept(),
+                         .option = "services_max"});
   }
   service_claims_.take(c.services);
 }

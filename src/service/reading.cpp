@@ -102,10 +102,9 @@ void core::read_all(connection& c, std::span<std::byte> bytes) noexcept {
   read_now_ = bytes;
   c.unread = bytes;
   // What waits may go where messages are assembled, so not in the middle of one that came in pieces.
-  for (std::size_t work = 0; !c.unread.empty() && !c.parked();) {
-    if (work >= work_per_cycle && !c.parser.mid_message()) break;
-    work += read_one(c);
-  }
+  std::size_t work = 0;
+  const auto ends_here = [&] { return work >= work_per_cycle && !c.parser.mid_message(); };
+  while (!c.unread.empty() && !c.parked() && !ends_here()) work += read_one(c);
   const bool waits = !c.unread.empty() || c.parked();
   if (waits) keep_unread(c);
   read_now_ = {};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much one peer may take of what all peers share: topics, services, subscriptions, calls, latched values,
-// slots of whoever receives. Two rules for all of them.
+// slots of whoever receives. Two rules hold for all of them, and a third for what belongs to this process.
 //
 // Each connection that there may be has a claim to an equal share of one half of the pool. What it has not
 // taken of that is kept for it. So who comes last finds its claim, whoever came before.
@@ -13,6 +13,7 @@
 // A part of each pool is this process's own, and no peer's: places for all its handles, or a quarter.
 #pragma once
 #include <algorithm>
+#include <cassert>
 #include <cstdint>
 
 #include <rowe/limits.hpp>
@@ -27,16 +28,16 @@ class claims {
   claims(std::uint32_t pool, std::uint32_t connections, std::uint32_t one_in = 2) noexcept
       : claim_{std::max(pool / one_in / std::max(connections, 1U), 1U)},
         kept_max_{pool / one_in},
+        connections_{connections},
         wanted_{claim_ * connections} {}
 
   void take(std::uint32_t& held, std::uint32_t count = 1) noexcept {
-    wanted_ += claim_ - std::min(held + count, claim_);
-    wanted_ -= claim_ - std::min(held, claim_);
+    wanted_ -= kept_for(held) - kept_for(held + count);
     held += count;
   }
   void give_back(std::uint32_t& held, std::uint32_t count = 1) noexcept {
-    wanted_ += claim_ - std::min(held - count, claim_);
-    wanted_ -= claim_ - std::min(held, claim_);
+    assert(held >= count);
+    wanted_ += kept_for(held - count) - kept_for(held);
     held -= count;
   }
 
@@ -47,12 +48,16 @@ class claims {
   }
   // How many are kept for those who hold less than their claim.
   std::uint32_t kept() const noexcept { return std::min(wanted_, kept_max_); }
-  std::uint32_t wanted() const noexcept { return wanted_; }
   std::uint32_t claim() const noexcept { return claim_; }
+  // What all of them are still to take of their claims is the sum over them of kept_for(held).
+  std::uint32_t wanted() const noexcept { return wanted_; }
+  std::uint32_t connections() const noexcept { return connections_; }
+  std::uint32_t kept_for(std::uint32_t held) const noexcept { return claim_ - std::min(held, claim_); }
 
  private:
   std::uint32_t claim_;
   std::uint32_t kept_max_;
+  std::uint32_t connections_;
   std::uint32_t wanted_; // what all are still to take of their claims
 };
 

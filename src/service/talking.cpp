@@ -77,6 +77,7 @@ std::size_t core::take_new_entries(std::uint32_t index) noexcept {
 
 // Those put aside, in their order, as if they came now.
 void core::retry_entries(std::uint32_t index) noexcept {
+  turn_retries_ = true;
   lane_view& view = views_[index];
   const detail::emptying_end& path = lanes_[index].service.out;
   std::uint32_t before = no_index;
@@ -97,6 +98,7 @@ void core::retry_entries(std::uint32_t index) noexcept {
     slot = static_cast<std::uint32_t>(next);
   }
   view.held_last = before;
+  turn_retries_ = false;
 }
 
 // False when it must wait for room further on.
@@ -166,6 +168,7 @@ void core::take_from_door() noexcept {
 }
 
 void core::retry_door() noexcept {
+  turn_retries_ = true;
   std::uint32_t kept = 0;
   for (std::uint32_t i = 0; i < door_held_count_; ++i) {
     const std::uint32_t slot = door_held_[i];
@@ -173,6 +176,7 @@ void core::retry_door() noexcept {
   }
   places_freed_ += door_held_count_ - kept;
   door_held_count_ = kept;
+  turn_retries_ = false;
 }
 
 bool core::take_door_slot(std::uint32_t slot) noexcept {
@@ -229,8 +233,8 @@ bool core::refuses_to_everyone() const noexcept {
   return turn_held_for_all_ != 0 && turn_held_for_all_ + turn_held_ >= turn_slots_;
 }
 
-// Null: for everyone. False where the peer has its share of the slots already. Asked for what was put aside
-// before again in each turn, in the same order, so that is true then.
+// Null: for everyone. False where the peer has its share of the slots already. Asked in each turn for what
+// was put aside before, too, which stays whatever the shares are by now.
 bool core::put_aside(connection* to) noexcept {
   if (to == nullptr) {
     ++turn_held_;
@@ -238,7 +242,7 @@ bool core::put_aside(connection* to) noexcept {
     return true;
   }
   if (std::exchange(to->held_in, turn_) != turn_) to->held_count = 0;
-  if (to->held_count + turn_held_ >= turn_slots_) return false;
+  if (!turn_retries_ && to->held_count + turn_held_ >= turn_slots_) return false;
   ++to->held_count;
   ++turn_held_;
   if (turn_of_receiver_) {

@@ -60,10 +60,11 @@ void core::offer(connection& c) noexcept {
     batch next{joined_, pieces_};
     if (gather_urgent(c, next)) gather_messages(c, next);
     c.held = next.held;
-    more = next.more || (c.owed != 0 && !next.held);
     const bool waited = c.waits_to_begin;
     write(c, next);
-    more = more || (waited && !c.waits_to_begin); // for a frame that ended with this
+    const bool may_begin_now = waited && !c.waits_to_begin; // a frame of its own has ended
+    const bool owes = c.owed != 0 && !next.held && !c.waits_to_begin;
+    more = next.more || owes || may_begin_now;
   }
   c.listed = listed;
   if (more) list(c);
@@ -317,11 +318,11 @@ bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
   return false;
 }
 
-// A large slot is worth system calls: where sockets have one already, the carrier keeps the rest of the frame
-// itself, if it can.
+// A large slot is worth system calls: where sockets have one already, or may have no more, the carrier keeps
+// the rest of the frame itself, if it can.
 void core::hand_over_rest(connection& c) noexcept {
   const slot_class of = slots_.class_of(c.begun.slot);
-  if (of != slot_class::large || slots_.count_begun(of) < 2) return;
+  if (of != slot_class::large || (slots_.count_begun(of) < 2 && slots_.may_begin(of))) return;
   batch rest{joined_, pieces_};
   (void)gather_begun(c, rest); // it goes alone
   const std::size_t taken = carrier_.write_rest(c.id, rest.whole());
@@ -347,8 +348,9 @@ void core::look_again_from(std::uint32_t first) noexcept {
   }
 }
 
-// Now and then while somebody waits to begin.
+// Now and then while somebody waits to begin: behind offer_all(), which has asked all of them once more.
 void core::cut_those_in_the_way() noexcept {
+  begun_due_ = false;
   if (!begins_wait_) return;
   rt::time_point next = now_ + begun_patience;
   for (connection& c : connections_) {
@@ -361,7 +363,6 @@ void core::cut_those_in_the_way() noexcept {
     }
   }
   arm(timer::begun, 0, next);
-  look_again_from(0);
 }
 
 // A throttled subscription's next message is due a period after this one was, or after now if that is long

@@ -542,6 +542,48 @@ TEST(core_sharing, lets_nobody_wait_where_the_carrier_keeps_the_rest_of_frames) 
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 
+// Of so few large slots sockets may have one.
+TEST(core_sharing, lets_nobody_wait_where_there_is_one_large_slot_and_the_carrier_keeps_the_rest) {
+  auto options = hub_options();
+  options.limits.large_slots = 1;
+  theatre on{options};
+  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  peer deaf{on}, reads{on};
+  auto& how = on.net.weather_of(deaf.id());
+  how.room_bytes = 500;
+  how.rest_bytes_max = SIZE_MAX;
+  for (peer* one : {&deaf, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
+  on.cycle();
+  texts heard;
+  for (int i = 0; i < 10; ++i) {
+    (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+    on.cycle();
+    hear_more(reads, heard);
+  }
+  EXPECT_EQ(count_of(heard, R"("topic":"/map")"), 10U);
+}
+
+// Who waited for others' frames to end, and has nothing to write any more.
+TEST(core_sharing, cuts_nobody_for_a_peer_that_has_left) {
+  auto options = hub_options();
+  options.limits.large_slots = 4; // one of them for sockets
+  theatre on{options};
+  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  peer slow{on}, waits{on};
+  on.net.weather_of(slow.id()).room_bytes = 500;
+  slow.say(subscribe("/map", R"(,"queue_length":1)"));
+  on.cycle();
+  (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
+  on.cycles(50, 20ms); // more than a frame may be under way while others wait
+  waits.say(subscribe("/map", R"(,"queue_length":1)"));
+  on.cycle();
+  (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'y') + "\"}");
+  on.cycle();
+  waits.leave();
+  on.cycles(200, 20ms);
+  EXPECT_EQ(on.count(counter::stalled_peers), 0U);
+}
+
 // Nobody waits for what it has.
 TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
   auto options = hub_options();

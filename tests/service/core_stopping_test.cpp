@@ -544,5 +544,24 @@ TEST(stopping_without_a_latch, is_no_service) {
   EXPECT_EQ(member(heard[0], "result"), "false");
 }
 
+TEST_F(stopping, is_an_event_however_many_statuses_peers_send) {
+  peer operator_{on};
+  start(operator_);
+  while (on.board.try_event()) continue;
+  for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
+    peer says{on};
+    for (int n = 0; n < 8; ++n) says.say(R"({"op":"status","level":"info","msg":"x"})");
+    look();
+    look();
+    says.leave();
+    look();
+  }
+  operator_.say(stop_call);
+  look();
+  std::size_t told = 0;
+  while (const auto one = on.board.try_event()) told += one->what_kind == rowe::event::kind::stop;
+  EXPECT_EQ(told, 1U);
+}
+
 } // namespace
 } // namespace core_stopping_test

@@ -510,6 +510,47 @@ TEST_F(held_up, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_sh
   EXPECT_EQ(on.count(counter::outbox_full), 1U);
 }
 
+// While threads receive they may have more put aside than afterwards, when a lane does.
+TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) {
+  auto options = with_many_slots();
+  options.limits.small_slots = 512;
+  options.limits.door_slots = 8;
+  theatre on{options};
+  const std::uint32_t queued = options.limits.queue_depth_max;
+  peer slow[3] = {peer{on}, peer{on}, peer{on}};
+  std::uint32_t sent[3] = {};
+  const auto send = [&](std::size_t to) {
+    const auto slot = on.door.submit({.what = door_request::message,
+                                      .wants_outcome = false,
+                                      .peer = {slow[to].id().index, slow[to].id().generation},
+                                      .stamped = on.now,
+                                      .expires = rowe::rt::never},
+                                     R"({"n":1})");
+    ASSERT_TRUE(slot);
+    ++sent[to];
+    on.cycle();
+  };
+  on.cycle();
+  for (std::size_t i = 0; i < 3; ++i) {
+    on.net.weather_of(slow[i].id()).room_bytes = 0;
+    for (std::uint32_t n = 0; n < queued; ++n) send(i);
+  }
+  for (const std::size_t to : {0U, 0U, 0U, 0U, 1U, 1U, 2U}) send(to); // a half, a quarter, an eighth
+  on.offer({.kind = rowe::detail::lane_kind::talk,
+            .receives = true,
+            .out_depth = 4,
+            .in_depth = 4,
+            .ends_depth = 4,
+            .out_bytes = 192,
+            .in_bytes = 192,
+            .ends_bytes = 192});
+  on.cycles(3);
+  for (std::size_t i = 0; i < 3; ++i) on.net.weather_of(slow[i].id()).room_bytes = 64 * 1024;
+  on.cycles(5);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(slow[i].hear().size(), sent[i]);
+  EXPECT_EQ(on.count(counter::outbox_full), 0U);
+}
+
 // What one sender has for everyone waits whole, and leaves the other half of its slots.
 TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   peer slow{on};
