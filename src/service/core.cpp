@@ -129,7 +129,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
       phases_{memory, bounds_, shown.counts},
-      letters_{memory, bounds_},
+      letters_{memory, bounds_, claimants()},
       services_{memory, bounds_},
       calls_{memory, bounds_},
       subscription_claims_{claims_to(bounds_.subscriptions_max)},

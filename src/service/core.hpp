@@ -227,8 +227,10 @@ class core final : public transport_sink {
     std::uint32_t kept; // of those that are left
     std::string_view option;
   };
+  // How many connections there may be, each with its claims.
+  std::uint32_t claimants() const noexcept { return ours_ == side::client ? 1 : bounds_.connections_max; }
   claims claims_to(std::uint32_t pool, std::uint32_t one_in = 2) const noexcept {
-    return {pool, ours_ == side::client ? 1 : bounds_.connections_max, one_in};
+    return {pool, claimants(), one_in};
   }
   claims claims_to_topics(std::uint32_t share) noexcept;
   void refuse_share(connection& c, const wire::rosbridge::request& asked, const taken_share& of) noexcept;
@@ -419,8 +421,6 @@ class core final : public transport_sink {
   bool put_aside(connection* to) noexcept;
   void tell_of_room() noexcept;
   bool has_room(connection& c, priority at) noexcept;
-  bool has_share(const connection& c, slot_class of) const noexcept;
-  std::uint32_t slots_for_messages(slot_class of) const noexcept;
   bool has_room_for(const message& m) noexcept;
   void begin_letter(std::uint32_t slot, const letter& as) noexcept;
   void send_letter(std::uint32_t slot) noexcept;

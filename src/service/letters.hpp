@@ -17,6 +17,7 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/calls.hpp"
+#include "service/shares.hpp"
 #include "service/wire_slots.hpp"
 
 namespace rowe::service {
@@ -27,7 +28,8 @@ struct letter {
   rowe::priority priority = rowe::priority::normal;
   bool everyone = false; // else to one connection, with which it is lost
   bool sent = false;
-  bool counted = false; // begun with letters::begin()
+  bool counted = false;            // begun with letters::begin()
+  std::uint32_t charged = no_index; // the connection whose share of the slots it is
   errc lost_as = errc::peer_lost;
   party sender{};                // who wants to know; nobody
   detail::call_ref own{};        // and by which place of its own table, if it is a lane
@@ -39,11 +41,18 @@ struct letter {
 class letters {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<letter>(wire_slots::count(bounds));
+    return rt::arena::bytes_for<letter>(wire_slots::count(bounds)) +
+           2 * rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
   }
-  letters(rt::arena& memory, const limits& bounds) noexcept
+  // `connections`: how many there may be, each of which has a claim to slots.
+  letters(rt::arena& memory, const limits& bounds, std::uint32_t connections) noexcept
       : letters_{memory.carve<letter>(wire_slots::count(bounds))},
-        first_large_{wire_slots::first_large(bounds)} {}
+        first_large_{wire_slots::first_large(bounds)},
+        slots_max_{message_slots_max(bounds.small_slots, bounds.connections_max),
+                   message_slots_max(bounds.large_slots, bounds.connections_max)},
+        claims_{claims{slots_max_[0], connections}, claims{slots_max_[1], connections}},
+        held_{memory.carve<std::uint32_t>(bounds.connections_max),
+              memory.carve<std::uint32_t>(bounds.connections_max)} {}
 
   // One that was composed for this, in its own slot.
   void begin(std::uint32_t slot, const letter& as) noexcept {
@@ -52,8 +61,26 @@ class letters {
     letters_[slot].counted = true;
     ++begun_[slot >= first_large_];
   }
-  // How many slots of a class those have.
-  std::uint32_t slots(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
+  // How many slots of a class there may still be for those. Some are never theirs, since they are kept until
+  // they are sent.
+  std::uint32_t slots_left(slot_class of) const noexcept {
+    const auto which = static_cast<std::size_t>(of);
+    return left_of(slots_max_[which], begun_[which]);
+  }
+  // Whether a connection may have one more, in a slot that nobody else waits for. Who is behind takes nothing
+  // of one half beyond its claim: those who are not give their slots back at once.
+  bool has_share(std::uint32_t connection, bool behind, slot_class of) const noexcept {
+    const auto which = static_cast<std::size_t>(of);
+    const std::uint32_t held = held_[which][connection];
+    if (!behind || held < claims_[which].claim()) return claims_[which].may_take(held, slots_left(of));
+    return held + 1 + slots_max_[which] / 2 <= slots_left(of); // what is kept for claims is part of that half
+  }
+  // One that is to go to a connection alone.
+  void charge(std::uint32_t slot, std::uint32_t connection) noexcept {
+    const std::size_t which = slot >= first_large_;
+    letters_[slot].charged = connection;
+    claims_[which].take(held_[which][connection]);
+  }
 
   letter& at(std::uint32_t slot) noexcept { return letters_[slot]; }
   bool under_way(std::uint32_t slot) const noexcept { return letters_[slot].now != letter::state::none; }
@@ -80,7 +107,9 @@ class letters {
   }
   void forget(std::uint32_t slot) noexcept {
     stop_waiting(slot);
-    begun_[slot >= first_large_] -= letters_[slot].counted;
+    const std::size_t which = slot >= first_large_;
+    begun_[which] -= letters_[slot].counted;
+    if (letters_[slot].charged != no_index) claims_[which].give_back(held_[which][letters_[slot].charged]);
     letters_[slot] = {};
   }
 
@@ -96,12 +125,31 @@ class letters {
       if (++count > waiting_ || letters_[i].now != letter::state::waiting || letters_[i].previous != before)
         return false;
     }
-    return count == waiting_ && last_ == before;
+    return count == waiting_ && last_ == before && check_shares();
   }
 
  private:
+  // What connections are charged for is what is there, and of the claims the rest is kept.
+  bool check_shares() const noexcept {
+    for (std::size_t which = 0; which != claims_.size(); ++which) {
+      std::uint32_t charged = 0;
+      for (std::uint32_t slot = 0; slot != letters_.size(); ++slot)
+        charged += letters_[slot].charged != no_index && (slot >= first_large_) == (which == 1);
+      std::uint32_t wanted = claims_[which].connections() * claims_[which].claim();
+      for (const std::uint32_t held : held_[which]) {
+        charged -= held;
+        wanted -= claims_[which].claim() - claims_[which].kept_for(held);
+      }
+      if (charged != 0 || wanted != claims_[which].wanted()) return false;
+    }
+    return true;
+  }
+
   std::span<letter> letters_;
   const std::uint32_t first_large_;
+  const std::array<std::uint32_t, 2> slots_max_;
+  std::array<claims, 2> claims_;
+  std::array<std::span<std::uint32_t>, 2> held_; // by connection
   std::array<std::uint32_t, 2> begun_{};
   std::uint32_t first_ = no_index;
   std::uint32_t last_ = no_index;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much one peer may take of what all peers share: topics, services, subscriptions, calls, latched values,
-// slots of whoever receives. Two rules hold for all of them, and a third for what belongs to this process.
+// slots of whoever receives, slots with messages to one peer. Two rules hold for all of them, and a third for
+// what belongs to this process.
 //
 // Each connection that there may be has a claim to an equal share of one half of the pool. What it has not
 // taken of that is kept for it. So who comes last finds its claim, whoever came before.
@@ -60,9 +61,6 @@ class claims {
   std::uint32_t connections_;
   std::uint32_t wanted_; // what all are still to take of their claims
 };
-
-// Nobody takes more than they leave: of what is given back as soon as its holder reads.
-constexpr bool leaves_as_much(std::uint32_t held, std::uint32_t left) noexcept { return held < left; }
 
 // How many of a pool of `count` peers may have together where this process wants `own` of them; it gets three
 // quarters at most.

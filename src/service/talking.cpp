@@ -300,30 +300,14 @@ bool core::has_room(connection& c, priority at) noexcept {
   return to.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
 }
 
-// Whether one more message may be composed for it, in a slot that nobody else waits for. Half of the slots
-// are for those who read as fast as we write: they give them back at once, and however many others do not,
-// there are some.
-bool core::has_share(const connection& c, slot_class of) const noexcept {
-  const std::uint32_t all = slots_.count(of);
-  const std::uint32_t for_readers = c.behind() ? message_slots_max(all, bounds_.connections_max) / 2 : 0;
-  const std::uint32_t left = left_of(slots_for_messages(of), for_readers);
-  return leaves_as_much(entries_.held_by(c.id.index, queued_as::direct_message, of), left);
-}
-
-// How many slots of a class direct messages may still take: some are never theirs, since they are kept
-// until they are sent. What topics and answers have taken of the rest is evicted for them.
-std::uint32_t core::slots_for_messages(slot_class of) const noexcept {
-  const std::uint32_t all = slots_.count(of);
-  return left_of(message_slots_max(all, bounds_.connections_max), letters_.slots(of));
-}
-
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the lane
 // full instead of losing something; and behind those that wait for room already. Among several peers one that
 // does not read must not stop the others.
 bool core::has_room_for(const message& m) noexcept {
   if (m.to.generation != 0) {
     connection& to = connections_[m.to.index];
-    return has_room(to, m.priority) && has_share(to, slots_.class_for(m.text.size()));
+    return has_room(to, m.priority) &&
+           letters_.has_share(m.to.index, to.behind(), slots_.class_for(m.text.size()));
   }
   bool any = false;
   for (connection& c : connections_) {
@@ -378,7 +362,8 @@ bool core::post(const message& m) noexcept {
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   const slot_class of = slots_.class_for(m.text.size());
-  if (slots_for_messages(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
+  // What topics and answers have taken of these is evicted for it.
+  if (letters_.slots_left(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   // Last, since what waits for room comes by here in every cycle.
   if (const status fine = check_text(m.text); !fine) {
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
@@ -426,6 +411,7 @@ bool core::queue_letter(connection& c, std::uint32_t slot) noexcept {
     return false;
   }
   slots_.retain(slot);
+  if (!letters_.at(slot).everyone) letters_.charge(slot, c.id.index);
   list(c);
   return true;
 }

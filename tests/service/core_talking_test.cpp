@@ -582,6 +582,37 @@ TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
+// Each takes what it can as long as it reads, and then does not read any more.
+TEST(core_talking, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading) {
+  auto options = with_many_slots();
+  options.limits.small_slots = 64;
+  options.limits.connections_max = 16;
+  theatre on{options};
+  std::vector<peer> crowd;
+  for (int i = 0; i < 12; ++i) crowd.emplace_back(on);
+  peer reads{on};
+  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                               .out_depth = 64,
+                                               .in_depth = 1,
+                                               .ends_depth = 1,
+                                               .out_bytes = 192,
+                                               .in_bytes = 192,
+                                               .ends_bytes = 192}))};
+  on.cycle();
+  for (peer& one : crowd) {
+    on.net.weather_of(one.id()).room_bytes = 0;
+    for (int i = 0; i < 16; ++i)
+      (void)talk.try_send("{}", -1ns, on.now, {one.id().index, one.id().generation});
+    on.cycle();
+  }
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(talk.try_send("{}", -1ns, on.now, {reads.id().index, reads.id().generation}));
+    on.cycle();
+    EXPECT_EQ(reads.hear().size(), 1U) << i;
+  }
+  EXPECT_EQ(on.core.inconsistency(), "");
+}
+
 TEST_F(talking, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
   peer slow{on}, fine{on};
   slow.say("{}");
