@@ -64,15 +64,16 @@ class honest {
     if (!link_->violated.empty()) in_.fail("frames", "the honest peer was sent " + link_->violated);
     if (link_->cut()) return in_.fail("honest_cut", "the honest peer was cut: " + link_->close_reason);
     if (map_asked_in_ != 0 && in_.cycles > map_asked_in_ + cycles_max &&
-        in_.on.now > map_asked_at_ + time_max)
+        in_.worked_until() > map_asked_at_ + time_max)
       return in_.fail("floor_latched", "the honest peer has no value of a latched topic after " +
                                            std::to_string(in_.cycles - map_asked_in_) + " cycles");
     if (asked_ && in_.cycles > asked_->cycle + cycles_max &&
-        in_.on.now >
-            asked_->at + (asked_->floor == "floor_call" || in_.takes_rest ? time_max : large_time_max))
+        in_.worked_until() >
+            asked_->worked_until +
+                (asked_->floor == "floor_call" || in_.takes_rest ? time_max : large_time_max))
       in_.fail(asked_->floor, "the honest peer's call of " + asked_->service + " has no answer after " +
                                   std::to_string(in_.cycles - asked_->cycle) + " cycles and " +
-                                  std::to_string((in_.on.now - asked_->at) / 1ms) + " ms");
+                                  std::to_string((in_.worked_until() - asked_->worked_until) / 1ms) + " ms");
   }
   void leave() {
     if (link_) link_->leave();
@@ -106,6 +107,7 @@ class honest {
     std::string_view floor{}; // the invariant
     std::uint64_t cycle = 0;
     time_point at{};
+    time_point worked_until{}; // site::worked_until()
   };
 
   void set_up() {
@@ -202,7 +204,7 @@ class honest {
     if (map_published_in_ == 0 || in_.cycles < map_published_in_ + 3 || map_asked_in_ != 0) return;
     if (in_.on.now < map_looks_next_) return;
     map_asked_in_ = in_.cycles;
-    map_asked_at_ = in_.on.now;
+    map_asked_at_ = in_.worked_until();
     link_->say(R"({"op":"subscribe","topic":"/honest/map","id":"m"})");
   }
   void take_map() {
@@ -232,7 +234,8 @@ class honest {
              .service = std::string{honest_service},
              .floor = "floor_call",
              .cycle = in_.cycles,
-             .at = in_.on.now};
+             .at = in_.on.now,
+             .worked_until = in_.worked_until()};
     std::string args = R"({"a":)" + std::to_string(calls_) + "}";
     switch (calls_ % 8) {
     case 3:
@@ -254,10 +257,11 @@ class honest {
 
   // Plain messages, to the thread that sends them back.
   void send_plainly() {
-    if (!echoes || !ready() || sent_plainly_ != 0 || in_.on.now < sent_plainly_at_ + plain_period) return;
+    if (!echoes || !ready() || sent_plainly_ != 0 || in_.worked_until() < sent_plainly_at_ + plain_period)
+      return;
     if (!plain_) plain_ = std::make_unique<far_end>(in_.on, in_.ours, "127.0.0.1:40001");
     sent_plainly_ = ++plain_number_;
-    sent_plainly_at_ = in_.on.now;
+    sent_plainly_at_ = in_.worked_until();
     sent_plainly_in_ = in_.cycles;
     plain_->say("{\"e\":" + std::to_string(plain_number_) + "}");
   }
@@ -271,7 +275,7 @@ class honest {
     // What was handed over before it is taken before it.
     const std::uint64_t before = in_.known.bounds.door_slots / takes_at_once;
     if (sent_plainly_ != 0 && in_.cycles > sent_plainly_in_ + cycles_max + before &&
-        in_.on.now > sent_plainly_at_ + time_max)
+        in_.worked_until() > sent_plainly_at_ + time_max)
       in_.fail("floor_echo", "the honest peer's plain message did not come back within " +
                                  std::to_string(in_.cycles - sent_plainly_in_) + " cycles, with " +
                                  std::to_string(in_.on.core.slots_in_use()) + " slots in use" +

@@ -78,6 +78,10 @@ struct site {
   bool stop_in_use = false;
   bool running = false;
   bool takes_rest = false; // the carrier, of large frames
+  rowe::duration jumped{}; // of time: nothing was done in it
+
+  // What the core had time for is counted by this.
+  rowe::time_point worked_until() const { return on.now - jumped; }
 
   void say(const std::string& line) const {
     if (!trace) return;

@@ -436,6 +436,7 @@ class world {
     on_.now += roll_.one_of(waits);
     if (plan_.jumps && roll_.one_in(400)) {
       on_.now += 3s;
+      site_.jumped += 3s;
       site_.say("3 s pass");
     }
   }
