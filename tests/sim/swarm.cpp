@@ -27,7 +27,12 @@
 namespace {
 
 constexpr std::uint64_t steps_default = 1500;
-constexpr unsigned hang_seconds = 20; // a seed takes a fraction of a second
+// A seed takes a fraction of a second, and ten times as long under a sanitizer.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr unsigned hang_seconds = 300;
+#else
+constexpr unsigned hang_seconds = 20;
+#endif
 
 constexpr std::string_view help =
     R"(sim_swarm [OPTION...]: simulated worlds of arbitrary peers around the core.
