@@ -165,6 +165,7 @@ std::size_t memory_transport::write(connection_id id,
   const rt::time_point arrival = on->outbound.arrival(on->sky.to_peer, now_);
   for (const auto piece : pieces) {
     const std::size_t bytes = std::min(room, piece.size());
+    note("write", id, piece.first(bytes));
     on->outbound.send(piece.first(bytes), arrival);
     taken += bytes;
     room -= bytes;
@@ -180,6 +181,7 @@ std::size_t memory_transport::write_rest(connection_id id, std::span<const std::
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
   const std::size_t bytes = std::min(rest.size(), on->sky.rest_bytes_max);
+  note("write_rest", id, rest.first(bytes));
   on->outbound.send(rest.first(bytes), on->outbound.arrival(on->sky.to_peer, now_));
   return bytes;
 }
@@ -187,6 +189,7 @@ std::size_t memory_transport::write_rest(connection_id id, std::span<const std::
 void memory_transport::close(connection_id id, close_how how) noexcept {
   link* const on = find(id);
   if (on == nullptr) return;
+  note(how == close_how::aborted ? "abort" : "close", id, {});
   on->asked = true;
   if (how == close_how::aborted) on->outbound.clear();
 }
@@ -197,11 +200,23 @@ bool memory_transport::near(connection_id id) const noexcept {
 }
 
 void memory_transport::set_near(connection_id id, bool near) noexcept {
+  note(near ? "near" : "far", id, {});
   if (link* const on = find(id)) on->near = near;
 }
 
 void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {
+  note(enabled ? "read" : "do not read", id, {});
   if (link* const on = find(id)) on->reading = enabled;
+}
+
+// FNV-1a.
+void memory_transport::note(std::string_view call, connection_id id,
+                            std::span<const std::byte> bytes) noexcept {
+  const auto mix = [this](std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211U; };
+  for (const char letter : call) mix(static_cast<unsigned char>(letter));
+  mix(id.index);
+  mix(id.generation);
+  for (const std::byte one : bytes) mix(std::to_integer<std::uint64_t>(one));
 }
 
 } // namespace rowe::net

@@ -51,6 +51,9 @@ class memory_transport : public service::transport {
   bool near(service::connection_id id) const noexcept; // as the core said
   weather& weather_of(service::connection_id id) noexcept { return links_[id.index].sky; }
 
+  // A hash of all that the core has asked of this transport so far: every byte, in its order.
+  std::uint64_t trace() const noexcept { return trace_; }
+
   // How attempts to connect end: nothing (they are open until open() or refuse() is called).
   std::uint64_t attempts() const noexcept { return attempts_; }
   void refuse(std::string_view what);
@@ -71,7 +74,10 @@ class memory_transport : public service::transport {
   void close(service::connection_id id, service::close_how how) noexcept override;
   void set_near(service::connection_id id, bool near) noexcept override;
   void read_enabled(service::connection_id id, bool enabled) noexcept override;
-  void connect() noexcept override { ++attempts_; }
+  void connect() noexcept override {
+    note("connect", {}, {});
+    ++attempts_;
+  }
   bool busy() const noexcept override { return false; }
 
  private:
@@ -119,12 +125,14 @@ class memory_transport : public service::transport {
   link* find(service::connection_id id) noexcept;
   const link* find(service::connection_id id) const noexcept;
   void deliver(link& on, service::connection_id id, service::transport_sink& sink);
+  void note(std::string_view call, service::connection_id id, std::span<const std::byte> bytes) noexcept;
 
   std::vector<link> links_;
   std::deque<std::string> refusals_;
   std::vector<std::byte> buffer_;
   rt::time_point now_{}; // of the last poll()
   std::uint64_t attempts_ = 0;
+  std::uint64_t trace_ = 0;
 };
 
 } // namespace rowe::net

@@ -289,6 +289,7 @@ class world {
   bool broken() const { return verdict_.broken(); }
   const verdict_of_run& verdict() const { return verdict_; }
   std::uint64_t trace_hash() const { return hash_; }
+  stage::theatre& theatre() { return on_; }
   const honest& honest_peer() const { return honest_; }
 
  private:
