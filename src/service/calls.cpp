@@ -38,30 +38,25 @@ bool take_number(std::string_view& text, T& into, bool last) noexcept {
 
 std::size_t call_table::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for<call>(bounds.calls_max) +
-         rt::arena::bytes_for<std::uint32_t>(bucket_count(bounds)) +
+         rt::arena::bytes_for<call_index>(bucket_count(bounds)) +
          rt::arena::bytes_for(bounds.calls_max * stride_of(bounds));
 }
 
 call_table::call_table(rt::arena& memory, const limits& bounds) noexcept
     : calls_{memory.carve<call>(bounds.calls_max)},
-      buckets_{memory.carve<std::uint32_t>(bucket_count(bounds))},
+      free_{calls_},
+      buckets_{memory.carve<call_index>(bucket_count(bounds))},
       texts_{memory.carve<char>(bounds.calls_max * stride_of(bounds))},
       text_stride_{stride_of(bounds)},
-      service_bytes_max_{bounds.topic_bytes_max} {
-  std::fill(buckets_.begin(), buckets_.end(), no_index);
-  for (std::uint32_t i = places(); i-- > 0;) {
-    calls_[i].next = free_;
-    free_ = i;
-  }
-}
+      service_bytes_max_{bounds.topic_bytes_max} {}
 
 std::uint32_t call_table::open(const party& asked_by, std::string_view id, std::string_view name) noexcept {
-  if (free_ == no_index) return no_index;
+  const call_index taken = free_.take();
+  if (!taken) return no_index;
   if (id.size() > id_bytes_max) id = {};
   if (name.size() > service_bytes_max_) name = {};
-  const std::uint32_t index = free_;
-  call& opened = calls_[index];
-  free_ = opened.next;
+  const std::uint32_t index = taken.value;
+  call& opened = calls_[taken];
   opened = {.generation = opened.generation,
             .open = true,
             .asked_by = asked_by,
@@ -69,42 +64,38 @@ std::uint32_t call_table::open(const party& asked_by, std::string_view id, std::
             .service_bytes = static_cast<std::uint16_t>(name.size())};
   std::copy(id.begin(), id.end(), texts(index));
   std::copy(name.begin(), name.end(), texts(index) + id_bytes_max);
-  if (has_bucket(index)) opened.next = std::exchange(bucket(asked_by.connection(), id), index);
-  ++in_flight_;
+  if (has_bucket(index)) opened.next = std::exchange(bucket(asked_by.connection(), id), taken);
   return index;
 }
 
 void call_table::close(std::uint32_t index) noexcept {
-  call& closed = calls_[index];
+  call& closed = calls_[call_index{index}];
   assert(closed.open);
   if (has_bucket(index)) {
-    std::uint32_t* link = &bucket(closed.asked_by.connection(), id_raw(index));
-    while (*link != index) link = &calls_[*link].next;
+    call_index* link = &bucket(closed.asked_by.connection(), id_raw(index));
+    while (link->value != index) link = &calls_[*link].next;
     *link = closed.next;
   }
   closed.open = false;
   if (++closed.generation == 0) closed.generation = 1; // 0 says that there is no call
-  closed.next = free_;
-  free_ = index;
-  --in_flight_;
+  free_.give_back(call_index{index});
 }
 
 call* call_table::find(detail::call_ref ref) noexcept {
   if (ref.index >= calls_.size()) return nullptr;
-  call& found = calls_[ref.index];
+  call& found = calls_[call_index{ref.index}];
   return found.open && found.generation == ref.generation ? &found : nullptr;
 }
 
-std::uint32_t& call_table::bucket(connection_id by, std::string_view id_raw) const noexcept {
+call_index& call_table::bucket(connection_id by, std::string_view id_raw) const noexcept {
   const std::uint64_t hash = hash_of(id_raw) ^ (by.index * 0x9E3779B97F4A7C15u + by.generation);
   return buckets_[(hash ^ hash >> 32) & (buckets_.size() - 1)];
 }
 
 std::uint32_t call_table::find_asked(connection_id by, std::string_view id) const noexcept {
-  std::uint32_t found = bucket(by, id);
-  while (found != no_index && !(calls_[found].asked_by.is(by) && id_raw(found) == id))
-    found = calls_[found].next;
-  return found;
+  call_index found = bucket(by, id);
+  while (found && !(calls_[found].asked_by.is(by) && id_raw(found.value) == id)) found = calls_[found].next;
+  return found.value;
 }
 
 std::string_view call_table::write_id(std::span<char, our_id_bytes_max> into, std::uint32_t index,
@@ -113,7 +104,7 @@ std::string_view call_table::write_id(std::span<char, our_id_bytes_max> into, st
   char* at = into.data();
   for (std::size_t i = 0; i < nonce_digits; ++i) *at++ = digits[nonce_ >> (60 - 4 * i) & 15U];
   char* const end = into.data() + into.size(); // 16 digits and three numbers of at most 10, with their dots
-  for (const std::uint32_t number : {epoch, index, calls_[index].generation}) {
+  for (const std::uint32_t number : {epoch, index, calls_[call_index{index}].generation}) {
     *at++ = '.';
     at = std::to_chars(at, end, number).ptr;
   }
@@ -139,15 +130,14 @@ std::optional<detail::call_ref> call_table::read_id(std::string_view raw) const 
 
 bool call_table::check() const noexcept {
   std::uint32_t open = 0;
-  std::uint32_t free = 0;
-  for (const call& one : calls_) open += one.open;
-  for (std::uint32_t i = free_; i != no_index && free <= calls_.size(); i = calls_[i].next) ++free;
-  for (std::uint32_t i = 0; i < places(); ++i) {
+  for (const call_index i : calls_.ids()) {
+    open += calls_[i].open;
     // No two of one peer have the same id: the second is refused.
-    if (calls_[i].open && has_bucket(i) && find_asked(calls_[i].asked_by.connection(), id_raw(i)) != i)
+    if (calls_[i].open && has_bucket(i.value) &&
+        find_asked(calls_[i].asked_by.connection(), id_raw(i.value)) != i.value)
       return false;
   }
-  return open == in_flight_ && open + free == calls_.size();
+  return open == in_flight() && free_.check([](const call& one) { return !one.open; });
 }
 
 } // namespace rowe::service

@@ -18,6 +18,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/indexed_pool.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
 
@@ -50,7 +51,7 @@ struct party {
 
 struct call {
   std::uint32_t generation = 1;
-  std::uint32_t next = no_index; // free: in that list; asked by a peer: in its bucket
+  call_index next{}; // free: in the pool; asked by a peer: in its bucket
   bool open = false;
   party asked_by{};
   party provider{};
@@ -77,18 +78,20 @@ class call_table {
   std::uint32_t open(const party& asked_by, std::string_view id_raw, std::string_view service) noexcept;
   void close(std::uint32_t index) noexcept;
 
-  call& at(std::uint32_t index) noexcept { return calls_[index]; }
-  const call& at(std::uint32_t index) const noexcept { return calls_[index]; }
-  detail::call_ref ref(std::uint32_t index) const noexcept { return {index, calls_[index].generation}; }
+  call& at(std::uint32_t index) noexcept { return calls_[call_index{index}]; }
+  const call& at(std::uint32_t index) const noexcept { return calls_[call_index{index}]; }
+  detail::call_ref ref(std::uint32_t index) const noexcept {
+    return {index, calls_[call_index{index}].generation};
+  }
   // Null when that call has ended.
   call* find(detail::call_ref ref) noexcept;
   // The call with this id that the peer waits for; no_index when there is none.
   std::uint32_t find_asked(connection_id by, std::string_view id_raw) const noexcept;
   std::string_view id_raw(std::uint32_t index) const noexcept {
-    return {texts(index), calls_[index].id_bytes};
+    return {texts(index), calls_[call_index{index}].id_bytes};
   }
   std::string_view service(std::uint32_t index) const noexcept {
-    return {texts(index) + id_bytes_max, calls_[index].service_bytes};
+    return {texts(index) + id_bytes_max, calls_[call_index{index}].service_bytes};
   }
 
   // The id of a call of ours, without quotes.
@@ -97,25 +100,25 @@ class call_table {
   // Which call an id, as it stands in a text, may mean; nothing when it cannot be one of ours.
   std::optional<detail::call_ref> read_id(std::string_view id_raw) const noexcept;
 
-  std::uint32_t places() const noexcept { return static_cast<std::uint32_t>(calls_.size()); }
-  std::uint32_t in_flight() const noexcept { return in_flight_; }
+  std::uint32_t places() const noexcept { return calls_.size(); }
+  std::uint32_t in_flight() const noexcept { return free_.in_use(); }
   bool check() const noexcept;
 
  private:
   char* texts(std::uint32_t index) const noexcept { return texts_.data() + index * text_stride_; }
   bool has_bucket(std::uint32_t index) const noexcept {
-    return calls_[index].asked_by.who == party::kind::peer && calls_[index].id_bytes != 0;
+    return calls_[call_index{index}].asked_by.who == party::kind::peer &&
+           calls_[call_index{index}].id_bytes != 0;
   }
-  std::uint32_t& bucket(connection_id by, std::string_view id_raw) const noexcept;
+  call_index& bucket(connection_id by, std::string_view id_raw) const noexcept;
 
-  std::span<call> calls_;
-  std::span<std::uint32_t> buckets_; // of those that peers asked, by peer and id
+  rows<call_index, call> calls_;
+  indexed_pool<call_index, call, &call::next> free_;
+  std::span<call_index> buckets_; // of those that peers asked, by peer and id
   std::span<char> texts_;
   std::size_t text_stride_;
   std::size_t service_bytes_max_;
   std::uint64_t nonce_ = 0;
-  std::uint32_t free_ = no_index;
-  std::uint32_t in_flight_ = 0;
 };
 
 } // namespace rowe::service

@@ -128,14 +128,14 @@ bool core::check_queues() const noexcept {
   std::array<std::array<std::uint32_t, 2>, 2> held{}; // of one connection: how it queues, size class
   const auto fits = [&](const queue& one) {
     std::uint32_t length = 0;
-    std::uint32_t last = no_index;
-    for (std::uint32_t at = one.head; at != no_index; last = at, at = entries_.after(at)) {
+    entry_id last{};
+    for (entry_id at = one.entries.head; at; last = at, at = entries_.after(at)) {
       if (left == 0 || entries_.at(at).index >= slots_.count()) return false;
       --left;
       ++length;
       ++held[one.owner % 2][static_cast<std::size_t>(slots_.class_of(entries_.at(at).index))];
     }
-    return length == one.count && one.tail == last;
+    return length == one.count && one.entries.tail == last;
   };
   const auto charged = [&](std::uint32_t connection) {
     for (const queued_as what : {queued_as::evictable, queued_as::direct_message}) {
@@ -171,7 +171,7 @@ bool core::check_queues() const noexcept {
 // carrier, a pong, or the end of a frame that is begun.
 bool core::check_listed() const noexcept {
   const auto any_due = [this](const queue& in) {
-    for (std::uint32_t at = in.head; at != no_index; at = entries_.after(at)) {
+    for (entry_id at = in.entries.head; at; at = entries_.after(at)) {
       if (is_due(entries_.at(at))) return true;
     }
     return false;
@@ -198,7 +198,7 @@ bool core::check_references() const noexcept {
   std::uint64_t begun = 0;
   std::uint64_t kept = 0;
   const auto count = [&](const queue& in) {
-    for (std::uint32_t at = in.head; at != no_index; at = entries_.after(at)) {
+    for (entry_id at = in.entries.head; at; at = entries_.after(at)) {
       if (slots_.alive(entries_.at(at))) queued += weight(entries_.at(at).index);
     }
   };

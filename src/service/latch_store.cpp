@@ -10,43 +10,34 @@
 namespace rowe::service {
 
 std::size_t latch_store::footprint_bytes(const limits& bounds) noexcept {
-  return rt::arena::bytes_for<block>(block_count(bounds)) +
+  return rt::arena::bytes_for<latch_block>(block_count(bounds)) +
          rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
 }
 
 latch_store::latch_store(rt::arena& memory, const limits& bounds) noexcept
-    : blocks_{memory.carve<block>(block_count(bounds))},
+    : blocks_{memory.carve<latch_block>(block_count(bounds))},
+      free_{blocks_},
       held_{memory.carve<std::uint32_t>(bounds.connections_max)},
-      claims_{blocks() / 2, bounds.connections_max} {
-  for (std::uint32_t i = blocks(); i-- > 0;) {
-    blocks_[i].next = free_;
-    free_ = i;
-  }
-}
+      claims_{blocks() / 2, bounds.connections_max} {}
 
 bool latch_store::store(latched_value& into, std::string_view body, latch_owner owner,
                         rt::time_point expires) noexcept {
   const bool of_peer = owner.who == latch_owner::kind::peer;
   if (!of_peer || into.owner == owner) clear(into);
-  const auto needed = static_cast<std::uint32_t>((body.size() + block_bytes - 1) / block_bytes);
-  if (needed == 0 || needed > blocks() - in_use_) return false;
+  const auto needed =
+      static_cast<std::uint32_t>((body.size() + latch_block::bytes_max - 1) / latch_block::bytes_max);
+  if (needed == 0 || needed > free_.free()) return false;
   if (of_peer) {
     if (!claims_.may_take(held_[owner.index], left_of(blocks() / 2, of_peers_), needed)) return false;
     claims_.take(held_[owner.index], needed);
     of_peers_ += needed;
   }
   clear(into);
-  std::uint32_t* link = &into.first;
-  for (std::string_view rest = body; !rest.empty(); rest.remove_prefix(std::min(rest.size(), block_bytes))) {
-    const std::uint32_t taken = free_;
-    block& here = blocks_[taken];
-    free_ = here.next;
-    rest.copy(here.text.data(), block_bytes);
-    here.next = no_index;
-    *link = taken;
-    link = &here.next;
+  for (std::string_view rest = body; !rest.empty();) {
+    const block_id taken = free_.take();
+    rest.remove_prefix(rest.copy(blocks_[taken].text.data(), latch_block::bytes_max));
+    into.text.push_back(blocks_, taken);
   }
-  in_use_ += needed;
   into.blocks = needed;
   into.bytes = static_cast<std::uint32_t>(body.size());
   into.owner = owner;
@@ -61,20 +52,14 @@ void latch_store::clear(latched_value& what) noexcept {
     claims_.give_back(held_[what.owner.index], what.blocks);
     of_peers_ -= what.blocks;
   }
-  in_use_ -= what.blocks;
-  for (std::uint32_t i = what.first; i != no_index;) {
-    const std::uint32_t next = blocks_[i].next;
-    blocks_[i].next = free_;
-    free_ = i;
-    i = next;
-  }
+  while (!what.text.empty()) free_.give_back(what.text.pop_front(blocks_));
   what = {};
 }
 
 void latch_store::write(const latched_value& what, json::writer& into) const noexcept {
   std::size_t left = what.bytes;
-  for (std::uint32_t i = what.first; i != no_index; i = blocks_[i].next) {
-    const std::size_t here = std::min(left, block_bytes);
+  for (block_id i = what.text.head; i; i = blocks_[i].next) {
+    const std::size_t here = std::min(left, latch_block::bytes_max);
     into.append({blocks_[i].text.data(), here});
     left -= here;
   }

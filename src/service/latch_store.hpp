@@ -13,6 +13,8 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/index_list.hpp"
+#include "service/indexed_pool.hpp"
 #include "service/shares.hpp"
 #include "service/wire_slots.hpp"
 
@@ -30,14 +32,20 @@ struct latch_owner {
   friend bool operator==(const latch_owner&, const latch_owner&) = default;
 };
 
+struct latch_block {
+  static constexpr std::size_t bytes_max = 1020;
+  block_id next{};
+  std::array<char, bytes_max> text;
+};
+
 struct latched_value {
-  std::uint32_t first = no_index; // block
+  index_queue<block_id, latch_block, &latch_block::next> text;
   std::uint32_t bytes = 0;
   std::uint32_t blocks = 0;
   latch_owner owner{};
   rt::time_point expires = rt::never;
 
-  bool empty() const noexcept { return first == no_index; }
+  bool empty() const noexcept { return text.empty(); }
 };
 
 class latch_store {
@@ -52,25 +60,19 @@ class latch_store {
   void clear(latched_value& what) noexcept;
   void write(const latched_value& what, json::writer& into) const noexcept;
 
-  std::uint32_t blocks() const noexcept { return static_cast<std::uint32_t>(blocks_.size()); }
-  std::uint32_t in_use() const noexcept { return in_use_; }
+  std::uint32_t blocks() const noexcept { return blocks_.size(); }
+  std::uint32_t in_use() const noexcept { return free_.in_use(); }
   std::uint32_t held_by_peer(std::uint32_t connection) const noexcept { return held_[connection]; }
 
  private:
-  static constexpr std::size_t block_bytes = 1020;
-  struct block {
-    std::uint32_t next = no_index;
-    std::array<char, block_bytes> text;
-  };
   static std::size_t block_count(const limits& bounds) noexcept {
-    return bounds.latched_bytes / sizeof(block);
+    return bounds.latched_bytes / sizeof(latch_block);
   }
 
-  std::span<block> blocks_;
+  rows<block_id, latch_block> blocks_;
+  indexed_pool<block_id, latch_block, &latch_block::next> free_;
   std::span<std::uint32_t> held_; // blocks, by connection
   claims claims_;
-  std::uint32_t free_ = no_index;
-  std::uint32_t in_use_ = 0;
   std::uint32_t of_peers_ = 0;
 };
 

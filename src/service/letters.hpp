@@ -17,6 +17,7 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/calls.hpp"
+#include "service/index_list.hpp"
 #include "service/shares.hpp"
 #include "service/wire_slots.hpp"
 
@@ -28,14 +29,14 @@ struct letter {
   rowe::priority priority = rowe::priority::normal;
   bool everyone = false; // else to one connection, with which it is lost
   bool sent = false;
-  bool counted = false;            // begun with letters::begin()
+  bool counted = false;             // begun with letters::begin()
   std::uint32_t charged = no_index; // the connection whose share of the slots it is
   errc lost_as = errc::peer_lost;
   party sender{};                // who wants to know; nobody
   detail::call_ref own{};        // and by which place of its own table, if it is a lane
   detail::call_ref request_of{}; // the call whose request this is
-  std::uint32_t previous = no_index;
-  std::uint32_t next = no_index;
+  slot_id previous{};            // among those that wait
+  slot_id next{};
 };
 
 class letters {
@@ -56,9 +57,9 @@ class letters {
 
   // One that was composed for this, in its own slot.
   void begin(std::uint32_t slot, const letter& as) noexcept {
-    letters_[slot] = as;
-    letters_[slot].now = letter::state::queued;
-    letters_[slot].counted = true;
+    letters_[slot_id{slot}] = as;
+    letters_[slot_id{slot}].now = letter::state::queued;
+    letters_[slot_id{slot}].counted = true;
     ++begun_[slot >= first_large_];
   }
   // How many slots of a class there may still be for those. Some are never theirs, since they are kept until
@@ -78,54 +79,45 @@ class letters {
   // One that is to go to a connection alone.
   void charge(std::uint32_t slot, std::uint32_t connection) noexcept {
     const std::size_t which = slot >= first_large_;
-    letters_[slot].charged = connection;
+    letters_[slot_id{slot}].charged = connection;
     claims_[which].take(held_[which][connection]);
   }
 
-  letter& at(std::uint32_t slot) noexcept { return letters_[slot]; }
-  bool under_way(std::uint32_t slot) const noexcept { return letters_[slot].now != letter::state::none; }
+  letter& at(std::uint32_t slot) noexcept { return letters_[slot_id{slot}]; }
+  bool under_way(std::uint32_t slot) const noexcept {
+    return letters_[slot_id{slot}].now != letter::state::none;
+  }
 
   void wait(std::uint32_t slot) noexcept {
-    letter& l = letters_[slot];
+    letter& l = letters_[slot_id{slot}];
     assert(l.now == letter::state::queued);
     l.now = letter::state::waiting;
-    l.previous = last_;
-    l.next = no_index;
-    (last_ == no_index ? first_ : letters_[last_].next) = slot;
-    last_ = slot;
-    ++waiting_;
+    waiting_.push_back(letters_, slot_id{slot});
     ++began_to_wait_;
   }
   // Out of the waiting room, if it is there.
   void stop_waiting(std::uint32_t slot) noexcept {
-    letter& l = letters_[slot];
+    letter& l = letters_[slot_id{slot}];
     if (l.now != letter::state::waiting) return;
-    (l.previous == no_index ? first_ : letters_[l.previous].next) = l.next;
-    (l.next == no_index ? last_ : letters_[l.next].previous) = l.previous;
+    waiting_.erase(letters_, slot_id{slot});
     l.now = letter::state::queued;
-    --waiting_;
   }
   void forget(std::uint32_t slot) noexcept {
     stop_waiting(slot);
     const std::size_t which = slot >= first_large_;
-    begun_[which] -= letters_[slot].counted;
-    if (letters_[slot].charged != no_index) claims_[which].give_back(held_[which][letters_[slot].charged]);
-    letters_[slot] = {};
+    begun_[which] -= letters_[slot_id{slot}].counted;
+    if (letters_[slot_id{slot}].charged != no_index)
+      claims_[which].give_back(held_[which][letters_[slot_id{slot}].charged]);
+    letters_[slot_id{slot}] = {};
   }
 
-  std::uint32_t first_waiting() const noexcept { return first_; }
-  std::uint32_t next_waiting(std::uint32_t slot) const noexcept { return letters_[slot].next; }
-  std::uint32_t waiting() const noexcept { return waiting_; }
+  std::uint32_t first_waiting() const noexcept { return waiting_.head.value; }
+  std::uint32_t waiting() const noexcept { return waiting_.count; }
   std::uint64_t began_to_wait() const noexcept { return began_to_wait_; } // so far
 
   bool check() const noexcept {
-    std::uint32_t count = 0;
-    std::uint32_t before = no_index;
-    for (std::uint32_t i = first_; i != no_index; before = i, i = letters_[i].next) {
-      if (++count > waiting_ || letters_[i].now != letter::state::waiting || letters_[i].previous != before)
-        return false;
-    }
-    return count == waiting_ && last_ == before && check_shares();
+    return waiting_.check(letters_, [](const letter& l) { return l.now == letter::state::waiting; }) &&
+           check_shares();
   }
 
  private:
@@ -134,7 +126,7 @@ class letters {
     for (std::size_t which = 0; which != claims_.size(); ++which) {
       std::uint32_t charged = 0;
       for (std::uint32_t slot = 0; slot != letters_.size(); ++slot)
-        charged += letters_[slot].charged != no_index && (slot >= first_large_) == (which == 1);
+        charged += letters_[slot_id{slot}].charged != no_index && (slot >= first_large_) == (which == 1);
       std::uint32_t wanted = claims_[which].connections() * claims_[which].claim();
       for (const std::uint32_t held : held_[which]) {
         charged -= held;
@@ -145,15 +137,13 @@ class letters {
     return true;
   }
 
-  std::span<letter> letters_;
+  rows<slot_id, letter> letters_;
   const std::uint32_t first_large_;
   const std::array<std::uint32_t, 2> slots_max_;
   std::array<claims, 2> claims_;
   std::array<std::span<std::uint32_t>, 2> held_; // by connection
   std::array<std::uint32_t, 2> begun_{};
-  std::uint32_t first_ = no_index;
-  std::uint32_t last_ = no_index;
-  std::uint32_t waiting_ = 0;
+  index_list<slot_id, letter, &letter::next, &letter::previous> waiting_;
   std::uint64_t began_to_wait_ = 0;
 };
 

@@ -14,6 +14,8 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/index_list.hpp"
+#include "service/indexed_pool.hpp"
 #include "service/wire_slots.hpp"
 
 namespace rowe::service {
@@ -21,31 +23,32 @@ namespace rowe::service {
 // Who queues: of each connection what may be evicted, and direct messages, whose senders are promised more.
 enum class queued_as : std::uint8_t { evictable, direct_message };
 
+struct queue_entry {
+  slot_ref slot;
+  entry_id next{};
+};
+
 struct queue {
   std::uint32_t owner = 0; // queue_entries::owner_of()
-  std::uint32_t head = no_index;
-  std::uint32_t tail = no_index;
+  index_queue<entry_id, queue_entry, &queue_entry::next> entries;
   std::uint32_t count = 0;
   std::uint64_t popped = 0; // since it exists
 
-  bool empty() const noexcept { return head == no_index; }
+  bool empty() const noexcept { return entries.empty(); }
 };
 
 class queue_entries {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<entry>(bounds.queued_max) + rt::arena::bytes_for<held>(owner_count(bounds));
+    return rt::arena::bytes_for<queue_entry>(bounds.queued_max) +
+           rt::arena::bytes_for<held>(owner_count(bounds));
   }
 
   queue_entries(rt::arena& memory, const limits& bounds) noexcept
-      : entries_{memory.carve<entry>(bounds.queued_max)},
+      : entries_{memory.carve<queue_entry>(bounds.queued_max)},
+        free_{entries_},
         held_{memory.carve<held>(owner_count(bounds))},
-        first_large_{wire_slots::first_large(bounds)} {
-    for (std::uint32_t i = static_cast<std::uint32_t>(entries_.size()); i-- > 0;) {
-      entries_[i].next = free_;
-      free_ = i;
-    }
-  }
+        first_large_{wire_slots::first_large(bounds)} {}
 
   static std::uint32_t owner_of(std::uint32_t connection, queued_as what) noexcept {
     return 2 * connection + static_cast<std::uint32_t>(what);
@@ -53,42 +56,31 @@ class queue_entries {
 
   // False when the pool is exhausted.
   bool push(queue& to, slot_ref slot) noexcept {
-    if (free_ == no_index) return false;
-    const std::uint32_t taken = free_;
-    free_ = entries_[taken].next;
-    entries_[taken] = {slot, no_index};
-    if (to.empty()) {
-      to.head = taken;
-    } else {
-      entries_[to.tail].next = taken;
-    }
-    to.tail = taken;
+    const entry_id taken = free_.take();
+    if (!taken) return false;
+    entries_[taken].slot = slot;
+    to.entries.push_back(entries_, taken);
     ++to.count;
-    ++in_use_;
     ++held_[to.owner].of[class_of(slot)];
     return true;
   }
 
-  slot_ref front(const queue& of) const noexcept { return entries_[of.head].slot; }
+  slot_ref front(const queue& of) const noexcept { return entries_[of.entries.head].slot; }
 
   slot_ref pop(queue& from) noexcept {
-    assert(!from.empty());
-    const std::uint32_t popped = from.head;
-    from.head = entries_[popped].next;
-    if (from.empty()) from.tail = no_index;
+    const entry_id popped = from.entries.pop_front(entries_);
+    const slot_ref slot = entries_[popped].slot;
     --from.count;
     ++from.popped;
     ++popped_;
-    --in_use_;
-    --held_[from.owner].of[class_of(entries_[popped].slot)];
-    entries_[popped].next = free_;
-    free_ = popped;
-    return entries_[popped].slot;
+    --held_[from.owner].of[class_of(slot)];
+    free_.give_back(popped);
+    return slot;
   }
 
-  // Walks a queue from its front without changing it: `at` begins as the queue's head and ends as no_index.
-  slot_ref at(std::uint32_t position) const noexcept { return entries_[position].slot; }
-  std::uint32_t after(std::uint32_t position) const noexcept { return entries_[position].next; }
+  // For a walk over a queue, which begins at its front.
+  slot_ref at(entry_id which) const noexcept { return entries_[which].slot; }
+  entry_id after(entry_id which) const noexcept { return entries_[which].next; }
 
   // How many entries the queues of a connection hold, of slots of one size class; some of those slots may
   // have expired.
@@ -120,15 +112,11 @@ class queue_entries {
     return false;
   }
 
-  bool full() const noexcept { return free_ == no_index; }
-  std::uint32_t in_use() const noexcept { return in_use_; }
+  bool full() const noexcept { return free_.empty(); }
+  std::uint32_t in_use() const noexcept { return free_.in_use(); }
   std::uint64_t popped() const noexcept { return popped_; } // of all queues, so far
 
  private:
-  struct entry {
-    slot_ref slot;
-    std::uint32_t next = no_index;
-  };
   struct held {
     std::array<std::uint32_t, 2> of{}; // by size class
   };
@@ -141,11 +129,10 @@ class queue_entries {
   }
   std::size_t class_of(slot_ref slot) const noexcept { return slot.index >= first_large_; }
 
-  std::span<entry> entries_;
+  rows<entry_id, queue_entry> entries_;
+  indexed_pool<entry_id, queue_entry, &queue_entry::next> free_;
   std::span<held> held_;
   const std::uint32_t first_large_;
-  std::uint32_t free_ = no_index;
-  std::uint32_t in_use_ = 0;
   std::uint32_t longest_ = 0; // the connection that was found last
   std::uint64_t popped_ = 0;
 };

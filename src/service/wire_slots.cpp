@@ -45,19 +45,14 @@ wire_slots::wire_slots(rt::arena& memory, const limits& bounds) noexcept
       large_bytes_{large_slot_bytes(bounds)},
       small_stride_{stride(small_bytes_)},
       large_stride_{stride(large_bytes_)},
-      small_count_{first_large(bounds)} {
-  for (std::uint32_t i = count(); i-- > 0;) {
-    free_list& list = free_[static_cast<std::size_t>(class_of(i))];
-    slots_[i].next_free = list.first;
-    list.first = i;
-    ++list.count;
-  }
+      small_count_{first_large(bounds)},
+      free_{free_slots{slots_, 0, small_count_}, free_slots{slots_, small_count_, slots_.size()}} {
   for (const slot_class of : {slot_class::small, slot_class::large})
     begun_max_[static_cast<std::size_t>(of)] = begun_slots_max(count(of), bounds.connections_max);
 }
 
 std::optional<std::uint32_t> wire_slots::expire(std::uint32_t index) noexcept {
-  const slot& dead = slots_[index];
+  const slot& dead = slots_[slot_id{index}];
   if (dead.begun != 0) return std::nullopt;
   const std::uint32_t deliveries = dead.references - (dead.kept ? 1 : 0);
   free(index);
@@ -65,20 +60,16 @@ std::optional<std::uint32_t> wire_slots::expire(std::uint32_t index) noexcept {
 }
 
 bool wire_slots::check() const noexcept {
-  std::uint32_t free_count = 0;
-  for (const free_list& list : free_) {
-    std::uint32_t counted = 0;
-    for (std::uint32_t i = list.first; i != no_index; i = slots_[i].next_free) {
-      if (slots_[i].references != 0 || slots_[i].begun != 0 || ++counted > list.count) return false;
-    }
-    if (counted != list.count) return false;
-    free_count += counted;
+  for (const free_slots& free : free_) {
+    if (!free.check([](const slot& one) { return one.references == 0 && one.begun == 0; })) return false;
   }
   std::array<std::uint32_t, 2> begun{};
-  for (std::uint32_t i = 0; i < count(); ++i)
-    begun[static_cast<std::size_t>(class_of(i))] += slots_[i].begun != 0;
-  if (begun != begun_) return false;
-  return free_count + in_use_ == count();
+  std::array<std::uint32_t, 2> in_use{};
+  for (const slot_id one : slots_.ids()) {
+    begun[static_cast<std::size_t>(class_of(one.value))] += slots_[one].begun != 0;
+    in_use[static_cast<std::size_t>(class_of(one.value))] += slots_[one].references != 0;
+  }
+  return begun == begun_ && in_use[0] == free_[0].in_use() && in_use[1] == free_[1].in_use();
 }
 
 } // namespace rowe::service

@@ -22,6 +22,8 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/indexed_pool.hpp"
+
 namespace rowe::service {
 
 inline constexpr std::uint32_t no_index = UINT32_MAX;
@@ -52,21 +54,18 @@ class wire_slots {
   static std::size_t large_bytes(const limits& bounds) noexcept; // of a large slot
   wire_slots(rt::arena& memory, const limits& bounds) noexcept;
 
-  std::uint32_t count() const noexcept { return static_cast<std::uint32_t>(slots_.size()); }
+  std::uint32_t count() const noexcept { return slots_.size(); }
 
   // A free slot of at least `bytes`, with one reference; nothing when all of that size are taken.
   std::optional<std::uint32_t> take(std::size_t bytes, slot_use what = slot_use::ordinary) noexcept {
-    free_list& list = free_[static_cast<std::size_t>(class_for(bytes))];
-    if (bytes > large_bytes_ || list.count <= left_by(what)) return std::nullopt;
-    const std::uint32_t index = list.first;
-    slot& taken = slots_[index];
-    list.first = taken.next_free;
-    --list.count;
+    free_slots& free = free_[static_cast<std::size_t>(class_for(bytes))];
+    if (bytes > large_bytes_ || free.free() <= left_by(what)) return std::nullopt;
+    const std::uint32_t index = free.take().value;
+    slot& taken = slots_[slot_id{index}];
     taken.references = 1;
     taken.kept = false;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
     taken.expires = rt::never;
-    ++in_use_;
     return index;
   }
   // The class of the smallest slot for so many bytes.
@@ -81,7 +80,7 @@ class wire_slots {
     return of == slot_class::small ? small_count_ - kept_for_stop : count() - small_count_ - kept_for_stop;
   }
   std::uint32_t free_for_all(slot_class of) const noexcept {
-    return std::max(free_[static_cast<std::size_t>(of)].count, kept_for_stop) - kept_for_stop;
+    return std::max(free_[static_cast<std::size_t>(of)].free(), kept_for_stop) - kept_for_stop;
   }
   // Whether there is one for so many bytes, a large one if need be.
   bool has_free(std::size_t bytes) const noexcept {
@@ -101,50 +100,50 @@ class wire_slots {
   }
   void finish(std::uint32_t index, std::size_t bytes, rt::time_point expires) noexcept {
     assert(bytes <= room(index).size());
-    slots_[index].bytes = static_cast<std::uint32_t>(bytes);
-    slots_[index].expires = expires;
+    slots_[slot_id{index}].bytes = static_cast<std::uint32_t>(bytes);
+    slots_[slot_id{index}].expires = expires;
   }
   void mark_body(std::uint32_t index, std::size_t at, std::size_t bytes) noexcept {
-    assert(at + bytes <= slots_[index].bytes);
-    slots_[index].body_at = static_cast<std::uint32_t>(at);
-    slots_[index].body_bytes = static_cast<std::uint32_t>(bytes);
+    assert(at + bytes <= slots_[slot_id{index}].bytes);
+    slots_[slot_id{index}].body_at = static_cast<std::uint32_t>(at);
+    slots_[slot_id{index}].body_bytes = static_cast<std::uint32_t>(bytes);
   }
 
-  slot_ref ref(std::uint32_t index) const noexcept { return {index, slots_[index].generation}; }
+  slot_ref ref(std::uint32_t index) const noexcept { return {index, slots_[slot_id{index}].generation}; }
   // False once the slot was freed, whether used again or not.
-  bool alive(slot_ref ref) const noexcept { return slots_[ref.index].generation == ref.generation; }
-  rt::time_point expires(std::uint32_t index) const noexcept { return slots_[index].expires; }
-  std::span<char> text(std::uint32_t index) noexcept { return {base(index), slots_[index].bytes}; }
+  bool alive(slot_ref ref) const noexcept { return slots_[slot_id{ref.index}].generation == ref.generation; }
+  rt::time_point expires(std::uint32_t index) const noexcept { return slots_[slot_id{index}].expires; }
+  std::span<char> text(std::uint32_t index) noexcept { return {base(index), slots_[slot_id{index}].bytes}; }
   std::span<const char> body(std::uint32_t index) const noexcept {
-    return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
+    return {base(index) + slots_[slot_id{index}].body_at, slots_[slot_id{index}].body_bytes};
   }
 
-  void retain(std::uint32_t index) noexcept { ++slots_[index].references; }
-  std::uint32_t references(std::uint32_t index) const noexcept { return slots_[index].references; }
+  void retain(std::uint32_t index) noexcept { ++slots_[slot_id{index}].references; }
+  std::uint32_t references(std::uint32_t index) const noexcept { return slots_[slot_id{index}].references; }
   // A reference that is no delivery: a letter that is under way. expire() does not count it.
   void keep(std::uint32_t index) noexcept {
     retain(index);
-    slots_[index].kept = true;
+    slots_[slot_id{index}].kept = true;
   }
   // It is no longer kept; release() gives its reference back.
-  void unkeep(std::uint32_t index) noexcept { slots_[index].kept = false; }
-  bool kept(std::uint32_t index) const noexcept { return slots_[index].kept; }
+  void unkeep(std::uint32_t index) noexcept { slots_[slot_id{index}].kept = false; }
+  bool kept(std::uint32_t index) const noexcept { return slots_[slot_id{index}].kept; }
   // True when that was the last reference, and the slot is free again.
   bool release(std::uint32_t index) noexcept {
-    assert(slots_[index].references > 0);
-    if (--slots_[index].references != 0) return false;
+    assert(slots_[slot_id{index}].references > 0);
+    if (--slots_[slot_id{index}].references != 0) return false;
     free(index);
     return true;
   }
 
   // A socket has the first bytes: expire() must not free the slot under it.
   void begin(std::uint32_t index) noexcept {
-    if (slots_[index].begun++ == 0) ++begun_[static_cast<std::size_t>(class_of(index))];
+    if (slots_[slot_id{index}].begun++ == 0) ++begun_[static_cast<std::size_t>(class_of(index))];
   }
   void end(std::uint32_t index) noexcept {
-    if (--slots_[index].begun == 0) --begun_[static_cast<std::size_t>(class_of(index))];
+    if (--slots_[slot_id{index}].begun == 0) --begun_[static_cast<std::size_t>(class_of(index))];
   }
-  std::uint32_t begun(std::uint32_t index) const noexcept { return slots_[index].begun; }
+  std::uint32_t begun(std::uint32_t index) const noexcept { return slots_[slot_id{index}].begun; }
   std::uint32_t count_begun(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
   // Whether sockets may have one more slot of the class.
   bool may_begin(slot_class of) const noexcept {
@@ -156,7 +155,7 @@ class wire_slots {
   // nothing, and no change, when a socket is in the middle of it.
   std::optional<std::uint32_t> expire(std::uint32_t index) noexcept;
 
-  std::uint32_t in_use() const noexcept { return in_use_; }
+  std::uint32_t in_use() const noexcept { return free_[0].in_use() + free_[1].in_use(); }
   std::uint64_t freed() const noexcept { return freed_; } // so far
   // True when the free lists and the counts agree. For tests and assertions.
   bool check() const noexcept;
@@ -167,17 +166,14 @@ class wire_slots {
     std::uint32_t references = 0;
     std::uint32_t begun = 0;
     bool kept = false;
-    std::uint32_t next_free = no_index;
+    slot_id next_free{};
     std::uint32_t bytes = 0;
     std::uint32_t body_at = 0;
     std::uint32_t body_bytes = 0;
     rt::time_point expires = rt::never;
   };
 
-  struct free_list {
-    std::uint32_t first = no_index;
-    std::uint32_t count = 0;
-  };
+  using free_slots = indexed_pool<slot_id, slot, &slot::next_free>;
 
   static std::uint32_t left_by(slot_use what) noexcept { return what == slot_use::stop ? 0 : kept_for_stop; }
   bool small(std::uint32_t index) const noexcept { return index < small_count_; }
@@ -188,29 +184,24 @@ class wire_slots {
     return reinterpret_cast<char*>(memory_.data() + at + headroom_bytes);
   }
   void free(std::uint32_t index) noexcept {
-    slot& freed = slots_[index];
-    assert(freed.begun == 0 && in_use_ > 0);
+    slot& freed = slots_[slot_id{index}];
+    assert(freed.begun == 0);
     freed.references = 0;
     if (++freed.generation == 0) freed.generation = 1;
-    free_list& list = free_[static_cast<std::size_t>(class_of(index))];
-    freed.next_free = list.first;
-    list.first = index;
-    ++list.count;
-    --in_use_;
+    free_[static_cast<std::size_t>(class_of(index))].give_back(slot_id{index});
     ++freed_;
   }
 
-  std::span<slot> slots_;
+  rows<slot_id, slot> slots_;
   std::span<std::byte> memory_;
   std::size_t small_bytes_;
   std::size_t large_bytes_;
   std::size_t small_stride_;
   std::size_t large_stride_;
   std::uint32_t small_count_;
-  std::array<free_list, 2> free_;
+  std::array<free_slots, 2> free_;       // by class
   std::array<std::uint32_t, 2> begun_{}; // slots, by class; and how many there may be
   std::array<std::uint32_t, 2> begun_max_{};
-  std::uint32_t in_use_ = 0;
   std::uint64_t freed_ = 0;
 };
 

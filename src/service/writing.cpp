@@ -148,7 +148,7 @@ bool core::gather_queue(connection& c, queue& from, std::uint32_t of, batch& int
   const bool one = of != no_index && router_.subscription_at(of).throttle > rt::duration{0};
   const bool unslashed = of != no_index && router_.subscription_at(of).unslashed;
   const bool masked = masks(c);
-  for (std::uint32_t at = from.head; at != no_index; at = entries_.after(at)) {
+  for (entry_id at = from.entries.head; at; at = entries_.after(at)) {
     const slot_ref slot = entries_.at(at);
     if (!is_due(slot)) continue; // dropped when it comes to the front
     if ((into.full() || into.bytes >= into.credit) && !may_begin(c, into)) return false;

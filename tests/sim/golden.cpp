@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// sim_golden FILE | --record: runs the simulated worlds whose traces FILE names, and fails where one is not what it was
-// when it was recorded. A trace is a hash of each byte that the core wrote, of each connection that it closed, and of
-// all counters at the end. So a change of the core's inner structure that is to change nothing outside shows that it did
-// not. A change that is meant records the traces anew, and its commit says why.
+// sim_golden FILE | --record: runs the simulated worlds whose traces FILE names, and fails where one is not
+// what it was when it was recorded. A trace is a hash of each byte that the core wrote, of each connection
+// that it closed, and of all counters at the end. So a change of the core's inner structure that is to change
+// nothing outside shows that it did not. A change that is meant records the traces anew, and its commit says
+// why.
 //
 // Recorded on x86-64. The credit of peers is computed in floating point, and may differ elsewhere.
 #include <cinttypes>
