@@ -8,6 +8,10 @@
 
 namespace rowe::rt {
 
+#if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees words at null in functions that it has inlined
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wstringop-overflow"
+#endif
 struct std_atomics {
   // A word that threads share.
   template <class T>
@@ -36,5 +40,8 @@ struct std_atomics {
     T data_{};
   };
 };
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
 
 } // namespace rowe::rt
