@@ -10,7 +10,7 @@ import pathlib
 about = {
     "rt": ["rt"], "json": ["src/json"], "wire": ["src/wire"], "service": ["src/service"], "net": ["src/net"],
     "page": ["src/page"], "web": ["src/page"], "api": ["src/api", "include"], "capi": ["src/capi"],
-    "tools": ["tools"], "bench": ["bench", "docs/benchmarks.md"],
+    "install": ["include", "rt", "README.md"], "tools": ["tools"], "bench": ["bench", "docs/benchmarks.md"],
     "docs": ["docs/examples", "tests/tools/examples_test.py"],
     "counts": ["bench/instructions.cpp", "docs/real-time.md"],
     "rt_contract": ["rt/tripwire", "docs/real-time.md"],
