@@ -277,14 +277,14 @@ def anchors(t, path):
     return {re.sub(r"[^\w\- ]", "", h[1].strip().lower()).replace(" ", "-") for h in headings if h}
 
 
-def cpp_blocks(lines):
-    """(number, line) of each line of C++ in Markdown, block by block."""
+def blocks(lines, language):
+    """(number, line) of each line in a language in Markdown, block by block."""
     block = None
     for number, line in enumerate(lines, 1):
         if line.startswith("```"):
             if block:
                 yield block
-            block = [] if line.strip() == "```cpp" else None
+            block = [] if line.strip() == "```" + language else None
         elif block is not None and line.strip():
             block.append((number, line))
 
@@ -295,14 +295,17 @@ def first_missing(block, example):
 
 
 def documented_code_is_compiled(t):
-    """C++ in Markdown stands in one of docs/examples, line by line in its order; lines may be left out."""
-    examples = [t.lines(path) for path in t.within(["docs/examples"], (".cpp",))]
-    for path in t.paths:
-        for block in cpp_blocks(t.lines(path) if path.endswith(".md") else ()):
-            missing = [first_missing(block, example) for example in examples]
-            if None not in missing:
-                number, line = max(missing, default=block[0])  # of the example that goes furthest
-                yield finding(path, number, "example", f"in no file of docs/examples: {line.strip()}")
+    """C++ in Markdown stands in one of docs/examples, line by line in its order, and CMake in one of the
+    projects of tests/install; lines may be left out."""
+    for language, folder, suffix in (("cpp", "docs/examples", ".cpp"),
+                                     ("cmake", "tests/install", "/CMakeLists.txt")):
+        examples = [t.lines(path) for path in t.within([folder], (suffix,))]
+        for path in t.paths:
+            for block in blocks(t.lines(path) if path.endswith(".md") else (), language):
+                missing = [first_missing(block, example) for example in examples]
+                if None not in missing:
+                    number, line = max(missing, default=block[0])  # of the example that goes furthest
+                    yield finding(path, number, "example", f"in no file of {folder}: {line.strip()}")
 
 
 def links_lead_somewhere(t):

@@ -78,6 +78,7 @@ plants = [
      "Read `src/net/nowhere.hpp` and `include/rowe/{result,nowhere}.hpp`.\n",
      [(2, "link"), (3, "link"), (4, "named-file"), (4, "named-file")]),
     ("docs/plant_4.md", "```cpp\nint main() {\n  rowe::nothing_of_the_kind();\n}\n```\n", [(3, "example")]),
+    ("docs/plant_5.md", "```cmake\ninclude(FetchContent)\nfind_package(nothing)\n```\n", [(3, "example")]),
     ("tests/rt/plant_2.cpp", spdx + "// as tests/rt/nowhere_test.cpp shows\n", [(2, "named-file")]),
     ("bench/plant_3.cmake", hash_spdx + "# see docs/nowhere.md\n", [(2, "named-file")]),
 ]
@@ -101,7 +102,8 @@ innocent = [
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
     ("docs/innocent_g.md",
      "`tests/ROOM/CMakeLists.txt`, `src/*/*.cpp`, `include/rowe/{result,event}.hpp`, and/or\n"
-     "```cpp\n#include <rowe/rowe.hpp>\n\nint main() {\n}\n```\n[out](https://example.org/x) `[no](link.md)`\n```\n[no](link.md)\n```\n"),
+     "```cpp\n#include <rowe/rowe.hpp>\n\nint main() {\n}\n```\n[out](https://example.org/x) `[no](link.md)`\n```\n[no](link.md)\n```\n"
+     "```cmake\ninclude(FetchContent)\nFetchContent_MakeAvailable(rowe)\n```\n"),
 ]
 
 
