@@ -1,349 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // scale_steps KIND COUNT: for tests/instructions.cmake, which counts the instructions of the function
 // scale_steps() under callgrind. A core with COUNT peers, topics, handles, calls … does the same work as one
-// with few of them: 10'000 messages, calls or cycles, whatever the count. Each kind is a struct below.
-//
-// The carrier is one that costs nothing for who is quiet: its peers read at once, answer pings, and say what
-// they are told to.
-#include <algorithm>
-#include <array>
+// with few of them: 10'000 messages, calls or cycles, whatever the count.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <functional>
-#include <string>
 #include <string_view>
-#include <vector>
 
-#include "stage.hpp"
+#include "scale_kinds.hpp"
 
 namespace {
 
-using namespace std::chrono_literals;
-using rowe::service::connection_id;
-using rowe::service::transport_sink;
-
 constexpr std::uint32_t steps = 10'000; // CMakeLists.txt says so, too: tests/instructions.cmake divides by it
-
-class lean_carrier final : public rowe::service::transport {
- public:
-  explicit lean_carrier(std::uint32_t connections_max) : readers_(connections_max, true) {}
-
-  void open(std::uint32_t index) { opening_.push_back(index); }
-  void say(std::uint32_t index, std::string_view text) { send(index, 0x81, text); }
-  void leave(std::uint32_t index) { leaving_.push_back(index); }
-  void stop_reading(std::uint32_t index) { readers_[index] = false; }
-  void read_again(std::uint32_t index) {
-    readers_[index] = true;
-    writable_.push_back(index);
-  }
-
-  void poll(rowe::rt::time_point, transport_sink& sink) noexcept override {
-    for (const std::uint32_t i : opening_)
-      sink.on_open(
-          {i, 1},
-          {.ours = rowe::service::side::server, .address = "127.0.0.1:1", .path = "/", .subprotocol = {}});
-    opening_.clear();
-    std::swap(said_, hearing_);
-    std::swap(arriving_, bytes_);
-    bytes_.resize(bytes_.size() + transport_sink::tailroom_bytes);
-    for (const saying& one : hearing_) {
-      const auto bytes = std::span{bytes_}.subspan(one.at, one.size);
-      if (sink.wanted_bytes({one.index, 1}) != 0) {
-        sink.on_bytes({one.index, 1}, bytes);
-      } else { // later, then
-        said_.push_back({one.index, arriving_.size(), one.size});
-        arriving_.insert(arriving_.end(), bytes.begin(), bytes.end());
-      }
-    }
-    hearing_.clear();
-    bytes_.clear();
-    for (const std::uint32_t i : writable_) sink.on_writable({i, 1});
-    writable_.clear();
-    for (const std::uint32_t i : leaving_) sink.on_close({i, 1}, rowe::service::close_cause::peer);
-    leaving_.clear();
-  }
-  std::size_t write(connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept override {
-    if (!readers_[id.index]) return 0;
-    std::size_t taken = 0;
-    for (auto rest : pieces) {
-      taken += rest.size();
-      while (!rest.empty()) { // whole frames: all is taken
-        const std::size_t bytes = rowe::wire::whole_frame_bytes(rest);
-        frames += rest[0] == std::byte{0x81};
-        if (rest[0] == std::byte{0x89}) // a ping
-          send(id.index, 0x8a, {reinterpret_cast<const char*>(rest.data()) + 2, bytes - 2});
-        rest = rest.subspan(bytes);
-      }
-    }
-    return taken;
-  }
-  void wait(rowe::rt::time_point, rowe::rt::time_point) noexcept override {}
-  void wake() noexcept override {}
-  int wake_descriptor() const noexcept override { return -1; }
-  void close(connection_id, rowe::service::close_how) noexcept override {}
-  void set_near(connection_id, bool) noexcept override {}
-  void read_enabled(connection_id, bool) noexcept override {}
-  void connect() noexcept override {}
-  bool busy() const noexcept override { return false; }
-
-  bool has_more() const { return !said_.empty(); }
-
-  std::uint64_t frames = 0; // texts that peers were given
-
- private:
-  struct saying {
-    std::uint32_t index;
-    std::size_t at, size;
-  };
-
-  // Masked with zeros.
-  void send(std::uint32_t index, int opcode, std::string_view text) {
-    const std::size_t at = arriving_.size();
-    const auto put = [&](int byte) { arriving_.push_back(static_cast<std::byte>(byte)); };
-    put(opcode);
-    put(0x80 | static_cast<int>(text.size() < 126 ? text.size() : 126));
-    if (text.size() >= 126) {
-      put(static_cast<int>(text.size() >> 8));
-      put(static_cast<int>(text.size() & 0xff));
-    }
-    arriving_.resize(arriving_.size() + 4);
-    const auto bytes = std::as_bytes(std::span{text});
-    arriving_.insert(arriving_.end(), bytes.begin(), bytes.end());
-    said_.push_back({index, at, arriving_.size() - at});
-  }
-
-  std::vector<bool> readers_;
-  std::vector<std::uint32_t> opening_, writable_, leaving_;
-  std::vector<saying> said_, hearing_;
-  std::vector<std::byte> arriving_, bytes_;
-};
-
-using theatre = stage::theatre_over<lean_carrier>;
-
-rowe::endpoint_options options_for(std::uint32_t count, std::uint32_t queue_depth) {
-  rowe::endpoint_options chosen;
-  chosen.relay = true;
-  chosen.stop.unguarded = true;
-  rowe::limits& l = chosen.limits;
-  l.connections_max = count + 8;
-  l.message_bytes_max = 4096;
-  l.topics_max = 4 * count + 64;
-  l.subscriptions_max = 4 * count + 64;
-  l.subscriptions_per_connection_max = count + 8;
-  l.calls_max = 4 * count + 64;
-  l.calls_per_connection_max = 2 * count + 64;
-  l.small_slots = 4 * count + 512;
-  l.queue_depth_max = queue_depth;
-  return chosen;
-}
-
-std::string topic_of(std::uint32_t n) { return "/topic/" + std::to_string(n); }
-std::string subscribe_to(std::string_view topic) {
-  return R"({"op":"subscribe","topic":")" + std::string{topic} + R"("})";
-}
-std::string publish_on(std::string_view topic) {
-  return R"({"op":"publish","topic":")" + std::string{topic} + R"(","msg":{"data":1}})";
-}
-
-struct place {
-  explicit place(std::uint32_t many, std::uint32_t queue_depth = 256)
-      : on{options_for(many, queue_depth)}, count{many} {}
-
-  void connect(std::uint32_t peers) {
-    for (std::uint32_t i = 0; i < peers; ++i) on.net.open(i);
-    settle();
-  }
-  // Cycles until there is nothing left to do at once.
-  void settle() {
-    do on.cycle(1us);
-    while (on.next_wake <= on.now || on.net.has_more());
-  }
-  rowe::detail::lane& advertise(std::string_view topic, rowe::topic_options how = {}) {
-    return on.offer(rowe::detail::lane_kind::publish_text, topic, 64, how);
-  }
-  void publish(rowe::detail::lane& by) {
-    constexpr std::string_view text = R"({"data":1})";
-    const auto done = rowe::detail::publish_into(by, text.size(), on.now, [&](std::byte* slot) {
-      text.copy(reinterpret_cast<char*>(slot), text.size());
-    });
-    if (!done) std::abort();
-  }
-
-  theatre on;
-  std::uint32_t count;
-  std::uint64_t frames_due = 0; // texts that the steps must have given to peers
-};
-
-// COUNT peers that say nothing; one message is sent to one of them, and one read from it, in each step.
-struct quiet : place {
-  explicit quiet(std::uint32_t peers) : place{peers} {
-    connect(peers);
-    lane_ = &advertise("/down");
-    inbox_ = &on.offer(rowe::detail::lane_kind::subscribe_text, "/up", 64);
-    on.net.say(peers - 1, subscribe_to("/down"));
-    settle();
-    frames_due = steps;
-  }
-  void step() {
-    publish(*lane_);
-    on.net.say(count - 1, publish_on("/up"));
-    settle();
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.home->give(*slot);
-  }
-  rowe::detail::lane* lane_;
-  rowe::detail::lane* inbox_;
-};
-
-// COUNT peers, each of which sends one message before any sends another.
-struct sending : place {
-  explicit sending(std::uint32_t peers) : place{peers} { connect(peers); }
-  void step() {
-    on.net.say(next_, R"({"op":"publish","topic":"/up","msg":{"data":1}})");
-    if (++next_ < count) return;
-    next_ = 0;
-    settle();
-  }
-  std::uint32_t next_ = 0;
-};
-
-// COUNT peers that get every message; a step is one message to one peer.
-struct receiving : place {
-  explicit receiving(std::uint32_t peers) : place{peers} {
-    connect(peers);
-    lane_ = &advertise("/down");
-    for (std::uint32_t i = 0; i < peers; ++i) on.net.say(i, subscribe_to("/down"));
-    settle();
-    frames_due = steps;
-  }
-  void step() {
-    if (next_++ % count != 0) return;
-    publish(*lane_);
-    settle();
-  }
-  rowe::detail::lane* lane_;
-  std::uint32_t next_ = 0;
-};
-
-// COUNT topics that one peer has subscribed to; each step another one publishes on one of them.
-struct topics : place {
-  explicit topics(std::uint32_t names) : place{names} {
-    connect(2);
-    for (std::uint32_t i = 0; i < names; ++i) {
-      says_.push_back(publish_on(topic_of(i)));
-      on.net.say(0, subscribe_to(topic_of(i)));
-      settle();
-    }
-    frames_due = steps;
-  }
-  void step() {
-    on.net.say(1, says_[next_++ % count]);
-    settle();
-  }
-  std::vector<std::string> says_;
-  std::uint32_t next_ = 0;
-};
-
-// The same, but the subscriber reads only when each topic has a message for it.
-struct topics_at_once : topics {
-  explicit topics_at_once(std::uint32_t names) : topics{names} {}
-  void step() {
-    if (next_ % count == 0) on.net.stop_reading(0);
-    topics::step();
-    if (next_ % count != 0) return;
-    on.net.read_again(0);
-    settle();
-  }
-};
-
-// COUNT handles that publish in turn, each on its own topic.
-struct handles : place {
-  explicit handles(std::uint32_t lanes) : place{lanes} {
-    connect(1);
-    for (std::uint32_t i = 0; i < lanes; ++i) {
-      lanes_.push_back(&advertise(topic_of(i), {.depth = 8}));
-      on.net.say(0, subscribe_to(topic_of(i)));
-      settle();
-    }
-    frames_due = steps;
-  }
-  void step() {
-    publish(*lanes_[next_++ % count]);
-    settle();
-  }
-  std::vector<rowe::detail::lane*> lanes_;
-  std::uint32_t next_ = 0;
-};
-
-// COUNT calls of one peer that nobody has answered yet; each step it asks one more, which is.
-struct calls : place {
-  explicit calls(std::uint32_t open) : place{open} {
-    connect(2);
-    on.net.say(0, R"({"op":"advertise_service","service":"/slow"})");
-    settle();
-    for (std::uint32_t i = 0; i < open; ++i) {
-      on.net.say(1, R"({"op":"call_service","id":"slow )" + std::to_string(i) + R"(","service":"/slow"})");
-      settle();
-    }
-    frames_due = steps;
-  }
-  void step() {
-    on.net.say(1, R"({"op":"call_service","id":"quick","service":"/rosapi/topic_type"})");
-    settle();
-  }
-};
-
-// COUNT peers that do not read and have no room for the message that waits for one. A step is a cycle.
-struct waiting : place {
-  explicit waiting(std::uint32_t peers) : place{peers, 1} {
-    connect(peers + 1);
-    for (std::uint32_t i = 0; i < peers; ++i) on.net.stop_reading(i);
-    for (std::uint32_t i = 0; i <= peers; ++i) on.net.say(i, R"({"data":1})"); // from now on they are bare
-    settle();
-    send_to_all();
-    on.net.stop_reading(peers);
-    send_to_all(); // the last one has read the first: it alone has room
-    on.net.leave(peers);
-    settle();
-  }
-  void send_to_all() {
-    const auto sent = on.door.submit({.what = rowe::service::door_request::message}, R"({"data":1})");
-    if (!sent) std::abort();
-    settle();
-  }
-  void step() { on.cycle(1us); }
-};
-
-// COUNT peers, the last of which does not read: what it has not read keeps all slots, and each message takes
-// one from it.
-struct slow : place {
-  explicit slow(std::uint32_t peers) : place{peers, 8192} {
-    connect(peers);
-    lane_ = &advertise("/down");
-    for (std::uint32_t i = peers - 2; i < peers; ++i) on.net.say(i, subscribe_to("/down"));
-    settle();
-    on.net.stop_reading(peers - 1);
-    while (on.count(rowe::service::counter::outbox_full) == 0) step();
-    frames_due = steps;
-  }
-  void step() {
-    publish(*lane_);
-    settle();
-  }
-  rowe::detail::lane* lane_;
-};
-
-// COUNT pages that show the state of the stop. A step is a cycle in which nothing changes.
-struct shown : place {
-  explicit shown(std::uint32_t pages) : place{pages} {
-    connect(pages);
-    on.offer(rowe::detail::latch_request({}));
-    for (std::uint32_t i = 0; i < pages; ++i) on.net.say(i, subscribe_to("/rowe/stop/state"));
-    settle();
-  }
-  void step() { on.cycle(1us); }
-};
 
 struct kind {
   std::string_view name;
@@ -363,25 +32,25 @@ int run(std::uint32_t count) {
   Kind does{count};
   const std::uint64_t before = does.on.net.frames;
   scale_steps([&] { does.step(); });
-  const bool right =
-      does.on.core.check() && (does.frames_due == 0 || does.on.net.frames - before == does.frames_due);
+  const std::uint64_t given = does.on.net.frames - before;
+  const std::uint64_t due = std::uint64_t{does.frames_a_step} * steps;
+  const bool right = does.on.core.check() && (due == 0 || given == due);
   if (!right)
-    std::fprintf(stderr, "%llu messages instead of %llu\n",
-                 static_cast<unsigned long long>(does.on.net.frames - before),
-                 static_cast<unsigned long long>(does.frames_due));
+    std::fprintf(stderr, "%llu messages instead of %llu\n", static_cast<unsigned long long>(given),
+                 static_cast<unsigned long long>(due));
   return right ? 0 : 1;
 }
 
-constexpr kind kinds[] = {{"quiet_peers", run<quiet>},
-                          {"sending_peers", run<sending>},
-                          {"receiving_peers", run<receiving>},
-                          {"topics", run<topics>},
-                          {"topics_at_once", run<topics_at_once>},
-                          {"handles", run<handles>},
-                          {"calls", run<calls>},
-                          {"full_peers", run<waiting>},
-                          {"readers", run<slow>},
-                          {"pages", run<shown>}};
+constexpr kind kinds[] = {{"quiet_peers", run<scale::quiet>},
+                          {"sending_peers", run<scale::sending>},
+                          {"receiving_peers", run<scale::receiving>},
+                          {"topics", run<scale::topics>},
+                          {"topics_at_once", run<scale::topics_at_once>},
+                          {"handles", run<scale::handles>},
+                          {"calls", run<scale::calls>},
+                          {"full_peers", run<scale::waiting>},
+                          {"readers", run<scale::slow>},
+                          {"pages", run<scale::shown>}};
 
 } // namespace
 
