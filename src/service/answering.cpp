@@ -240,7 +240,7 @@ void core::close_call(std::uint32_t index) noexcept {
     --peer_calls_;
     if (connection* const c = find(ended.asked_by.connection())) call_claims_.give_back(c->calls_asked);
   }
-  disarm(timer::call, index);
+  timers_.disarm(call_index{index});
   cancel_letter(ended.request);
   calls_.close(index);
 }

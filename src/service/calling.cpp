@@ -86,7 +86,7 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
 void core::limit_call(std::uint32_t index, rt::time_point until) noexcept {
   calls_.at(index).deadline = until;
   if (until == rt::never) return;
-  if (until <= now_ || unarmed_count_ == unarmed_calls_.size()) return arm(timer::call, index, until);
+  if (until <= now_ || unarmed_count_ == unarmed_calls_.size()) return timers_.arm(call_index{index}, until);
   unarmed_calls_[unarmed_count_++] = index;
 }
 
@@ -181,7 +181,7 @@ bool core::goes_to_receiver(std::string_view service) noexcept {
 }
 
 connection* core::server_connection() noexcept {
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (c.open() && c.ours == side::client) return &c;
   }
   return nullptr;
@@ -197,7 +197,7 @@ void core::ask_anyone(std::uint32_t index, std::string_view service, const askin
   }
   if (!object) return finish_badly(index, {errc::no_service});
   connection* first = nullptr;
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (c.open() && c.bare && first == nullptr) first = &c;
   }
   ask_peer(index, first, dialect::bare, service, what);
@@ -208,7 +208,7 @@ void core::ask_peer(std::uint32_t index, connection* c, dialect in, std::string_
                     const asking& what) noexcept {
   call& asked = calls_.at(index);
   std::array<char, call_table::our_id_bytes_max> room;
-  const std::string_view id = calls_.write_id(room, index, epoch_);
+  const std::string_view id = calls_.write_id(room, index, peers_.opened());
   const auto write = [&](json::writer& into) {
     if (in == dialect::bare) {
       if (what.is == asking::form::object) return bare::write_invocation(into, what.text, id);
@@ -312,7 +312,7 @@ void core::hand_to_receiver(std::uint32_t index, std::string_view service, const
     done = deliver_message(header, what.text);
   } else {
     std::array<char, call_table::our_id_bytes_max> room;
-    const std::string_view id = calls_.write_id(room, index, epoch_);
+    const std::string_view id = calls_.write_id(room, index, peers_.opened());
     const std::uint32_t slot = compose(
         rt::never, [&](json::writer& into) { bare::write_delivered_call(into, service, what.text, id); });
     if (slot == no_index) return finish_badly(index, {errc::full});

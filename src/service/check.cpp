@@ -22,14 +22,12 @@ constexpr std::uint64_t weight(std::uint32_t of) noexcept {
 } // namespace
 
 std::string_view core::inconsistency() const noexcept {
-  std::uint32_t there = 0;
-  for (const connection& c : connections_) there += c.state != connection::phase::free;
-  if (there != peers_) return "the number of peers";
+  if (!peers_.check()) return "the number of peers";
   if (!slots_.check()) return "free slots";
   if (!router_.check()) return "topics and their subscriptions";
   if (!letters_.check()) return "letters that wait";
   if (!calls_.check()) return "calls";
-  if (wheel_.check() != nullptr) return "the wheel";
+  if (!timers_.check()) return "the wheel";
   if (!check_calls()) return "who asks and who answers";
   if (!check_queues()) return "the entries of queues";
   if (!check_references()) return "references to slots";
@@ -50,9 +48,9 @@ bool core::check_shares() const noexcept {
   }
   if (blocks != latches_.in_use()) return false;
   std::uint32_t services = 0;
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     if (c.state == connection::phase::free) {
-      if (latches_.held_by_peer(static_cast<std::uint32_t>(&c - connections_.data())) != 0) return false;
+      if (latches_.held_by_peer(static_cast<std::uint32_t>(&c - &*peers_.begin())) != 0) return false;
       continue;
     }
     std::uint32_t provided = 0;
@@ -69,7 +67,7 @@ bool core::check_shares() const noexcept {
   // What is kept for connections is what they have not taken.
   const auto agrees = [&](const claims& of, std::uint32_t connection::*held) {
     std::uint32_t wanted = of.connections() * of.claim();
-    for (const connection& c : connections_) {
+    for (const connection& c : peers_) {
       if (c.state != connection::phase::free) wanted -= of.claim() - of.kept_for(c.*held);
     }
     return wanted == of.wanted();
@@ -86,7 +84,7 @@ bool core::check_calls() const noexcept {
     if (p.who == party::kind::lane)
       return views_[p.index].attached && views_[p.index].generation == p.generation;
     if (p.who == party::kind::peer)
-      return connections_[p.index].state != connection::phase::free && p.is(connections_[p.index].id);
+      return peers_[peer_index{p.index}].state != connection::phase::free && p.is(peers_[peer_index{p.index}].id);
     return true;
   };
   std::uint32_t by_peers = 0;
@@ -97,7 +95,7 @@ bool core::check_calls() const noexcept {
     by_peers += one.asked_by.who == party::kind::peer;
   }
   std::uint32_t asked = 0;
-  for (const connection& c : connections_) asked += c.state != connection::phase::free ? c.calls_asked : 0;
+  for (const connection& c : peers_) asked += c.state != connection::phase::free ? c.calls_asked : 0;
   return by_peers == peer_calls_ && asked == peer_calls_;
 }
 
@@ -108,7 +106,7 @@ bool core::check_receiving() const noexcept {
   std::uint32_t answers = 0;
   std::uint32_t told_full = 0;
   std::uint32_t in_turn = 0;
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     in_turn += c.in_turn;
     if (c.state == connection::phase::free) continue;
     untaken += c.untaken;
@@ -147,10 +145,10 @@ bool core::check_queues() const noexcept {
     }
     return true;
   };
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     held = {};
     if (c.state == connection::phase::free) {
-      if (!charged(static_cast<std::uint32_t>(&c - connections_.data()))) return false;
+      if (!charged(static_cast<std::uint32_t>(&c - &*peers_.begin()))) return false;
       continue;
     }
     if (!fits(c.direct)) return false;
@@ -176,10 +174,10 @@ bool core::check_listed() const noexcept {
     }
     return false;
   };
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     if (!c.open() || c.listed || c.blocked) continue;
     if (c.begun.slot != no_index || !c.control.rest().empty() || !c.stop_out.rest().empty()) return false;
-    const bool others_end = begins_wait_ && wheel_.contains(node_of(timer::begun));
+    const bool others_end = begins_wait_ && timers_.armed(timer::partial_frames);
     if ((c.held && c.credit.ping_under_way()) || (c.waits_to_begin && others_end)) continue;
     if (any_due(c.direct) || std::any_of(c.letters.begin(), c.letters.end(), any_due)) return false;
     for (std::uint32_t i = c.first_subscription; i != no_index;
@@ -202,7 +200,7 @@ bool core::check_references() const noexcept {
       if (slots_.alive(entries_.at(at))) queued += weight(entries_.at(at).index);
     }
   };
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     if (c.state == connection::phase::free) continue;
     if (c.begun.slot != no_index) begun += weight(c.begun.slot);
     count(c.direct);
@@ -230,7 +228,7 @@ bool core::check_holders() const noexcept {
   for (const std::uint32_t own : {statistics_topic_, stop_topic_})
     own_held += own != no_index ? weight(own) : 0; // a client has none
   std::uint64_t held = 0;
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     if (c.state == connection::phase::free) continue;
     for (std::uint32_t i = 0; i < c.advertisements; ++i) held += weight(c.advertised[i].topic);
     for (std::uint32_t s = c.first_subscription; s != no_index;

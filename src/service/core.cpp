@@ -36,10 +36,6 @@ std::size_t scratch_bytes(const limits& bounds) noexcept {
                   wire::bare::scratch_bytes({.service_bytes_max = bounds.topic_bytes_max}));
 }
 
-std::size_t node_count(const limits& bounds) noexcept {
-  return wire_slots::count(bounds) + bounds.subscriptions_max + bounds.connections_max + bounds.calls_max + 3;
-}
-
 constexpr std::size_t mask_bytes =
     4096; // keys are drawn a thousand at a time: one system call for all of them
 
@@ -86,7 +82,7 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
          router::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
-         arena::bytes_for<connection>(bounds.connections_max) +              // peers,
+         peer_table::footprint_bytes(bounds) +                               // peers,
          bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
          arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
@@ -94,7 +90,7 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
          bounds.connections_max * arena::bytes_for(aside_bytes) +      // what was read,
          2 * arena::bytes_for<std::uint32_t>(bounds.connections_max) + // in which order, and who is parked
          arena::bytes_for<lane_view>(bounds.lanes_max) +               //
-         arena::bytes_for<rt::timer_node>(node_count(bounds)) +        //
+         timers::footprint_bytes(bounds) +                             //
          arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
          arena::bytes_for<std::uint32_t>(bounds.calls_max) + arena::bytes_for(joined_bytes(bounds)) +
          arena::bytes_for<batch_piece>(batch_pieces_max) + arena::bytes_for(mask_bytes) + //
@@ -122,7 +118,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       entries_{memory, bounds_},
       router_{memory, bounds_},
       latches_{memory, bounds_},
-      connections_{memory.carve<connection>(bounds_.connections_max)},
+      peers_{memory, bounds_},
       listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       parked_{memory.carve<std::uint32_t>(bounds_.connections_max)},
@@ -137,8 +133,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       call_claims_{claims_to(calls_of_peers(bounds_))},
       inbox_claims_{claims_to(door.slots(), 4)}, // until a lane receives
       door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
-      nodes_{memory.carve<rt::timer_node>(node_count(bounds_))},
-      wheel_{nodes_, start},
+      timers_{memory, bounds_, start},
       sealed_{memory.carve<std::uint32_t>(slots_.count())},
       unarmed_calls_{memory.carve<std::uint32_t>(bounds_.calls_max)},
       joined_{memory.carve_bytes(joined_bytes(bounds_))},
@@ -157,11 +152,11 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
   too_many_refusals_ = flood_reason("refused requests", bounds_.refusals_per_second_max, "heed the refusals",
                                     "refusals_per_second_max");
   const auto advertised =
-      memory.carve<advertisement>(connections_.size() * bounds_.advertisements_per_connection_max);
-  for (std::size_t i = 0; i < connections_.size(); ++i) {
-    connections_[i].aside = memory.carve_bytes(aside_bytes);
-    connections_[i].assembly = memory.carve_bytes(assembly_bytes(bounds_));
-    connections_[i].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
+      memory.carve<advertisement>(peers_.size() * bounds_.advertisements_per_connection_max);
+  for (std::uint32_t i = 0; i < peers_.size(); ++i) {
+    peers_[peer_index{i}].aside = memory.carve_bytes(aside_bytes);
+    peers_[peer_index{i}].assembly = memory.carve_bytes(assembly_bytes(bounds_));
+    peers_[peer_index{i}].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
                                                     bounds_.advertisements_per_connection_max);
   }
   calls_.begin(draw(random_));
@@ -172,40 +167,10 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
   }
   stop_topic_ = router_.find_or_add(stop_state_topic);
   router_.hold_as_own(stop_topic_);
-  if (ours_ == side::client) arm(timer::reconnect, 0, start);
+  if (ours_ == side::client) timers_.arm(timer::reconnect, start);
 }
 
 // ---- timers
-
-std::uint32_t core::node_of(timer what, std::uint32_t index) const noexcept {
-  const std::uint32_t subscriptions_at = slots_.count();
-  const std::uint32_t connections_at = subscriptions_at + router_.subscription_places();
-  const std::uint32_t calls_at = connections_at + static_cast<std::uint32_t>(connections_.size());
-  const std::uint32_t single_at = calls_at + calls_.places();
-  switch (what) {
-  case timer::slot: return index;
-  case timer::subscription: return subscriptions_at + index;
-  case timer::connection: return connections_at + index;
-  case timer::call: return calls_at + index;
-  case timer::statistics: return single_at;
-  case timer::reconnect: return single_at + 1;
-  case timer::begun: break;
-  }
-  return single_at + 2;
-}
-
-core::timer_name core::name_of(std::uint32_t node) const noexcept {
-  for (const timer what : {timer::begun, timer::reconnect, timer::statistics, timer::call, timer::connection,
-                           timer::subscription}) {
-    if (const std::uint32_t first = node_of(what); node >= first) return {what, node - first};
-  }
-  return {timer::slot, node};
-}
-
-void core::arm(timer what, std::uint32_t index, rt::time_point when) noexcept {
-  wheel_.insert(node_of(what, index), when);
-}
-void core::disarm(timer what, std::uint32_t index) noexcept { wheel_.cancel(node_of(what, index)); }
 
 // Most messages are written in the cycle that makes them and never need the wheel, and some calls are
 // answered in it; the others come to it here.
@@ -214,11 +179,11 @@ void core::arm_what_stays() noexcept {
     // One that was freed and is another message's by now is there twice, which does no harm.
     const rt::time_point expires = slots_.expires(slot);
     if (slots_.references(slot) != 0 && expires != rt::never)
-      arm(timer::slot, slot, expires + rt::duration{1});
+      timers_.arm(slot_id{slot}, expires + rt::duration{1});
   }
   for (const std::uint32_t index : unarmed_calls_.first(std::exchange(unarmed_count_, 0))) {
     const call& one = calls_.at(index); // likewise
-    if (one.open && one.deadline != rt::never) arm(timer::call, index, one.deadline);
+    if (one.open && one.deadline != rt::never) timers_.arm(call_index{index}, one.deadline);
   }
 }
 
@@ -266,7 +231,7 @@ rt::time_point core::next_cycle() const noexcept {
   // Something may find room now that did not before.
   if ((door_held_count_ != 0 || lanes_wait_) && room_changes() != retried_at_) return now_;
   if (!parked_.empty() && room_changes() != unparked_at_) return now_;
-  return std::min(wheel_.next_wake(), next_stop_turn());
+  return std::min(timers_.next_wake(), next_stop_turn());
 }
 
 void core::show_carrier_memory() noexcept {
@@ -285,22 +250,22 @@ void core::record_cycle(rt::duration took) noexcept {
 }
 
 void core::expire() noexcept {
-  for (std::uint32_t node = wheel_.expire(now_); node != rt::timer_wheel::none; node = wheel_.expire(now_)) {
-    const auto [what, index] = name_of(node);
+  while (const auto due = timers_.take_due(now_)) {
+    const auto [what, index] = *due;
     switch (what) {
     case timer::slot: expire_slot(index); break;
     case timer::subscription:
       router_.subscription_at(index).timed = false;
       make_ready(index);
       break;
-    case timer::connection: look_after(connections_[index]); break;
+    case timer::peer: look_after(peers_[peer_index{index}]); break;
     case timer::call:
       add(counter::calls_timed_out);
       finish_badly(index, {errc::timed_out, 0, calls_.at(index).timeout.count()});
       break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;
-    case timer::begun:
+    case timer::partial_frames:
       begun_due_ = true;
       look_again_from(0);
       break;
@@ -310,7 +275,7 @@ void core::expire() noexcept {
 
 bool core::drained() const noexcept {
   if (entries_.in_use() != 0 || !listed_.empty() || letters_.waiting() != 0 || !door_.drained()) return false;
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     if (c.state != connection::phase::free && c.begun.slot != no_index) return false;
   }
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
@@ -327,35 +292,23 @@ void core::close_all(rt::time_point now) noexcept {
   now_ = now;
   closing_ = true;
   stop_loops(now);
-  disarm(timer::reconnect, 0);
+  timers_.disarm(timer::reconnect);
   while (letters_.waiting() != 0) {
     add(counter::lost_at_close);
     end_letter(letters_.first_waiting(), errc::closed);
   }
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) retry_entries(i); // what was put aside ends as well
   retry_door();
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (c.open()) close(c, wire::close_code::going_away, "the endpoint is closing");
   }
 }
 
 // ---- a connection's life
 
-const connection* core::find(connection_id id) const noexcept {
-  if (id.index >= connections_.size()) return nullptr;
-  const connection& c = connections_[id.index];
-  return c.state != connection::phase::free && c.id == id ? &c : nullptr;
-}
-
-connection* core::find(connection_id id) noexcept {
-  if (id.index >= connections_.size()) return nullptr;
-  connection& c = connections_[id.index];
-  return c.state != connection::phase::free && c.id == id ? &c : nullptr;
-}
-
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
-  assert(id.index < connections_.size() && connections_[id.index].state == connection::phase::free);
-  connection& c = connections_[id.index];
+  assert(id.index < peers_.size() && peers_[peer_index{id.index}].state == connection::phase::free);
+  connection& c = peers_[peer_index{id.index}];
   const auto aside = c.aside;
   const auto assembly = c.assembly;
   const auto advertised = c.advertised;
@@ -390,14 +343,14 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.reports = rate_limit{std::chrono::seconds{1}, reports_burst};
   begin_credit(c);
   look_after_later(c);
-  ++epoch_;
   shown_.set_connection(id.index, id.generation, c.peer());
   stop_state_due_ = now_; // it may be one of those that are shown it unasked
   if (c.ours == side::client && !closing_) announce_all(c);
   c.bare = !c.stop_only && (c.ours == side::client || options_.bare_unasked ||
                             options_.profile != peer_profile::standard || peer.subprotocol == "rowe.v1");
   if (c.bare && !closing_) welcome(c);
-  shown_.set_peers(++peers_); // last: who waits for a peer may publish at once
+  peers_.add();
+  shown_.set_peers(peers_.count()); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
 }
 
@@ -411,7 +364,8 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
          c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
   forget(*c);
   shown_.set_connection(id.index, 0, {});
-  shown_.set_peers(--peers_);
+  peers_.remove();
+  shown_.set_peers(peers_.count());
   if (ours_ == side::client) reconnect_later();
 }
 
@@ -442,7 +396,7 @@ void core::forget(connection& c) noexcept {
   for (std::uint32_t i = 0; i < router_.topic_places() && !ROWE_MUTANT(latch_of_the_gone); ++i)
     forget_latched(router_.at(i), {latch_owner::kind::peer, c.id.index});
   while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements].topic);
-  disarm(timer::connection, c.id.index);
+  timers_.disarm(peer_index{c.id.index});
   end_unread(c);
   ++places_freed_;
   room_came_ = true; // whoever waits for room there need not wait any more
@@ -474,7 +428,7 @@ void core::cut(connection& c, std::string_view reason) noexcept {
 
 void core::look_after_later(const connection& c) noexcept {
   const rt::duration when = now_.time_since_epoch() + care_period;
-  arm(timer::connection, c.id.index, rt::time_point{when / care_step * care_step});
+  timers_.arm(peer_index{c.id.index}, rt::time_point{when / care_step * care_step});
 }
 
 // Runs every care_period for each connection: pings whoever is silent, cuts whoever stays so or does not
@@ -535,7 +489,7 @@ void core::reconnect_later() noexcept {
   std::array<std::byte, 2> dice;
   random_.fill(dice);
   const auto share = std::to_integer<std::int64_t>(dice[0]) * 256 + std::to_integer<std::int64_t>(dice[1]);
-  arm(timer::reconnect, 0, now_ + wait - wait / 4 * share / 65536);
+  timers_.arm(timer::reconnect, now_ + wait - wait / 4 * share / 65536);
 }
 
 // ---- the rest

@@ -31,21 +31,21 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
-#include <rowe/rt/timer_wheel.hpp>
 
 #include "service/batch.hpp"
 #include "service/board.hpp"
 #include "service/calls.hpp"
-#include "service/connection.hpp"
 #include "service/core_options.hpp"
 #include "service/front_door.hpp"
 #include "service/letters.hpp"
+#include "service/peer_table.hpp"
 #include "service/phase_plan.hpp"
 #include "service/queues.hpp"
 #include "service/router.hpp"
 #include "service/services.hpp"
 #include "service/shares.hpp"
 #include "service/stop_rules.hpp"
+#include "service/timers.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
 #include "wire/bare.hpp"
@@ -97,19 +97,19 @@ class core final : public transport_sink {
   // something that a peer waits for, or something that must not be left lying when its time is over. Handles
   // that tell leave only what waits in a lane for room further on; so do those that phases() looks after.
   rt::duration patience(rt::duration poll_period) const noexcept {
-    const bool lanes_talk = talking_lanes_ != 0 && peers_ != 0;
+    const bool lanes_talk = talking_lanes_ != 0 && peers_.count() != 0;
     if (lanes_wait_ && (wanted_lanes_ != 0 || lanes_talk)) return poll_period;
     if (!options_.lanes_tell && (wanted_lanes_ > phases_.listened() || lanes_talk)) return poll_period;
     if (!parked_.empty() && receives_ != no_index) return poll_period; // a lane does not tell what it takes
     // Something waits for room at a peer, or for a slot.
-    if (door_held_count_ != 0 || (peers_ != 0 && letters_.waiting() != 0)) return talking_rest;
+    if (door_held_count_ != 0 || (peers_.count() != 0 && letters_.waiting() != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
   // Under idle::phase: what else to wait for.
   phase_plan& phases() noexcept { return phases_; }
   // Where handles tell: nothing was handed over since cycle() looked. For rt::wake_bell::sleep().
   bool lanes_quiet() const noexcept;
-  std::uint32_t peers() const noexcept { return peers_; }
+  std::uint32_t peers() const noexcept { return peers_.count(); }
   // True when nothing that was published waits to be written.
   bool drained() const noexcept;
   // Stops the loops: the endpoint is about to close.
@@ -143,16 +143,6 @@ class core final : public transport_sink {
   static constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};
   static constexpr rt::duration idle_rest = std::chrono::milliseconds{250}; // set-up and sockets wake earlier
 
-  // One node of the wheel for each thing that has a time.
-  enum class timer : std::uint8_t { slot, subscription, connection, call, statistics, reconnect, begun };
-  struct timer_name {
-    timer what;
-    std::uint32_t index;
-  };
-  std::uint32_t node_of(timer what, std::uint32_t index = 0) const noexcept;
-  timer_name name_of(std::uint32_t node) const noexcept;
-  void arm(timer what, std::uint32_t index, rt::time_point when) noexcept;
-  void disarm(timer what, std::uint32_t index) noexcept;
   void arm_what_stays() noexcept;
 
   // check.cpp
@@ -165,8 +155,7 @@ class core final : public transport_sink {
   bool check_receiving() const noexcept;
 
   // core.cpp
-  connection* find(connection_id id) noexcept;
-  const connection* find(connection_id id) const noexcept;
+  connection* find(connection_id id) const noexcept { return peers_.find(id); }
   rt::time_point next_cycle() const noexcept;
   void expire() noexcept;
   void show_carrier_memory() noexcept;
@@ -603,7 +592,7 @@ class core final : public transport_sink {
   queue_entries entries_;
   router router_;
   latch_store latches_;
-  std::span<connection> connections_;
+  peer_table peers_;
   // Connections, each at most once, in their turn.
   struct turns {
     std::span<std::uint32_t> places;
@@ -645,8 +634,7 @@ class core final : public transport_sink {
   claims call_claims_;
   claims inbox_claims_;                // by what was not taken
   std::span<std::uint32_t> door_held_; // slots taken there that wait for room further on, in their order
-  std::span<rt::timer_node> nodes_;
-  rt::timer_wheel wheel_;
+  timers timers_;
   std::span<std::uint32_t> sealed_; // slots with an end that are not on the wheel yet: in this cycle
   std::uint32_t sealed_count_ = 0;
   std::span<std::uint32_t> unarmed_calls_; // likewise: calls with a deadline
@@ -674,7 +662,6 @@ class core final : public transport_sink {
   // When the newest period of the service's rates began, and the one before.
   std::array<rt::time_point, 2> rates_marked_{};
   std::uint32_t statistics_topic_ = no_index;    // of a server
-  std::uint32_t peers_ = 0;
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
   std::uint64_t lanes_attached_ = 0;
@@ -714,7 +701,6 @@ class core final : public transport_sink {
   std::uint64_t unparked_at_ = 0;       // after how many changes, for those that are parked
   std::uint64_t retried_at_ = 0;        // likewise, for what is put aside
   std::uint32_t asked_lane_ = no_index; // that was given a call in this cycle, the last one
-  std::uint32_t epoch_ = 0;             // connections so far
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool lanes_wait_ = false; // something stays in a lane until there is room further on

@@ -113,7 +113,7 @@ constexpr rt::duration absent_after = std::chrono::seconds{8};
 // nobody needs to know.
 void core::begin_receiver() noexcept {
   receives_ = receiver();
-  for (connection& c : connections_) c.untaken = c.answers_held = 0;
+  for (connection& c : peers_) c.untaken = c.answers_held = 0;
   untaken_ = answers_held_ = 0;
   inbox_claims_ = claims_to(receiver_slots(), 4);
   marked_ = false;

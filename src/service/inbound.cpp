@@ -277,7 +277,7 @@ std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) no
 claims core::claims_to_topics(std::uint32_t share) noexcept {
   claims all = claims_to(share);
   ++topics_charged_;
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     work_bytes_ += held_topic_work_bytes * (1 + c.subscriptions + c.advertisements);
     if (c.state == connection::phase::free) continue;
     std::uint32_t charged = 0;
@@ -437,7 +437,7 @@ void core::tell_other_types(std::uint32_t topic) noexcept {
   for (std::uint32_t i = router_.at(topic).first_subscription; i != no_index;
        i = router_.subscription_at(i).next_on_topic) {
     const subscription& s = router_.subscription_at(i);
-    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(connections_[s.connection], {}, topic, {});
+    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(peers_[peer_index{s.connection}], {}, topic, {});
   }
 }
 

@@ -123,7 +123,7 @@ void core::attach(std::uint32_t index) noexcept {
       merge_requests(i);
     }
   }
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (c.open() && c.ours == side::client) announce(c, index, true);
   }
   update_wanted(
@@ -143,7 +143,7 @@ void core::take_topic_from_peers(std::uint32_t topic, std::string_view type) noe
                     static_cast<int>(before.size()), before.data());
   const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
   router_.replace_type(topic, type);
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     // Never the last who holds the topic: the handle does.
     if (c.open() && withdraw_advertisement(c, topic)) refuse(c, {}, text);
   }
@@ -155,7 +155,7 @@ void core::take_topic_from_peers(std::uint32_t topic, std::string_view type) noe
 bool core::take_back_topic() noexcept {
   connection* most = nullptr;
   std::uint32_t held_by_most = 0;
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (c.state == connection::phase::free) continue;
     const std::uint32_t held = peers_topics_held(c);
     if (held <= held_by_most) continue;
@@ -176,7 +176,7 @@ bool core::take_back_topic() noexcept {
   why.add("the topic ").add_shortened(router_.name(taken), 96);
   why.add(" is given up: this process needs its place (limit topics_max)");
   router_.hold(taken); // until all know
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (c.state == connection::phase::free) continue;
     bool had = withdraw_advertisement(c, taken);
     for (std::uint32_t s; (s = router_.find_subscription(taken, c.first_subscription)) != no_index;
@@ -210,7 +210,7 @@ bool core::has_other_handle(std::uint32_t topic, bool that_reads) const noexcept
 
 // The queue towards the server of what a lane publishes; null where there is none.
 queue* core::queue_to_server(std::uint32_t index) noexcept {
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (!c.open() || c.ours != side::client) continue;
     const std::uint32_t s = router_.find_subscription(views_[index].topic, c.first_subscription);
     if (s != no_index) return &router_.subscription_at(s).waiting;
@@ -255,7 +255,7 @@ void core::detach(std::uint32_t index) noexcept {
       while (*link != index) link = &views_[*link].next_inbox;
       *link = view.next_inbox;
     }
-    for (connection& c : connections_) {
+    for (connection& c : peers_) {
       if (c.open() && c.ours == side::client) announce(c, index, false);
     }
     if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_; // ours alone
@@ -331,7 +331,7 @@ std::size_t core::ample_budget(const topic& on) const noexcept {
   for (std::uint32_t i = on.first_subscription; i != no_index && room != 0;
        i = router_.subscription_at(i).next_on_topic) {
     const subscription& s = router_.subscription_at(i);
-    if (connections_[s.connection].behind()) return 0;
+    if (peers_[peer_index{s.connection}].behind()) return 0;
     room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
   }
   return room;

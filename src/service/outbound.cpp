@@ -55,7 +55,7 @@ void core::push(std::uint32_t index, std::uint32_t slot) noexcept {
 void core::trim(subscription& s, std::uint32_t most) noexcept {
   for (drop_dead(s.waiting); s.waiting.count > most; ROWE_MUTANT(depth) ? void() : drop_dead(s.waiting)) {
     // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
-    const bool chosen = s.throttle > rt::duration{0} && !connections_[s.connection].behind();
+    const bool chosen = s.throttle > rt::duration{0} && !peers_[peer_index{s.connection}].behind();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
     drop_front(s.waiting);
   }
@@ -68,7 +68,7 @@ void core::merge_requests(std::uint32_t index) noexcept {
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
   s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
-  if (std::exchange(s.timed, false)) disarm(timer::subscription, index);
+  if (std::exchange(s.timed, false)) timers_.disarm(subscription_id{index});
   make_ready(index);
 }
 
@@ -76,11 +76,11 @@ void core::make_ready(std::uint32_t index) noexcept {
   subscription& s = router_.subscription_at(index);
   if (s.ready || (s.waiting.empty() && !s.owes_last)) return;
   if (now_ < s.next_due) {
-    if (!std::exchange(s.timed, true)) arm(timer::subscription, index, s.next_due);
+    if (!std::exchange(s.timed, true)) timers_.arm(subscription_id{index}, s.next_due);
     return;
   }
-  if (std::exchange(s.timed, false)) disarm(timer::subscription, index);
-  connection& c = connections_[s.connection];
+  if (std::exchange(s.timed, false)) timers_.disarm(subscription_id{index});
+  connection& c = peers_[peer_index{s.connection}];
   s.ready_as = router_.at(s.topic).priority;
   ready_list& on = c.ready[static_cast<std::size_t>(s.ready_as)];
   s.ready = true;
@@ -137,7 +137,7 @@ void core::seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) n
                                         bytes); // where it starts follows from `bytes`
   if (expires == rt::never) return;
   if (expires == now_) offers_to_all_ = true;
-  if (sealed_count_ == sealed_.size()) return arm(timer::slot, slot, expires + rt::duration{1});
+  if (sealed_count_ == sealed_.size()) return timers_.arm(slot_id{slot}, expires + rt::duration{1});
   sealed_[sealed_count_++] = slot;
 }
 
@@ -145,17 +145,17 @@ void core::seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) n
 
 // What only its own letter holds any more has no deliveries left: it is settled.
 void core::release(std::uint32_t slot) noexcept {
-  if (slots_.release(slot)) return wheel_.cancel(slot); // its node's number is its own: node_of()
+  if (slots_.release(slot)) return timers_.disarm(slot_id{slot});
   if (is_letter(slot) && slots_.references(slot) == 1) settle_letter(slot);
 }
 
 // The clock decides; the wheel only noticed.
 void core::expire_slot(std::uint32_t slot) noexcept {
-  if (slots_.expires(slot) >= now_) return arm(timer::slot, slot, slots_.expires(slot) + rt::duration{1});
+  if (slots_.expires(slot) >= now_) return timers_.arm(slot_id{slot}, slots_.expires(slot) + rt::duration{1});
   const auto deliveries = slots_.expire(slot);
   // In the middle of being written: it goes when the socket has it all, or with its connection.
-  if (!deliveries) return arm(timer::slot, slot, now_ + std::chrono::milliseconds{10});
-  disarm(timer::slot, slot);
+  if (!deliveries) return timers_.arm(slot_id{slot}, now_ + std::chrono::milliseconds{10});
+  timers_.disarm(slot_id{slot});
   const bool waited = letters_.under_way(slot) && *deliveries == 0;
   add(counter::expired, *deliveries + (waited ? 1 : 0));
   if (letters_.under_way(slot)) expire_letter(slot);
@@ -197,8 +197,8 @@ bool core::reclaim(slot_class of) noexcept {
   constexpr unsigned evictions_max = 64;
   for (unsigned left = evictions_max; left != 0; --left) {
     const std::uint32_t most = holds_most(of);
-    if (most == no_index || (ROWE_MUTANT(hoarder) && !connections_[most].behind())) return false;
-    evict(connections_[most], of);
+    if (most == no_index || (ROWE_MUTANT(hoarder) && !peers_[peer_index{most}].behind())) return false;
+    evict(peers_[peer_index{most}], of);
     if (slots_.free_for_all(of) != 0) return true;
   }
   return false;
@@ -207,14 +207,14 @@ bool core::reclaim(slot_class of) noexcept {
 // Who has more than an equal share; of several that hold as much, one that does not read.
 std::uint32_t core::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : bounds_.queued_max;
-  return entries_.longest(of, all / std::max(peers_, 1U),
-                          [this](std::uint32_t i) { return connections_[i].behind(); });
+  return entries_.longest(of, all / std::max(peers_.count(), 1U),
+                          [this](std::uint32_t i) { return peers_[peer_index{i}].behind(); });
 }
 
 // The same for the entries of queues.
 void core::reclaim_entry() noexcept {
   const std::uint32_t most = holds_most(std::nullopt);
-  if (most != no_index) evict(connections_[most], std::nullopt);
+  if (most != no_index) evict(peers_[peer_index{most}], std::nullopt);
 }
 
 // Takes the oldest message out of the longest queue of a peer, of those that begin with a slot of the class
@@ -248,14 +248,14 @@ void core::evict(connection& c, std::optional<slot_class> of) noexcept {
   // Those who do not read, and those who hold more than an equal share, lose it, too: as a rule they hold
   // what the first one holds, and the slot is free only when nobody does.
   const slot_class its = slots_.class_of(oldest.index);
-  const std::uint32_t share = slots_.count(its) / std::max(peers_, 1U);
+  const std::uint32_t share = slots_.count(its) / std::max(peers_.count(), 1U);
   const auto may_lose_it = [&](const connection& one) {
     return one.behind() || entries_.held_by(one.id.index, queued_as::evictable, its) > share;
   };
   for (std::uint32_t i = router_.at(topic).first_subscription; i != no_index && slots_.alive(oldest);
        i = router_.subscription_at(i).next_on_topic) {
     subscription& same = router_.subscription_at(i);
-    const connection& its_peer = connections_[same.connection];
+    const connection& its_peer = peers_[peer_index{same.connection}];
     if (same.waiting.empty() || entries_.front(same.waiting) != oldest || !may_lose_it(its_peer)) continue;
     add(its_peer.behind() ? counter::outbox_full : counter::evicted);
     drop_front(same.waiting);
@@ -268,7 +268,7 @@ void core::remove_subscription(connection& c, std::uint32_t index) noexcept {
   drop_all(s.waiting, counter::lost_with_peer);
   if (s.owes_last) --c.owed;
   if (s.timed) {
-    disarm(timer::subscription, index);
+    timers_.disarm(subscription_id{index});
     s.timed = false;
   }
   if (s.ready) {
@@ -302,7 +302,7 @@ void core::forget_latched(topic& on, latch_owner owner) noexcept {
 // many topics at once does not take as many slots.
 void core::place_latched(subscription& of) noexcept {
   of.owes_last = false;
-  --connections_[of.connection].owed;
+  --peers_[peer_index{of.connection}].owed;
   const std::uint32_t slot = compose_latched(of.topic);
   if (slot == no_index) return;
   trim(of, of.depth - 1);

@@ -151,7 +151,7 @@ void core::write_publishers(json::writer& into, std::uint32_t topic) noexcept {
   for (std::uint32_t i = 0; i < lanes_.size(); ++i)
     here = here || (views_[i].attached && views_[i].topic == topic && detail::publishes(lanes_[i].kind));
   if (here) into.string({name_.data(), name_bytes_});
-  for (const connection& c : connections_) {
+  for (const connection& c : peers_) {
     const auto advertised = c.advertised.first(c.advertisements);
     const bool there = std::any_of(advertised.begin(), advertised.end(),
                                    [&](const advertisement& one) { return one.topic == topic; });

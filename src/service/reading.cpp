@@ -165,7 +165,7 @@ void core::unpark() noexcept {
   collect_taken(0);
   if (const std::uint64_t changes = room_changes(); std::exchange(unparked_at_, changes) == changes) return;
   for (std::uint32_t left = parked_.count; left != 0; --left) {
-    connection& c = connections_[parked_.pop()];
+    connection& c = peers_[peer_index{parked_.pop()}];
     if (c.open() && c.parked() && admit(c) == admission::later) {
       parked_.push(c.id.index);
     } else {
@@ -203,7 +203,7 @@ std::size_t core::read_one(connection& c) noexcept {
 
 void core::read_in_turn() noexcept {
   for (std::size_t work = 0; !unread_.empty() && work < work_per_cycle;) {
-    connection& c = connections_[unread_.pop()];
+    connection& c = peers_[peer_index{unread_.pop()}];
     c.in_turn = false;
     work += read_one(c);
     take_turn(c);

@@ -34,9 +34,9 @@ void core::describe_thread(const rt::grants& granted, bool memory_locked) noexce
 
 // Somebody listens: the first report covers the time from here on.
 void core::begin_statistics() noexcept {
-  if (wheel_.contains(node_of(timer::statistics))) return;
+  if (timers_.armed(timer::statistics)) return;
   end_statistics_period();
-  arm(timer::statistics, 0, now_ + options_.stats_period);
+  timers_.arm(timer::statistics, now_ + options_.stats_period);
 }
 
 void core::end_statistics_period() noexcept {
@@ -69,7 +69,7 @@ void core::publish_statistics() noexcept {
   const topic& on = router_.at(statistics_topic_);
   // Armed again by the next one who listens.
   if (on.first_subscription == no_index && on.first_inbox == no_index) return;
-  arm(timer::statistics, 0, now_ + options_.stats_period);
+  timers_.arm(timer::statistics, now_ + options_.stats_period);
   if (now_ <= statistics_at_) return;
   publish(statistics_topic_, now_, rt::never, {}, [&](json::writer& into) { write_statistics(into); });
   end_statistics_period();
@@ -108,7 +108,7 @@ void core::write_connections(json::writer& into) noexcept {
   into.begin_array();
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (!c.open()) continue;
     if (into.bytes() - begin > connections_bytes_max(bounds_)) {
       ++left_out;
@@ -159,7 +159,7 @@ void core::write_state(json::writer& into, bool of_service) noexcept {
   into.key("uptime_s");
   into.number(rounded(seconds(now_ - opened_at_)));
   into.key("peers");
-  into.number(peers_);
+  into.number(peers_.count());
   into.key("real_time");
   into.begin_object();
   into.key("fifo");

@@ -343,7 +343,7 @@ void core::show_stop_state() noexcept {
   const rt::duration early = options_.stop.tick / 2; // those who are due soon go along with one who is
   stop_state_due_ = rt::never;
   for (std::uint32_t i = on.first_subscription; i != no_index; i = router_.subscription_at(i).next_on_topic) {
-    connection& c = connections_[router_.subscription_at(i).connection];
+    connection& c = peers_[peer_index{router_.subscription_at(i).connection}];
     const bool unslashed = router_.subscription_at(i).unslashed;
     // There is room for one state: who subscribed by both names gets that with the slash.
     if (unslashed && router_.find_subscription(stop_topic_, c.first_subscription, false) != no_index)
@@ -381,7 +381,7 @@ void core::show_stop_state() noexcept {
 // the robot is there.
 void core::show_stop_to_hop(bool changed) noexcept {
   const rt::duration period = ticks_for_others * options_.stop.tick;
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (!c.open() || !c.bare) continue;
     if (changed || now_ - c.stop_shown_at >= period) {
       c.stop_shown_at = now_;

@@ -226,7 +226,7 @@ void core::begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
   turn_held_ = turn_held_for_all_ = 0;
   turn_of_receiver_ = of_receiver;
   if (!of_receiver || std::exchange(answers_held_, 0) == 0) return;
-  for (connection& c : connections_) c.answers_held = 0;
+  for (connection& c : peers_) c.answers_held = 0;
 }
 
 bool core::refuses_to_everyone() const noexcept {
@@ -259,7 +259,7 @@ bool core::put_aside(connection* to) noexcept {
 // At the end of a cycle: who waits for room is told where it came.
 void core::tell_of_room() noexcept {
   if (told_full_ != 0) {
-    for (connection& c : connections_) {
+    for (connection& c : peers_) {
       if (!c.told_full || c.held_in > cycle_turn_) continue;
       c.told_full = false;
       --told_full_;
@@ -305,12 +305,12 @@ bool core::has_room(connection& c, priority at) noexcept {
 // does not read must not stop the others.
 bool core::has_room_for(const message& m) noexcept {
   if (m.to.generation != 0) {
-    connection& to = connections_[m.to.index];
+    connection& to = peers_[peer_index{m.to.index}];
     return has_room(to, m.priority) &&
            letters_.has_share(m.to.index, to.behind(), slots_.class_for(m.text.size()));
   }
   bool any = false;
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (!c.open() || !c.bare) continue;
     if (letters_.waiting() == 0 && c.held_in != turn_ && has_room(c, m.priority)) return true;
     any = true;
@@ -375,9 +375,9 @@ bool core::post(const message& m) noexcept {
   begin_letter(slot,
                {.priority = m.priority, .everyone = m.to.generation == 0, .sender = m.sender, .own = m.own});
   if (m.to.generation != 0) {
-    (void)queue_letter(connections_[m.to.index], slot); // has_room_for() said so
+    (void)queue_letter(peers_[peer_index{m.to.index}], slot); // has_room_for() said so
   } else {
-    for (connection& c : connections_) {
+    for (connection& c : peers_) {
       if (!c.open() || !c.bare) continue;
       if (c.held_in == turn_) {
         add(counter::outbox_full); // it comes behind what waits for room there
@@ -451,7 +451,7 @@ void core::cancel_letter(slot_ref which) noexcept {
   if (which.index == no_index || !slots_.alive(which) || !letters_.under_way(which.index)) return;
   letters_.at(which.index).sender = {};
   if (!slots_.expire(which.index)) return;
-  disarm(timer::slot, which.index);
+  timers_.disarm(slot_id{which.index});
   letters_.forget(which.index);
 }
 
@@ -479,7 +479,7 @@ void core::welcome(connection& c) noexcept {
 void core::place_waiting() noexcept {
   const std::uint64_t changes = entries_.popped() + slots_.freed() + letters_.began_to_wait();
   if (letters_.waiting() == 0 || std::exchange(looked_for_room_at_, changes) == changes) return;
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (letters_.waiting() == 0) return;
     if (c.open() && c.bare) welcome(c);
   }

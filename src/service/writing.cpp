@@ -44,7 +44,7 @@ void core::offer_all() noexcept {
   if (turn_left_ == 0) turn_left_ = listed_.count;
   for (std::uint32_t left = listed_.count; left != 0; --left) {
     if (!all && written_in_turn_ >= write_work_per_cycle) return;
-    connection& c = connections_[listed_.pop()];
+    connection& c = peers_[peer_index{listed_.pop()}];
     if (turn_left_ != 0) --turn_left_;
     c.listed = false;
     if (c.state != connection::phase::free) offer(c);
@@ -314,7 +314,7 @@ bool core::may_begin_in(connection& c, std::uint32_t slot) noexcept {
       c.begun.slot != no_index && slots_.class_of(c.begun.slot) == of && slots_.begun(c.begun.slot) == 1;
   if (in_its_place) return true;
   c.waits_to_begin = begins_wait_ = true;
-  if (!wheel_.contains(node_of(timer::begun))) arm(timer::begun, 0, now_ + begun_patience);
+  if (!timers_.armed(timer::partial_frames)) timers_.arm(timer::partial_frames, now_ + begun_patience);
   return false;
 }
 
@@ -342,8 +342,8 @@ void core::end_begun(connection& c) noexcept {
 // Who waits to begin a frame looks whether it may now, from one connection on.
 void core::look_again_from(std::uint32_t first) noexcept {
   begins_wait_ = false; // until one finds that it may not
-  for (std::size_t i = 0; i < connections_.size(); ++i) {
-    connection& c = connections_[(first + i) % connections_.size()];
+  for (std::uint32_t i = 0; i < peers_.size(); ++i) {
+    connection& c = peers_[peer_index{(first + i) % peers_.size()}];
     if (std::exchange(c.waits_to_begin, false)) list(c);
   }
 }
@@ -353,7 +353,7 @@ void core::cut_those_in_the_way() noexcept {
   begun_due_ = false;
   if (!begins_wait_) return;
   rt::time_point next = now_ + begun_patience;
-  for (connection& c : connections_) {
+  for (connection& c : peers_) {
     if (!c.open() || c.begun.slot == no_index || slots_.may_begin(slots_.class_of(c.begun.slot))) continue;
     if (const rt::time_point due = begun_due(c); due > now_) {
       next = std::min(next, due);
@@ -362,7 +362,7 @@ void core::cut_those_in_the_way() noexcept {
       cut(c, "it reads a message too slowly, and others wait for its slot");
     }
   }
-  arm(timer::begun, 0, next);
+  timers_.arm(timer::partial_frames, next);
 }
 
 // A throttled subscription's next message is due a period after this one was, or after now if that is long

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// What comes due by time: one node of a wheel for each row that may have a time, and for each thing of which
+// there is one. A row is armed under the number that names it; what is due comes back as its kind and number.
+// Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/timer_wheel.hpp>
+
+#include "service/ids.hpp"
+#include "service/wire_slots.hpp"
+
+namespace rowe::service {
+
+// Whose time it is.
+enum class timer : std::uint8_t { slot, subscription, peer, call, statistics, reconnect, partial_frames };
+
+class timers {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<rt::timer_node>(first_nodes{bounds}.count);
+  }
+  timers(rt::arena& memory, const limits& bounds, rt::time_point start) noexcept
+      : first_{bounds}, wheel_{memory.carve<rt::timer_node>(first_.count), start} {}
+
+  // Moves one that is armed already.
+  void arm(slot_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
+  void arm(subscription_id which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
+  void arm(peer_index which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
+  void arm(call_index which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
+  void arm(timer which, rt::time_point when) noexcept { wheel_.insert(node_of(which), when); }
+
+  // Does nothing where it is not armed.
+  void disarm(slot_id which) noexcept { wheel_.cancel(node_of(which)); }
+  void disarm(subscription_id which) noexcept { wheel_.cancel(node_of(which)); }
+  void disarm(peer_index which) noexcept { wheel_.cancel(node_of(which)); }
+  void disarm(call_index which) noexcept { wheel_.cancel(node_of(which)); }
+  void disarm(timer which) noexcept { wheel_.cancel(node_of(which)); }
+
+  bool armed(timer which) const noexcept { return wheel_.contains(node_of(which)); }
+
+  struct due {
+    timer what;
+    std::uint32_t index; // of the row; of what there is one of: 0
+  };
+  // One that is due, which is not armed any more; nothing when there is no more.
+  std::optional<due> take_due(rt::time_point now) noexcept {
+    const std::uint32_t node = wheel_.expire(now);
+    if (node == rt::timer_wheel::none) return std::nullopt;
+    if (node >= first_.single) return due{static_cast<timer>(first_single + (node - first_.single)), 0};
+    if (node >= first_.call) return due{timer::call, node - first_.call};
+    if (node >= first_.peer) return due{timer::peer, node - first_.peer};
+    if (node >= first_.subscription) return due{timer::subscription, node - first_.subscription};
+    return due{timer::slot, node};
+  }
+  rt::time_point next_wake() const noexcept { return wheel_.next_wake(); }
+
+  bool check() const noexcept { return wheel_.check() == nullptr; }
+
+ private:
+  static constexpr std::uint32_t first_single = static_cast<std::uint32_t>(timer::statistics);
+  static constexpr std::uint32_t singles = 3;
+
+  // Where the nodes of each kind begin. A slot's node has its number.
+  struct first_nodes {
+    explicit first_nodes(const limits& bounds) noexcept
+        : subscription{static_cast<std::uint32_t>(wire_slots::count(bounds))},
+          peer{subscription + bounds.subscriptions_max},
+          call{peer + bounds.connections_max},
+          single{call + bounds.calls_max},
+          count{single + singles} {}
+    std::uint32_t subscription;
+    std::uint32_t peer;
+    std::uint32_t call;
+    std::uint32_t single;
+    std::uint32_t count;
+  };
+
+  std::uint32_t node_of(slot_id which) const noexcept { return which.value; }
+  std::uint32_t node_of(subscription_id which) const noexcept { return first_.subscription + which.value; }
+  std::uint32_t node_of(peer_index which) const noexcept { return first_.peer + which.value; }
+  std::uint32_t node_of(call_index which) const noexcept { return first_.call + which.value; }
+  std::uint32_t node_of(timer which) const noexcept {
+    return first_.single + static_cast<std::uint32_t>(which) - first_single;
+  }
+
+  const first_nodes first_;
+  rt::timer_wheel wheel_;
+};
+
+} // namespace rowe::service
