@@ -93,8 +93,9 @@ status core::answer_call(const party& provider, detail::call_ref which, const re
     tell(with.waits, with.own, {}); // to one of this process: it has it
     return {};
   }
+  take_outcomes(); // of who had the slot before
   letters_.at(*slot) = {.now = letter::state::queued, .sender = with.waits, .own = with.own};
-  slots_.keep(*slot);
+  outbox_.track(*slot, false);
   return {};
 }
 

@@ -24,7 +24,7 @@ inline constexpr std::size_t batch_pieces_max = 256;
 struct batch_piece {
   enum class origin : std::uint8_t {
     message, // the front of `from`
-    begun,   // the rest of the frame that was begun
+    partial, // the rest of the partial frame
     control,
     stop,
   };
@@ -34,7 +34,7 @@ struct batch_piece {
   std::uint32_t bytes = 0;
   wire::mask_key key{};
   origin is = origin::message;
-  bool unslashed = false; // message, begun: as subscription::unslashed
+  bool unslashed = false; // message, partial: as subscription::unslashed
 };
 
 struct batch {

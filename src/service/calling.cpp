@@ -225,8 +225,8 @@ void core::ask_peer(std::uint32_t index, connection* c, dialect in, std::string_
   asked.request = slots_.ref(slot);
   add(counter::calls_out);
   begin_letter(slot, {.everyone = c == nullptr, .request_of = calls_.ref(index)});
-  const bool may =
-      c == nullptr || stops || letters_.has_share(c->id.index, c->behind(), slots_.class_of(slot));
+  const bool may = c == nullptr || stops ||
+                   letters_.has_share(c->id.index, queues_of(*c).backpressured(), slots_.class_of(slot));
   if (c != nullptr && (!may || !queue_letter(*c, slot))) return finish_badly(index, {errc::full});
   send_letter(slot);
 }

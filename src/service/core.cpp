@@ -25,19 +25,10 @@ std::size_t assembly_bytes(const limits& bounds) noexcept {
 // What one read of a connection takes, when others want to be read too.
 constexpr std::size_t aside_bytes = transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
 
-// A batch has room for the largest message, with all that may have to go in front of it.
-std::size_t joined_bytes(const limits& bounds) noexcept {
-  return std::max(batch_bytes_max, wire_slots::large_bytes(bounds) + wire::frame_header_bytes_max +
-                                       sizeof(control_frames) + sizeof(stop_frames));
-}
-
 std::size_t scratch_bytes(const limits& bounds) noexcept {
   return std::max(wire::rosbridge::scratch_bytes(name_limits_of(bounds)),
                   wire::bare::scratch_bytes({.service_bytes_max = bounds.topic_bytes_max}));
 }
-
-constexpr std::size_t mask_bytes =
-    4096; // keys are drawn a thousand at a time: one system call for all of them
 
 // A silent peer is found this much later than promised, at most; and so much may a look at an unfinished
 // message be late.
@@ -56,6 +47,11 @@ std::size_t stop_waiters_of(const limits& bounds) noexcept { return bounds.conne
 // Whether a peer's address is of this machine.
 bool is_loopback(std::string_view address) noexcept {
   return address.starts_with("127.") || address.starts_with("[::1]");
+}
+
+// Of one message. Hop writes nine length bytes beyond 65 535, and reads none.
+std::size_t text_bytes_max_of(peer_profile profile) noexcept {
+  return profile == peer_profile::standard ? SIZE_MAX : 65535;
 }
 
 std::uint64_t draw(entropy& from) noexcept {
@@ -80,22 +76,18 @@ close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::
 
 std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
-  return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
+  return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
          router::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
-         peer_table::footprint_bytes(bounds) +                               // peers,
-         bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // their messages,
+         outbox::footprint_bytes(bounds) + sender::footprint_bytes(bounds) +
+         bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // messages of peers,
          arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
-         arena::bytes_for<std::uint32_t>(bounds.connections_max) +     // who has to write,
          bounds.connections_max * arena::bytes_for(aside_bytes) +      // what was read,
          2 * arena::bytes_for<std::uint32_t>(bounds.connections_max) + // in which order, and who is parked
          arena::bytes_for<lane_view>(bounds.lanes_max) +               //
-         timers::footprint_bytes(bounds) +                             //
-         arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
-         arena::bytes_for<std::uint32_t>(bounds.calls_max) + arena::bytes_for(joined_bytes(bounds)) +
-         arena::bytes_for<batch_piece>(batch_pieces_max) + arena::bytes_for(mask_bytes) + //
-         arena::bytes_for(scratch_bytes(bounds)) +                                        //
-         phase_plan::footprint_bytes(bounds) +                                            //
+         arena::bytes_for<std::uint32_t>(bounds.calls_max) +           //
+         arena::bytes_for(scratch_bytes(bounds)) +                     //
+         phase_plan::footprint_bytes(bounds) +                         //
          letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
          call_table::footprint_bytes(bounds) + //
          arena::bytes_for<std::uint32_t>(bounds.door_slots) +
@@ -114,12 +106,32 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       page_{seams.page},
       shown_{shown},
       door_{door},
-      slots_{memory, bounds_},
-      entries_{memory, bounds_},
+      cycle_{.now = start},
+      timers_{memory, bounds_, start},
+      peers_{memory, bounds_},
       router_{memory, bounds_},
       latches_{memory, bounds_},
-      peers_{memory, bounds_},
-      listed_{memory.carve<std::uint32_t>(bounds_.connections_max)},
+      outbox_{memory,
+              bounds_,
+              {.cycle = cycle_,
+               .counts = shown.counts,
+               .due = timers_,
+               .peers = peers_,
+               .topics = router_,
+               .latches = latches_,
+               .text_bytes_max = text_bytes_max_of(options.profile)}},
+      sender_{memory,
+              bounds_,
+              {.cycle = cycle_,
+               .counts = shown.counts,
+               .due = timers_,
+               .peers = peers_,
+               .topics = router_,
+               .out = outbox_,
+               .carrier = seams.carrier,
+               .random = seams.random,
+               .control_frames = options.profile == peer_profile::standard,
+               .masks = options.profile != peer_profile::hop_2014}},
       unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       parked_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       lanes_{lanes},
@@ -133,17 +145,10 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       call_claims_{claims_to(calls_of_peers(bounds_))},
       inbox_claims_{claims_to(door.slots(), 4)}, // until a lane receives
       door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
-      timers_{memory, bounds_, start},
-      sealed_{memory.carve<std::uint32_t>(slots_.count())},
       unarmed_calls_{memory.carve<std::uint32_t>(bounds_.calls_max)},
-      joined_{memory.carve_bytes(joined_bytes(bounds_))},
-      pieces_{memory.carve<batch_piece>(batch_pieces_max)},
-      masks_{memory.carve_bytes(mask_bytes)},
-      masks_used_{mask_bytes},
       scratch_{memory.carve<char>(scratch_bytes(bounds_))},
       stop_{options.stop, start, draw(seams.random)},
       stop_waiters_{memory.carve<stop_waiter>(stop_waiters_of(bounds_))},
-      now_{start},
       opened_at_{start},
       rates_marked_{start, start} {
   options.name.copy(name_.data(), name_bytes_);
@@ -157,7 +162,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
     peers_[peer_index{i}].aside = memory.carve_bytes(aside_bytes);
     peers_[peer_index{i}].assembly = memory.carve_bytes(assembly_bytes(bounds_));
     peers_[peer_index{i}].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
-                                                    bounds_.advertisements_per_connection_max);
+                                                          bounds_.advertisements_per_connection_max);
   }
   calls_.begin(draw(random_));
   if (ours_ == side::server) { // a client's handles on it are told its server's
@@ -172,17 +177,12 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
 
 // ---- timers
 
-// Most messages are written in the cycle that makes them and never need the wheel, and some calls are
-// answered in it; the others come to it here.
+// Most calls are answered in the cycle that begins them, and most messages written in the one that makes
+// them: those never need the wheel. The others come to it here.
 void core::arm_what_stays() noexcept {
-  for (const std::uint32_t slot : sealed_.first(std::exchange(sealed_count_, 0))) {
-    // One that was freed and is another message's by now is there twice, which does no harm.
-    const rt::time_point expires = slots_.expires(slot);
-    if (slots_.references(slot) != 0 && expires != rt::never)
-      timers_.arm(slot_id{slot}, expires + rt::duration{1});
-  }
+  outbox_.arm_unwritten();
   for (const std::uint32_t index : unarmed_calls_.first(std::exchange(unarmed_count_, 0))) {
-    const call& one = calls_.at(index); // likewise
+    const call& one = calls_.at(index); // perhaps another one by now, which does no harm
     if (one.open && one.deadline != rt::never) timers_.arm(call_index{index}, one.deadline);
   }
 }
@@ -194,9 +194,11 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   asked_lane_ = no_index;
   stops_ahead_ = 0;
   carrier_.poll(now, *this);
+  take_outcomes();
   turn_stop();
   unpark();
   read_in_turn();
+  take_outcomes();
   place_waiting();
   if (asked_lane_ != no_index) phases_.asked(now_);
   cycle_turn_ = turn_;
@@ -207,10 +209,13 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   expire();
   if (now_ - rates_marked_[0] >= rates_period) mark_rates();
   show_stop_state();
-  offer_all();
-  if (begun_due_) cut_those_in_the_way();
+  sender_.flush_all();
+  sender_.cut_stalled([this](peer_index peer) {
+    cut(peers_[peer], "it reads a message too slowly, and others wait for its slot");
+  });
+  take_outcomes();
   arm_what_stays();
-  shown_.counts.raise_to(counter::queued_max, entries_.in_use());
+  shown_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show_carrier_memory();
   return next_cycle();
 }
@@ -220,14 +225,15 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   now_ = now;
   take_from(std::exchange(asked_lane_, no_index));
   expire();
-  offer_all();
+  sender_.flush_all();
+  take_outcomes();
   arm_what_stays();
   return next_cycle();
 }
 
 rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's share was waiting: the next one is needed at once.
-  if (lanes_left_ || !listed_.empty() || !unread_.empty()) return now_;
+  if (lanes_left_ || outbox_.scheduled() != 0 || !unread_.empty()) return now_;
   // Something may find room now that did not before.
   if ((door_held_count_ != 0 || lanes_wait_) && room_changes() != retried_at_) return now_;
   if (!parked_.empty() && room_changes() != unparked_at_) return now_;
@@ -253,11 +259,8 @@ void core::expire() noexcept {
   while (const auto due = timers_.take_due(now_)) {
     const auto [what, index] = *due;
     switch (what) {
-    case timer::slot: expire_slot(index); break;
-    case timer::subscription:
-      router_.subscription_at(index).timed = false;
-      make_ready(index);
-      break;
+    case timer::slot: outbox_.expire(index); break;
+    case timer::subscription: outbox_.throttle_over(index); break;
     case timer::peer: look_after(peers_[peer_index{index}]); break;
     case timer::call:
       add(counter::calls_timed_out);
@@ -265,19 +268,15 @@ void core::expire() noexcept {
       break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;
-    case timer::partial_frames:
-      begun_due_ = true;
-      look_again_from(0);
-      break;
+    case timer::partial_frames: sender_.partial_frames_due(); break;
     }
+    take_outcomes();
   }
 }
 
 bool core::drained() const noexcept {
-  if (entries_.in_use() != 0 || !listed_.empty() || letters_.waiting() != 0 || !door_.drained()) return false;
-  for (const connection& c : peers_) {
-    if (c.state != connection::phase::free && c.begun.slot != no_index) return false;
-  }
+  if (!outbox_.drained() || letters_.waiting() != 0 || !door_.drained() || sender_.any_partial())
+    return false;
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     if (!views_[i].attached) continue;
     const detail::lane& lane = lanes_[i];
@@ -293,6 +292,7 @@ void core::close_all(rt::time_point now) noexcept {
   closing_ = true;
   stop_loops(now);
   timers_.disarm(timer::reconnect);
+  take_outcomes();
   while (letters_.waiting() != 0) {
     add(counter::lost_at_close);
     end_letter(letters_.first_waiting(), errc::closed);
@@ -312,10 +312,8 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   const auto aside = c.aside;
   const auto assembly = c.assembly;
   const auto advertised = c.advertised;
-  const bool listed = c.listed; // the lists may still have its place from before
-  const bool in_turn = c.in_turn;
+  const bool in_turn = c.in_turn; // the rings may still have its place from before
   c = connection{};
-  c.listed = listed;
   c.in_turn = in_turn;
   c.aside = aside;
   c.assembly = assembly;
@@ -335,13 +333,11 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
                  c.assembly.first(bounds_.message_bytes_max));
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
-  c.direct.owner = queue_entries::owner_of(id.index, queued_as::evictable);
-  for (queue& letters : c.letters)
-    letters.owner = queue_entries::owner_of(id.index, queued_as::direct_message);
+  outbox_.open({id.index});
   if (c.ours == side::server) c.messages = rate_limit{bounds_.messages_per_second_max};
   c.refusals = rate_limit{bounds_.refusals_per_second_max};
   c.reports = rate_limit{std::chrono::seconds{1}, reports_burst};
-  begin_credit(c);
+  sender_.open({id.index});
   look_after_later(c);
   shown_.set_connection(id.index, id.generation, c.peer());
   stop_state_due_ = now_; // it may be one of those that are shown it unasked
@@ -363,6 +359,7 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   report(event::kind::peer_left, c->peer(),
          c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
   forget(*c);
+  take_outcomes();
   shown_.set_connection(id.index, 0, {});
   peers_.remove();
   shown_.set_peers(peers_.count());
@@ -372,8 +369,7 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
 void core::on_writable(connection_id id) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
-  c->blocked = false;
-  list(*c);
+  sender_.writable({id.index});
 }
 
 // Gives back everything that a connection holds.
@@ -381,17 +377,13 @@ void core::forget(connection& c) noexcept {
   c.state = connection::phase::closing; // what it had been given goes to others from here on
   end_calls_of(c);
   leave_stop(c);
-  if (c.begun.slot != no_index) {
-    end_begun(c);
-    add(counter::lost_with_peer);
-  }
+  sender_.forget({c.id.index});
   untaken_ -= c.untaken;
   inbox_claims_.give_back(c.untaken, c.untaken);
   answers_held_ -= std::exchange(c.answers_held, 0);
   if (std::exchange(c.told_full, false)) --told_full_;
   if (c.parked()) add(counter::inbox_full);
-  drop_all(c.direct, counter::lost_with_peer);
-  for (queue& letters : c.letters) drop_all(letters, counter::lost_with_peer);
+  outbox_.forget({c.id.index});
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
   for (std::uint32_t i = 0; i < router_.topic_places() && !ROWE_MUTANT(latch_of_the_gone); ++i)
     forget_latched(router_.at(i), {latch_owner::kind::peer, c.id.index});
@@ -408,13 +400,7 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   c.state = connection::phase::closing; // from here on only control frames are written
   leave_stop(c);                        // nor is anything heard: a guard has gone
   c.farewell = reason;
-  // A close frame cannot stand in the middle of another one, and Hop's programs know none.
-  if (c.begun.slot == no_index && options_.profile == peer_profile::standard) {
-    std::array<std::byte, wire::control_bytes_max> body;
-    const std::size_t bytes = wire::close_payload(code, reason, body);
-    send_control(c, wire::opcode::close, std::span{body}.first(bytes));
-    offer(c);
-  }
+  sender_.send_close({c.id.index}, code, reason);
   carrier_.close(c.id, close_how::flushed);
 }
 
@@ -448,23 +434,23 @@ void core::look_after(connection& c) noexcept {
     // What we do not read is no silence of its; and it is to know that we are there.
     if (silence <= options_.ping_period) return;
     c.heard_at = now_;
-    return send_control(c, wire::opcode::pong, {});
+    return sender_.send_control({c.id.index}, wire::opcode::pong, {});
   }
   if (silence > options_.silence_max) {
     // It answers no ping, and something waits for it.
-    const bool unread = c.slow && c.held;
+    const bool unread = sender_.unresponsive({c.id.index}) && queues_of(c).held;
     add(unread ? counter::stalled_peers : counter::silent_peers);
     return close(c, wire::close_code::policy,
                  unread ? "the peer does not read" : "nothing was heard for too long");
   }
   // One that goes on talking is not silent; but it does not read either.
-  const rt::time_point waits_since = std::max(c.credit.waits_since(), c.unheard_until);
+  const rt::time_point waits_since = std::max(sender_.waits_for_pong_since({c.id.index}), c.unheard_until);
   if (now_ - waits_since > silences_unanswered_max * options_.silence_max) {
     add(counter::stalled_peers);
     return close(c, wire::close_code::policy, "the peer does not answer pings");
   }
-  if (silence > options_.ping_period) c.credit.ask();
-  look_after_credit(c);
+  if (silence > options_.ping_period) sender_.request_ping({c.id.index});
+  sender_.check_responsive({c.id.index});
 }
 
 // ---- as a client

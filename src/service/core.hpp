@@ -13,10 +13,9 @@
 //   first on each
 //
 // core.cpp holds the cycle and the life of a connection, reading.cpp in which order peers are heard,
-// inbound.cpp what they say, outbound.cpp what is queued for them, writing.cpp how it is written, pinging.cpp
-// how much at a time, lanes.cpp what this process publishes and takes, talking.cpp what it says to peers,
-// delivering.cpp what it is told, calling.cpp who is asked, answering.cpp how calls end, providing.cpp
-// services, stopping.cpp the stop, stop_peers.cpp whoever came for that alone.
+// inbound.cpp what they say, publishing.cpp topics, lanes.cpp what this process publishes and takes,
+// talking.cpp what it says to peers, delivering.cpp what it is told, calling.cpp who is asked, answering.cpp
+// how calls end, providing.cpp services, stopping.cpp the stop, stop_peers.cpp whoever came for that alone.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -32,16 +31,17 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "service/batch.hpp"
 #include "service/board.hpp"
 #include "service/calls.hpp"
 #include "service/core_options.hpp"
 #include "service/front_door.hpp"
 #include "service/letters.hpp"
+#include "service/outbox.hpp"
 #include "service/peer_table.hpp"
 #include "service/phase_plan.hpp"
 #include "service/queues.hpp"
 #include "service/router.hpp"
+#include "service/sender.hpp"
 #include "service/services.hpp"
 #include "service/shares.hpp"
 #include "service/stop_rules.hpp"
@@ -131,7 +131,7 @@ class core final : public transport_sink {
   // True when every structure is consistent and no slot is lost. For tests, after every step.
   bool check() const noexcept { return inconsistency().empty(); }
   std::string_view inconsistency() const noexcept; // which of them is not; empty: all are
-  std::uint32_t slots_in_use() const noexcept { return slots_.in_use(); }
+  std::uint32_t slots_in_use() const noexcept { return outbox_.slots().in_use(); }
 
  private:
   static constexpr std::uint32_t own_topics = 2;    // statistics, and the stop's state
@@ -147,9 +147,7 @@ class core final : public transport_sink {
 
   // check.cpp
   bool check_calls() const noexcept;
-  bool check_queues() const noexcept;
-  bool check_listed() const noexcept;
-  bool check_references() const noexcept;
+  bool check_letters() const noexcept;
   bool check_holders() const noexcept;
   bool check_shares() const noexcept;
   bool check_receiving() const noexcept;
@@ -178,7 +176,9 @@ class core final : public transport_sink {
   void keep_unread(connection& c) noexcept;
   void end_unread(connection& c) noexcept;
   void unpark() noexcept;
-  std::uint64_t room_changes() const noexcept { return entries_.popped() + slots_.freed() + places_freed_; }
+  std::uint64_t room_changes() const noexcept {
+    return outbox_.entries().popped() + slots_.freed() + places_freed_;
+  }
   void read_stops(connection& c) noexcept;
   bool take_if_stop(connection& c, std::span<const std::byte> frame) noexcept;
 
@@ -234,14 +234,19 @@ class core final : public transport_sink {
   bool drops_excess() noexcept;
   void cut_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;
 
-  // outbound.cpp
-  template <class WriteText> // publishing.hpp has these four
-  std::uint32_t compose(rt::time_point expires, WriteText&& write_text,
-                        slot_use what = slot_use::ordinary) noexcept;
+  // publishing.cpp
   template <class WriteText>
-  std::uint32_t answer(connection& c, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
-  template <class WriteBody>
-  std::uint32_t encode(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
+  std::uint32_t compose(rt::time_point expires, WriteText&& write_text,
+                        slot_use what = slot_use::ordinary) noexcept {
+    return outbox_.compose(expires, write_text, what);
+  }
+  template <class WriteText>
+  std::uint32_t answer(connection& c, WriteText&& write_text, rt::time_point expires = rt::never) noexcept {
+    return outbox_.reply({c.id.index}, write_text, expires);
+  }
+  void release(std::uint32_t slot) noexcept { outbox_.release(slot); }
+  void list(const connection& c) noexcept { outbox_.schedule({c.id.index}); }
+  void send_direct(connection& c, std::string_view text) noexcept;
   // Which peer published what is relayed, and its request's id; none: this process.
   struct published_by {
     detail::peer_ref peer{};
@@ -250,97 +255,12 @@ class core final : public transport_sink {
   template <class WriteBody>
   void publish(std::uint32_t topic, rt::time_point published, rt::time_point expires, latch_owner latches,
                WriteBody&& write_body, const published_by& who = {}) noexcept;
-  void seal(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
-  void deliver(std::uint32_t topic, std::uint32_t slot) noexcept;
-  bool accepts(subscription& s) noexcept;
-  void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
-  void trim(subscription& s, std::uint32_t most) noexcept;
-  // The queue gets a reference of the caller's. False when all entries are taken by direct messages, which
-  // are not evicted.
-  bool enqueue(queue& to, std::uint32_t slot) noexcept {
-    if (entries_.full()) reclaim_entry();
-    return entries_.push(to, slots_.ref(slot));
-  }
-  void merge_requests(std::uint32_t subscription) noexcept;
-  void make_ready(std::uint32_t subscription) noexcept;
-  // Answers that a peer has not read yet. Of one that reads more slowly than it is written to fewer: a few
-  // that ask and do not read must not take the slots of all.
-  static constexpr std::uint32_t direct_depth = 64;
-  static constexpr std::uint32_t direct_depth_behind = 16;
-  bool has_place_for_answer(connection& c) noexcept {
-    drop_dead(c.direct);
-    return c.direct.count < (c.behind() ? direct_depth_behind : direct_depth);
-  }
-  void send_direct(connection& c, std::string_view text) noexcept;
-  void send_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
-  void place_control(connection& c, wire::opcode what, std::span<const std::byte> payload) noexcept;
-  bool drop_dead_front(queue& from) noexcept;
-  // Takes out what is over at the front.
-  void drop_dead(queue& from) noexcept {
-    while (!from.empty() && !is_due(entries_.front(from)) && drop_dead_front(from)) continue;
-  }
-  // Whether a queued message is to be sent still.
-  bool is_due(slot_ref queued) const noexcept {
-    return slots_.alive(queued) && slots_.expires(queued.index) >= now_;
-  }
-  void drop_front(queue& from) noexcept; // of a queue that begins with a live one
-  void drop_all(queue& from, counter as) noexcept;
-  bool reclaim(slot_class of) noexcept;
-  void reclaim_entry() noexcept;
-  std::uint32_t holds_most(std::optional<slot_class> of) noexcept;
-  void evict(connection& c, std::optional<slot_class> of) noexcept;
-  void release(std::uint32_t slot) noexcept;
-  bool is_letter(std::uint32_t slot) const noexcept { return slots_.kept(slot) && letters_.under_way(slot); }
-  void expire_slot(std::uint32_t slot) noexcept;
-
-  // writing.cpp
-  void list(connection& c) noexcept;
-  void offer_all() noexcept;
-  // Messages too: only when what is over has been taken out, by expire() in this cycle.
-  void offer(connection& c) noexcept;
-  // What does not wait for the rest of the cycle; messages follow then.
-  void offer_urgent(connection& c) noexcept;
-  void write(connection& c, batch& what) noexcept;
-  bool gather_urgent(connection& c, batch& into) noexcept;
-  void gather_messages(connection& c, batch& into) noexcept;
-  bool gather_begun(connection& c, batch& into) noexcept;
-  bool may_begin_in(connection& c, std::uint32_t slot) noexcept;
-  void hand_over_rest(connection& c) noexcept;
-  void end_begun(connection& c) noexcept;
-  void cut_those_in_the_way() noexcept;
-  rt::time_point begun_due(const connection& c) noexcept;
-  void look_again_from(std::uint32_t first) noexcept;
-  bool gather_queue(connection& c, queue& from, std::uint32_t of, batch& into) noexcept;
-  bool may_begin(connection& c, batch& into) noexcept;
-  bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
-  bool gather_unslashed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
-  void settle(connection& c, batch& sent, std::size_t taken) noexcept;
-  void settle_message(connection& c, const batch_piece& piece, std::size_t part) noexcept;
-  void note_sent(connection& c, std::uint32_t slot) noexcept;
-  bool masks(const connection& c) const noexcept;
-  // Of one message. Hop writes nine length bytes beyond 65 535, and reads none.
-  std::size_t text_bytes_max() const noexcept {
-    constexpr std::size_t hop_bytes_max = 65535;
-    return options_.profile == peer_profile::standard ? slots_.large_bytes()
-                                                      : std::min(slots_.large_bytes(), hop_bytes_max);
-  }
-  void settle_sent(subscription& of) noexcept;
-  void settle_ready(connection& c) noexcept;
-  wire::mask_key next_mask() noexcept;
   void remove_subscription(connection& c, std::uint32_t index) noexcept;
   void keep_latched(topic& on, std::uint32_t slot, latch_owner owner) noexcept;
   void forget_latched(topic& on, latch_owner owner) noexcept;
-  void place_latched(subscription& of) noexcept;
-  void place_owed(connection& c) noexcept;
-  std::uint32_t compose_latched(std::uint32_t topic) noexcept;
   void let_go_topic(std::uint32_t topic) noexcept;
   void let_go_own_topic(std::uint32_t topic) noexcept;
-
-  // pinging.cpp
-  void begin_credit(connection& c) noexcept;
-  bool ping_if_wanted(connection& c, std::size_t behind) noexcept;
-  void take_pong(connection& c, std::span<const std::byte> payload) noexcept;
-  void look_after_credit(connection& c) noexcept;
+  const peer_queues& queues_of(const connection& c) const noexcept { return outbox_.of({c.id.index}); }
 
   // lanes.cpp
   struct lane_view {
@@ -414,8 +334,11 @@ class core final : public transport_sink {
   void begin_letter(std::uint32_t slot, const letter& as) noexcept;
   void send_letter(std::uint32_t slot) noexcept;
   bool queue_letter(connection& c, std::uint32_t slot) noexcept;
-  void settle_letter(std::uint32_t slot) noexcept;
-  void expire_letter(std::uint32_t slot) noexcept;
+  void take_outcomes() noexcept {
+    if (outbox_.has_outcomes()) settle_outcomes();
+  }
+  void settle_outcomes() noexcept;
+  void settle_letter(std::uint32_t slot, bool evicted) noexcept;
   void cancel_letter(slot_ref which) noexcept;
   void end_letter(std::uint32_t slot, const status& outcome) noexcept;
   void welcome(connection& c) noexcept;
@@ -588,11 +511,17 @@ class core final : public transport_sink {
   board& shown_;
   front_door& door_;
 
-  wire_slots slots_;
-  queue_entries entries_;
+  cycle_state cycle_;
+  rt::time_point& now_ = cycle_.now;
+  bool& closing_ = cycle_.closing;
+  std::size_t& work_bytes_ = cycle_.work_bytes;
+  timers timers_;
+  peer_table peers_;
   router router_;
   latch_store latches_;
-  peer_table peers_;
+  outbox outbox_;
+  wire_slots& slots_ = outbox_.slots();
+  sender sender_;
   // Connections, each at most once, in their turn.
   struct turns {
     std::span<std::uint32_t> places;
@@ -611,12 +540,6 @@ class core final : public transport_sink {
       return one;
     }
   };
-  turns listed_;                         // those with something to write
-  std::uint32_t turn_left_ = 0;          // how many of those listed have not had their share of this turn
-  bool begins_wait_ = false;             // a connection's next frame, for others' to be done: may_begin_in()
-  bool begun_due_ = false;               // has waited for so long that one of those may be cut
-  std::size_t written_in_turn_ = 0;      // work of this cycle
-  bool offers_to_all_ = false;           // in this cycle, however much work that is
   turns unread_;                         // those with something that was put aside
   turns parked_;                         // those whose next message finds no room
   std::span<const std::byte> heard_now_; // the text that is being carried out
@@ -632,17 +555,10 @@ class core final : public transport_sink {
   claims subscription_claims_;
   claims service_claims_;
   claims call_claims_;
-  claims inbox_claims_;                // by what was not taken
-  std::span<std::uint32_t> door_held_; // slots taken there that wait for room further on, in their order
-  timers timers_;
-  std::span<std::uint32_t> sealed_; // slots with an end that are not on the wheel yet: in this cycle
-  std::uint32_t sealed_count_ = 0;
+  claims inbox_claims_;                    // by what was not taken
+  std::span<std::uint32_t> door_held_;     // slots taken there that wait for room further on, in their order
   std::span<std::uint32_t> unarmed_calls_; // likewise: calls with a deadline
   std::uint32_t unarmed_count_ = 0;
-  std::span<std::byte> joined_;   // a batch of frames,
-  std::span<batch_piece> pieces_; // and where they came from
-  std::span<std::byte> masks_;    // client side: keys not used yet
-  std::size_t masks_used_ = 0;
   std::span<char> scratch_; // the names and the id of the request that is carried out: only decoders write it
 
   stop_rules stop_;
@@ -656,12 +572,11 @@ class core final : public transport_sink {
   rt::time_point stop_state_due_ = rt::never;
   rt::time_point stop_delivered_at_{};
 
-  rt::time_point now_{};
   rt::time_point opened_at_ = rt::never;
   rt::time_point statistics_at_{};
   // When the newest period of the service's rates began, and the one before.
   std::array<rt::time_point, 2> rates_marked_{};
-  std::uint32_t statistics_topic_ = no_index;    // of a server
+  std::uint32_t statistics_topic_ = no_index; // of a server
   std::uint32_t wanted_lanes_ = 0;
   std::uint32_t talking_lanes_ = 0;
   std::uint64_t lanes_attached_ = 0;
@@ -673,7 +588,6 @@ class core final : public transport_sink {
   std::uint64_t door_expired_ = 0; // there, and counted
   std::uint32_t stops_ahead_ = 0;  // in this cycle
   std::uint32_t door_held_count_ = 0;
-  std::size_t work_bytes_ = 0; // of the message that is carried out: composed, or what takes as long
   std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
   std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
   std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
@@ -692,7 +606,7 @@ class core final : public transport_sink {
   std::uint32_t turn_held_ = 0;         // those put aside in it,
   std::uint32_t turn_held_for_all_ = 0; // and those of them for everyone
   bool turn_of_receiver_ = false;
-  bool turn_retries_ = false; // what was put aside is tried again
+  bool turn_retries_ = false;           // what was put aside is tried again
   std::uint64_t cycle_turn_ = 0;        // the last turn before this cycle
   std::uint32_t told_full_ = 0;         // peers of which senders are told `full`
   bool room_came_ = false;              // at a peer, or a peer is gone
@@ -704,8 +618,7 @@ class core final : public transport_sink {
   std::uint32_t attempts_failed_ = 0;
   bool lanes_left_ = false; // a lane had more than its share of this cycle
   bool lanes_wait_ = false; // something stays in a lane until there is room further on
-  bool closing_ = false;
-  bool excess_ = false; // the message that is carried out is beyond its peer's rate
+  bool excess_ = false;     // the message that is carried out is beyond its peer's rate
   rt::grants granted_;
   bool memory_locked_ = false;
 };

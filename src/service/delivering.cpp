@@ -174,7 +174,10 @@ std::uint32_t core::receiver_slots() const noexcept {
 
 bool core::has_inbox_share(const connection& c) const noexcept {
   // Answers to its calls have fewer places while it does not read.
-  if (c.told_full || (c.behind() && c.direct.count + c.calls_asked >= direct_depth_behind)) return false;
+  const peer_queues& queues = queues_of(c);
+  const bool few = queues.backpressured();
+  if (c.told_full || (few && queues.replies.count + c.calls_asked >= outbox::replies_max_backpressured))
+    return false;
   const std::uint32_t left = left_of(receiver_slots(), untaken_ + answers_held_);
   return inbox_claims_.may_take(c.untaken + c.answers_held, left) && has_place();
 }

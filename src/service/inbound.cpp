@@ -72,7 +72,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     break;
   case wire::frame_event::ping:
     if (c.messages.take(now_)) {
-      send_control(c, wire::opcode::pong, step.payload);
+      sender_.send_control({c.id.index}, wire::opcode::pong, step.payload);
     } else {
       add(counter::over_rate);
       cut_if_flooding(c, c.messages, too_many_messages_);
@@ -80,7 +80,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     break;
   case wire::frame_event::close:
     expire();
-    offer(c); // what was answered already goes out before the goodbye
+    sender_.flush({c.id.index}); // what was answered already goes out before the goodbye
     close(c, step.close_code == wire::close_code::none_given ? wire::close_code::normal : step.close_code,
           "");
     break;
@@ -88,7 +88,7 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
     add(counter::violations);
     close(c, step.close_code, step.reason);
     break;
-  case wire::frame_event::pong: take_pong(c, step.payload); break;
+  case wire::frame_event::pong: sender_.take_pong({c.id.index}, step.payload); break;
   case wire::frame_event::need_more: break;
   }
 }
@@ -332,15 +332,11 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
   }
   if (place == s.request_count) ++s.request_count;
   s.requests[place] = {.id_hash = id, .throttle = throttle_of(asked), .queue_length = queue_length_of(asked)};
-  merge_requests(index);
+  outbox_.merge_requests(index);
   update_wanted(topic);
   if (topic == statistics_topic_) begin_statistics();
   s.type_hash = hash_of_type(asked.type);
-  if (fresh && !router_.at(topic).last.empty()) {
-    s.owes_last = true;
-    ++c.owed;
-    make_ready(index);
-  }
+  if (fresh && !router_.at(topic).last.empty()) outbox_.owe_latched(index);
   const std::string_view type = router_.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
@@ -363,7 +359,7 @@ void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept 
     if (place == s.request_count)
       return refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
     s.requests[place] = s.requests[--s.request_count];
-    if (s.request_count > 0) return merge_requests(index);
+    if (s.request_count > 0) return outbox_.merge_requests(index);
   }
   remove_subscription(c, index);
 }
@@ -437,7 +433,8 @@ void core::tell_other_types(std::uint32_t topic) noexcept {
   for (std::uint32_t i = router_.at(topic).first_subscription; i != no_index;
        i = router_.subscription_at(i).next_on_topic) {
     const subscription& s = router_.subscription_at(i);
-    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(peers_[peer_index{s.connection}], {}, topic, {});
+    if (s.type_hash != 0 && s.type_hash != type)
+      tell_other_type(peers_[peer_index{s.connection}], {}, topic, {});
   }
 }
 

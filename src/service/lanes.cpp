@@ -106,7 +106,7 @@ void core::attach(std::uint32_t index) noexcept {
     view.next_inbox = on.first_inbox;
     on.first_inbox = index;
     if (topic_index == statistics_topic_) begin_statistics();
-    if (const std::uint32_t last = compose_latched(topic_index); last != no_index) {
+    if (const std::uint32_t last = outbox_.compose_latched(topic_index); last != no_index) {
       deliver_inbox(index, slots_.body(last), {});
       release(last);
     }
@@ -120,7 +120,7 @@ void core::attach(std::uint32_t index) noexcept {
       phases_.begin(index, lane.period, lane.priority);
     for (std::uint32_t i = on.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_topic) {
-      merge_requests(i);
+      outbox_.merge_requests(i);
     }
   }
   for (connection& c : peers_) {
@@ -284,7 +284,7 @@ void core::take_from(std::uint32_t index) noexcept {
   if (detail::is_latch(lane.kind)) return;   // looked at by turn_stop()
   if (options_.lanes_tell) lane.rope.mark(); // before looking
   if (views_[index].topic == no_index) return take_entries(index);
-  if (turn_left_ != 0) return; // offer_all() comes first; its list keeps the cycles going
+  if (sender_.round_open()) return; // the sender comes first; who is scheduled keeps the cycles going
   const detail::emptying_end& path = lane.service.out;
   if (path.newest != nullptr) {
     const auto found = path.newest->begin_read();
@@ -325,13 +325,13 @@ std::size_t core::ample_budget(const topic& on) const noexcept {
   if (on.first_inbox != no_index || on.bytes > slots_.small_bytes() / 2) return 0;
   const std::size_t halves = 2 * std::max<std::size_t>(wanted_lanes_, 1);
   std::size_t room = std::min<std::size_t>(lane_budget_ample, slots_.count() / halves);
-  room = std::min<std::size_t>(room, (bounds_.queued_max - entries_.in_use()) /
+  room = std::min<std::size_t>(room, (bounds_.queued_max - outbox_.entries().in_use()) /
                                          (halves * std::max<std::size_t>(on.subscriptions, 1)));
   room -= std::min(room, lane_budget);
   for (std::uint32_t i = on.first_subscription; i != no_index && room != 0;
        i = router_.subscription_at(i).next_on_topic) {
     const subscription& s = router_.subscription_at(i);
-    if (peers_[peer_index{s.connection}].behind()) return 0;
+    if (outbox_.of({s.connection}).backpressured()) return 0;
     room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
   }
   return room;
@@ -505,7 +505,7 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
       subscription_claims_.take(c.subscriptions);
       router_.subscription_at(subscribed).unslashed = unslashed;
     }
-    merge_requests(subscribed);
+    outbox_.merge_requests(subscribed);
   } else {
     send_direct(c, rosbridge::encode_unadvertise(text, name, 1));
     if (subscribed != no_index) remove_subscription(c, subscribed);

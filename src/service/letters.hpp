@@ -31,7 +31,6 @@ struct letter {
   bool sent = false;
   bool counted = false;             // begun with letters::begin()
   std::uint32_t charged = no_index; // the connection whose share of the slots it is
-  errc lost_as = errc::peer_lost;
   party sender{};                // who wants to know; nobody
   detail::call_ref own{};        // and by which place of its own table, if it is a lane
   detail::call_ref request_of{}; // the call whose request this is

@@ -95,7 +95,8 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
   calls_.at(index).provider = {.who = party::kind::core};
   if (const call& one = calls_.at(index); one.asked_by.who == party::kind::peer) {
     connection* const c = find(one.asked_by.connection());
-    if (c != nullptr && !has_place_for_answer(*c)) return end_without_room(index, errc::full);
+    if (c != nullptr && !outbox_.has_place_for_reply({c->id.index}))
+      return end_without_room(index, errc::full);
   }
   work_bytes_ += own_answer_work;
   std::array<char, 2 * detail::lane::name_bytes_max> room; // scratch_ has the names of the call itself

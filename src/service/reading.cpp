@@ -144,9 +144,7 @@ void core::park(connection& c) noexcept {
   unparked_at_ = UINT64_MAX; // looked at once more: something may have been taken meanwhile
   if (std::exchange(c.unheard, true)) return;
   carrier_.read_enabled(c.id, false);
-  // Its pongs lie behind what we do not read, so what is on its way to it is not known any more: as towards
-  // peers that know no pings, only the kernel's limit holds.
-  if (c.held) list(c);
+  sender_.ignore_credit({c.id.index});
 }
 
 void core::take_turn(connection& c) noexcept {

@@ -71,7 +71,7 @@ struct subscription {
   std::uint32_t next_on_topic = no_index;
   std::uint32_t previous_on_topic = no_index;
   std::uint32_t next_on_connection = no_index; // or in the free list
-  std::uint32_t next_ready = no_index;
+  subscription_id next_ready{};
   queue waiting;
   std::uint32_t depth = 0;
   std::uint32_t type_hash = 0;                      // of the type that the peer expects, hash_of_type()
@@ -124,6 +124,7 @@ class router {
   // Subscriptions: on a topic's list and on a connection's, whose head the caller keeps.
   subscription& subscription_at(std::uint32_t index) noexcept { return subscriptions_[index]; }
   const subscription& subscription_at(std::uint32_t index) const noexcept { return subscriptions_[index]; }
+  rows<subscription_id, subscription> subscriptions() const noexcept { return {subscriptions_}; }
   // A peer may hold two to a topic: one for each of its spellings. The first found of either, or that of one.
   std::uint32_t find_subscription(std::uint32_t topic, std::uint32_t first_on_connection) const noexcept;
   std::uint32_t find_subscription(std::uint32_t topic, std::uint32_t first_on_connection,

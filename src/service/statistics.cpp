@@ -114,8 +114,9 @@ void core::write_connections(json::writer& into) noexcept {
       ++left_out;
       continue;
     }
-    std::uint64_t queued = c.direct.count;
-    for (const queue& waiting : c.letters) queued += waiting.count;
+    const peer_queues& queues = queues_of(c);
+    std::uint64_t queued = queues.replies.count;
+    for (const queue& waiting : queues.direct) queued += waiting.count;
     for (std::uint32_t i = c.first_subscription; i != no_index;
          i = router_.subscription_at(i).next_on_connection) {
       queued += router_.subscription_at(i).waiting.count;
@@ -140,7 +141,7 @@ void core::write_connections(json::writer& into) noexcept {
     into.key("queued");
     into.number(queued);
     into.key("blocked");
-    into.boolean(c.behind());
+    into.boolean(queues.backpressured());
     into.key("subscriptions");
     into.number(c.subscriptions);
     into.key("calls");

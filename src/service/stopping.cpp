@@ -288,13 +288,7 @@ void core::answer_stop(stop_service which, const stop_asker& asker, rt::time_poi
     body(text);
     rosbridge::write_service_response_tail(text);
   }
-  wire::mask_key key;
-  if (masks(*c)) key = next_mask();
-  if (text.overflowed() || !c->stop_out.add_answer({room.data(), text.bytes()}, masks(*c) ? &key : nullptr))
-    return add(counter::stop_answers_lost);
-  add(counter::messages_out);
-  ++c->messages_out;
-  offer_urgent(*c);
+  sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()});
 }
 
 // ---- the state
@@ -352,14 +346,7 @@ void core::show_stop_state() noexcept {
     const rt::duration period = guards ? options_.stop.tick : slow;
     if (changed || now_ - c.stop_shown_at >= (guards ? period : period - early)) {
       c.stop_shown_at = now_;
-      wire::mask_key key;
-      if (masks(c)) key = next_mask();
-      if (c.open() &&
-          c.stop_out.add_state(unslashed ? unslashed_text() : text(), masks(c) ? &key : nullptr)) {
-        add(counter::messages_out);
-        ++c.messages_out;
-        list(c);
-      }
+      if (c.open()) sender_.add_stop_state({c.id.index}, unslashed ? unslashed_text() : text());
     }
     stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
   }
@@ -388,14 +375,7 @@ void core::show_stop_to_hop(bool changed) noexcept {
       std::array<char, body_bytes_max> room;
       json::writer text{room};
       stop_.write_state(text, now_);
-      wire::mask_key key;
-      if (masks(c)) key = next_mask();
-      if (!text.overflowed() &&
-          c.stop_out.add_state({room.data(), text.bytes()}, masks(c) ? &key : nullptr)) {
-        add(counter::messages_out);
-        ++c.messages_out;
-        list(c);
-      }
+      sender_.add_stop_state({c.id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()});
     }
     stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
   }

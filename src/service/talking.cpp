@@ -294,10 +294,11 @@ status core::check_text(std::string_view text) noexcept {
   return {};
 }
 
+// Messages that are over make room: their outcomes are taken at once, for they had slots.
 bool core::has_room(connection& c, priority at) noexcept {
-  queue& to = c.letters[static_cast<std::size_t>(at)];
-  drop_dead(to);
-  return to.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
+  const bool has = outbox_.has_room({c.id.index}, at);
+  take_outcomes();
+  return has;
 }
 
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the lane
@@ -307,7 +308,7 @@ bool core::has_room_for(const message& m) noexcept {
   if (m.to.generation != 0) {
     connection& to = peers_[peer_index{m.to.index}];
     return has_room(to, m.priority) &&
-           letters_.has_share(m.to.index, to.behind(), slots_.class_for(m.text.size()));
+           letters_.has_share(m.to.index, queues_of(to).backpressured(), slots_.class_for(m.text.size()));
   }
   bool any = false;
   for (connection& c : peers_) {
@@ -355,9 +356,9 @@ bool core::post(const message& m) noexcept {
     const connection* const to = find({m.to.index, m.to.generation});
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
-  if (m.text.size() > text_bytes_max()) {
+  if (m.text.size() > outbox_.text_bytes_max()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
-                       static_cast<std::int64_t>(text_bytes_max())},
+                       static_cast<std::int64_t>(outbox_.text_bytes_max())},
                  counter::too_big);
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
@@ -368,7 +369,7 @@ bool core::post(const message& m) noexcept {
   if (const status fine = check_text(m.text); !fine) {
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
   }
-  if (slots_.free_for_all(of) == 0 && !reclaim(of))
+  if (slots_.free_for_all(of) == 0 && !outbox_.evict_for(of))
     return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   const std::uint32_t slot = compose(expires, [&](json::writer& into) { into.append(m.text); });
   assert(slot != no_index);
@@ -390,69 +391,72 @@ bool core::post(const message& m) noexcept {
   return true;
 }
 
-// The slot's one reference becomes the letter's, which is no delivery.
+// Tracked from now on. One that may go to any peer keeps its slot until it was sent.
 void core::begin_letter(std::uint32_t slot, const letter& as) noexcept {
+  take_outcomes(); // of who had the slot before
   assert(!letters_.under_way(slot));
   letters_.begin(slot, as);
-  slots_.keep(slot);
-  (void)slots_.release(slot); // never the last: keep() took one
+  outbox_.track(slot, as.everyone);
 }
 
 // Behind the queueing: with no delivery it waits for a peer, or is over.
 void core::send_letter(std::uint32_t slot) noexcept {
-  if (slots_.references(slot) == 1) settle_letter(slot);
+  if (!letters_.at(slot).everyone) return outbox_.release(slot);
+  if (slots_.references(slot) == 1) settle_letter(slot, false);
 }
 
 // False, counted, when the peer's queue is full.
 bool core::queue_letter(connection& c, std::uint32_t slot) noexcept {
-  const priority at = letters_.at(slot).priority;
-  if (!has_room(c, at) || !enqueue(c.letters[static_cast<std::size_t>(at)], slot)) {
-    add(counter::outbox_full);
-    return false;
-  }
-  slots_.retain(slot);
+  if (!outbox_.push_direct({c.id.index}, letters_.at(slot).priority, slot)) return false;
   if (!letters_.at(slot).everyone) letters_.charge(slot, c.id.index);
-  list(c);
   return true;
 }
 
+// What became of messages since the last look.
+void core::settle_outcomes() noexcept {
+  for (outcome what; outbox_.take_outcome(what);) {
+    letter& l = letters_.at(what.slot);
+    if (what.sent) {
+      l.sent = true;
+      tell(std::exchange(l.sender, {}), l.own, {}); // one peer is enough: the others may not read for long
+    }
+    if (what.expired) {
+      const letter over = l;
+      letters_.forget(what.slot);
+      tell(over.sender, over.own, over.sent ? status{} : status{errc::expired});
+    } else if (what.ended) {
+      settle_letter(what.slot, what.evicted);
+    }
+  }
+}
+
 // All deliveries of a letter have ended, one way or the other.
-void core::settle_letter(std::uint32_t slot) noexcept {
+void core::settle_letter(std::uint32_t slot, bool evicted) noexcept {
   letter& l = letters_.at(slot);
   if (l.now == letter::state::waiting) return; // it has none yet
   if (l.sent) return end_letter(slot, {});
-  const rt::time_point expires = slots_.expires(slot);
   if (closing_) return end_letter(slot, errc::closed);
-  if (!l.everyone) return end_letter(slot, l.lost_as);
-  if (expires <= now_) {
+  if (!l.everyone) return end_letter(slot, evicted ? errc::full : errc::peer_lost);
+  if (slots_.expires(slot) <= now_) {
     add(counter::expired);
     return end_letter(slot, errc::expired);
   }
   letters_.wait(slot);
 }
 
-// Its slot was freed by expire_slot(), whoever still had it queued.
-void core::expire_letter(std::uint32_t slot) noexcept {
-  const letter over = letters_.at(slot);
-  letters_.forget(slot);
-  tell(over.sender, over.own, over.sent ? status{} : status{errc::expired});
-}
-
 void core::end_letter(std::uint32_t slot, const status& outcome) noexcept {
   const letter over = letters_.at(slot);
   letters_.forget(slot);
-  slots_.unkeep(slot);
-  release(slot);
+  if (slots_.kept(slot)) outbox_.let_go(slot);
   tell(over.sender, over.own, outcome);
 }
 
 // The request of a call that has ended is not sent any more, unless a socket is in the middle of it.
 void core::cancel_letter(slot_ref which) noexcept {
+  take_outcomes();
   if (which.index == no_index || !slots_.alive(which) || !letters_.under_way(which.index)) return;
   letters_.at(which.index).sender = {};
-  if (!slots_.expire(which.index)) return;
-  timers_.disarm(slot_id{which.index});
-  letters_.forget(which.index);
+  if (outbox_.cancel(which)) letters_.forget(which.index);
 }
 
 // Gives waiting letters to a peer, in their order, as far as it has room: it has come, or another one left
@@ -460,7 +464,8 @@ void core::cancel_letter(slot_ref which) noexcept {
 void core::welcome(connection& c) noexcept {
   for (std::uint32_t slot = letters_.first_waiting(); slot != no_index; slot = letters_.first_waiting()) {
     if (slots_.expires(slot) < now_) {
-      expire_slot(slot);
+      outbox_.expire(slot);
+      take_outcomes();
       continue;
     }
     letter& l = letters_.at(slot);
@@ -477,7 +482,7 @@ void core::welcome(connection& c) noexcept {
 // Letters wait although there are peers where those had no room, or another one left with them. Nobody has
 // got room since the last look if nothing was taken out of any queue and no slot became free.
 void core::place_waiting() noexcept {
-  const std::uint64_t changes = entries_.popped() + slots_.freed() + letters_.began_to_wait();
+  const std::uint64_t changes = outbox_.entries().popped() + slots_.freed() + letters_.began_to_wait();
   if (letters_.waiting() == 0 || std::exchange(looked_for_room_at_, changes) == changes) return;
   for (connection& c : peers_) {
     if (letters_.waiting() == 0) return;

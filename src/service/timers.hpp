@@ -42,6 +42,7 @@ class timers {
   void disarm(call_index which) noexcept { wheel_.cancel(node_of(which)); }
   void disarm(timer which) noexcept { wheel_.cancel(node_of(which)); }
 
+  bool armed(subscription_id which) const noexcept { return wheel_.contains(node_of(which)); }
   bool armed(timer which) const noexcept { return wheel_.contains(node_of(which)); }
 
   struct due {

@@ -63,7 +63,7 @@ class wire_slots {
     const std::uint32_t index = free.take().value;
     slot& taken = slots_[slot_id{index}];
     taken.references = 1;
-    taken.kept = false;
+    taken.tracked = taken.kept = false;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
     taken.expires = rt::never;
     return index;
@@ -120,13 +120,22 @@ class wire_slots {
 
   void retain(std::uint32_t index) noexcept { ++slots_[slot_id{index}].references; }
   std::uint32_t references(std::uint32_t index) const noexcept { return slots_[slot_id{index}].references; }
-  // A reference that is no delivery: a letter that is under way. expire() does not count it.
-  void keep(std::uint32_t index) noexcept {
-    retain(index);
-    slots_[slot_id{index}].kept = true;
+  // Somebody wants to know what becomes of the message. With `keeps` one of the references is that
+  // somebody's, which is no delivery: expire() does not count it.
+  void track(std::uint32_t index, bool keeps) noexcept {
+    slots_[slot_id{index}].tracked = true;
+    slots_[slot_id{index}].kept = keeps;
   }
-  // It is no longer kept; release() gives its reference back.
-  void unkeep(std::uint32_t index) noexcept { slots_[slot_id{index}].kept = false; }
+  void untrack(std::uint32_t index) noexcept {
+    slots_[slot_id{index}].tracked = slots_[slot_id{index}].kept = false;
+  }
+  // Gives the reference back that is no delivery. Never the last one.
+  void unkeep(std::uint32_t index) noexcept {
+    assert(slots_[slot_id{index}].references > 1);
+    slots_[slot_id{index}].kept = false;
+    --slots_[slot_id{index}].references;
+  }
+  bool tracked(std::uint32_t index) const noexcept { return slots_[slot_id{index}].tracked; }
   bool kept(std::uint32_t index) const noexcept { return slots_[slot_id{index}].kept; }
   // True when that was the last reference, and the slot is free again.
   bool release(std::uint32_t index) noexcept {
@@ -165,6 +174,7 @@ class wire_slots {
     std::uint32_t generation = 1;
     std::uint32_t references = 0;
     std::uint32_t begun = 0;
+    bool tracked = false;
     bool kept = false;
     slot_id next_free{};
     std::uint32_t bytes = 0;

@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "service/connection.hpp"
+#include "service/control_frames.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {

@@ -61,7 +61,8 @@ TEST_F(wire_slots_test, frees_a_slot_with_its_last_reference) {
 TEST_F(wire_slots_test, makes_references_stale_when_a_slot_expires_and_counts_deliveries_only) {
   const auto slot = *slots.take(10);
   slots.retain(slot);
-  slots.keep(slot);
+  slots.retain(slot);
+  slots.track(slot, true);
   const slot_ref ref = slots.ref(slot);
   EXPECT_EQ(slots.expire(slot), 2U);
   EXPECT_FALSE(slots.alive(ref));

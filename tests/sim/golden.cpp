@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// sim_golden FILE | --record: runs the simulated worlds whose traces FILE names, and fails where one is not
-// what it was when it was recorded. A trace is a hash of each byte that the core wrote, of each connection
-// that it closed, and of all counters at the end. So a change of the core's inner structure that is to change
-// nothing outside shows that it did not. A change that is meant records the traces anew, and its commit says
-// why.
+// sim_golden FILE | --record | --steps KIND SEED: runs the simulated worlds whose traces FILE names, and
+// fails where one is not what it was when it was recorded. A trace is a hash of each byte that the core
+// wrote, of each connection that it closed, and of all counters at the end. So a change of the core's inner
+// structure that is to change nothing outside shows that it did not. A change that is meant records the
+// traces anew, and its commit says why. `--steps` prints one world's trace and counters behind each step:
+// where two builds part is found by comparing what they print.
 //
 // Recorded on x86-64. The credit of peers is computed in floating point, and may differ elsewhere.
 #include <cinttypes>
@@ -55,6 +56,39 @@ std::uint64_t swarming(std::uint64_t seed) {
   return trace_of(w.theatre(), w.trace_hash());
 }
 
+template <class Stage>
+void print_step(std::uint64_t step, const Stage& on, std::uint64_t told) {
+  std::printf("%" PRIu64 " written %016" PRIx64 " told %016" PRIx64 "\n", step, on.net.trace(), told);
+  for (std::size_t i = 0; i < rowe::service::counter_descriptions.size(); ++i) {
+    if (const auto count = on.count(static_cast<rowe::service::counter>(i)); count != 0)
+      std::printf("  %s %" PRIu64 "\n", rowe::service::counter_descriptions[i].name.data(), count);
+  }
+}
+
+int print_steps(const std::string& kind, std::uint64_t seed) {
+  if (kind == "talking") {
+    sim::talking_world w{seed};
+    for (std::uint64_t i = 0; i < steps; ++i) {
+      w.step();
+      print_step(i, w.theatre(), w.trace());
+    }
+  } else if (kind == "swarming") {
+    swarm::coverage seen;
+    swarm::world w{seed, seen, {}, false};
+    for (std::uint64_t i = 0; i < steps && !w.broken(); ++i) {
+      w.step(i);
+      print_step(i, w.theatre(), w.trace_hash());
+    }
+  } else {
+    sim::world w{seed, {}};
+    for (std::uint64_t i = 0; i < steps; ++i) {
+      w.step();
+      print_step(i, w.theatre(), w.trace());
+    }
+  }
+  return 0;
+}
+
 struct kind {
   const char* name;
   std::uint64_t (*run)(std::uint64_t seed);
@@ -93,8 +127,10 @@ int compare(const char* path) {
 } // namespace
 
 int main(int count, char** arguments) {
+  if (count == 4 && std::strcmp(arguments[1], "--steps") == 0)
+    return print_steps(arguments[2], std::strtoull(arguments[3], nullptr, 10));
   if (count != 2) {
-    std::fputs("usage: sim_golden FILE | --record\n", stderr);
+    std::fputs("usage: sim_golden FILE | --record | --steps KIND SEED\n", stderr);
     return 2;
   }
   return std::strcmp(arguments[1], "--record") == 0 ? record() : compare(arguments[1]);

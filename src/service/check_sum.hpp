@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// References are counted for all rows of a table at once: each row weighs something of its own, so that two
+// sums are equal only where each row's count is. No memory, and every place is looked at once. For check().
+#pragma once
+#include <cstdint>
+
+namespace rowe::service {
+
+constexpr std::uint64_t weight(std::uint32_t of) noexcept {
+  std::uint64_t z = (of + std::uint64_t{1}) * 0x9e3779b97f4a7c15U;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
+  return z ^ (z >> 31);
+}
+
+} // namespace rowe::service

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// Control frames on their way to one peer: pongs, pings and the close frame. Service thread only.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstring>
+#include <span>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+// Bytes that are frames already: pongs, pings and the close frame, written before any message. The room of
+// one frame is the close frame's alone.
+struct control_frames {
+  static constexpr std::size_t frame_bytes_max = wire::frame_header_bytes_max + wire::control_bytes_max;
+
+  std::array<std::byte, 4 * frame_bytes_max> bytes;
+  std::size_t written = 0;
+  std::size_t size = 0;
+  std::size_t last_at = 0; // where the last frame begins
+
+  std::span<const std::byte> rest() const noexcept { return {bytes.data() + written, size - written}; }
+
+  // Where a frame of so many bytes goes; null when it is not to be sent. RFC 6455 5.5.3 asks for a pong to
+  // the latest ping only: where there is no room for one more, it takes the place of the last one. A ping of
+  // ours is not worth sending behind pongs that were not read.
+  std::byte* place(wire::opcode what, std::size_t frame_bytes) noexcept {
+    if (written != 0) {
+      std::memmove(bytes.data(), bytes.data() + written, size - written);
+      size -= written;
+      last_at -= std::min(last_at, written); // of a frame that is begun only the rest is here, and much room
+      written = 0;
+    }
+    if (what == wire::opcode::ping && size != 0) return nullptr;
+    // By the longest frame, not by this one: whatever takes the place of the last one fits there.
+    const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
+    if (room - size < (ROWE_MUTANT(pong_room) ? frame_bytes : frame_bytes_max)) size = last_at;
+    last_at = size;
+    size += frame_bytes;
+    return bytes.data() + last_at;
+  }
+};
+
+} // namespace rowe::service

@@ -1,0 +1,504 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/outbox.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <utility>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/check_sum.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+namespace {
+
+// As much work as to compose so many bytes: one place in a queue, and one taken from whoever holds most.
+constexpr std::size_t push_work = 128;
+constexpr std::size_t eviction_work = 1024;
+
+// A slot whose time is over and that a socket has the beginning of is looked at again after this.
+constexpr rt::duration partial_look_period = std::chrono::milliseconds{10};
+
+// The wheel reports what is over, so behind the last moment at which it is not.
+rt::time_point over_at(rt::time_point expires) noexcept { return expires + rt::duration{1}; }
+
+} // namespace
+
+std::size_t outbox::footprint_bytes(const limits& bounds) noexcept {
+  using rt::arena;
+  return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
+         arena::bytes_for<peer_queues>(bounds.connections_max) +
+         arena::bytes_for<peer_index>(bounds.connections_max) +
+         arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
+         arena::bytes_for<tracking>(wire_slots::count(bounds));
+}
+
+outbox::outbox(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : bounds_{bounds},
+      text_bytes_max_{std::min(parts.text_bytes_max, wire_slots::large_bytes(bounds))},
+      cycle_{parts.cycle},
+      counts_{parts.counts},
+      due_{parts.due},
+      peers_{parts.peers},
+      topics_{parts.topics},
+      latches_{parts.latches},
+      slots_{memory, bounds},
+      entries_{memory, bounds},
+      queues_{memory.carve<peer_queues>(bounds.connections_max)},
+      scheduled_{memory.carve<peer_index>(bounds.connections_max)},
+      unarmed_{memory.carve<std::uint32_t>(wire_slots::count(bounds))},
+      tracked_{memory.carve<tracking>(wire_slots::count(bounds))} {}
+
+void outbox::open(peer_index peer) noexcept {
+  const bool scheduled = queues_[peer].scheduled; // the ring may still have its place from before
+  queues_[peer] = {};
+  queues_[peer].scheduled = scheduled;
+  queues_[peer].replies.owner = queue_entries::owner_of(peer.value, queued_as::evictable);
+  for (queue& direct : queues_[peer].direct)
+    direct.owner = queue_entries::owner_of(peer.value, queued_as::direct_message);
+}
+
+// The frame header goes in front of the text. The wheel learns when it ends at the end of the cycle, if it is
+// still there.
+void outbox::finalize(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept {
+  slots_.finish(slot, bytes, expires);
+  cycle_.work_bytes += bytes;
+  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
+                                        wire::opcode::text,
+                                        bytes); // where it starts follows from `bytes`
+  if (expires == rt::never) return;
+  if (expires == cycle_.now) offers_to_all_ = true;
+  if (unarmed_count_ == unarmed_.size()) return due_.arm(slot_id{slot}, over_at(expires));
+  unarmed_[unarmed_count_++] = slot;
+}
+
+void outbox::arm_unwritten() noexcept {
+  for (const std::uint32_t slot : unarmed_.first(std::exchange(unarmed_count_, 0))) {
+    // One that was freed and is another message's by now is there twice, which does no harm.
+    const rt::time_point expires = slots_.expires(slot);
+    if (slots_.references(slot) != 0 && expires != rt::never) due_.arm(slot_id{slot}, over_at(expires));
+  }
+}
+
+std::uint32_t outbox::compose_latched(std::uint32_t topic_index) noexcept {
+  topic& on = topics_.at(topic_index);
+  if (!on.last.empty() && on.last.expires < cycle_.now) latches_.clear(on.last);
+  if (on.last.empty()) return no_index;
+  return compose_message(topic_index, on.last.expires,
+                         [&](json::writer& into) { latches_.write(on.last, into); });
+}
+
+// ---- queueing
+
+void outbox::fan_out(std::uint32_t topic_index, std::uint32_t slot) noexcept {
+  const topic& on = topics_.at(topic_index);
+  for (std::uint32_t i = on.first_subscription; i != no_index; i = topics_.subscription_at(i).next_on_topic) {
+    if (accepts(topics_.subscription_at(i))) push(i, slot);
+  }
+}
+
+// rosbridge's throttle: what comes within the period of the last one written is discarded, unless the peer
+// asked for a queue.
+bool outbox::accepts(const subscription& s) noexcept {
+  if (!s.discards || cycle_.now >= s.next_due) return true;
+  add(counter::throttled);
+  return false;
+}
+
+void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
+  subscription& s = topics_.subscription_at(index);
+  cycle_.work_bytes += push_work;
+  if (s.owes_last) place_latched(s);
+  drop_expired(s.waiting);
+  if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
+  if (!enqueue(s.waiting, slot)) return add(counter::outbox_full);
+  slots_.retain(slot);
+  make_ready(index);
+}
+
+// The queue gets a reference of the caller's. False when all entries are taken by direct messages, which are
+// not evicted.
+bool outbox::enqueue(queue& to, std::uint32_t slot) noexcept {
+  if (entries_.full()) evict_entry();
+  return entries_.push(to, slots_.ref(slot));
+}
+
+// Drops the oldest messages of a subscription until it holds `most`.
+void outbox::trim(subscription& s, std::uint32_t most) noexcept {
+  for (drop_expired(s.waiting); s.waiting.count > most;
+       ROWE_MUTANT(depth) ? void() : drop_expired(s.waiting)) {
+    // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
+    const bool chosen = s.throttle > rt::duration{0} && !queues_[peer_index{s.connection}].backpressured();
+    add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
+    drop_front(s.waiting);
+  }
+}
+
+void outbox::merge_requests(std::uint32_t index) noexcept {
+  subscription& s = topics_.subscription_at(index);
+  topics_.merge(s, bounds_.queue_depth_max);
+  if (!ROWE_MUTANT(depth)) trim(s, s.depth);
+  if (ROWE_MUTANT(throttle)) return;
+  s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
+  if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
+  make_ready(index);
+}
+
+void outbox::owe_latched(std::uint32_t index) noexcept {
+  subscription& s = topics_.subscription_at(index);
+  s.owes_last = true;
+  ++queues_[peer_index{s.connection}].owed;
+  make_ready(index);
+}
+
+void outbox::throttle_over(std::uint32_t index) noexcept {
+  topics_.subscription_at(index).timed = false;
+  make_ready(index);
+}
+
+void outbox::make_ready(std::uint32_t index) noexcept {
+  subscription& s = topics_.subscription_at(index);
+  if (s.ready || (s.waiting.empty() && !s.owes_last)) return;
+  if (cycle_.now < s.next_due) {
+    if (!std::exchange(s.timed, true)) due_.arm(subscription_id{index}, s.next_due);
+    return;
+  }
+  if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
+  s.ready_as = topics_.at(s.topic).priority;
+  s.ready = true;
+  const peer_index peer{s.connection};
+  queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(topics_.subscriptions(), {index});
+  schedule(peer);
+}
+
+// Queues the latched value for one who came late; not before it can be written, so that one who subscribes to
+// many topics at once does not take as many slots.
+void outbox::place_latched(subscription& s) noexcept {
+  s.owes_last = false;
+  --queues_[peer_index{s.connection}].owed;
+  const std::uint32_t slot = compose_latched(s.topic);
+  if (slot == no_index) return;
+  trim(s, s.depth - 1);
+  if (enqueue(s.waiting, slot)) return; // with its reference
+  add(counter::outbox_full);
+  release(slot);
+}
+
+void outbox::place_owed(peer_index peer) noexcept {
+  const auto all = topics_.subscriptions();
+  for (const ready_list& on : queues_[peer].ready) {
+    for (subscription_id i = on.head; i; i = all[i].next_ready) {
+      if (all[i].owes_last) return place_latched(all[i]);
+    }
+  }
+}
+
+bool outbox::has_room(peer_index to, priority at) noexcept {
+  queue& direct = queues_[to].direct[static_cast<std::size_t>(at)];
+  drop_expired(direct);
+  return direct.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
+}
+
+bool outbox::push_direct(peer_index to, priority at, std::uint32_t slot) noexcept {
+  if (!has_room(to, at) || !enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
+    add(counter::outbox_full);
+    return false;
+  }
+  slots_.retain(slot);
+  schedule(to);
+  return true;
+}
+
+// ---- taking
+
+void outbox::take_front(queue& from, [[maybe_unused]] std::uint32_t slot, std::uint32_t of) noexcept {
+  drop_expired(from); // what stands in front of it was passed over when it was gathered
+  assert(entries_.front(from).index == slot);
+  (void)entries_.pop(from); // its reference goes to the socket
+  if (of == no_index) return;
+  subscription& s = topics_.subscription_at(of);
+  s.served = true;
+  if (s.throttle == rt::duration{0}) return;
+  // The next one is due a period after this one was, or after now if that is long past.
+  const bool in_step = cycle_.now - s.next_due < s.throttle;
+  s.sent_at = in_step ? s.next_due : cycle_.now;
+  s.next_due = rt::deadline_after(s.sent_at, s.throttle);
+}
+
+void outbox::rotate_ready(peer_index peer) noexcept {
+  const auto all = topics_.subscriptions();
+  for (ready_list& on : queues_[peer].ready) {
+    ready_list before = std::exchange(on, {});
+    ready_list served;
+    while (!before.empty()) {
+      const subscription_id i = before.pop_front(all);
+      subscription& s = all[i];
+      drop_expired(s.waiting); // else one with nothing to write would stay ready, and schedule nobody
+      if (s.served) {
+        served.push_back(all, i);
+      } else {
+        s.ready = false;
+        make_ready(i.value);
+      }
+    }
+    while (!served.empty()) {
+      const subscription_id i = served.pop_front(all);
+      all[i].ready = all[i].served = false;
+      make_ready(i.value);
+    }
+  }
+}
+
+// ---- giving back
+
+// The clock decides; the wheel only noticed.
+void outbox::expire(std::uint32_t slot) noexcept {
+  const slot_id which{slot};
+  if (slots_.expires(slot) >= cycle_.now) return due_.arm(which, over_at(slots_.expires(slot)));
+  const bool tracked = slots_.tracked(slot);
+  const bool kept = slots_.kept(slot);
+  const auto deliveries = slots_.expire(slot);
+  // In the middle of being written: it goes when the socket has it all, or with its connection.
+  if (!deliveries) return due_.arm(which, cycle_.now + partial_look_period);
+  due_.disarm(which);
+  const bool waited = kept && *deliveries == 0;
+  add(counter::expired, *deliveries + (waited ? 1 : 0));
+  if (tracked) note(slot).expired = true;
+}
+
+// Drops the message at the front if it is gone or its time is. False when the queue begins with one to be
+// sent.
+bool outbox::drop_expired_front(queue& from) noexcept {
+  if (from.empty()) return false;
+  const slot_ref front = entries_.front(from);
+  if (slots_.alive(front)) {
+    if (slots_.expires(front.index) >= cycle_.now) return false;
+    expire(front.index); // for all queues at once, and counted
+    if (slots_.alive(front)) {
+      // Another peer's socket is in the middle of it, so it goes for this peer alone.
+      add(counter::expired);
+      release(front.index);
+    }
+  }
+  (void)entries_.pop(from); // the reference is given back already
+  return true;
+}
+
+void outbox::drop_all(queue& from, counter as) noexcept {
+  while (!from.empty()) {
+    if (drop_expired_front(from)) continue;
+    add(as);
+    drop_front(from);
+  }
+}
+
+void outbox::drop(std::uint32_t index) noexcept {
+  subscription& s = topics_.subscription_at(index);
+  peer_queues& its_peer = queues_[peer_index{s.connection}];
+  drop_all(s.waiting, counter::lost_with_peer);
+  if (std::exchange(s.owes_last, false)) --its_peer.owed;
+  if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
+  if (std::exchange(s.ready, false)) {
+    [[maybe_unused]] const bool was =
+        its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(topics_.subscriptions(), {index});
+    assert(was);
+  }
+}
+
+void outbox::forget(peer_index peer) noexcept {
+  drop_all(queues_[peer].replies, counter::lost_with_peer);
+  for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
+}
+
+// One message after the other of those who hold most goes, as long as others hold the same: so nobody who
+// holds less loses anything for want of slots ("longest queue drop": Suter, Lakshman, Stiliadis and
+// Choudhury, IEEE INFOCOM 1998).
+bool outbox::evict_for(slot_class of) noexcept {
+  constexpr unsigned evictions_max = 64;
+  for (unsigned left = evictions_max; left != 0; --left) {
+    const std::uint32_t most = holds_most(of);
+    if (most == no_index || (ROWE_MUTANT(hoarder) && !queues_[peer_index{most}].backpressured()))
+      return false;
+    evict({most}, of);
+    if (slots_.free_for_all(of) != 0) return true;
+  }
+  return false;
+}
+
+// Who has more than an equal share; of several that hold as much, one that does not read.
+std::uint32_t outbox::holds_most(std::optional<slot_class> of) noexcept {
+  const std::uint32_t all = of ? slots_.count(*of) : bounds_.queued_max;
+  return entries_.longest(of, all / std::max(peers_.count(), 1U),
+                          [this](std::uint32_t i) { return queues_[peer_index{i}].backpressured(); });
+}
+
+// The same for the entries of queues.
+void outbox::evict_entry() noexcept {
+  const std::uint32_t most = holds_most(std::nullopt);
+  if (most != no_index) evict({most}, std::nullopt);
+}
+
+// Takes the oldest message out of the longest queue of a peer, of those that begin with a slot of the class
+// if there is one. The peer has something queued.
+void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
+  cycle_.work_bytes += eviction_work;
+  peer_queues& its = queues_[from];
+  queue* longest = nullptr;
+  std::uint32_t topic = no_index;
+  bool fits = false;
+  const auto look_at = [&](queue& one, std::uint32_t its_topic) {
+    if (one.empty()) return;
+    const bool this_fits = !of || slots_.class_of(entries_.front(one).index) == *of;
+    if (longest != nullptr && (fits > this_fits || (fits == this_fits && longest->count >= one.count)))
+      return;
+    longest = &one;
+    topic = its_topic;
+    fits = this_fits;
+  };
+  look_at(its.replies, no_index);
+  for (std::uint32_t i = peers_[from].first_subscription; i != no_index;
+       i = topics_.subscription_at(i).next_on_connection) {
+    look_at(topics_.subscription_at(i).waiting, topics_.subscription_at(i).topic);
+  }
+  assert(longest != nullptr);
+  if (drop_expired_front(*longest)) return;
+  const slot_ref oldest = entries_.front(*longest);
+  if (slots_.tracked(oldest.index)) note(oldest.index).evicted = true; // a reply that is waited for
+  add(its.backpressured() ? counter::outbox_full : counter::evicted);
+  drop_front(*longest);
+  if (topic == no_index) return;
+  // Those who do not read, and those who hold more than an equal share, lose it, too: as a rule they hold
+  // what the first one holds, and the slot is free only when nobody does.
+  const slot_class size = slots_.class_of(oldest.index);
+  const std::uint32_t share = slots_.count(size) / std::max(peers_.count(), 1U);
+  for (std::uint32_t i = topics_.at(topic).first_subscription; i != no_index && slots_.alive(oldest);
+       i = topics_.subscription_at(i).next_on_topic) {
+    subscription& same = topics_.subscription_at(i);
+    const bool reads = !queues_[peer_index{same.connection}].backpressured();
+    const auto may_lose_it = [&] {
+      return !reads || entries_.held_by(same.connection, queued_as::evictable, size) > share;
+    };
+    if (same.waiting.empty() || entries_.front(same.waiting) != oldest || !may_lose_it()) continue;
+    add(reads ? counter::evicted : counter::outbox_full);
+    drop_front(same.waiting);
+  }
+}
+
+// ---- tracking
+
+void outbox::track(std::uint32_t slot, bool keeps) noexcept {
+  assert(!tracked_[slot_id{slot}].listed);
+  slots_.track(slot, keeps);
+}
+
+bool outbox::cancel(slot_ref which) noexcept {
+  if (which.index == no_index || !slots_.alive(which)) return false;
+  if (!slots_.expire(which.index)) return false;
+  due_.disarm(slot_id{which.index});
+  return true;
+}
+
+void outbox::let_go(std::uint32_t slot) noexcept {
+  slots_.untrack(slot);
+  release(slot);
+}
+
+outbox::tracking& outbox::note(std::uint32_t slot) noexcept {
+  tracking& one = tracked_[slot_id{slot}];
+  if (!std::exchange(one.listed, true)) outcomes_.push_back(tracked_, {slot});
+  return one;
+}
+
+void outbox::note_first_sent(std::uint32_t slot) noexcept {
+  tracking& one = note(slot);
+  one.sent = true;
+  if (slots_.kept(slot)) slots_.unkeep(slot); // never the last reference: the socket's is still there
+}
+
+bool outbox::take_outcome(outcome& into) noexcept {
+  if (outcomes_.empty()) return false;
+  const slot_id which = outcomes_.pop_front(tracked_);
+  const tracking one = std::exchange(tracked_[which], {});
+  into = {.slot = which.value,
+          .sent = one.sent,
+          .ended = one.ended,
+          .evicted = one.evicted,
+          .expired = one.expired};
+  return true;
+}
+
+// ---- for tests
+
+bool outbox::check() const noexcept {
+  if (!slots_.check()) return false;
+  std::uint32_t left = entries_.in_use();
+  std::uint64_t queued = 0;
+  std::uint32_t scheduled = 0;
+  std::array<std::array<std::uint32_t, 2>, 2> held{}; // of one peer: how it queues, size class
+  const auto fits = [&](const queue& one) {
+    std::uint32_t length = 0;
+    entry_id last{};
+    for (entry_id at = one.entries.head; at; last = at, at = entries_.after(at)) {
+      const slot_ref slot = entries_.at(at);
+      if (left == 0 || slot.index >= slots_.count()) return false;
+      if (slots_.alive(slot)) queued += weight(slot.index);
+      --left;
+      ++length;
+      ++held[one.owner % 2][static_cast<std::size_t>(slots_.class_of(slot.index))];
+    }
+    return length == one.count && one.entries.tail == last;
+  };
+  const auto charged = [&](peer_index peer) {
+    for (const queued_as what : {queued_as::evictable, queued_as::direct_message}) {
+      for (const slot_class size : {slot_class::small, slot_class::large}) {
+        if (entries_.held_by(peer.value, what, size) !=
+            held[static_cast<std::size_t>(what)][static_cast<std::size_t>(size)])
+          return false;
+      }
+    }
+    return true;
+  };
+  for (const peer_index i : peers_.ids()) {
+    const connection& c = peers_[i];
+    const peer_queues& of = queues_[i];
+    held = {};
+    scheduled += of.scheduled;
+    if (c.state == connection::phase::free) {
+      if (!charged(i)) return false;
+      continue;
+    }
+    if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
+    std::uint32_t ready = 0;
+    std::uint32_t owed = 0;
+    for (std::uint32_t s = c.first_subscription; s != no_index;
+         s = topics_.subscription_at(s).next_on_connection) {
+      const subscription& one = topics_.subscription_at(s);
+      if (!fits(one.waiting) || one.timed != due_.armed(subscription_id{s})) return false;
+      ready += one.ready;
+      owed += one.owes_last;
+    }
+    for (const ready_list& on : of.ready) {
+      for (subscription_id s = on.head; s && ready != UINT32_MAX; s = topics_.subscriptions()[s].next_ready) {
+        const subscription& one = topics_.subscriptions()[s];
+        if (one.connection != i.value || !one.ready ||
+            &of.ready[static_cast<std::size_t>(one.ready_as)] != &on)
+          return false;
+        --ready;
+      }
+    }
+    if (ready != 0 || owed != of.owed || !charged(i)) return false;
+  }
+  std::uint64_t references = 0;
+  std::uint64_t others = 0;
+  for (std::uint32_t i = 0; i < slots_.count(); ++i) {
+    const bool in_use = slots_.references(i) != 0;
+    references += weight(i) * slots_.references(i);
+    others += weight(i) * slots_.begun(i) + (in_use && slots_.kept(i) ? weight(i) : 0);
+    if (in_use && slots_.kept(i) && !slots_.tracked(i)) return false;
+  }
+  return left == 0 && scheduled == scheduled_.count() && references == queued + others;
+}
+
+} // namespace rowe::service

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: Apache-2.0
+// What waits to be written to peers. A message is encoded once into a slot; each queue holds the slot's
+// number. Whether a message may still be sent is decided by the clock, when it is handed over; the wheel only
+// gives back the slots that nobody came to send.
+//
+// Each peer has a queue of replies, three of direct messages (one a priority), and its subscriptions have one
+// each. A subscription that may be written now is on the ready list of its peer and priority; a peer with
+// something to write is scheduled. The sender takes from there.
+//
+// Where all slots or all entries are taken, the peer that holds most of them makes room.
+//
+// Nothing here knows who waits to hear what becomes of a message. A slot may be tracked: then the outbox
+// notes an outcome, and whoever tracks it takes that later.
+//
+// Service thread only; nothing waits or allocates.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <rowe/limits.hpp>
+#include <rowe/options.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/index_list.hpp"
+#include "service/index_ring.hpp"
+#include "service/latch_store.hpp"
+#include "service/peer_table.hpp"
+#include "service/queues.hpp"
+#include "service/router.hpp"
+#include "service/timers.hpp"
+#include "service/wire_slots.hpp"
+#include "wire/rosbridge.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+// The subscriptions of one peer and priority that have something to write, served in turn.
+using ready_list = index_queue<subscription_id, subscription, &subscription::next_ready>;
+
+// What waits for one peer.
+struct peer_queues {
+  queue replies;               // answers to its own requests
+  std::array<queue, 3> direct; // messages to it, by priority
+  std::array<ready_list, 3> ready;
+  std::uint32_t owed = 0;      // subscriptions whose latched value is still to be queued
+  bool scheduled = false;      // among those with something to write
+  bool blocked = false;        // the transport has no room; on_writable() comes
+  bool held = false;           // its credit has none for what is not urgent; a pong comes
+  bool waits_to_begin = false; // others keep it from beginning its next frame
+
+  // It reads more slowly than we would write, or waits for others who do.
+  bool backpressured() const noexcept { return blocked || held || waits_to_begin; }
+};
+
+// What became of a tracked message since the last look.
+struct outcome {
+  std::uint32_t slot = no_index;
+  bool sent = false;    // one peer was given all of it
+  bool ended = false;   // no delivery of it is left
+  bool evicted = false; // ended, to make room for others
+  bool expired = false; // its time was over; its slot is free
+};
+
+class outbox {
+ public:
+  struct needs {
+    cycle_state& cycle;
+    counters& counts;
+    timers& due;
+    peer_table& peers;
+    router& topics;
+    latch_store& latches;
+    std::size_t text_bytes_max; // of one message
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  outbox(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  // ---- composing
+
+  // The whole text of one message, which `write_text(json::writer&)` writes, perhaps twice, in a slot with
+  // one reference; no_index, counted, when there is no slot or none is large enough. Tried in a small slot
+  // first; the peer that holds most makes room. What the stop needs may take the last slot.
+  template <class WriteText>
+  std::uint32_t compose(rt::time_point expires, WriteText&& write_text,
+                        slot_use what = slot_use::ordinary) noexcept;
+  // The message of a topic whose body `write_body(json::writer&)` writes, as compose() does.
+  template <class WriteBody>
+  std::uint32_t compose_message(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
+  // The latched value of a topic; no_index where there is none, or no slot, which is counted.
+  std::uint32_t compose_latched(std::uint32_t topic) noexcept;
+  // To one peer, an answer: never thinned out, and dropped as late only where it has a time of its own.
+  // Returns its slot; no_index when it is lost, counted.
+  template <class WriteText>
+  std::uint32_t reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
+  // Whether reply() would find a place.
+  bool has_place_for_reply(peer_index to) noexcept {
+    peer_queues& of = queues_[to];
+    drop_expired(of.replies);
+    return of.replies.count < (of.backpressured() ? replies_max_backpressured : replies_max);
+  }
+  // Replies that a peer has not read yet. Of one that reads more slowly than it is written to fewer: a few
+  // that ask and do not read must not take the slots of all.
+  static constexpr std::uint32_t replies_max = 64;
+  static constexpr std::uint32_t replies_max_backpressured = 16;
+
+  // ---- queueing
+
+  // A message to everyone who subscribes to a topic; takes no reference of the caller's.
+  void fan_out(std::uint32_t topic, std::uint32_t slot) noexcept;
+  // What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
+  void merge_requests(std::uint32_t subscription) noexcept;
+  // A new subscriber of a topic with a latched value is to be given that.
+  void owe_latched(std::uint32_t subscription) noexcept;
+  // The throttle of a subscription allows its next message.
+  void throttle_over(std::uint32_t subscription) noexcept;
+  // Whether a peer's queue of direct messages takes one more.
+  bool has_room(peer_index to, priority at) noexcept;
+  // A direct message, with a reference of its own. False, counted, when has_room() is.
+  bool push_direct(peer_index to, priority at, std::uint32_t slot) noexcept;
+
+  // ---- giving back
+
+  void release(std::uint32_t slot) noexcept {
+    if (slots_.release(slot)) {
+      due_.disarm(slot_id{slot});
+      if (slots_.tracked(slot)) [[unlikely]]
+        note_ended(slot);
+    } else if (slots_.kept(slot) && slots_.references(slot) == 1) [[unlikely]] {
+      note_ended(slot);
+    }
+  }
+  // Its time may be over.
+  void expire(std::uint32_t slot) noexcept;
+  // Frees a slot of `of` where it can: a peer that has more than an equal share of them queued loses its
+  // oldest. False when there is nothing to evict, or when so many evictions freed none.
+  bool evict_for(slot_class of) noexcept;
+  // All that waits in a subscription; it is not ready any more.
+  void drop(std::uint32_t subscription) noexcept;
+  // All that waits for a peer, but in its subscriptions.
+  void forget(peer_index peer) noexcept;
+
+  // ---- tracking
+
+  // Outcomes of the slot are noted from now on. With `keeps` the caller's reference stays, which is no
+  // delivery, until the message was sent once: it can be queued again where all its deliveries ended.
+  void track(std::uint32_t slot, bool keeps) noexcept;
+  // Nobody wants to know any more. Frees the slot unless a frame of it is partly written; says whether it
+  // did.
+  bool cancel(slot_ref which) noexcept;
+  // Of a kept one that was not sent: it ends.
+  void let_go(std::uint32_t slot) noexcept;
+  bool has_outcomes() const noexcept { return !outcomes_.empty(); }
+  // The next one, in the order in which they came about; false when there is none.
+  bool take_outcome(outcome& into) noexcept;
+
+  // ---- for the sender
+
+  peer_queues& of(peer_index peer) noexcept { return queues_[peer]; }
+  const peer_queues& of(peer_index peer) const noexcept { return queues_[peer]; }
+  void open(peer_index peer) noexcept;
+  // It has something to write; where the transport is full, it is looked at when there is room again.
+  void schedule(peer_index peer) noexcept {
+    peer_queues& c = queues_[peer];
+    if (c.scheduled || c.blocked) return;
+    c.scheduled = true;
+    scheduled_.push(peer);
+  }
+  std::uint32_t scheduled() const noexcept { return scheduled_.count(); }
+  peer_index take_scheduled() noexcept {
+    const peer_index next = scheduled_.pop();
+    queues_[next].scheduled = false;
+    return next;
+  }
+  // The latched value of one of the ready subscriptions that wait for theirs.
+  void place_owed(peer_index peer) noexcept;
+  // The message in `slot`, which was gathered from this queue, goes to a socket, with its reference. `of`:
+  // the subscription; none for a queue of the peer's own.
+  void take_front(queue& from, std::uint32_t slot, std::uint32_t of) noexcept;
+  // One peer was given all of it.
+  void note_sent(std::uint32_t slot) noexcept {
+    if (slots_.tracked(slot)) [[unlikely]]
+      note_first_sent(slot);
+  }
+  // Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served
+  // behind those that were not, so that they take turns.
+  void rotate_ready(peer_index peer) noexcept;
+  // What is written in this cycle must be offered to all: it lives no longer.
+  bool take_offers_to_all() noexcept { return std::exchange(offers_to_all_, false); }
+
+  // Takes out what is over at the front.
+  void drop_expired(queue& from) noexcept {
+    while (!from.empty() && !is_due(entries_.front(from)) && drop_expired_front(from)) continue;
+  }
+  // Whether a queued message is to be sent still.
+  bool is_due(slot_ref queued) const noexcept {
+    return slots_.alive(queued) && slots_.expires(queued.index) >= cycle_.now;
+  }
+  wire_slots& slots() noexcept { return slots_; }
+  const wire_slots& slots() const noexcept { return slots_; }
+  const queue_entries& entries() const noexcept { return entries_; }
+  std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
+
+  // ---- of the cycle
+
+  // Most messages are written in the cycle that makes them and never need the wheel. The others come to it
+  // here, at the end of a cycle.
+  void arm_unwritten() noexcept;
+  // Nothing waits.
+  bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }
+
+  // Queues are as long as they say, and peers are charged for what theirs hold. Each slot has as many
+  // references as there are live entries, partial frames, and one where it is kept. A subscription is ready
+  // where it is on a list, and timed where it is armed.
+  bool check() const noexcept;
+
+ private:
+  // Of a subscription or a peer, what was noted of a tracked slot.
+  struct tracking {
+    slot_id next{};
+    bool listed = false;
+    bool sent = false;
+    bool ended = false;
+    bool evicted = false;
+    bool expired = false;
+  };
+
+  void add(counter which, std::uint64_t by = 1) noexcept { counts_.add(which, by); }
+  void finalize(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
+  bool accepts(const subscription& s) noexcept;
+  void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
+  bool enqueue(queue& to, std::uint32_t slot) noexcept;
+  void trim(subscription& s, std::uint32_t most) noexcept;
+  void place_latched(subscription& s) noexcept;
+  void make_ready(std::uint32_t subscription) noexcept;
+  bool drop_expired_front(queue& from) noexcept;
+  void drop_front(queue& from) noexcept { release(entries_.pop(from).index); }
+  void drop_all(queue& from, counter as) noexcept;
+  std::uint32_t holds_most(std::optional<slot_class> of) noexcept;
+  void evict_entry() noexcept;
+  void evict(peer_index from, std::optional<slot_class> of) noexcept;
+  tracking& note(std::uint32_t slot) noexcept;
+  void note_ended(std::uint32_t slot) noexcept { note(slot).ended = true; }
+  void note_first_sent(std::uint32_t slot) noexcept;
+
+  const limits bounds_;
+  const std::size_t text_bytes_max_;
+  cycle_state& cycle_;
+  counters& counts_;
+  timers& due_;
+  peer_table& peers_;
+  router& topics_;
+  latch_store& latches_;
+  wire_slots slots_;
+  queue_entries entries_;
+  rows<peer_index, peer_queues> queues_;
+  index_ring<peer_index> scheduled_;
+  std::span<std::uint32_t> unarmed_; // slots with an end that are not on the wheel yet: in this cycle
+  std::uint32_t unarmed_count_ = 0;
+  rows<slot_id, tracking> tracked_;
+  index_queue<slot_id, tracking, &tracking::next> outcomes_;
+  bool offers_to_all_ = false;
+};
+
+template <class WriteText>
+std::uint32_t outbox::compose(rt::time_point expires, WriteText&& write_text, slot_use what) noexcept {
+  counter why = counter::no_slot;
+  for (const slot_class size : {slot_class::small, slot_class::large}) {
+    const bool none = slots_.free_for_all(size) == 0;
+    if (none && what == slot_use::ordinary)
+      (void)evict_for(size); // whether it did is seen by what can be taken
+    const auto slot = slots_.take(slots_.bytes_of(size), what);
+    if (!slot) continue;
+    json::writer text{slots_.room(*slot)};
+    write_text(text);
+    if (!text.overflowed() && text.bytes() <= text_bytes_max_) {
+      if (text.nonfinite() != 0) add(counter::nonfinite, text.nonfinite());
+      finalize(*slot, text.bytes(), expires);
+      return *slot;
+    }
+    release(*slot);
+    if (size == slot_class::large) why = counter::too_big;
+  }
+  add(why);
+  return no_index;
+}
+
+template <class WriteText>
+std::uint32_t outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires) noexcept {
+  if (!peers_[to].open()) return no_index;
+  const bool has_place = has_place_for_reply(to);
+  const std::uint32_t slot = has_place ? compose(expires, write_text) : no_index;
+  if (!has_place) add(counter::outbox_full);
+  if (slot == no_index) return no_index;
+  if (enqueue(queues_[to].replies, slot)) {
+    schedule(to);
+    return slot;
+  }
+  release(slot);
+  add(counter::outbox_full);
+  return no_index;
+}
+
+template <class WriteBody>
+std::uint32_t outbox::compose_message(std::uint32_t topic, rt::time_point expires,
+                                      WriteBody&& write_body) noexcept {
+  std::size_t body_at = 0;
+  std::size_t body_bytes = 0;
+  const std::uint32_t slot = compose(expires, [&](json::writer& text) {
+    text.append(topics_.head(topic));
+    body_at = text.bytes();
+    write_body(text);
+    body_bytes = text.bytes() - body_at;
+    text.append(wire::rosbridge::publish_tail);
+  });
+  if (slot != no_index) slots_.mark_body(slot, body_at, body_bytes);
+  return slot;
+}
+
+} // namespace rowe::service
