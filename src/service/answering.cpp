@@ -93,9 +93,7 @@ status core::answer_call(const party& provider, detail::call_ref which, const re
     tell(with.waits, with.own, {}); // to one of this process: it has it
     return {};
   }
-  take_outcomes(); // of who had the slot before
-  letters_.at(*slot) = {.now = letter::state::queued, .sender = with.waits, .own = with.own};
-  outbox_.track(*slot, false);
+  messages_.track_reply(*slot, with.waits, with.own);
   return {};
 }
 
@@ -242,7 +240,7 @@ void core::close_call(std::uint32_t index) noexcept {
     if (connection* const c = find(ended.asked_by.connection())) call_claims_.give_back(c->calls_asked);
   }
   timers_.disarm(call_index{index});
-  cancel_letter(ended.request);
+  messages_.cancel(ended.request);
   calls_.close(index);
 }
 

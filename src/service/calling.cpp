@@ -67,9 +67,9 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
   if (!id_raw.empty() && calls_.find_asked(c.id, id_raw) != no_index)
     return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
   if (goes_to_receiver(service)) {
-    switch (admit(c)) {
+    switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
-    case admission::later: return park(c);
+    case admission::later: return ingress_.park({c.id.index});
     case admission::never:
       add(counter::inbox_full);
       return refuse(cause::busy, "refused", "nobody takes calls fast enough: the inbox is full");
@@ -163,13 +163,13 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
     if (found == no_index && !ask_server && !own.empty()) return answer_own(index, own, what);
   }
   if (from_here) return ask_anyone(index, service, what);
-  if (received()) return hand_to_receiver(index, service, what);
+  if (receiver_.is_there()) return hand_to_receiver(index, service, what);
   finish_badly(index, {errc::no_service});
 }
 
 // Whether route() gives a peer's call of this service, which is not the stop's, to whoever receives.
 bool core::goes_to_receiver(std::string_view service) noexcept {
-  if (!received()) return false;
+  if (!receiver_.is_there()) return false;
   if (service.empty()) return true;
   const std::uint32_t found = services_.find(service);
   if (found == no_index)
@@ -224,11 +224,9 @@ void core::ask_peer(std::uint32_t index, connection* c, dialect in, std::string_
   asked.provider = c != nullptr ? party::of(c->id, in) : party{.who = party::kind::nobody, .speaks = in};
   asked.request = slots_.ref(slot);
   add(counter::calls_out);
-  begin_letter(slot, {.everyone = c == nullptr, .request_of = calls_.ref(index)});
-  const bool may = c == nullptr || stops ||
-                   letters_.has_share(c->id.index, queues_of(*c).backpressured(), slots_.class_of(slot));
-  if (c != nullptr && (!may || !queue_letter(*c, slot))) return finish_badly(index, {errc::full});
-  send_letter(slot);
+  const status sent = messages_.send_request(slot, c != nullptr ? peer_index{c->id.index} : peer_index{},
+                                             calls_.ref(index), stops);
+  if (!sent) finish_badly(index, sent.error());
 }
 
 // The arguments alone, as one JSON value.
@@ -270,11 +268,11 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
   std::string_view fault_text; // where the text that it points into is gone
   const bool decodes = lanes_[lane].decoder != nullptr;
   if (what.is == asking::form::args || (decodes && what.is == asking::form::object)) {
-    done = fill_inbox(lane, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
+    done = delivery_.deliver(lane, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {
     const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_args(into, what); });
     if (slot == no_index) return finish_badly(index, {errc::full});
-    done = fill_inbox(lane, header, {slots_.text(slot).data(), slots_.text(slot).size()}, fault);
+    done = delivery_.deliver(lane, header, {slots_.text(slot).data(), slots_.text(slot).size()}, fault);
     if (!done && lanes_[lane].decoder != nullptr) fault_text = fault.text(room);
     release(slot);
   }
@@ -298,7 +296,7 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
 // To whoever receives what no other handle takes, as a message of the bare dialect whatever it came in.
 void core::hand_to_receiver(std::uint32_t index, std::string_view service, const asking& what) noexcept {
   call& asked = calls_.at(index);
-  const std::uint32_t lane = receiver();
+  const std::uint32_t lane = receiver_.pair();
   asked.provider = lane != no_index
                        ? party{.who = party::kind::lane, .index = lane, .generation = views_[lane].generation}
                        : party{.who = party::kind::door};
@@ -309,14 +307,14 @@ void core::hand_to_receiver(std::uint32_t index, std::string_view service, const
                                     .call = calls_.ref(index)};
   status done;
   if (what.is == asking::form::object) {
-    done = deliver_message(header, what.text);
+    done = receiver_.deliver(header, what.text);
   } else {
     std::array<char, call_table::our_id_bytes_max> room;
     const std::string_view id = calls_.write_id(room, index, peers_.opened());
     const std::uint32_t slot = compose(
         rt::never, [&](json::writer& into) { bare::write_delivered_call(into, service, what.text, id); });
     if (slot == no_index) return finish_badly(index, {errc::full});
-    done = deliver_message(header, {slots_.text(slot).data(), slots_.text(slot).size()});
+    done = receiver_.deliver(header, {slots_.text(slot).data(), slots_.text(slot).size()});
     release(slot);
   }
   std::array<char, 192> why;

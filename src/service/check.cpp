@@ -12,16 +12,16 @@ namespace rowe::service {
 std::string_view core::inconsistency() const noexcept {
   if (!peers_.check()) return "the number of peers";
   if (!router_.check()) return "topics and their subscriptions";
-  if (!letters_.check()) return "letters that wait";
   if (!calls_.check()) return "calls";
   if (!timers_.check()) return "the wheel";
   if (!check_calls()) return "who asks and who answers";
   if (!outbox_.check()) return "queues and the slots in them";
   if (!sender_.check()) return "who has something to write";
-  if (!check_letters()) return "tracked messages";
+  if (!messages_.check()) return "direct messages";
+  if (!receiver_.check()) return "what peers have with whoever receives";
   if (!check_holders()) return "who holds topics";
   if (!check_shares()) return "what peers are charged for";
-  if (!check_receiving()) return "what peers have with whoever receives";
+  if (!ingress_.check()) return "what is read and not carried out";
   return {};
 }
 
@@ -60,8 +60,7 @@ bool core::check_shares() const noexcept {
     return wanted == of.wanted();
   };
   return agrees(subscription_claims_, &connection::subscriptions) &&
-         agrees(service_claims_, &connection::services) && agrees(call_claims_, &connection::calls_asked) &&
-         agrees(inbox_claims_, &connection::untaken);
+         agrees(service_claims_, &connection::services) && agrees(call_claims_, &connection::calls_asked);
 }
 
 // Each call in flight has somebody who asked and somebody who may still answer, and the counts of those that
@@ -85,34 +84,6 @@ bool core::check_calls() const noexcept {
   std::uint32_t asked = 0;
   for (const connection& c : peers_) asked += c.state != connection::phase::free ? c.calls_asked : 0;
   return by_peers == peer_calls_ && asked == peer_calls_;
-}
-
-// The counts of what peers have with whoever receives are sums over them; who is parked is in the list of
-// these, and not read.
-bool core::check_receiving() const noexcept {
-  std::uint32_t untaken = 0;
-  std::uint32_t answers = 0;
-  std::uint32_t told_full = 0;
-  std::uint32_t in_turn = 0;
-  for (const connection& c : peers_) {
-    in_turn += c.in_turn;
-    if (c.state == connection::phase::free) continue;
-    untaken += c.untaken;
-    answers += c.answers_held;
-    told_full += c.told_full;
-    if (c.parked() && (!c.in_turn || !c.unheard)) return false;
-    if (!c.unread.empty() && !c.in_turn) return false;
-  }
-  return untaken == untaken_ && answers == answers_held_ && told_full == told_full_ &&
-         in_turn == unread_.count + parked_.count;
-}
-
-// Each message under way has a tracked slot, but for an outcome that is to be taken.
-bool core::check_letters() const noexcept {
-  for (std::uint32_t i = 0; i < slots_.count(); ++i) {
-    if (letters_.under_way(i) != (slots_.references(i) != 0 && slots_.tracked(i))) return false;
-  }
-  return true;
 }
 
 // Each topic is held by its subscriptions, advertisements and handles, and by the endpoint where it is its

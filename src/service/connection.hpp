@@ -35,16 +35,8 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool in_turn = false;   // on its list of those with something unread, or of those that are parked
   bool unheard = false;   // the carrier does not read it: its pongs and its silence mean nothing
-  bool told_full = false; // senders are told `full`: it has its share of what waits
   wire::rosbridge::level status_level = wire::rosbridge::level::error;
-  wire::frame_parser parser;
-  std::span<std::byte> assembly;
-  std::span<std::byte> aside;  // room for what is read while others are heard,
-  std::span<std::byte> unread; // and what of it is still to be carried out
-  // The text in front of `unread` that whoever receives has no room for: it is parked. Null: it is not.
-  const std::byte* parked_text = nullptr;
 
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
@@ -64,18 +56,12 @@ struct connection {
   rate_limit refusals;                // of what it is refused,
   rate_limit reports;                 // and of the events about that
   std::uint32_t unreported = 0;       // refusals since the last event
-  std::uint64_t held_in = 0;          // the sender's turn in which a message to it found no room
-  std::uint32_t held_count = 0;       // how many in that turn
-  std::uint32_t untaken = 0;          // of its messages, with whoever receives
-  std::uint32_t answers_held = 0;     // likewise, in the last turn of whoever receives
-  std::uint32_t parked_bytes = 0;
   std::uint64_t messages_in = 0;
   std::uint64_t messages_out = 0;
 
   rt::time_point opened_at{};
   rt::time_point heard_at{};
   rt::time_point unheard_until{}; // the last time that it was not read
-  rt::time_point message_began_at = rt::never;
   std::string_view farewell; // why we close it, as far as there is something to say; outlives the connection
 
   std::array<char, 64> address{};
@@ -103,7 +89,6 @@ struct connection {
   }
 
   std::string_view peer() const noexcept { return {address.data(), address_bytes}; }
-  bool parked() const noexcept { return parked_text != nullptr; }
   bool open() const noexcept { return state == phase::open; }
 };
 

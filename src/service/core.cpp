@@ -18,13 +18,6 @@ wire::rosbridge::name_limits name_limits_of(const limits& bounds) noexcept {
   return {.topic_bytes_max = bounds.topic_bytes_max};
 }
 
-std::size_t assembly_bytes(const limits& bounds) noexcept {
-  return bounds.message_bytes_max + transport_sink::tailroom_bytes;
-}
-
-// What one read of a connection takes, when others want to be read too.
-constexpr std::size_t aside_bytes = transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
-
 std::size_t scratch_bytes(const limits& bounds) noexcept {
   return std::max(wire::rosbridge::scratch_bytes(name_limits_of(bounds)),
                   wire::bare::scratch_bytes({.service_bytes_max = bounds.topic_bytes_max}));
@@ -79,17 +72,15 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
          router::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
          outbox::footprint_bytes(bounds) + sender::footprint_bytes(bounds) +
-         bounds.connections_max * arena::bytes_for(assembly_bytes(bounds)) + // messages of peers,
+         ingress::footprint_bytes(bounds) +
          arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
-         bounds.connections_max * arena::bytes_for(aside_bytes) +      // what was read,
-         2 * arena::bytes_for<std::uint32_t>(bounds.connections_max) + // in which order, and who is parked
-         arena::bytes_for<lane_view>(bounds.lanes_max) +               //
-         arena::bytes_for<std::uint32_t>(bounds.calls_max) +           //
-         arena::bytes_for(scratch_bytes(bounds)) +                     //
-         phase_plan::footprint_bytes(bounds) +                         //
-         letters::footprint_bytes(bounds) + services::footprint_bytes(bounds) +
-         call_table::footprint_bytes(bounds) + //
+         arena::bytes_for<lane_view>(bounds.lanes_max) +     //
+         arena::bytes_for<std::uint32_t>(bounds.calls_max) + //
+         arena::bytes_for(scratch_bytes(bounds)) +           //
+         phase_plan::footprint_bytes(bounds) +               //
+         receiver::footprint_bytes(bounds) + direct_messages::footprint_bytes(bounds) +
+         services::footprint_bytes(bounds) + call_table::footprint_bytes(bounds) + //
          arena::bytes_for<std::uint32_t>(bounds.door_slots) +
          arena::bytes_for<stop_waiter>(stop_waiters_of(bounds));
 }
@@ -132,18 +123,49 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
                .random = seams.random,
                .control_frames = options.profile == peer_profile::standard,
                .masks = options.profile != peer_profile::hop_2014}},
-      unread_{memory.carve<std::uint32_t>(bounds_.connections_max)},
-      parked_{memory.carve<std::uint32_t>(bounds_.connections_max)},
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
-      phases_{memory, bounds_, shown.counts},
-      letters_{memory, bounds_, claimants()},
-      services_{memory, bounds_},
       calls_{memory, bounds_},
+      delivery_{{.cycle = cycle_, .counts = shown.counts, .lanes = lanes, .views = views_, .door = door}},
+      receiver_{memory,
+                bounds_,
+                {.cycle = cycle_,
+                 .counts = shown.counts,
+                 .peers = peers_,
+                 .out = outbox_,
+                 .lanes = lanes,
+                 .views = views_,
+                 .door = door,
+                 .delivery = delivery_,
+                 .claimants = claimants(),
+                 .answers_any = options.answers_any}},
+      ingress_{memory,
+               bounds_,
+               {.cycle = cycle_,
+                .counts = shown.counts,
+                .peers = peers_,
+                .carrier = seams.carrier,
+                .out = outbox_,
+                .writer = sender_,
+                .inbox = receiver_,
+                .handler = *this,
+                .unmasked_accepted = options.profile == peer_profile::hop_2014}},
+      messages_{memory,
+                bounds_,
+                {.cycle = cycle_,
+                 .shown = shown,
+                 .peers = peers_,
+                 .calls = calls_,
+                 .out = outbox_,
+                 .delivery = delivery_,
+                 .inbox = receiver_,
+                 .validator = seams.validator,
+                 .claimants = claimants()}},
+      phases_{memory, bounds_, shown.counts},
+      services_{memory, bounds_},
       subscription_claims_{claims_to(bounds_.subscriptions_max)},
       service_claims_{claims_to(services_of_peers(bounds_))},
       call_claims_{claims_to(calls_of_peers(bounds_))},
-      inbox_claims_{claims_to(door.slots(), 4)}, // until a lane receives
       door_held_{memory.carve<std::uint32_t>(bounds_.door_slots)},
       unarmed_calls_{memory.carve<std::uint32_t>(bounds_.calls_max)},
       scratch_{memory.carve<char>(scratch_bytes(bounds_))},
@@ -159,8 +181,6 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
   const auto advertised =
       memory.carve<advertisement>(peers_.size() * bounds_.advertisements_per_connection_max);
   for (std::uint32_t i = 0; i < peers_.size(); ++i) {
-    peers_[peer_index{i}].aside = memory.carve_bytes(aside_bytes);
-    peers_[peer_index{i}].assembly = memory.carve_bytes(assembly_bytes(bounds_));
     peers_[peer_index{i}].advertised = advertised.subspan(i * bounds_.advertisements_per_connection_max,
                                                           bounds_.advertisements_per_connection_max);
   }
@@ -192,16 +212,16 @@ void core::arm_what_stays() noexcept {
 rt::time_point core::cycle(rt::time_point now) noexcept {
   now_ = now;
   asked_lane_ = no_index;
-  stops_ahead_ = 0;
+  ingress_.begin_cycle();
   carrier_.poll(now, *this);
-  take_outcomes();
+  messages_.take_outcomes();
   turn_stop();
-  unpark();
-  read_in_turn();
-  take_outcomes();
-  place_waiting();
+  ingress_.unpark();
+  ingress_.read_in_turn();
+  messages_.take_outcomes();
+  messages_.place_pending();
   if (asked_lane_ != no_index) phases_.asked(now_);
-  cycle_turn_ = turn_;
+  messages_.begin_cycle();
   retried_at_ = room_changes();
   take_from_lanes();
   take_from_door();
@@ -213,7 +233,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   sender_.cut_stalled([this](peer_index peer) {
     cut(peers_[peer], "it reads a message too slowly, and others wait for its slot");
   });
-  take_outcomes();
+  messages_.take_outcomes();
   arm_what_stays();
   shown_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show_carrier_memory();
@@ -226,17 +246,16 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   take_from(std::exchange(asked_lane_, no_index));
   expire();
   sender_.flush_all();
-  take_outcomes();
+  messages_.take_outcomes();
   arm_what_stays();
   return next_cycle();
 }
 
 rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's share was waiting: the next one is needed at once.
-  if (lanes_left_ || outbox_.scheduled() != 0 || !unread_.empty()) return now_;
+  if (lanes_left_ || outbox_.scheduled() != 0 || ingress_.waits()) return now_;
   // Something may find room now that did not before.
   if ((door_held_count_ != 0 || lanes_wait_) && room_changes() != retried_at_) return now_;
-  if (!parked_.empty() && room_changes() != unparked_at_) return now_;
   return std::min(timers_.next_wake(), next_stop_turn());
 }
 
@@ -270,12 +289,12 @@ void core::expire() noexcept {
     case timer::reconnect: carrier_.connect(); break;
     case timer::partial_frames: sender_.partial_frames_due(); break;
     }
-    take_outcomes();
+    messages_.take_outcomes();
   }
 }
 
 bool core::drained() const noexcept {
-  if (!outbox_.drained() || letters_.waiting() != 0 || !door_.drained() || sender_.any_partial())
+  if (!outbox_.drained() || messages_.pending() != 0 || !door_.drained() || sender_.any_partial())
     return false;
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     if (!views_[i].attached) continue;
@@ -292,11 +311,7 @@ void core::close_all(rt::time_point now) noexcept {
   closing_ = true;
   stop_loops(now);
   timers_.disarm(timer::reconnect);
-  take_outcomes();
-  while (letters_.waiting() != 0) {
-    add(counter::lost_at_close);
-    end_letter(letters_.first_waiting(), errc::closed);
-  }
+  messages_.close();
   for (std::uint32_t i = 0; i < lanes_.size(); ++i) retry_entries(i); // what was put aside ends as well
   retry_door();
   for (connection& c : peers_) {
@@ -309,14 +324,8 @@ void core::close_all(rt::time_point now) noexcept {
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
   assert(id.index < peers_.size() && peers_[peer_index{id.index}].state == connection::phase::free);
   connection& c = peers_[peer_index{id.index}];
-  const auto aside = c.aside;
-  const auto assembly = c.assembly;
   const auto advertised = c.advertised;
-  const bool in_turn = c.in_turn; // the rings may still have its place from before
   c = connection{};
-  c.in_turn = in_turn;
-  c.aside = aside;
-  c.assembly = assembly;
   c.advertised = advertised;
   c.id = id;
   c.state = connection::phase::open;
@@ -326,11 +335,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.stop_only = peer.ours == side::server && peer.path == stop_path;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
-  c.parser.reset(peer.ours == side::server ? wire::role::server : wire::role::client,
-                 {.message_bytes_max = bounds_.message_bytes_max,
-                  .fragments_max = bounds_.fragments_max,
-                  .unmasked_accepted = options_.profile == peer_profile::hop_2014},
-                 c.assembly.first(bounds_.message_bytes_max));
+  ingress_.open({id.index});
   add(counter::peers_joined);
   report(event::kind::peer_joined, c.peer(), "connected");
   outbox_.open({id.index});
@@ -344,7 +349,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   if (c.ours == side::client && !closing_) announce_all(c);
   c.bare = !c.stop_only && (c.ours == side::client || options_.bare_unasked ||
                             options_.profile != peer_profile::standard || peer.subprotocol == "rowe.v1");
-  if (c.bare && !closing_) welcome(c);
+  if (c.bare && !closing_) messages_.deliver_pending({id.index});
   peers_.add();
   shown_.set_peers(peers_.count()); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
@@ -359,11 +364,24 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   report(event::kind::peer_left, c->peer(),
          c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
   forget(*c);
-  take_outcomes();
+  messages_.take_outcomes();
   shown_.set_connection(id.index, 0, {});
   peers_.remove();
   shown_.set_peers(peers_.count());
   if (ours_ == side::client) reconnect_later();
+}
+
+std::size_t core::wanted_bytes(connection_id id) const noexcept {
+  return find(id) != nullptr ? ingress_.wanted_bytes({id.index}) : read_bytes_alone;
+}
+
+void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
+  connection* const c = find(id);
+  if (c == nullptr) return;
+  add(counter::bytes_in, bytes.size());
+  c->heard_at = now_;
+  attempts_failed_ = 0; // a server that says something is alive
+  ingress_.receive({id.index}, bytes);
 }
 
 void core::on_writable(connection_id id) noexcept {
@@ -378,20 +396,16 @@ void core::forget(connection& c) noexcept {
   end_calls_of(c);
   leave_stop(c);
   sender_.forget({c.id.index});
-  untaken_ -= c.untaken;
-  inbox_claims_.give_back(c.untaken, c.untaken);
-  answers_held_ -= std::exchange(c.answers_held, 0);
-  if (std::exchange(c.told_full, false)) --told_full_;
-  if (c.parked()) add(counter::inbox_full);
+  receiver_.forget({c.id.index});
   outbox_.forget({c.id.index});
   while (c.first_subscription != no_index) remove_subscription(c, c.first_subscription);
   for (std::uint32_t i = 0; i < router_.topic_places() && !ROWE_MUTANT(latch_of_the_gone); ++i)
     forget_latched(router_.at(i), {latch_owner::kind::peer, c.id.index});
   while (c.advertisements > 0) let_go_topic(c.advertised[--c.advertisements].topic);
   timers_.disarm(peer_index{c.id.index});
-  end_unread(c);
-  ++places_freed_;
-  room_came_ = true; // whoever waits for room there need not wait any more
+  ingress_.forget({c.id.index});
+  ++cycle_.places_freed;
+  messages_.forget({c.id.index});
   c.state = connection::phase::free;
 }
 
@@ -423,8 +437,9 @@ void core::look_after(connection& c) noexcept {
   if (!c.open()) return;
   look_after_later(c);
   report_refusals(c);
-  if (c.unheard) ++places_freed_; // whether somebody receives is a question of time, too
-  if (c.message_began_at != rt::never && now_ - c.message_began_at > options_.message_time_max) {
+  if (c.unheard) ++cycle_.places_freed; // whether somebody receives is a question of time, too
+  const rt::time_point began = ingress_.unfinished_since({c.id.index});
+  if (began != rt::never && now_ - began > options_.message_time_max) {
     add(counter::unfinished_messages);
     return close(c, wire::close_code::policy, "a message was not finished in time");
   }

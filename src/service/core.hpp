@@ -33,13 +33,17 @@
 
 #include "service/board.hpp"
 #include "service/calls.hpp"
+#include "service/checked_text.hpp"
 #include "service/core_options.hpp"
+#include "service/direct_messages.hpp"
 #include "service/front_door.hpp"
-#include "service/letters.hpp"
+#include "service/ingress.hpp"
+#include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
 #include "service/peer_table.hpp"
 #include "service/phase_plan.hpp"
 #include "service/queues.hpp"
+#include "service/receiver.hpp"
 #include "service/router.hpp"
 #include "service/sender.hpp"
 #include "service/services.hpp"
@@ -63,7 +67,7 @@ inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{
 using close_reason = event::text<wire::close_reason_bytes_max>;
 inline constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // then whoever floods is cut
 
-class core final : public transport_sink {
+class core final : public transport_sink, private frame_handler {
  public:
   static constexpr std::string_view stop_state_topic = "/rowe/stop/state";
 
@@ -100,9 +104,10 @@ class core final : public transport_sink {
     const bool lanes_talk = talking_lanes_ != 0 && peers_.count() != 0;
     if (lanes_wait_ && (wanted_lanes_ != 0 || lanes_talk)) return poll_period;
     if (!options_.lanes_tell && (wanted_lanes_ > phases_.listened() || lanes_talk)) return poll_period;
-    if (!parked_.empty() && receives_ != no_index) return poll_period; // a lane does not tell what it takes
+    if (ingress_.any_parked() && receiver_.pair() != no_index)
+      return poll_period; // a lane does not tell what it takes
     // Something waits for room at a peer, or for a slot.
-    if (door_held_count_ != 0 || (peers_.count() != 0 && letters_.waiting() != 0)) return talking_rest;
+    if (door_held_count_ != 0 || (peers_.count() != 0 && messages_.pending() != 0)) return talking_rest;
     return talking_lanes_ != 0 ? talking_rest : idle_rest;
   }
   // Under idle::phase: what else to wait for.
@@ -147,10 +152,8 @@ class core final : public transport_sink {
 
   // check.cpp
   bool check_calls() const noexcept;
-  bool check_letters() const noexcept;
   bool check_holders() const noexcept;
   bool check_shares() const noexcept;
-  bool check_receiving() const noexcept;
 
   // core.cpp
   connection* find(connection_id id) const noexcept { return peers_.find(id); }
@@ -167,23 +170,14 @@ class core final : public transport_sink {
               std::string_view remedy = {}) noexcept;
   void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
 
-  // reading.cpp
-  void read_all(connection& c, std::span<std::byte> bytes) noexcept;
-  std::size_t read_one(connection& c) noexcept;
-  void take_turn(connection& c) noexcept;
-  void read_in_turn() noexcept;
-  void park(connection& c) noexcept;
-  void keep_unread(connection& c) noexcept;
-  void end_unread(connection& c) noexcept;
-  void unpark() noexcept;
-  std::uint64_t room_changes() const noexcept {
-    return outbox_.entries().popped() + slots_.freed() + places_freed_;
-  }
-  void read_stops(connection& c) noexcept;
-  bool take_if_stop(connection& c, std::span<const std::byte> frame) noexcept;
+  // frame_handler
+  void handle(peer_index from, const wire::frame_step& step) noexcept override;
+  void handle_again(peer_index from, std::span<const std::byte> text) noexcept override;
+  bool stop_in_use() const noexcept override { return stop_.in_use(); }
+  bool is_stop(std::string_view text) noexcept override;
+  std::uint64_t room_changes() const noexcept { return ingress_.room_changes(); }
 
   // inbound.cpp
-  void take(connection& c, const wire::frame_step& step) noexcept;
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
   void hear(connection& c, std::span<const std::byte> payload) noexcept;
   void take_rosbridge(connection& c, const json::document& text) noexcept;
@@ -263,23 +257,6 @@ class core final : public transport_sink {
   const peer_queues& queues_of(const connection& c) const noexcept { return outbox_.of({c.id.index}); }
 
   // lanes.cpp
-  struct lane_view {
-    bool attached = false;
-    std::uint32_t topic = no_index;
-    std::uint32_t next_inbox = no_index;
-    std::uint64_t sequence = 0;    // of the newest value taken from a window
-    std::uint64_t last_queued = 0; // closing: when the queue to the server has popped so many, all is written
-    std::uint32_t generation = 0;  // of the lane: raised when it is attached
-    std::uint32_t service = no_index;    // responders: in the directory
-    std::uint32_t loop = no_index;       // stop latches: in the rules
-    std::uint32_t spare = no_index;      // a slot of its inbox that was taken and not used
-    std::uint32_t held_first = no_index; // slots that were taken and wait for room further on, in their
-    std::uint32_t held_last = no_index;  // order, each naming the next
-    std::uint64_t order = 0;             // the generic receiver is the one that was attached first
-    rt::time_point misfit_at{};   // when an event last told of a message that it could not take; zero: never
-    std::uint32_t room_asked = 0; // as its handle said when it was last told of room
-    bool gave = false;            // slots went home in this cycle
-  };
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
   void detach(std::uint32_t lane) noexcept;
@@ -304,68 +281,22 @@ class core final : public transport_sink {
   void announce_all(connection& c) noexcept;
 
   // talking.cpp
-  struct message {
-    std::string_view text;
-    party sender{};         // who is told what becomes of it; nobody
-    detail::call_ref own{}; // of a lane
-    detail::peer_ref to{};  // generation 0: everyone
-    bool only_now = false;  // not to be queued beyond this cycle
-    rt::time_point expires = rt::never;
-    rowe::priority priority = rowe::priority::normal;
-  };
   void take_entries(std::uint32_t lane) noexcept;
   std::size_t take_new_entries(std::uint32_t lane) noexcept;
   void retry_entries(std::uint32_t lane) noexcept;
-  bool take_entry(std::uint32_t lane, std::uint32_t slot) noexcept;
+  bool take_entry(std::uint32_t lane, std::uint32_t slot, bool parked) noexcept;
   void take_from_door() noexcept;
   void retry_door() noexcept;
-  bool take_door_slot(std::uint32_t slot) noexcept;
-  bool post_in_turn(const message& m) noexcept;
-  bool post(const message& m) noexcept;
-  status check_text(std::string_view text) noexcept;
+  bool take_door_slot(std::uint32_t slot, bool parked) noexcept;
+  void tell_of_room() noexcept;
+  status check_text(std::string_view text) noexcept { return check_object_text(validator_, text); }
   // What those are told who wanted a peer that is there no more.
   errc gone_as() const noexcept { return closing_ ? errc::closed : errc::peer_lost; }
-  void begin_turn(std::uint32_t slots, bool of_receiver) noexcept;
-  bool refuses_to_everyone() const noexcept;
-  bool put_aside(connection* to) noexcept;
-  void tell_of_room() noexcept;
-  bool has_room(connection& c, priority at) noexcept;
-  bool has_room_for(const message& m) noexcept;
-  void begin_letter(std::uint32_t slot, const letter& as) noexcept;
-  void send_letter(std::uint32_t slot) noexcept;
-  bool queue_letter(connection& c, std::uint32_t slot) noexcept;
-  void take_outcomes() noexcept {
-    if (outbox_.has_outcomes()) settle_outcomes();
-  }
-  void settle_outcomes() noexcept;
-  void settle_letter(std::uint32_t slot, bool evicted) noexcept;
-  void cancel_letter(slot_ref which) noexcept;
-  void end_letter(std::uint32_t slot, const status& outcome) noexcept;
-  void welcome(connection& c) noexcept;
-  void place_waiting() noexcept;
-
-  // delivering.cpp
   void tell(const party& whom, detail::call_ref own, const status& outcome,
-            std::string_view text = {}) noexcept;
-  void end_at_lane(const party& whom, detail::call_ref own, status outcome, std::string_view text) noexcept;
-  std::uint32_t receiver() const noexcept { return receiver_; }
-  std::uint32_t find_receiver(std::uint32_t but) const noexcept;
-  bool received() const noexcept;
-  // Whether a message of this peer may go to whoever receives.
-  enum class admission : std::uint8_t { now, later, never };
-  admission admit(const connection& c) noexcept;
-  std::uint32_t receiver_slots() const noexcept;
-  bool has_inbox_share(const connection& c) const noexcept;
-  bool has_place() const noexcept;
-  bool receiver_is_absent() const noexcept;
-  void mark_taken() noexcept;
-  void collect_taken(std::size_t entries) noexcept;
-  void begin_receiver() noexcept;
-  void note_taken(detail::peer_ref from) noexcept;
+            std::string_view text = {}) noexcept {
+    delivery_.complete(whom, own, outcome, text);
+  }
   bool goes_to_receiver(std::string_view service) noexcept;
-  status deliver_message(const detail::value_header& header, std::string_view text) noexcept;
-  status fill_inbox(std::uint32_t lane, const detail::value_header& header, std::string_view body,
-                    json::decoder::diagnosis& why) noexcept;
   rt::time_point inbound_expiry(std::int64_t ttl_ns) const noexcept;
   // When something of this process ends that was stamped so: at its own time means in the cycle that takes
   // it, however long it has lain in its lane.
@@ -461,7 +392,6 @@ class core final : public transport_sink {
   void take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
                       std::string_view args) noexcept;
   bool asks_to_stop(const json::document& text) const noexcept;
-  bool is_stop(std::string_view text) noexcept;
   void take_silent_stop(connection& c, std::string_view args) noexcept;
   void carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept;
   void report_stop(std::string_view reason) noexcept;
@@ -522,40 +452,20 @@ class core final : public transport_sink {
   outbox outbox_;
   wire_slots& slots_ = outbox_.slots();
   sender sender_;
-  // Connections, each at most once, in their turn.
-  struct turns {
-    std::span<std::uint32_t> places;
-    std::uint32_t first = 0;
-    std::uint32_t count = 0;
-
-    bool empty() const noexcept { return count == 0; }
-    void push(std::uint32_t one) noexcept {
-      const std::size_t at = std::size_t{first} + count++;
-      places[at < places.size() ? at : at - places.size()] = one;
-    }
-    std::uint32_t pop() noexcept {
-      const std::uint32_t one = places[first];
-      if (++first == places.size()) first = 0;
-      --count;
-      return one;
-    }
-  };
-  turns unread_;                         // those with something that was put aside
-  turns parked_;                         // those whose next message finds no room
-  std::span<const std::byte> heard_now_; // the text that is being carried out
-  std::span<const std::byte> read_now_;  // with it, where that is the carrier's memory
-  bool heard_before_ = false;            // it found no room then
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;
-  phase_plan phases_;
-  letters letters_;
-  services services_;
   call_table calls_;
+  local_delivery delivery_;
+  receiver receiver_;
+  ingress ingress_;
+  direct_messages messages_;
+  bool heard_before_ = false; // the text that is carried out found no room then
+  phase_plan phases_;
+  services services_;
   std::uint32_t topics_charged_ = 0; // counts of claims_to_topics()
   claims subscription_claims_;
   claims service_claims_;
   claims call_claims_;
-  claims inbox_claims_;                    // by what was not taken
   std::span<std::uint32_t> door_held_;     // slots taken there that wait for room further on, in their order
   std::span<std::uint32_t> unarmed_calls_; // likewise: calls with a deadline
   std::uint32_t unarmed_count_ = 0;
@@ -586,33 +496,10 @@ class core final : public transport_sink {
   close_reason too_many_messages_;
   close_reason too_many_refusals_;
   std::uint64_t door_expired_ = 0; // there, and counted
-  std::uint32_t stops_ahead_ = 0;  // in this cycle
   std::uint32_t door_held_count_ = 0;
-  std::uint64_t looked_for_room_at_ = 0; // after how many changes, for letters that wait
-  std::uint64_t turn_ = 0;               // of senders: raised for each lane, and for the front door
-  std::uint64_t all_held_in_ = 0;        // the turn in which a message to everyone found no room
-  std::uint32_t peer_calls_ = 0;         // in flight, asked by peers
-  // Shares: of the slots of whoever receives, and of those of the sender whose turn it is.
-  std::uint32_t receiver_ = no_index; // the lane that receives; none: the front door
-  static constexpr std::uint32_t unknown_receiver = no_index - 1;
-  std::uint32_t receives_ = no_index; // the lane that the counts are of; none: the front door
-  std::uint32_t untaken_ = 0;         // of all peers
-  rt::time_point taken_at_{};         // when one was taken last, or the first began to wait
-  std::uint64_t home_mark_ = 0;       // of a lane: what is home up to here is counted next,
-  std::uint64_t before_mark_ = 0;     // when so many more entries were taken
-  bool marked_ = false;
-  std::uint32_t answers_held_ = 0;      // put aside in the last turn of whoever receives
-  std::uint32_t turn_slots_ = 0;        // of the sender whose turn it is,
-  std::uint32_t turn_held_ = 0;         // those put aside in it,
-  std::uint32_t turn_held_for_all_ = 0; // and those of them for everyone
-  bool turn_of_receiver_ = false;
-  bool turn_retries_ = false;           // what was put aside is tried again
-  std::uint64_t cycle_turn_ = 0;        // the last turn before this cycle
-  std::uint32_t told_full_ = 0;         // peers of which senders are told `full`
-  bool room_came_ = false;              // at a peer, or a peer is gone
+  std::uint32_t peer_calls_ = 0;        // in flight, asked by peers
+  bool room_came_ = false;              // at the front door
   bool lanes_ask_room_ = false;         // a handle sleeps until there is room
-  std::uint64_t places_freed_ = 0;      // of messages that were taken, or are put aside no more
-  std::uint64_t unparked_at_ = 0;       // after how many changes, for those that are parked
   std::uint64_t retried_at_ = 0;        // likewise, for what is put aside
   std::uint32_t asked_lane_ = no_index; // that was given a call in this cycle, the last one
   std::uint32_t attempts_failed_ = 0;

@@ -58,7 +58,8 @@ std::uint32_t queue_length_of(const rosbridge::request& asked) noexcept {
 
 } // namespace
 
-void core::take(connection& c, const wire::frame_step& step) noexcept {
+void core::handle(peer_index from, const wire::frame_step& step) noexcept {
+  connection& c = peers_[from];
   switch (step.event) {
   case wire::frame_event::text: {
     excess_ = !c.messages.take(now_);
@@ -93,6 +94,12 @@ void core::take(connection& c, const wire::frame_step& step) noexcept {
   }
 }
 
+void core::handle_again(peer_index from, std::span<const std::byte> text) noexcept {
+  heard_before_ = true;
+  hear(peers_[from], text);
+  heard_before_ = false;
+}
+
 // Message by message: an object with a string `op` is rosbridge's, everything else is bare.
 void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
   add(counter::messages_in);
@@ -102,7 +109,6 @@ void core::take_text(connection& c, std::span<const std::byte> payload) noexcept
 
 // A text that was counted; once more where it found no room before.
 void core::hear(connection& c, std::span<const std::byte> payload) noexcept {
-  heard_now_ = payload;
   const std::string_view text = text_of(payload);
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
@@ -149,7 +155,7 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
       answer_bare_error(c, {}, "not_an_object", why);
     return;
   }
-  if (!c.stop_only && !std::exchange(c.bare, true)) welcome(c);
+  if (!c.stop_only && !std::exchange(c.bare, true)) messages_.deliver_pending({c.id.index});
   if (refusal || said.has_op) {
     if (asks_to_stop(text)) take_silent_stop(c, text.text);
     if (drops_excess()) return;
@@ -176,17 +182,17 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
       answer_bare_error(c, {}, "refused", stop_only_sentence);
     return;
   }
-  switch (admit(c)) {
+  switch (receiver_.admit({c.id.index})) {
   case admission::now: break;
-  case admission::later: return park(c);
+  case admission::later: return ingress_.park({c.id.index});
   case admission::never: return add(counter::inbox_full);
   }
   // What is too long is counted there.
-  (void)deliver_message({.stamped_ns = rt::nanoseconds_of(now_),
-                         .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
-                         .what = detail::entry::message,
-                         .peer = {c.id.index, c.id.generation}},
-                        text.text);
+  (void)receiver_.deliver({.stamped_ns = rt::nanoseconds_of(now_),
+                           .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
+                           .what = detail::entry::message,
+                           .peer = {c.id.index, c.id.generation}},
+                          text.text);
 }
 
 void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {

@@ -429,11 +429,11 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
 
 void core::deliver_inbox(std::uint32_t index, std::span<const char> body, const published_by& who) noexcept {
   json::decoder::diagnosis why;
-  const status done = fill_inbox(index,
-                                 {.stamped_ns = rt::nanoseconds_of(now_),
-                                  .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl)),
-                                  .peer = who.peer},
-                                 {body.data(), body.size()}, why);
+  const status done = delivery_.deliver(index,
+                                        {.stamped_ns = rt::nanoseconds_of(now_),
+                                         .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl)),
+                                         .peer = who.peer},
+                                        {body.data(), body.size()}, why);
   if (done) return;
   if (done.code() == errc::full) return add(counter::inbox_full);
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;

@@ -54,6 +54,7 @@ struct peer_queues {
   bool scheduled = false;      // among those with something to write
   bool blocked = false;        // the transport has no room; on_writable() comes
   bool held = false;           // its credit has none for what is not urgent; a pong comes
+  bool told_full = false;      // senders are told `full`: it has its share of what waits
   bool waits_to_begin = false; // others keep it from beginning its next frame
 
   // It reads more slowly than we would write, or waits for others who do.

@@ -203,12 +203,12 @@ void core::attach_talker(std::uint32_t index) noexcept {
     view.service = at;
   }
   view.attached = true;
-  receiver_ = find_receiver(no_index);
+  receiver_.attach();
   ++talking_lanes_;
   lane.heard_by.store(detail::audience::somebody,
                       std::memory_order_relaxed); // relaxed: `active` publishes it
   if (connection* const c = server_connection()) announce_service(*c, index, true);
-  if (receiver() == index && !door_.manned()) take_over_inbox(index);
+  if (receiver_.pair() == index && !door_.manned()) take_over_inbox(index);
   answer_with(detail::lane_state::active);
 }
 
@@ -221,12 +221,12 @@ void core::take_over_inbox(std::uint32_t index) noexcept {
     const bool is_call = came.what == door_request::invocation;
     if (asked != nullptr) asked->provider = us;
     if (!is_call || asked != nullptr) {
-      const status done = deliver_message({.stamped_ns = rt::nanoseconds_of(came.stamped),
-                                           .expires_ns = rt::nanoseconds_of(came.expires),
-                                           .what = is_call ? entry::invocation : entry::message,
-                                           .peer = came.peer,
-                                           .call = came.call},
-                                          door_.inbound_text(*slot));
+      const status done = receiver_.deliver({.stamped_ns = rt::nanoseconds_of(came.stamped),
+                                             .expires_ns = rt::nanoseconds_of(came.expires),
+                                             .what = is_call ? entry::invocation : entry::message,
+                                             .peer = came.peer,
+                                             .call = came.call},
+                                            door_.inbound_text(*slot));
       if (!done && is_call) finish_badly(came.call.index, {errc::refused}, "the inbox is full");
     }
     (void)door_.give_back_inbound(*slot); // this thread need not be woken
@@ -237,8 +237,7 @@ void core::detach_talker(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   if (view.loop != no_index) return detach_latch(index);
   end_calls_of_lane(index);
-  receiver_ = find_receiver(index);
-  if (receives_ == index) receives_ = unknown_receiver;
+  receiver_.detach(index);
   if (view.service != no_index) services_.remove(view.service);
   if (connection* const c = server_connection()) announce_service(*c, index, false);
   --talking_lanes_;

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a user wrote is checked before anybody else reads it.
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/result.hpp>
+
+#include "wire/bare.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+// A text must be one JSON object without the members that are ours. Errors: malformed and its kin,
+// not_an_object, reserved_member. Time is linear in the text.
+inline status check_object_text(json::reader& validator, std::string_view text) noexcept {
+  if (const status valid = validator.validate(text); !valid) return valid;
+  if (!json::is_object(text)) return errc::not_an_object;
+  if (const auto at = wire::bare::find_reserved(text))
+    return error{errc::reserved_member, static_cast<std::int64_t>(*at)};
+  return {};
+}
+
+} // namespace rowe::service

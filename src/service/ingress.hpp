@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: Apache-2.0
+// What has been read from peers and is not carried out yet. When several peers have something to say, reading
+// only stages it: then one message of each is carried out in turn, those who have waited longest first, up to
+// a stated amount of work in one cycle. So a peer waits for one message of every other peer, not for all that
+// they have sent. A stop does not even wait for that: it is carried out as it is read, before what its own
+// peer sent in front of it.
+//
+// A message for which whoever receives has no room is parked, and its peer is not read until there is room.
+//
+// Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/index_ring.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/receiver.hpp"
+#include "service/sender.hpp"
+#include "service/transport.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+// Who carries out what is read: a seam, for that calls everything else.
+class frame_handler {
+ public:
+  virtual void handle(peer_index from, const wire::frame_step& step) noexcept = 0;
+  // A text that was parked.
+  virtual void handle_again(peer_index from, std::span<const std::byte> text) noexcept = 0;
+  // There is something that can be stopped.
+  virtual bool stop_in_use() const noexcept = 0;
+  // Whether handle() would carry out a stop. Nothing is done.
+  virtual bool is_stop(std::string_view text) noexcept = 0;
+
+ protected:
+  ~frame_handler() = default;
+};
+
+class ingress {
+ public:
+  struct needs {
+    cycle_state& cycle;
+    counters& counts;
+    peer_table& peers;
+    transport& carrier;
+    const outbox& out;
+    sender& writer;
+    receiver& inbox;
+    frame_handler& handler;
+    bool unmasked_accepted; // of clients: RFC 6455 5.1 forbids it
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  ingress(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  void open(peer_index peer) noexcept;
+  void forget(peer_index peer) noexcept;
+
+  // How many bytes of a peer are wanted now: what was staged is carried out before more is read.
+  std::size_t wanted_bytes(peer_index peer) const noexcept;
+  // What was read. Stops among it are carried out now; where the peer was alone, all messages are.
+  void receive(peer_index peer, std::span<std::byte> bytes) noexcept;
+  // Those that are parked and have room now wait for their turn.
+  void unpark() noexcept;
+  // One message of each peer that waits, in turn.
+  void read_in_turn() noexcept;
+  // A new cycle: stops may be carried out in front of others again.
+  void begin_cycle() noexcept { stops_ahead_ = 0; }
+  // Something waits for its turn, or finds room now that did not before: the next cycle is needed at once.
+  bool waits() const noexcept { return !backlog_.empty() || (!parked_.empty() && changes() != unparked_at_); }
+  // Somebody waits for room in an inbox.
+  bool any_parked() const noexcept { return !parked_.empty(); }
+
+  // The message that is being carried out finds no room with whoever receives.
+  void park(peer_index peer) noexcept;
+  // When the message began of which a part is there; never: none.
+  rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
+
+  // How often room came for somebody who waits for it, somewhere.
+  std::uint64_t room_changes() const noexcept {
+    return out_.entries().popped() + out_.slots().freed() + cycle_.places_freed;
+  }
+
+  bool check() const noexcept;
+
+ private:
+  // What comes from one peer.
+  struct input {
+    wire::frame_parser parser;
+    std::span<std::byte> assembly; // of a message in pieces
+    std::span<std::byte> staging;  // room for what is read while others are heard,
+    std::span<std::byte> backlog;  // and what of it is still to be carried out
+    // The text in front of the backlog that whoever receives has no room for. Null: it is not parked.
+    const std::byte* parked_text = nullptr;
+    std::uint32_t parked_bytes = 0;
+    bool in_ring = false; // of those with a backlog, or of those that are parked
+    rt::time_point message_began_at = rt::never;
+
+    bool parked() const noexcept { return parked_text != nullptr; }
+  };
+
+  std::uint64_t changes() const noexcept { return room_changes() + inbox_.looks_wanted(); }
+  void read_alone(peer_index peer, std::span<std::byte> bytes) noexcept;
+  std::size_t read_one(peer_index peer) noexcept;
+  void take_turn(peer_index peer) noexcept;
+  void keep_backlog(input& of) noexcept;
+  void end_backlog(peer_index peer) noexcept;
+  void take_stops(peer_index peer) noexcept;
+  bool take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept;
+
+  const limits bounds_;
+  cycle_state& cycle_;
+  counters& counts_;
+  peer_table& peers_;
+  transport& carrier_;
+  const outbox& out_;
+  sender& writer_;
+  receiver& inbox_;
+  frame_handler& handler_;
+  const bool unmasked_accepted_;
+  rows<peer_index, input> inputs_;
+  index_ring<peer_index> backlog_;
+  index_ring<peer_index> parked_;
+  std::uint64_t unparked_at_ = 0;           // after how many changes those that are parked were looked at
+  std::span<const std::byte> current_text_; // that is being carried out
+  std::span<const std::byte> lent_;         // with it, where that is the transport's memory
+  std::uint32_t stops_ahead_ = 0;           // in this cycle
+};
+
+} // namespace rowe::service

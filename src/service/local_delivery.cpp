@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/local_delivery.hpp"
+
+#include <array>
+#include <cstring>
+#include <utility>
+
+#include "json/utf8.hpp"
+
+namespace rowe::service {
+
+void local_delivery::complete(const party& whom, detail::call_ref own, const status& outcome,
+                              std::string_view text) noexcept {
+  if (whom.who == party::kind::lane) complete_at_pair(whom, own, outcome, text);
+  if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
+}
+
+void local_delivery::complete_at_pair(const party& whom, detail::call_ref own, status outcome,
+                                      std::string_view text) noexcept {
+  const lane_view& view = views_[whom.index];
+  if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
+  detail::lane& lane = lanes_[whom.index];
+  const detail::filling_end& path = lane.service.ends;
+  const auto slot = path.home->try_take();
+  if (!slot)
+    return counts_.add(
+        counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
+  std::byte* const value = path.slots.value(*slot);
+  std::size_t bytes = 0;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  if (outcome && lane.decoder != nullptr && !text.empty()) {
+    bytes = path.slots.bytes_max;
+    json::decoder::diagnosis why;
+    outcome = lane.decoder->decode(text, value, &why);
+    if (!outcome) {
+      counts_.add(counter::undecodable);
+      bytes = 0;
+      text = why.text(room);
+    }
+  } else if (outcome && text.size() > path.slots.bytes_max) {
+    counts_.add(counter::too_big);
+    outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
+                    static_cast<std::int64_t>(path.slots.bytes_max)};
+    text = {};
+  }
+  if (bytes == 0) {
+    bytes = json::utf8_prefix(text, path.slots.bytes_max).size(); // a sentence may be cut
+    if (bytes != 0) std::memcpy(value, text.data(), bytes);
+  }
+  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(cycle_.now),
+                               .expires_ns = rt::nanoseconds_of(rt::never),
+                               .bytes = static_cast<std::uint32_t>(bytes),
+                               .what = detail::entry::end,
+                               .failed = !outcome,
+                               .outcome = outcome ? errc::misuse : outcome.code(),
+                               .own = own,
+                               .outcome_value = outcome ? 0 : outcome.error().value,
+                               .outcome_limit = outcome ? 0 : outcome.error().limit};
+  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
+}
+
+status local_delivery::deliver(std::uint32_t index, const detail::value_header& header, std::string_view body,
+                               json::decoder::diagnosis& why) noexcept {
+  detail::lane& lane = lanes_[index];
+  const detail::filling_end& path = lane.service.in;
+  if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
+    return error{errc::too_big, static_cast<std::int64_t>(body.size()),
+                 static_cast<std::int64_t>(path.slots.bytes_max)};
+  }
+  std::uint32_t slot = no_index;
+  if (path.newest != nullptr) {
+    slot = path.newest->begin_write();
+  } else if (views_[index].spare != no_index) {
+    slot = std::exchange(views_[index].spare, no_index);
+  } else if (const auto free = path.home->try_take()) {
+    slot = *free;
+  } else {
+    return errc::full;
+  }
+  std::byte* const value = path.slots.value(slot);
+  std::size_t bytes = body.size();
+  if (lane.decoder != nullptr) {
+    bytes = path.slots.bytes_max;
+    if (const status read = lane.decoder->decode(body, value, &why); !read) {
+      if (path.newest == nullptr) views_[index].spare = slot;
+      return read;
+    }
+  } else {
+    std::memcpy(value, body.data(), bytes);
+  }
+  *path.slots.header(slot) = header;
+  path.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
+  if (path.newest != nullptr) {
+    path.newest->end_write(slot);
+    lane.news.notify();
+  } else if (path.out->try_push(slot)) { // there is a place for every slot
+    lane.news.notify();
+  }
+  return {};
+}
+
+} // namespace rowe::service

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/receiver.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <rowe/detail/mutation_points.hpp>
+
+namespace rowe::service {
+namespace {
+
+// Of an absent receiver what finds no room is dropped, as it is where nobody receives.
+constexpr rt::duration absent_after = std::chrono::seconds{8};
+constexpr std::uint32_t one_in = 4; // kept for claims
+
+} // namespace
+
+receiver::receiver(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : cycle_{parts.cycle},
+      counts_{parts.counts},
+      peers_{parts.peers},
+      out_{parts.out},
+      lanes_{parts.lanes},
+      views_{parts.views},
+      door_{parts.door},
+      delivery_{parts.delivery},
+      claimants_{parts.claimants},
+      answers_any_{parts.answers_any},
+      held_{memory.carve<held>(bounds.connections_max)},
+      claims_{parts.door.slots(), parts.claimants, one_in} {}
+
+// ---- who it is
+
+std::uint32_t receiver::first_but(std::uint32_t but) const noexcept {
+  std::uint32_t first = no_index;
+  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+    if (i == but || !views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives)
+      continue;
+    if (first == no_index || views_[i].order < views_[first].order) first = i;
+  }
+  return first;
+}
+
+void receiver::detach(std::uint32_t pair) noexcept {
+  pair_ = first_but(pair);
+  if (counted_ == pair) counted_ = unknown;
+}
+
+bool receiver::is_there() const noexcept { return pair_ != no_index || answers_any_ || door_.manned(); }
+
+// The counts are of another receiver from now on, with whom no message is yet; of the shared inbox' old ones
+// nobody needs to know.
+void receiver::begin() noexcept {
+  counted_ = pair_;
+  for (held& one : held_) one = {};
+  untaken_ = answers_ = 0;
+  claims_ = claims{slots(), claimants_, one_in};
+  marked_ = false;
+  door_.forget_senders();
+  taken_at_ = cycle_.now;
+  ++cycle_.places_freed;
+}
+
+void receiver::forget(peer_index peer) noexcept {
+  held& gone = held_[peer];
+  untaken_ -= gone.untaken;
+  claims_.give_back(gone.untaken, gone.untaken);
+  answers_ -= std::exchange(gone.answers, 0);
+}
+
+void receiver::begin_answers() noexcept {
+  if (std::exchange(answers_, 0) == 0) return;
+  for (held& one : held_) one.answers = 0;
+}
+
+// ---- what came home
+
+void receiver::note_taken(detail::peer_ref from) noexcept {
+  taken_at_ = cycle_.now;
+  ++cycle_.places_freed;
+  if (peers_.find({from.index, from.generation}) == nullptr) return;
+  held& of = held_[{from.index}];
+  if (of.untaken == 0) return;
+  claims_.give_back(of.untaken);
+  --untaken_;
+}
+
+void receiver::mark_home() noexcept {
+  begin_if_new();
+  if (marked_) return;
+  marked_ = true;
+  if (counted_ == no_index) {
+    door_.mark_inbound();
+    before_mark_ = door_.submitted();
+  } else {
+    home_mark_ = lanes_[counted_].service.in.home->mark_home();
+    before_mark_ = lanes_[counted_].service.out.out->waiting_at_least();
+  }
+}
+
+void receiver::count_home(std::size_t taken) noexcept {
+  before_mark_ -= std::min<std::uint64_t>(before_mark_, taken);
+  if (before_mark_ != 0) return;
+  marked_ = false;
+  // What came home since the mark was made is seen by the next one only.
+  if (taken != 0) ++looks_wanted_;
+  if (counted_ == no_index) {
+    (void)door_.collect_marked([this](detail::peer_ref from) { note_taken(from); });
+    return;
+  }
+  const detail::filling_end& path = lanes_[counted_].service.in;
+  path.home->see(home_mark_, [&](std::uint32_t slot) { note_taken(path.slots.header(slot)->peer); });
+}
+
+void receiver::look() noexcept {
+  begin_if_new();
+  if (counted_ == no_index) door_.ask_for_slots(); // what came home before is found here, or there
+  mark_home();
+  count_home(0);
+}
+
+// ---- shares
+
+// Those of the inbox, or of the way out where these are fewer.
+std::uint32_t receiver::slots() const noexcept {
+  if (counted_ == no_index) return door_.slots();
+  const detail::lane& by = lanes_[counted_];
+  return std::min(by.service.in.count, by.user.out.count);
+}
+
+bool receiver::has_place() const noexcept {
+  return counted_ == no_index ? door_.free_inbound() != 0
+                              : lanes_[counted_].service.in.home->seen_by_owner() != 0;
+}
+
+bool receiver::has_share(peer_index peer) const noexcept {
+  const peer_queues& queues = out_.of(peer);
+  // Answers to its calls have fewer places while it does not read.
+  const bool replies_wait = queues.backpressured() && queues.replies.count + peers_[peer].calls_asked >=
+                                                          outbox::replies_max_backpressured;
+  if (queues.told_full || replies_wait) return false;
+  const held& of = held_[peer];
+  const std::uint32_t left = left_of(slots(), untaken_ + answers_);
+  return claims_.may_take(of.untaken + of.answers, left) && has_place();
+}
+
+bool receiver::is_absent() const noexcept {
+  return !is_there() || (untaken_ != 0 && cycle_.now - taken_at_ > absent_after);
+}
+
+admission receiver::admit(peer_index peer) noexcept {
+  begin_if_new();
+  if (has_share(peer) || ROWE_MUTANT(inbox_share)) return admission::now;
+  if (!is_there()) return admission::now;                   // nobody has shares where nobody receives
+  if (counted_ == no_index) door_.drop_expired(cycle_.now); // so that they come home
+  mark_home();
+  count_home(0); // what is home, unless something was handed over before
+  if (has_share(peer)) return admission::now;
+  return !is_absent() ? admission::later : admission::never;
+}
+
+status receiver::deliver(const detail::value_header& header, std::string_view text) noexcept {
+  begin_if_new();
+  status done = errc::full;
+  if (counted_ != no_index) {
+    json::decoder::diagnosis nothing; // who receives takes texts
+    if (has_place()) done = delivery_.deliver(counted_, header, text, nothing);
+  } else {
+    const bool call = header.what == detail::entry::invocation;
+    done = door_.deliver({.what = call ? door_request::invocation : door_request::message,
+                          .peer = header.peer,
+                          .call = header.call,
+                          .stamped = cycle_.now,
+                          .expires = rt::time_point{rt::duration{header.expires_ns}}},
+                         text, [this](detail::peer_ref from) { note_taken(from); });
+  }
+  if (!done) {
+    counts_.add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
+    return done;
+  }
+  if (peers_.find({header.peer.index, header.peer.generation}) == nullptr) return done;
+  if (untaken_ == 0) taken_at_ = cycle_.now;
+  claims_.take(held_[{header.peer.index}].untaken);
+  ++untaken_;
+  return done;
+}
+
+// ---- for tests
+
+// The counts of all are sums over peers, and what is kept for peers is what they have not taken.
+bool receiver::check() const noexcept {
+  held sum;
+  std::uint32_t wanted = claims_.connections() * claims_.claim();
+  for (const peer_index i : peers_.ids()) {
+    if (peers_[i].state == connection::phase::free) continue;
+    sum.untaken += held_[i].untaken;
+    sum.answers += held_[i].answers;
+    wanted -= claims_.claim() - claims_.kept_for(held_[i].untaken);
+  }
+  return sum.untaken == untaken_ && sum.answers == answers_ && wanted == claims_.wanted();
+}
+
+} // namespace rowe::service
