@@ -15,6 +15,7 @@ std::string_view core::inconsistency() const noexcept {
   if (!calls_.check()) return "calls";
   if (!timers_.check()) return "the wheel";
   if (!check_calls()) return "who asks and who answers";
+  if (!store_.check()) return "slots";
   if (!outbox_.check()) return "queues and the slots in them";
   if (!sender_.check()) return "who has something to write";
   if (!messages_.check()) return "direct messages";

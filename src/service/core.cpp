@@ -71,7 +71,7 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
          router::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
-         outbox::footprint_bytes(bounds) + sender::footprint_bytes(bounds) +
+         message_store::footprint_bytes(bounds) + outbox::footprint_bytes(bounds) + sender::footprint_bytes(bounds) +
          ingress::footprint_bytes(bounds) +
          arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
@@ -102,15 +102,21 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       peers_{memory, bounds_},
       router_{memory, bounds_},
       latches_{memory, bounds_},
+      store_{memory,
+             bounds_,
+             {.cycle = cycle_,
+              .counts = shown.counts,
+              .due = timers_,
+              .text_bytes_max = text_bytes_max_of(options.profile)}},
       outbox_{memory,
               bounds_,
               {.cycle = cycle_,
                .counts = shown.counts,
                .due = timers_,
+               .store = store_,
                .peers = peers_,
                .topics = router_,
-               .latches = latches_,
-               .text_bytes_max = text_bytes_max_of(options.profile)}},
+               .latches = latches_}},
       sender_{memory,
               bounds_,
               {.cycle = cycle_,
@@ -118,6 +124,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
                .due = timers_,
                .peers = peers_,
                .topics = router_,
+               .store = store_,
                .out = outbox_,
                .carrier = seams.carrier,
                .random = seams.random,
@@ -156,6 +163,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
                  .shown = shown,
                  .peers = peers_,
                  .calls = calls_,
+                 .store = store_,
                  .out = outbox_,
                  .delivery = delivery_,
                  .inbox = receiver_,
@@ -200,7 +208,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
 // Most calls are answered in the cycle that begins them, and most messages written in the one that makes
 // them: those never need the wheel. The others come to it here.
 void core::arm_what_stays() noexcept {
-  outbox_.arm_unwritten();
+  store_.arm_unwritten();
   for (const std::uint32_t index : unarmed_calls_.first(std::exchange(unarmed_count_, 0))) {
     const call& one = calls_.at(index); // perhaps another one by now, which does no harm
     if (one.open && one.deadline != rt::never) timers_.arm(call_index{index}, one.deadline);
@@ -278,7 +286,7 @@ void core::expire() noexcept {
   while (const auto due = timers_.take_due(now_)) {
     const auto [what, index] = *due;
     switch (what) {
-    case timer::slot: outbox_.expire(index); break;
+    case timer::slot: store_.expire(index); break;
     case timer::subscription: outbox_.throttle_over(index); break;
     case timer::peer: look_after(peers_[peer_index{index}]); break;
     case timer::call:

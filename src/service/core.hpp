@@ -136,7 +136,7 @@ class core final : public transport_sink, private frame_handler {
   // True when every structure is consistent and no slot is lost. For tests, after every step.
   bool check() const noexcept { return inconsistency().empty(); }
   std::string_view inconsistency() const noexcept; // which of them is not; empty: all are
-  std::uint32_t slots_in_use() const noexcept { return outbox_.slots().in_use(); }
+  std::uint32_t slots_in_use() const noexcept { return store_.slots().in_use(); }
 
  private:
   static constexpr std::uint32_t own_topics = 2;    // statistics, and the stop's state
@@ -238,7 +238,7 @@ class core final : public transport_sink, private frame_handler {
   std::uint32_t answer(connection& c, WriteText&& write_text, rt::time_point expires = rt::never) noexcept {
     return outbox_.reply({c.id.index}, write_text, expires);
   }
-  void release(std::uint32_t slot) noexcept { outbox_.release(slot); }
+  void release(std::uint32_t slot) noexcept { store_.release(slot); }
   void list(const connection& c) noexcept { outbox_.schedule({c.id.index}); }
   void send_direct(connection& c, std::string_view text) noexcept;
   // Which peer published what is relayed, and its request's id; none: this process.
@@ -449,8 +449,9 @@ class core final : public transport_sink, private frame_handler {
   peer_table peers_;
   router router_;
   latch_store latches_;
+  message_store store_;
   outbox outbox_;
-  wire_slots& slots_ = outbox_.slots();
+  wire_slots& slots_ = store_.slots();
   sender sender_;
   std::span<detail::lane> lanes_;
   std::span<lane_view> views_;

@@ -15,8 +15,9 @@ direct_messages::direct_messages(rt::arena& memory, const limits& bounds, const 
       shown_{parts.shown},
       peers_{parts.peers},
       calls_{parts.calls},
+      store_{parts.store},
       out_{parts.out},
-      slots_{parts.out.slots()},
+      slots_{parts.store.slots()},
       delivery_{parts.delivery},
       inbox_{parts.inbox},
       validator_{parts.validator},
@@ -139,9 +140,9 @@ bool direct_messages::send(const direct_message& m) noexcept {
     const connection* const to = peers_.find({m.to.index, m.to.generation});
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
-  if (m.text.size() > out_.text_bytes_max()) {
+  if (m.text.size() > store_.text_bytes_max()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
-                       static_cast<std::int64_t>(out_.text_bytes_max())},
+                       static_cast<std::int64_t>(store_.text_bytes_max())},
                  counter::too_big);
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
@@ -177,7 +178,7 @@ void direct_messages::begin(std::uint32_t slot, const letter& as) noexcept {
   take_outcomes(); // of who had the slot before
   assert(!messages_.under_way(slot));
   messages_.begin(slot, as);
-  out_.track(slot, as.everyone);
+  store_.track(slot, as.everyone);
 }
 
 // False, counted, when the peer's queue is full.
@@ -190,7 +191,7 @@ bool direct_messages::queue_to(peer_index to, std::uint32_t slot) noexcept {
 
 // With no delivery it is pending, or over.
 void direct_messages::end_queueing(std::uint32_t slot) noexcept {
-  if (!messages_.at(slot).everyone) return out_.release(slot);
+  if (!messages_.at(slot).everyone) return store_.release(slot);
   if (slots_.references(slot) == 1) settle(slot, false);
 }
 
@@ -209,20 +210,20 @@ status direct_messages::send_request(std::uint32_t slot, peer_index to, detail::
 void direct_messages::track_reply(std::uint32_t slot, const party& sender, detail::call_ref own) noexcept {
   take_outcomes(); // of who had the slot before
   messages_.at(slot) = {.now = letter::state::queued, .sender = sender, .own = own};
-  out_.track(slot, false);
+  store_.track(slot, false);
 }
 
 void direct_messages::cancel(slot_ref which) noexcept {
   take_outcomes();
   if (which.index == no_index || !slots_.alive(which) || !messages_.under_way(which.index)) return;
   messages_.at(which.index).sender = {};
-  if (out_.cancel(which)) messages_.forget(which.index);
+  if (store_.cancel(which)) messages_.forget(which.index);
 }
 
 // ---- ends
 
 void direct_messages::settle_outcomes() noexcept {
-  for (outcome what; out_.take_outcome(what);) {
+  for (outcome what; store_.take_outcome(what);) {
     letter& one = messages_.at(what.slot);
     if (what.sent) {
       one.sent = true;
@@ -256,7 +257,7 @@ void direct_messages::settle(std::uint32_t slot, bool evicted) noexcept {
 void direct_messages::end(std::uint32_t slot, const status& outcome) noexcept {
   const letter over = messages_.at(slot);
   messages_.forget(slot);
-  if (slots_.kept(slot)) out_.let_go(slot);
+  if (slots_.kept(slot)) store_.let_go(slot);
   delivery_.complete(over.sender, over.own, outcome);
 }
 
@@ -265,7 +266,7 @@ void direct_messages::end(std::uint32_t slot, const status& outcome) noexcept {
 void direct_messages::deliver_pending(peer_index peer) noexcept {
   for (std::uint32_t slot = messages_.first_waiting(); slot != no_index; slot = messages_.first_waiting()) {
     if (slots_.expires(slot) < cycle_.now) {
-      out_.expire(slot);
+      store_.expire(slot);
       take_outcomes();
       continue;
     }
@@ -282,7 +283,7 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
 
 // Nobody has got room since the last look if nothing was taken out of any queue and no slot became free.
 void direct_messages::place_pending() noexcept {
-  const std::uint64_t changes = out_.entries().popped() + slots_.freed() + messages_.began_to_wait();
+  const std::uint64_t changes = out_.room_changes() + messages_.began_to_wait();
   if (pending() == 0 || std::exchange(looked_for_room_at_, changes) == changes) return;
   for (const peer_index i : peers_.ids()) {
     if (pending() == 0) return;

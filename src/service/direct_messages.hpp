@@ -52,6 +52,7 @@ class direct_messages {
     board& shown;
     peer_table& peers;
     call_table& calls;
+    message_store& store;
     outbox& out;
     local_delivery& delivery;
     receiver& inbox;
@@ -105,7 +106,7 @@ class direct_messages {
 
   // What became of messages since the last look: their senders are told.
   void take_outcomes() noexcept {
-    if (out_.has_outcomes()) settle_outcomes();
+    if (store_.has_outcomes()) settle_outcomes();
   }
 
   bool check() const noexcept;
@@ -134,6 +135,7 @@ class direct_messages {
   board& shown_;
   peer_table& peers_;
   call_table& calls_;
+  message_store& store_;
   outbox& out_;
   wire_slots& slots_;
   local_delivery& delivery_;

@@ -8,7 +8,6 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/check_sum.hpp"
-#include "wire/websocket.hpp"
 
 namespace rowe::service {
 
@@ -18,38 +17,28 @@ namespace {
 constexpr std::size_t push_work = 128;
 constexpr std::size_t eviction_work = 1024;
 
-// A slot whose time is over and that a socket has the beginning of is looked at again after this.
-constexpr rt::duration partial_look_period = std::chrono::milliseconds{10};
-
-// The wheel reports what is over, so behind the last moment at which it is not.
-rt::time_point over_at(rt::time_point expires) noexcept { return expires + rt::duration{1}; }
-
 } // namespace
 
 std::size_t outbox::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
-  return wire_slots::footprint_bytes(bounds) + queue_entries::footprint_bytes(bounds) +
+  return queue_entries::footprint_bytes(bounds) +
          arena::bytes_for<peer_queues>(bounds.connections_max) +
-         arena::bytes_for<peer_index>(bounds.connections_max) +
-         arena::bytes_for<std::uint32_t>(wire_slots::count(bounds)) +
-         arena::bytes_for<tracking>(wire_slots::count(bounds));
+         arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
 outbox::outbox(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
     : bounds_{bounds},
-      text_bytes_max_{std::min(parts.text_bytes_max, wire_slots::large_bytes(bounds))},
       cycle_{parts.cycle},
       counts_{parts.counts},
       due_{parts.due},
+      store_{parts.store},
+      slots_{parts.store.slots()},
       peers_{parts.peers},
       topics_{parts.topics},
       latches_{parts.latches},
-      slots_{memory, bounds},
       entries_{memory, bounds},
       queues_{memory.carve<peer_queues>(bounds.connections_max)},
-      scheduled_{memory.carve<peer_index>(bounds.connections_max)},
-      unarmed_{memory.carve<std::uint32_t>(wire_slots::count(bounds))},
-      tracked_{memory.carve<tracking>(wire_slots::count(bounds))} {}
+      scheduled_{memory.carve<peer_index>(bounds.connections_max)} {}
 
 void outbox::open(peer_index peer) noexcept {
   const bool scheduled = queues_[peer].scheduled; // the ring may still have its place from before
@@ -58,28 +47,6 @@ void outbox::open(peer_index peer) noexcept {
   queues_[peer].replies.owner = queue_entries::owner_of(peer.value, queued_as::evictable);
   for (queue& direct : queues_[peer].direct)
     direct.owner = queue_entries::owner_of(peer.value, queued_as::direct_message);
-}
-
-// The frame header goes in front of the text. The wheel learns when it ends at the end of the cycle, if it is
-// still there.
-void outbox::finalize(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept {
-  slots_.finish(slot, bytes, expires);
-  cycle_.work_bytes += bytes;
-  (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
-                                        wire::opcode::text,
-                                        bytes); // where it starts follows from `bytes`
-  if (expires == rt::never) return;
-  if (expires == cycle_.now) offers_to_all_ = true;
-  if (unarmed_count_ == unarmed_.size()) return due_.arm(slot_id{slot}, over_at(expires));
-  unarmed_[unarmed_count_++] = slot;
-}
-
-void outbox::arm_unwritten() noexcept {
-  for (const std::uint32_t slot : unarmed_.first(std::exchange(unarmed_count_, 0))) {
-    // One that was freed and is another message's by now is there twice, which does no harm.
-    const rt::time_point expires = slots_.expires(slot);
-    if (slots_.references(slot) != 0 && expires != rt::never) due_.arm(slot_id{slot}, over_at(expires));
-  }
 }
 
 std::uint32_t outbox::compose_latched(std::uint32_t topic_index) noexcept {
@@ -183,7 +150,7 @@ void outbox::place_latched(subscription& s) noexcept {
   trim(s, s.depth - 1);
   if (enqueue(s.waiting, slot)) return; // with its reference
   add(counter::outbox_full);
-  release(slot);
+  store_.release(slot);
 }
 
 void outbox::place_owed(peer_index peer) noexcept {
@@ -253,21 +220,6 @@ void outbox::rotate_ready(peer_index peer) noexcept {
 
 // ---- giving back
 
-// The clock decides; the wheel only noticed.
-void outbox::expire(std::uint32_t slot) noexcept {
-  const slot_id which{slot};
-  if (slots_.expires(slot) >= cycle_.now) return due_.arm(which, over_at(slots_.expires(slot)));
-  const bool tracked = slots_.tracked(slot);
-  const bool kept = slots_.kept(slot);
-  const auto deliveries = slots_.expire(slot);
-  // In the middle of being written: it goes when the socket has it all, or with its connection.
-  if (!deliveries) return due_.arm(which, cycle_.now + partial_look_period);
-  due_.disarm(which);
-  const bool waited = kept && *deliveries == 0;
-  add(counter::expired, *deliveries + (waited ? 1 : 0));
-  if (tracked) note(slot).expired = true;
-}
-
 // Drops the message at the front if it is gone or its time is. False when the queue begins with one to be
 // sent.
 bool outbox::drop_expired_front(queue& from) noexcept {
@@ -275,11 +227,11 @@ bool outbox::drop_expired_front(queue& from) noexcept {
   const slot_ref front = entries_.front(from);
   if (slots_.alive(front)) {
     if (slots_.expires(front.index) >= cycle_.now) return false;
-    expire(front.index); // for all queues at once, and counted
+    store_.expire(front.index); // for all queues at once, and counted
     if (slots_.alive(front)) {
       // Another peer's socket is in the middle of it, so it goes for this peer alone.
       add(counter::expired);
-      release(front.index);
+      store_.release(front.index);
     }
   }
   (void)entries_.pop(from); // the reference is given back already
@@ -365,7 +317,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
   const slot_ref oldest = entries_.front(*longest);
-  if (slots_.tracked(oldest.index)) note(oldest.index).evicted = true; // a reply that is waited for
+  store_.note_evicted(oldest.index); // perhaps a reply that is waited for
   add(its.backpressured() ? counter::outbox_full : counter::evicted);
   drop_front(*longest);
   if (topic == no_index) return;
@@ -386,53 +338,9 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   }
 }
 
-// ---- tracking
-
-void outbox::track(std::uint32_t slot, bool keeps) noexcept {
-  assert(!tracked_[slot_id{slot}].listed);
-  slots_.track(slot, keeps);
-}
-
-bool outbox::cancel(slot_ref which) noexcept {
-  if (which.index == no_index || !slots_.alive(which)) return false;
-  if (!slots_.expire(which.index)) return false;
-  due_.disarm(slot_id{which.index});
-  return true;
-}
-
-void outbox::let_go(std::uint32_t slot) noexcept {
-  slots_.untrack(slot);
-  release(slot);
-}
-
-outbox::tracking& outbox::note(std::uint32_t slot) noexcept {
-  tracking& one = tracked_[slot_id{slot}];
-  if (!std::exchange(one.listed, true)) outcomes_.push_back(tracked_, {slot});
-  return one;
-}
-
-void outbox::note_first_sent(std::uint32_t slot) noexcept {
-  tracking& one = note(slot);
-  one.sent = true;
-  if (slots_.kept(slot)) slots_.unkeep(slot); // never the last reference: the socket's is still there
-}
-
-bool outbox::take_outcome(outcome& into) noexcept {
-  if (outcomes_.empty()) return false;
-  const slot_id which = outcomes_.pop_front(tracked_);
-  const tracking one = std::exchange(tracked_[which], {});
-  into = {.slot = which.value,
-          .sent = one.sent,
-          .ended = one.ended,
-          .evicted = one.evicted,
-          .expired = one.expired};
-  return true;
-}
-
 // ---- for tests
 
 bool outbox::check() const noexcept {
-  if (!slots_.check()) return false;
   std::uint32_t left = entries_.in_use();
   std::uint64_t queued = 0;
   std::uint32_t scheduled = 0;
@@ -496,7 +404,6 @@ bool outbox::check() const noexcept {
     const bool in_use = slots_.references(i) != 0;
     references += weight(i) * slots_.references(i);
     others += weight(i) * slots_.begun(i) + (in_use && slots_.kept(i) ? weight(i) : 0);
-    if (in_use && slots_.kept(i) && !slots_.tracked(i)) return false;
   }
   return left == 0 && scheduled == scheduled_.count() && references == queued + others;
 }

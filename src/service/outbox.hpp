@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What waits to be written to peers. A message is encoded once into a slot; each queue holds the slot's
-// number. Whether a message may still be sent is decided by the clock, when it is handed over; the wheel only
-// gives back the slots that nobody came to send.
+// number.
 //
 // Each peer has a queue of replies, three of direct messages (one a priority), and its subscriptions have one
 // each. A subscription that may be written now is on the ready list of its peer and priority; a peer with
 // something to write is scheduled. The sender takes from there.
 //
 // Where all slots or all entries are taken, the peer that holds most of them makes room.
-//
-// Nothing here knows who waits to hear what becomes of a message. A slot may be tracked: then the outbox
-// notes an outcome, and whoever tracks it takes that later.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -32,6 +28,7 @@
 #include "service/index_list.hpp"
 #include "service/index_ring.hpp"
 #include "service/latch_store.hpp"
+#include "service/message_store.hpp"
 #include "service/peer_table.hpp"
 #include "service/queues.hpp"
 #include "service/router.hpp"
@@ -61,37 +58,29 @@ struct peer_queues {
   bool backpressured() const noexcept { return blocked || held || waits_to_begin; }
 };
 
-// What became of a tracked message since the last look.
-struct outcome {
-  std::uint32_t slot = no_index;
-  bool sent = false;    // one peer was given all of it
-  bool ended = false;   // no delivery of it is left
-  bool evicted = false; // ended, to make room for others
-  bool expired = false; // its time was over; its slot is free
-};
-
 class outbox {
  public:
   struct needs {
     cycle_state& cycle;
     counters& counts;
     timers& due;
+    message_store& store;
     peer_table& peers;
     router& topics;
     latch_store& latches;
-    std::size_t text_bytes_max; // of one message
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   outbox(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
 
   // ---- composing
 
-  // The whole text of one message, which `write_text(json::writer&)` writes, perhaps twice, in a slot with
-  // one reference; no_index, counted, when there is no slot or none is large enough. Tried in a small slot
-  // first; the peer that holds most makes room. What the stop needs may take the last slot.
+  // message_store::compose(); the peer that holds most makes room.
   template <class WriteText>
   std::uint32_t compose(rt::time_point expires, WriteText&& write_text,
-                        slot_use what = slot_use::ordinary) noexcept;
+                        slot_use what = slot_use::ordinary) noexcept {
+    const auto make_room = [this](slot_class of) { (void)evict_for(of); }; // whether it did is seen
+    return store_.compose(expires, write_text, what, make_room);
+  }
   // The message of a topic whose body `write_body(json::writer&)` writes, as compose() does.
   template <class WriteBody>
   std::uint32_t compose_message(std::uint32_t topic, rt::time_point expires, WriteBody&& write_body) noexcept;
@@ -129,17 +118,6 @@ class outbox {
 
   // ---- giving back
 
-  void release(std::uint32_t slot) noexcept {
-    if (slots_.release(slot)) {
-      due_.disarm(slot_id{slot});
-      if (slots_.tracked(slot)) [[unlikely]]
-        note_ended(slot);
-    } else if (slots_.kept(slot) && slots_.references(slot) == 1) [[unlikely]] {
-      note_ended(slot);
-    }
-  }
-  // Its time may be over.
-  void expire(std::uint32_t slot) noexcept;
   // Frees a slot of `of` where it can: a peer that has more than an equal share of them queued loses its
   // oldest. False when there is nothing to evict, or when so many evictions freed none.
   bool evict_for(slot_class of) noexcept;
@@ -147,20 +125,6 @@ class outbox {
   void drop(std::uint32_t subscription) noexcept;
   // All that waits for a peer, but in its subscriptions.
   void forget(peer_index peer) noexcept;
-
-  // ---- tracking
-
-  // Outcomes of the slot are noted from now on. With `keeps` the caller's reference stays, which is no
-  // delivery, until the message was sent once: it can be queued again where all its deliveries ended.
-  void track(std::uint32_t slot, bool keeps) noexcept;
-  // Nobody wants to know any more. Frees the slot unless a frame of it is partly written; says whether it
-  // did.
-  bool cancel(slot_ref which) noexcept;
-  // Of a kept one that was not sent: it ends.
-  void let_go(std::uint32_t slot) noexcept;
-  bool has_outcomes() const noexcept { return !outcomes_.empty(); }
-  // The next one, in the order in which they came about; false when there is none.
-  bool take_outcome(outcome& into) noexcept;
 
   // ---- for the sender
 
@@ -185,35 +149,20 @@ class outbox {
   // The message in `slot`, which was gathered from this queue, goes to a socket, with its reference. `of`:
   // the subscription; none for a queue of the peer's own.
   void take_front(queue& from, std::uint32_t slot, std::uint32_t of) noexcept;
-  // One peer was given all of it.
-  void note_sent(std::uint32_t slot) noexcept {
-    if (slots_.tracked(slot)) [[unlikely]]
-      note_first_sent(slot);
-  }
   // Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served
   // behind those that were not, so that they take turns.
   void rotate_ready(peer_index peer) noexcept;
-  // What is written in this cycle must be offered to all: it lives no longer.
-  bool take_offers_to_all() noexcept { return std::exchange(offers_to_all_, false); }
 
   // Takes out what is over at the front.
   void drop_expired(queue& from) noexcept {
-    while (!from.empty() && !is_due(entries_.front(from)) && drop_expired_front(from)) continue;
+    while (!from.empty() && !store_.is_due(entries_.front(from)) && drop_expired_front(from)) continue;
   }
-  // Whether a queued message is to be sent still.
-  bool is_due(slot_ref queued) const noexcept {
-    return slots_.alive(queued) && slots_.expires(queued.index) >= cycle_.now;
-  }
-  wire_slots& slots() noexcept { return slots_; }
-  const wire_slots& slots() const noexcept { return slots_; }
+  // How often a place in a queue or a slot became free.
+  std::uint64_t room_changes() const noexcept { return entries_.popped() + slots_.freed(); }
   const queue_entries& entries() const noexcept { return entries_; }
-  std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
 
   // ---- of the cycle
 
-  // Most messages are written in the cycle that makes them and never need the wheel. The others come to it
-  // here, at the end of a cycle.
-  void arm_unwritten() noexcept;
   // Nothing waits.
   bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }
 
@@ -223,18 +172,7 @@ class outbox {
   bool check() const noexcept;
 
  private:
-  // Of a subscription or a peer, what was noted of a tracked slot.
-  struct tracking {
-    slot_id next{};
-    bool listed = false;
-    bool sent = false;
-    bool ended = false;
-    bool evicted = false;
-    bool expired = false;
-  };
-
   void add(counter which, std::uint64_t by = 1) noexcept { counts_.add(which, by); }
-  void finalize(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
   bool accepts(const subscription& s) noexcept;
   void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
   bool enqueue(queue& to, std::uint32_t slot) noexcept;
@@ -242,56 +180,25 @@ class outbox {
   void place_latched(subscription& s) noexcept;
   void make_ready(std::uint32_t subscription) noexcept;
   bool drop_expired_front(queue& from) noexcept;
-  void drop_front(queue& from) noexcept { release(entries_.pop(from).index); }
+  void drop_front(queue& from) noexcept { store_.release(entries_.pop(from).index); }
   void drop_all(queue& from, counter as) noexcept;
   std::uint32_t holds_most(std::optional<slot_class> of) noexcept;
   void evict_entry() noexcept;
   void evict(peer_index from, std::optional<slot_class> of) noexcept;
-  tracking& note(std::uint32_t slot) noexcept;
-  void note_ended(std::uint32_t slot) noexcept { note(slot).ended = true; }
-  void note_first_sent(std::uint32_t slot) noexcept;
 
   const limits bounds_;
-  const std::size_t text_bytes_max_;
   cycle_state& cycle_;
   counters& counts_;
   timers& due_;
+  message_store& store_;
+  wire_slots& slots_;
   peer_table& peers_;
   router& topics_;
   latch_store& latches_;
-  wire_slots slots_;
   queue_entries entries_;
   rows<peer_index, peer_queues> queues_;
   index_ring<peer_index> scheduled_;
-  std::span<std::uint32_t> unarmed_; // slots with an end that are not on the wheel yet: in this cycle
-  std::uint32_t unarmed_count_ = 0;
-  rows<slot_id, tracking> tracked_;
-  index_queue<slot_id, tracking, &tracking::next> outcomes_;
-  bool offers_to_all_ = false;
 };
-
-template <class WriteText>
-std::uint32_t outbox::compose(rt::time_point expires, WriteText&& write_text, slot_use what) noexcept {
-  counter why = counter::no_slot;
-  for (const slot_class size : {slot_class::small, slot_class::large}) {
-    const bool none = slots_.free_for_all(size) == 0;
-    if (none && what == slot_use::ordinary)
-      (void)evict_for(size); // whether it did is seen by what can be taken
-    const auto slot = slots_.take(slots_.bytes_of(size), what);
-    if (!slot) continue;
-    json::writer text{slots_.room(*slot)};
-    write_text(text);
-    if (!text.overflowed() && text.bytes() <= text_bytes_max_) {
-      if (text.nonfinite() != 0) add(counter::nonfinite, text.nonfinite());
-      finalize(*slot, text.bytes(), expires);
-      return *slot;
-    }
-    release(*slot);
-    if (size == slot_class::large) why = counter::too_big;
-  }
-  add(why);
-  return no_index;
-}
 
 template <class WriteText>
 std::uint32_t outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires) noexcept {
@@ -304,7 +211,7 @@ std::uint32_t outbox::reply(peer_index to, WriteText&& write_text, rt::time_poin
     schedule(to);
     return slot;
   }
-  release(slot);
+  store_.release(slot);
   add(counter::outbox_full);
   return no_index;
 }

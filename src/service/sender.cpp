@@ -46,8 +46,9 @@ sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noex
       due_{parts.due},
       peers_{parts.peers},
       topics_{parts.topics},
+      store_{parts.store},
       out_{parts.out},
-      slots_{parts.out.slots()},
+      slots_{parts.store.slots()},
       carrier_{parts.carrier},
       random_{parts.random},
       control_frames_{parts.control_frames},
@@ -89,7 +90,7 @@ void sender::ignore_credit(peer_index peer) noexcept {
 // values are taken from handles before all have had it: in their queues those would push out what was not
 // offered yet.
 void sender::flush_all() noexcept {
-  const bool all = out_.take_offers_to_all();
+  const bool all = store_.take_lives_no_longer();
   work_ = 0;
   if (turn_left_ == 0) turn_left_ = out_.scheduled();
   for (std::uint32_t left = out_.scheduled(); left != 0; --left) {
@@ -198,7 +199,7 @@ bool sender::gather_queue(peer_index peer, queue& from, std::uint32_t of, batch&
   const queue_entries& entries = out_.entries();
   for (entry_id at = from.entries.head; at; at = entries.after(at)) {
     const slot_ref slot = entries.at(at);
-    if (!out_.is_due(slot)) continue; // dropped when it comes to the front
+    if (!store_.is_due(slot)) continue; // dropped when it comes to the front
     if ((into.full() || into.bytes >= into.credit) && !may_go_on(peer, into)) return false;
     if (!slots_.may_begin(slots_.class_of(slot.index)) && !may_begin(peer, slot.index)) break;
     batch_piece piece{.from = &from,
@@ -307,7 +308,7 @@ void sender::commit(peer_index peer, batch& sent, std::size_t taken) noexcept {
       to.partial.written += part;
       if (!whole) break;
       count_message_out(peer);
-      out_.note_sent(to.partial.slot);
+      store_.note_sent(to.partial.slot);
       end_partial(peer);
       break;
     case batch_piece::origin::message:
@@ -323,8 +324,8 @@ void sender::commit_message(peer_index peer, const batch_piece& piece, std::size
   out_.take_front(*piece.from, piece.slot, piece.subscription);
   if (part == piece.bytes) {
     count_message_out(peer);
-    out_.note_sent(piece.slot);
-    return out_.release(piece.slot);
+    store_.note_sent(piece.slot);
+    return store_.release(piece.slot);
   }
   slots_.begin(piece.slot);
   outputs_[peer].partial = {.slot = piece.slot,
@@ -382,7 +383,7 @@ void sender::hand_over_rest(peer_index peer) noexcept {
 void sender::end_partial(peer_index peer) noexcept {
   const std::uint32_t slot = std::exchange(outputs_[peer].partial, {}).slot;
   slots_.end(slot);
-  out_.release(slot);
+  store_.release(slot);
   if (waits_to_begin_) look_again_from(peer.value + 1);
 }
 
@@ -503,7 +504,7 @@ bool sender::check() const noexcept {
   std::uint64_t counted = 0;
   const auto any_due = [this](const queue& in) {
     for (entry_id at = in.entries.head; at; at = out_.entries().after(at)) {
-      if (out_.is_due(out_.entries().at(at))) return true;
+      if (store_.is_due(out_.entries().at(at))) return true;
     }
     return false;
   };

@@ -50,6 +50,7 @@ class sender {
     timers& due;
     peer_table& peers;
     router& topics;
+    message_store& store;
     outbox& out;
     transport& carrier;
     entropy& random;
@@ -162,6 +163,7 @@ class sender {
   timers& due_;
   peer_table& peers_;
   router& topics_;
+  message_store& store_;
   outbox& out_;
   wire_slots& slots_;
   transport& carrier_;
