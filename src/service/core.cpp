@@ -71,8 +71,8 @@ std::size_t core::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
          router::footprint_bytes(bounds) + latch_store::footprint_bytes(bounds) +
-         message_store::footprint_bytes(bounds) + outbox::footprint_bytes(bounds) + sender::footprint_bytes(bounds) +
-         ingress::footprint_bytes(bounds) +
+         message_store::footprint_bytes(bounds) + outbox::footprint_bytes(bounds) +
+         sender::footprint_bytes(bounds) + ingress::footprint_bytes(bounds) +
          arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
                                          bounds.advertisements_per_connection_max) +
          arena::bytes_for<lane_view>(bounds.lanes_max) +     //
@@ -238,7 +238,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   if (now_ - rates_marked_[0] >= rates_period) mark_rates();
   show_stop_state();
   sender_.flush_all();
-  sender_.cut_stalled([this](peer_index peer) {
+  sender_.partial().cut_stalled([this](peer_index peer) {
     cut(peers_[peer], "it reads a message too slowly, and others wait for its slot");
   });
   messages_.take_outcomes();
@@ -295,14 +295,14 @@ void core::expire() noexcept {
       break;
     case timer::statistics: publish_statistics(); break;
     case timer::reconnect: carrier_.connect(); break;
-    case timer::partial_frames: sender_.partial_frames_due(); break;
+    case timer::partial_frames: sender_.partial().look_again(); break;
     }
     messages_.take_outcomes();
   }
 }
 
 bool core::drained() const noexcept {
-  if (!outbox_.drained() || messages_.pending() != 0 || !door_.drained() || sender_.any_partial())
+  if (!outbox_.drained() || messages_.pending() != 0 || !door_.drained() || sender_.partial().any())
     return false;
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     if (!views_[i].attached) continue;
@@ -461,19 +461,20 @@ void core::look_after(connection& c) noexcept {
   }
   if (silence > options_.silence_max) {
     // It answers no ping, and something waits for it.
-    const bool unread = sender_.unresponsive({c.id.index}) && queues_of(c).held;
+    const bool unread = sender_.urgent().unresponsive({c.id.index}) && queues_of(c).held;
     add(unread ? counter::stalled_peers : counter::silent_peers);
     return close(c, wire::close_code::policy,
                  unread ? "the peer does not read" : "nothing was heard for too long");
   }
   // One that goes on talking is not silent; but it does not read either.
-  const rt::time_point waits_since = std::max(sender_.waits_for_pong_since({c.id.index}), c.unheard_until);
+  const rt::time_point waits_since =
+      std::max(sender_.urgent().waits_for_pong_since({c.id.index}), c.unheard_until);
   if (now_ - waits_since > silences_unanswered_max * options_.silence_max) {
     add(counter::stalled_peers);
     return close(c, wire::close_code::policy, "the peer does not answer pings");
   }
-  if (silence > options_.ping_period) sender_.request_ping({c.id.index});
-  sender_.check_responsive({c.id.index});
+  if (silence > options_.ping_period) sender_.urgent().request_ping({c.id.index});
+  sender_.urgent().check_responsive({c.id.index});
 }
 
 // ---- as a client

@@ -89,7 +89,7 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
     add(counter::violations);
     close(c, step.close_code, step.reason);
     break;
-  case wire::frame_event::pong: sender_.take_pong({c.id.index}, step.payload); break;
+  case wire::frame_event::pong: sender_.urgent().take_pong({c.id.index}, step.payload); break;
   case wire::frame_event::need_more: break;
   }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Encoded messages, from the moment they are composed until nobody needs them any more. A message lies in one
-// slot, however many queues have its number; who gives the last reference back frees it. When its time is over
-// it is freed whoever still has it queued. The clock decides that, at the point of use; the wheel only gives
-// back the slots that nobody came to send.
+// slot, however many queues have its number; who gives the last reference back frees it. When its time is
+// over it is freed whoever still has it queued. The clock decides that, at the point of use; the wheel only
+// gives back the slots that nobody came to send.
 //
 // Nothing here knows who waits to hear what becomes of a message. A slot may be tracked: then outcomes are
 // noted, and whoever tracks it takes them later.
@@ -51,10 +51,10 @@ class message_store {
   const wire_slots& slots() const noexcept { return slots_; }
   std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
 
-  // The whole text of one message, which `write_text(json::writer&)` writes, perhaps twice, in a slot with one
-  // reference; no_index, counted, when there is no slot or none is large enough. Tried in a small slot first.
-  // Where all of a class are taken, `make_room(slot_class)` may free one. What the stop needs may take the
-  // last slot, and nobody makes room for it.
+  // The whole text of one message, which `write_text(json::writer&)` writes, perhaps twice, in a slot with
+  // one reference; no_index, counted, when there is no slot or none is large enough. Tried in a small slot
+  // first. Where all of a class are taken, `make_room(slot_class)` may free one. What the stop needs may take
+  // the last slot, and nobody makes room for it.
   template <class WriteText, class MakeRoom>
   std::uint32_t compose(rt::time_point expires, WriteText&& write_text, slot_use what,
                         MakeRoom&& make_room) noexcept {
@@ -103,7 +103,8 @@ class message_store {
   // Outcomes of the slot are noted from now on. With `keeps` the caller's reference stays, which is no
   // delivery, until the message was sent once: it can be queued again where all its deliveries ended.
   void track(std::uint32_t slot, bool keeps) noexcept;
-  // Nobody wants to know any more. Frees the slot unless a frame of it is partly written; says whether it did.
+  // Nobody wants to know any more. Frees the slot unless a frame of it is partly written; says whether it
+  // did.
   bool cancel(slot_ref which) noexcept;
   // Of a kept one that was not sent: it ends.
   void let_go(std::uint32_t slot) noexcept;

@@ -21,8 +21,7 @@ constexpr std::size_t eviction_work = 1024;
 
 std::size_t outbox::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
-  return queue_entries::footprint_bytes(bounds) +
-         arena::bytes_for<peer_queues>(bounds.connections_max) +
+  return queue_entries::footprint_bytes(bounds) + arena::bytes_for<peer_queues>(bounds.connections_max) +
          arena::bytes_for<peer_index>(bounds.connections_max);
 }
 

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Keys for a client's frames (RFC 6455 5.3), which must be unpredictable. They are drawn a thousand at a
+// time: one system call for all of them. Service thread only.
+#pragma once
+#include <cstddef>
+#include <cstring>
+#include <span>
+
+#include <rowe/rt/arena.hpp>
+
+#include "service/core_options.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+class mask_keys {
+ public:
+  static std::size_t footprint_bytes() noexcept { return rt::arena::bytes_for(bytes); }
+  mask_keys(rt::arena& memory, entropy& random) noexcept
+      : random_{random}, drawn_{memory.carve_bytes(bytes)}, used_{bytes} {}
+
+  wire::mask_key next() noexcept {
+    wire::mask_key key;
+    if (used_ + key.size() > drawn_.size()) {
+      random_.fill(drawn_);
+      used_ = 0;
+    }
+    std::memcpy(key.data(), drawn_.data() + used_, key.size());
+    used_ += key.size();
+    return key;
+  }
+
+ private:
+  static constexpr std::size_t bytes = 4096;
+
+  entropy& random_;
+  std::span<std::byte> drawn_;
+  std::size_t used_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/partial_frames.hpp"
+
+#include <utility>
+
+#include "service/check_sum.hpp"
+
+namespace rowe::service {
+namespace {
+
+// The time that a frame has for its bytes: the rate is that of a poor radio link.
+constexpr std::int64_t bytes_per_second = 64 * 1024;
+
+} // namespace
+
+partial_frames::partial_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : cycle_{parts.cycle},
+      counts_{parts.counts},
+      due_{parts.due},
+      peers_{parts.peers},
+      store_{parts.store},
+      slots_{parts.store.slots()},
+      out_{parts.out},
+      frames_{memory.carve<partial_frame>(bounds.connections_max)} {}
+
+bool partial_frames::any() const noexcept {
+  for (const partial_frame& frame : frames_) {
+    if (frame) return true;
+  }
+  return false;
+}
+
+void partial_frames::begin(peer_index peer, const partial_frame& frame) noexcept {
+  slots_.begin(frame.slot);
+  frames_[peer] = frame;
+  frames_[peer].since = cycle_.now;
+}
+
+void partial_frames::end(peer_index peer) noexcept {
+  const std::uint32_t slot = std::exchange(frames_[peer], {}).slot;
+  slots_.end(slot);
+  store_.release(slot);
+  if (waits_) look_again_from(peer.value + 1);
+}
+
+bool partial_frames::may_begin_all_the_same(peer_index peer, std::uint32_t slot) noexcept {
+  if (slots_.begun(slot) != 0) return true;
+  const std::uint32_t own = frames_[peer].slot;
+  if (own != no_index && slots_.class_of(own) == slots_.class_of(slot) && slots_.begun(own) == 1)
+    return true; // in its place
+  out_.of(peer).waits_to_begin = waits_ = true;
+  if (!due_.armed(timer::partial_frames)) due_.arm(timer::partial_frames, cycle_.now + time_min);
+  return false;
+}
+
+bool partial_frames::is_worth_handing_over(peer_index peer) const noexcept {
+  const slot_class of = slots_.class_of(frames_[peer].slot);
+  return of == slot_class::large && (slots_.count_begun(of) >= 2 || !slots_.may_begin(of));
+}
+
+rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
+  const auto bytes = static_cast<std::int64_t>(slots_.text(frame.slot).size());
+  return frame.since + time_min + rt::duration{std::chrono::seconds{bytes}} / bytes_per_second;
+}
+
+// From one peer on: who was in the way comes last.
+void partial_frames::look_again_from(std::uint32_t first) noexcept {
+  waits_ = false; // until one finds that it may not
+  for (std::uint32_t i = 0; i < peers_.size(); ++i) {
+    const peer_index peer{(first + i) % peers_.size()};
+    if (std::exchange(out_.of(peer).waits_to_begin, false)) out_.schedule(peer);
+  }
+}
+
+bool partial_frames::check() const noexcept {
+  std::uint64_t partial = 0;
+  std::uint64_t counted = 0;
+  for (const partial_frame& frame : frames_) {
+    if (frame) partial += weight(frame.slot);
+  }
+  for (std::uint32_t slot = 0; slot < slots_.count(); ++slot) counted += weight(slot) * slots_.begun(slot);
+  return partial == counted;
+}
+
+} // namespace rowe::service

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+// Messages that a socket has the first bytes of. Such a frame keeps its slot until its last byte is out, and
+// a peer that does not read never takes that. So of each size of slots only some may be partial at once; who
+// has to wait for others begins when one of those is done, or is cut for taking too long while somebody
+// waits. Service thread only; nothing waits or allocates.
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/message_store.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/timers.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+// It goes on before anything else.
+struct partial_frame {
+  std::uint32_t slot = no_index; // none
+  std::size_t written = 0;       // of header and payload together
+  wire::mask_key key{};          // client side: the rest is masked with the same key
+  bool unslashed = false;        // as subscription::unslashed
+  rt::time_point since{};
+
+  explicit operator bool() const noexcept { return slot != no_index; }
+};
+
+class partial_frames {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    counters& counts;
+    timers& due;
+    peer_table& peers;
+    message_store& store;
+    outbox& out;
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<partial_frame>(bounds.connections_max);
+  }
+  partial_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  partial_frame& of(peer_index peer) noexcept { return frames_[peer]; }
+  const partial_frame& of(peer_index peer) const noexcept { return frames_[peer]; }
+  bool any() const noexcept;
+
+  // Whether a peer may begin the frame of a slot, once its own partial frame is out; if not, it waits.
+  bool may_begin(peer_index peer, std::uint32_t slot) noexcept {
+    return slots_.may_begin(slots_.class_of(slot)) || may_begin_all_the_same(peer, slot);
+  }
+  // A socket has the first bytes; the message's reference goes with it.
+  void begin(peer_index peer, const partial_frame& frame) noexcept;
+  // The last byte is out, or its peer is gone.
+  void end(peer_index peer) noexcept;
+  // A large slot is worth system calls: where sockets have one already, or may have no more, the transport is
+  // to keep the rest of the frame itself.
+  bool is_worth_handing_over(peer_index peer) const noexcept;
+
+  // The timer: whoever waits to begin a frame looks whether it may now.
+  void look_again() noexcept {
+    stalled_due_ = true;
+    look_again_from(0);
+  }
+  // After everybody looked: calls `cut(peer)` for each whose frame took too long while others wait.
+  template <class Cut>
+  void cut_stalled(Cut&& cut) noexcept {
+    if (!stalled_due_) return;
+    stalled_due_ = false;
+    if (!waits_) return;
+    rt::time_point next = cycle_.now + time_min;
+    for (const peer_index peer : peers_.ids()) {
+      const partial_frame& frame = frames_[peer];
+      if (!peers_[peer].open() || !frame) continue;
+      if (slots_.may_begin(slots_.class_of(frame.slot))) continue; // in nobody's way
+      if (const rt::time_point due = due_of(frame); due > cycle_.now) {
+        next = std::min(next, due);
+      } else {
+        counts_.add(counter::stalled_peers);
+        cut(peer);
+      }
+    }
+    due_.arm(timer::partial_frames, next);
+  }
+  // Somebody waits to begin, and will look again.
+  bool wakes_who_waits() const noexcept { return waits_ && due_.armed(timer::partial_frames); }
+
+  // Each slot has as many partial frames as it says.
+  bool check() const noexcept;
+
+ private:
+  // How long a frame may be partly written while others wait for its slot, and in addition some for its
+  // bytes.
+  static constexpr rt::duration time_min = std::chrono::milliseconds{500};
+
+  bool may_begin_all_the_same(peer_index peer, std::uint32_t slot) noexcept;
+  rt::time_point due_of(const partial_frame& frame) noexcept;
+  void look_again_from(std::uint32_t first) noexcept;
+
+  const cycle_state& cycle_;
+  counters& counts_;
+  timers& due_;
+  peer_table& peers_;
+  message_store& store_;
+  wire_slots& slots_;
+  outbox& out_;
+  rows<peer_index, partial_frame> frames_;
+  bool waits_ = false;       // somebody, for others' frames
+  bool stalled_due_ = false; // for so long that one of those may be cut
+};
+
+} // namespace rowe::service

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/urgent_frames.hpp"
+
+#include <array>
+#include <bit>
+#include <cstring>
+
+namespace rowe::service {
+
+urgent_frames::urgent_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : cycle_{parts.cycle},
+      counts_{parts.counts},
+      peers_{parts.peers},
+      out_{parts.out},
+      carrier_{parts.carrier},
+      keys_{parts.keys},
+      control_frames_{parts.control_frames},
+      masks_{parts.masks},
+      outputs_{memory.carve<output>(bounds.connections_max)} {}
+
+void urgent_frames::open(peer_index peer) noexcept {
+  outputs_[peer] = {};
+  if (!control_frames_) return; // it answers no pings
+  std::array<wire::mask_key, 2> nonce;
+  for (wire::mask_key& one : nonce) one = keys_.next();
+  outputs_[peer].credit.begin(std::bit_cast<std::uint64_t>(nonce));
+}
+
+// ---- what is to be written
+
+bool urgent_frames::add_control(peer_index peer, wire::opcode what,
+                                std::span<const std::byte> payload) noexcept {
+  if (!control_frames_) return false;
+  const wire::role ours = masks(peer) ? wire::role::client : wire::role::server;
+  const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
+  std::byte* const at = outputs_[peer].control.place(what, bytes);
+  if (at == nullptr) return true; // RFC 6455 does not ask for it
+  if (ours == wire::role::client) {
+    const wire::mask_key key = keys_.next();
+    const std::size_t header = wire::write_frame_header(at, what, payload.size(), key);
+    wire::mask_copy({at + header, payload.size()}, payload, key);
+  } else {
+    const std::size_t header = wire::write_frame_header(at, what, payload.size());
+    if (!payload.empty()) std::memcpy(at + header, payload.data(), payload.size());
+  }
+  return true;
+}
+
+bool urgent_frames::add_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept {
+  std::array<std::byte, wire::control_bytes_max> body;
+  const std::size_t bytes = wire::close_payload(code, reason, body);
+  return add_control(peer, wire::opcode::close, std::span{body}.first(bytes));
+}
+
+bool urgent_frames::add_stop_reply(peer_index peer, std::span<const char> text) noexcept {
+  wire::mask_key key;
+  if (masks(peer)) key = keys_.next();
+  return outputs_[peer].stop.add_answer(text, masks(peer) ? &key : nullptr);
+}
+
+bool urgent_frames::add_stop_state(peer_index peer, std::span<const char> text) noexcept {
+  wire::mask_key key;
+  if (masks(peer)) key = keys_.next();
+  return outputs_[peer].stop.add_state(text, masks(peer) ? &key : nullptr);
+}
+
+// ---- writing
+
+bool urgent_frames::gather(peer_index peer, batch& into) noexcept {
+  output& to = outputs_[peer];
+  // A frame that is begun goes on before any other.
+  const bool stop_first = to.stop.begun();
+  if (stop_first) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
+  if (!gather_ping(peer, into.bytes)) into.more = true; // then the next batch begins with it
+  if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
+  if (!peers_[peer].open()) return false;
+  if (!stop_first && !to.stop.rest().empty()) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
+  return true;
+}
+
+// Puts a ping among the control frames if it is time for one; `in_front` bytes are written before these.
+// False when it has to wait until the control frames that are there are gone.
+bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
+  output& to = outputs_[peer];
+  if (!peers_[peer].open() || !to.credit.wants_ping(cycle_.now)) return true;
+  if (!to.control.rest().empty()) return false;
+  const wire::role ours = masks(peer) ? wire::role::client : wire::role::server;
+  const std::size_t frame = wire::frame_header_bytes(credit::ping_bytes, ours) + credit::ping_bytes;
+  (void)add_control(peer, wire::opcode::ping, to.credit.ping(in_front + frame, cycle_.now)); // credit: it may
+  return true;
+}
+
+bool urgent_frames::may_go_on(peer_index peer, batch& into) noexcept {
+  credit& its = outputs_[peer].credit;
+  if (into.bytes >= into.credit && its.ping_under_way()) {
+    its.held_back();
+    into.held = true;
+    return false;
+  }
+  if (!into.full() && into.bytes < into.credit) return true;
+  into.more = true;
+  return false;
+}
+
+// ---- liveness
+
+void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payload) noexcept {
+  output& to = outputs_[peer];
+  // Of nobody's ping: having been heard is all it is for.
+  if (!to.credit.take_pong(payload, cycle_.now)) return;
+  to.unresponsive = false;
+  if (to.low_rtt != to.credit.near()) {
+    to.low_rtt = !to.low_rtt;
+    carrier_.set_near(peers_[peer].id, to.low_rtt);
+  }
+  if (out_.of(peer).held || to.credit.settling()) out_.schedule(peer);
+}
+
+void urgent_frames::check_responsive(peer_index peer) noexcept {
+  output& to = outputs_[peer];
+  if (to.credit.wants_ping(cycle_.now)) out_.schedule(peer);
+  if (to.unresponsive || peers_[peer].unheard || !to.credit.slow(cycle_.now)) return;
+  to.unresponsive = true;
+  counts_.add(counter::slow_peers);
+}
+
+} // namespace rowe::service

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// What goes to a peer before any message: pings, pongs, the close frame, and what it is told about the stop.
+// With the pings comes what is known of the way to the peer: how much may be under way (credit.hpp), and
+// whether it is there at all. Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+#include <rowe/options.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/batch.hpp"
+#include "service/control_frames.hpp"
+#include "service/counters.hpp"
+#include "service/credit.hpp"
+#include "service/cycle_state.hpp"
+#include "service/mask_keys.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/stop_frames.hpp"
+#include "service/transport.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+class urgent_frames {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    counters& counts;
+    peer_table& peers;
+    outbox& out;
+    transport& carrier;
+    mask_keys& keys;
+    bool control_frames; // the peers know them: pings, pongs and close frames
+    bool masks;          // frames of a client are masked
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<output>(bounds.connections_max);
+  }
+  urgent_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  void open(peer_index peer) noexcept;
+  bool masks(peer_index peer) const noexcept { return masks_ && peers_[peer].ours == side::client; }
+
+  // ---- what is to be written
+
+  // False where the peers know no control frames.
+  bool add_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
+  bool add_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept;
+  // Text frames; false when there is no room. The state takes the place of an older one.
+  bool add_stop_reply(peer_index peer, std::span<const char> text) noexcept;
+  bool add_stop_state(peer_index peer, std::span<const char> text) noexcept;
+
+  // ---- writing
+
+  // Behind a partial frame, in front of messages. False when no message may follow.
+  bool gather(peer_index peer, batch& into) noexcept;
+  void commit_control(peer_index peer, std::size_t taken) noexcept {
+    outputs_[peer].control.written += taken;
+  }
+  void commit_stop(peer_index peer, std::size_t taken) noexcept { outputs_[peer].stop.advance(taken); }
+  void wrote(peer_index peer, std::size_t bytes) noexcept { outputs_[peer].credit.wrote(bytes, cycle_.now); }
+  // How many bytes a batch may have before the last frame of the priority is begun.
+  std::size_t room(peer_index peer, priority at) const noexcept {
+    return peers_[peer].unheard ? SIZE_MAX : outputs_[peer].credit.room(at);
+  }
+  // Whether one more frame may be begun; if not, the batch says what for it waits.
+  bool may_go_on(peer_index peer, batch& into) noexcept;
+
+  // ---- liveness
+
+  void take_pong(peer_index peer, std::span<const std::byte> payload) noexcept;
+  // Ask as soon as possible whether it is alive.
+  void request_ping(peer_index peer) noexcept { outputs_[peer].credit.ask(); }
+  // Schedules a ping that is due; counts a peer that answers none in time.
+  void check_responsive(peer_index peer) noexcept;
+  bool unresponsive(peer_index peer) const noexcept { return outputs_[peer].unresponsive; }
+  // Of the pings that are not answered, when the oldest was sent; never: there is none.
+  rt::time_point waits_for_pong_since(peer_index peer) const noexcept {
+    return outputs_[peer].credit.waits_since();
+  }
+
+  // For check(): something is to be written; a pong is to come.
+  bool any(peer_index peer) const noexcept {
+    return !outputs_[peer].control.rest().empty() || !outputs_[peer].stop.rest().empty();
+  }
+  bool waits_for_pong(peer_index peer) const noexcept { return outputs_[peer].credit.ping_under_way(); }
+
+ private:
+  // What goes to one peer.
+  struct output {
+    class credit credit;
+    bool low_rtt = false;      // the transport was told so
+    bool unresponsive = false; // it answers no pings, and that was counted
+    control_frames control;
+    stop_frames stop;
+  };
+
+  bool gather_ping(peer_index peer, std::size_t in_front) noexcept;
+
+  const cycle_state& cycle_;
+  counters& counts_;
+  peer_table& peers_;
+  outbox& out_;
+  transport& carrier_;
+  mask_keys& keys_;
+  const bool control_frames_;
+  const bool masks_;
+  rows<peer_index, output> outputs_;
+};
+
+} // namespace rowe::service
