@@ -108,7 +108,13 @@ class message_store {
   bool cancel(slot_ref which) noexcept;
   // Of a kept one that was not sent: it ends.
   void let_go(std::uint32_t slot) noexcept;
-  // One peer was given all of it.
+  // One peer was given all of it: its delivery, a reference, is over.
+  void delivered(std::uint32_t slot) noexcept {
+    if (slots_.tracked(slot)) [[unlikely]]
+      note_tracked_sent(slot);
+    release(slot);
+  }
+  // The same where the reference is given back apart.
   void note_sent(std::uint32_t slot) noexcept {
     if (slots_.tracked(slot)) [[unlikely]]
       note_tracked_sent(slot);

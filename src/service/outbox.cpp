@@ -34,6 +34,7 @@ outbox::outbox(rt::arena& memory, const limits& bounds, const needs& parts) noex
       slots_{parts.store.slots()},
       peers_{parts.peers},
       topics_{parts.topics},
+      subscriptions_{parts.topics.subscriptions()},
       latches_{parts.latches},
       entries_{memory, bounds},
       queues_{memory.carve<peer_queues>(bounds.connections_max)},
@@ -60,8 +61,9 @@ std::uint32_t outbox::compose_latched(std::uint32_t topic_index) noexcept {
 
 void outbox::fan_out(std::uint32_t topic_index, std::uint32_t slot) noexcept {
   const topic& on = topics_.at(topic_index);
-  for (std::uint32_t i = on.first_subscription; i != no_index; i = topics_.subscription_at(i).next_on_topic) {
-    if (accepts(topics_.subscription_at(i))) push(i, slot);
+  for (std::uint32_t i = on.first_subscription; i != no_index;
+       i = subscriptions_[subscription_id{i}].next_on_topic) {
+    if (accepts(subscriptions_[subscription_id{i}])) push(i, slot);
   }
 }
 
@@ -74,7 +76,7 @@ bool outbox::accepts(const subscription& s) noexcept {
 }
 
 void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = subscriptions_[subscription_id{index}];
   cycle_.work_bytes += push_work;
   if (s.owes_last) place_latched(s);
   drop_expired(s.waiting);
@@ -103,7 +105,7 @@ void outbox::trim(subscription& s, std::uint32_t most) noexcept {
 }
 
 void outbox::merge_requests(std::uint32_t index) noexcept {
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = subscriptions_[subscription_id{index}];
   topics_.merge(s, bounds_.queue_depth_max);
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
@@ -113,19 +115,19 @@ void outbox::merge_requests(std::uint32_t index) noexcept {
 }
 
 void outbox::owe_latched(std::uint32_t index) noexcept {
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = subscriptions_[subscription_id{index}];
   s.owes_last = true;
   ++queues_[peer_index{s.connection}].owed;
   make_ready(index);
 }
 
 void outbox::throttle_over(std::uint32_t index) noexcept {
-  topics_.subscription_at(index).timed = false;
+  subscriptions_[subscription_id{index}].timed = false;
   make_ready(index);
 }
 
 void outbox::make_ready(std::uint32_t index) noexcept {
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = subscriptions_[subscription_id{index}];
   if (s.ready || (s.waiting.empty() && !s.owes_last)) return;
   if (cycle_.now < s.next_due) {
     if (!std::exchange(s.timed, true)) due_.arm(subscription_id{index}, s.next_due);
@@ -135,7 +137,7 @@ void outbox::make_ready(std::uint32_t index) noexcept {
   s.ready_as = topics_.at(s.topic).priority;
   s.ready = true;
   const peer_index peer{s.connection};
-  queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(topics_.subscriptions(), {index});
+  queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(subscriptions_, {index});
   schedule(peer);
 }
 
@@ -153,7 +155,7 @@ void outbox::place_latched(subscription& s) noexcept {
 }
 
 void outbox::place_owed(peer_index peer) noexcept {
-  const auto all = topics_.subscriptions();
+  const auto all = subscriptions_;
   for (const ready_list& on : queues_[peer].ready) {
     for (subscription_id i = on.head; i; i = all[i].next_ready) {
       if (all[i].owes_last) return place_latched(all[i]);
@@ -179,23 +181,17 @@ bool outbox::push_direct(peer_index to, priority at, std::uint32_t slot) noexcep
 
 // ---- taking
 
-void outbox::take_front(queue& from, [[maybe_unused]] std::uint32_t slot, std::uint32_t of) noexcept {
-  drop_expired(from); // what stands in front of it was passed over when it was gathered
-  assert(entries_.front(from).index == slot);
-  (void)entries_.pop(from); // its reference goes to the socket
-  if (of == no_index) return;
-  subscription& s = topics_.subscription_at(of);
-  s.served = true;
-  if (s.throttle == rt::duration{0}) return;
-  // The next one is due a period after this one was, or after now if that is long past.
+// The next one is due a period after this one was, or after now if that is long past.
+void outbox::begin_throttle(subscription& s) noexcept {
   const bool in_step = cycle_.now - s.next_due < s.throttle;
   s.sent_at = in_step ? s.next_due : cycle_.now;
   s.next_due = rt::deadline_after(s.sent_at, s.throttle);
 }
 
 void outbox::rotate_ready(peer_index peer) noexcept {
-  const auto all = topics_.subscriptions();
+  const auto all = subscriptions_;
   for (ready_list& on : queues_[peer].ready) {
+    if (on.empty()) continue;
     ready_list before = std::exchange(on, {});
     ready_list served;
     while (!before.empty()) {
@@ -246,14 +242,14 @@ void outbox::drop_all(queue& from, counter as) noexcept {
 }
 
 void outbox::drop(std::uint32_t index) noexcept {
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = subscriptions_[subscription_id{index}];
   peer_queues& its_peer = queues_[peer_index{s.connection}];
   drop_all(s.waiting, counter::lost_with_peer);
   if (std::exchange(s.owes_last, false)) --its_peer.owed;
   if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
   if (std::exchange(s.ready, false)) {
     [[maybe_unused]] const bool was =
-        its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(topics_.subscriptions(), {index});
+        its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(subscriptions_, {index});
     assert(was);
   }
 }
@@ -310,8 +306,8 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   };
   look_at(its.replies, no_index);
   for (std::uint32_t i = peers_[from].first_subscription; i != no_index;
-       i = topics_.subscription_at(i).next_on_connection) {
-    look_at(topics_.subscription_at(i).waiting, topics_.subscription_at(i).topic);
+       i = subscriptions_[subscription_id{i}].next_on_connection) {
+    look_at(subscriptions_[subscription_id{i}].waiting, subscriptions_[subscription_id{i}].topic);
   }
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
@@ -325,8 +321,8 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   const slot_class size = slots_.class_of(oldest.index);
   const std::uint32_t share = slots_.count(size) / std::max(peers_.count(), 1U);
   for (std::uint32_t i = topics_.at(topic).first_subscription; i != no_index && slots_.alive(oldest);
-       i = topics_.subscription_at(i).next_on_topic) {
-    subscription& same = topics_.subscription_at(i);
+       i = subscriptions_[subscription_id{i}].next_on_topic) {
+    subscription& same = subscriptions_[subscription_id{i}];
     const bool reads = !queues_[peer_index{same.connection}].backpressured();
     const auto may_lose_it = [&] {
       return !reads || entries_.held_by(same.connection, queued_as::evictable, size) > share;
@@ -380,15 +376,15 @@ bool outbox::check() const noexcept {
     std::uint32_t ready = 0;
     std::uint32_t owed = 0;
     for (std::uint32_t s = c.first_subscription; s != no_index;
-         s = topics_.subscription_at(s).next_on_connection) {
-      const subscription& one = topics_.subscription_at(s);
+         s = subscriptions_[subscription_id{s}].next_on_connection) {
+      const subscription& one = subscriptions_[subscription_id{s}];
       if (!fits(one.waiting) || one.timed != due_.armed(subscription_id{s})) return false;
       ready += one.ready;
       owed += one.owes_last;
     }
     for (const ready_list& on : of.ready) {
-      for (subscription_id s = on.head; s && ready != UINT32_MAX; s = topics_.subscriptions()[s].next_ready) {
-        const subscription& one = topics_.subscriptions()[s];
+      for (subscription_id s = on.head; s && ready != UINT32_MAX; s = subscriptions_[s].next_ready) {
+        const subscription& one = subscriptions_[s];
         if (one.connection != i.value || !one.ready ||
             &of.ready[static_cast<std::size_t>(one.ready_as)] != &on)
           return false;

@@ -11,6 +11,7 @@
 // Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -148,7 +149,18 @@ class outbox {
   void place_owed(peer_index peer) noexcept;
   // The message in `slot`, which was gathered from this queue, goes to a socket, with its reference. `of`:
   // the subscription; none for a queue of the peer's own.
-  void take_front(queue& from, std::uint32_t slot, std::uint32_t of) noexcept;
+  void take_front(queue& from, std::uint32_t slot, std::uint32_t of) noexcept {
+    // What stands in front of it was passed over when it was gathered, for its time is over.
+    if (const slot_ref front = entries_.front(from); front.index != slot || !slots_.alive(front)) [[unlikely]]
+      drop_expired(from);
+    assert(entries_.front(from).index == slot);
+    (void)entries_.pop(from); // its reference goes to the socket
+    if (of == no_index) return;
+    subscription& s = subscriptions_[subscription_id{of}];
+    s.served = true;
+    if (s.throttle != rt::duration{0}) [[unlikely]]
+      begin_throttle(s);
+  }
   // Takes subscriptions off the ready lists that have nothing to write now, and puts those that were served
   // behind those that were not, so that they take turns.
   void rotate_ready(peer_index peer) noexcept;
@@ -179,6 +191,7 @@ class outbox {
   void trim(subscription& s, std::uint32_t most) noexcept;
   void place_latched(subscription& s) noexcept;
   void make_ready(std::uint32_t subscription) noexcept;
+  void begin_throttle(subscription& s) noexcept;
   bool drop_expired_front(queue& from) noexcept;
   void drop_front(queue& from) noexcept { store_.release(entries_.pop(from).index); }
   void drop_all(queue& from, counter as) noexcept;
@@ -194,6 +207,7 @@ class outbox {
   wire_slots& slots_;
   peer_table& peers_;
   router& topics_;
+  const rows<subscription_id, subscription> subscriptions_;
   latch_store& latches_;
   queue_entries entries_;
   rows<peer_index, peer_queues> queues_;

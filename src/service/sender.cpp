@@ -35,7 +35,7 @@ std::size_t sender::footprint_bytes(const limits& bounds) noexcept {
 sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
     : counts_{parts.counts},
       peers_{parts.peers},
-      topics_{parts.topics},
+      subscriptions_{parts.topics.subscriptions()},
       store_{parts.store},
       out_{parts.out},
       slots_{parts.store.slots()},
@@ -98,16 +98,17 @@ void sender::flush_all() noexcept {
 
 void sender::flush(peer_index peer) noexcept {
   peer_queues& queues = out_.of(peer);
+  const recipient to{peer, peers_[peer], queues, urgent_.masks(peer)};
   // What stays, stays for a reason, and whoever lifts it schedules the peer.
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
   for (unsigned round = 0; more && round < batches_max && !queues.blocked; ++round) {
     if (queues.owed != 0) out_.place_owed(peer); // before anything is gathered: it may evict
     batch next{buffer_, pieces_};
-    if (gather_urgent(peer, next)) gather_messages(peer, next);
+    if (gather_urgent(to, next)) gather_messages(to, next);
     queues.held = next.held;
     const bool waited = queues.waits_to_begin;
-    write(peer, next);
+    write(to, next);
     const bool may_begin_now = waited && !queues.waits_to_begin; // a frame of its own has ended
     const bool owes = queues.owed != 0 && !next.held && !queues.waits_to_begin;
     more = next.more || owes || may_begin_now;
@@ -118,56 +119,56 @@ void sender::flush(peer_index peer) noexcept {
 
 // What does not wait for the rest of the cycle; messages follow then.
 void sender::flush_urgent(peer_index peer) noexcept {
-  if (!out_.of(peer).blocked) {
+  const recipient to{peer, peers_[peer], out_.of(peer), urgent_.masks(peer)};
+  if (!to.queues.blocked) {
     batch next{buffer_, pieces_};
-    (void)gather_urgent(peer, next);
-    write(peer, next);
+    (void)gather_urgent(to, next);
+    write(to, next);
   }
   out_.schedule(peer);
 }
 
-void sender::write(peer_index peer, batch& what) noexcept {
+void sender::write(const recipient& to, batch& what) noexcept {
   const std::span<const std::byte> whole = what.whole();
-  const std::size_t taken = what.count != 0 ? carrier_.write(peers_[peer].id, {&whole, 1}) : 0;
+  const std::size_t taken = what.count != 0 ? carrier_.write(to.peer.id, {&whole, 1}) : 0;
   if (what.count != 0) work_ += work_of(taken);
   counts_.add(counter::bytes_out, taken);
-  urgent_.wrote(peer, taken);
-  out_.of(peer).blocked = taken < what.bytes;
-  commit(peer, what, taken);
-  if (partial_.of(peer) && partial_.is_worth_handing_over(peer)) hand_over_rest(peer);
+  urgent_.wrote(to.index, taken);
+  to.queues.blocked = taken < what.bytes;
+  commit(to, what, taken);
+  if (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) hand_over_rest(to);
 }
 
 // ---- gathering
 
 // What is written next, in the order in which it is: a partial frame, what is urgent. False when no message
 // may follow.
-bool sender::gather_urgent(peer_index peer, batch& into) noexcept {
-  return gather_partial(peer, into) && urgent_.gather(peer, into);
+bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
+  return gather_partial(to, into) && urgent_.gather(to.index, into);
 }
 
 // Then messages, by their priority.
-void sender::gather_messages(peer_index peer, batch& into) noexcept {
-  peer_queues& from = out_.of(peer);
-  const auto subscriptions = topics_.subscriptions();
+void sender::gather_messages(const recipient& to, batch& into) noexcept {
+  peer_queues& from = to.queues;
   // A server must know of a topic before anything is published on it.
-  const priority replies_at = peers_[peer].ours == side::client ? priority::urgent : priority::normal;
+  const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
   for (std::size_t p = 0; p < from.ready.size(); ++p) {
     const bool replies = p == static_cast<std::size_t>(replies_at) && !from.replies.empty();
     if (!replies && from.direct[p].empty() && from.ready[p].empty()) continue;
-    into.credit = urgent_.room(peer, static_cast<priority>(p));
-    if (replies && !gather_queue(peer, from.replies, no_index, into)) return;
-    if (!from.direct[p].empty() && !gather_queue(peer, from.direct[p], no_index, into)) return;
-    for (subscription_id i = from.ready[p].head; i; i = subscriptions[i].next_ready) {
-      if (!gather_queue(peer, subscriptions[i].waiting, i.value, into)) return;
+    into.credit = urgent_.room(to.index, static_cast<priority>(p));
+    if (replies && !gather_queue(to, from.replies, no_index, into)) return;
+    if (!from.direct[p].empty() && !gather_queue(to, from.direct[p], no_index, into)) return;
+    for (subscription_id i = from.ready[p].head; i; i = subscriptions_[i].next_ready) {
+      if (!gather_queue(to, subscriptions_[i].waiting, i.value, into)) return;
     }
   }
 }
 
 // The rest of the partial frame. Nothing may come before it. False when nothing may follow either.
-bool sender::gather_partial(peer_index peer, batch& into) noexcept {
-  const partial_frame& frame = partial_.of(peer);
+bool sender::gather_partial(const recipient& to, batch& into) noexcept {
+  const partial_frame& frame = partial_.of(to.index);
   if (!frame) return true;
-  return gather_frame(urgent_.masks(peer), frame.written, into,
+  return gather_frame(to.masked, frame.written, into,
                       {.slot = frame.slot,
                        .key = frame.key,
                        .is = batch_piece::origin::partial,
@@ -176,24 +177,23 @@ bool sender::gather_partial(peer_index peer, batch& into) noexcept {
 
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
 // full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
-bool sender::gather_queue(peer_index peer, queue& from, std::uint32_t of, batch& into) noexcept {
+bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept {
   out_.drop_expired(from);
-  const bool one = of != no_index && topics_.subscription_at(of).throttle > rt::duration{0};
-  const bool unslashed = of != no_index && topics_.subscription_at(of).unslashed;
-  const bool masked = urgent_.masks(peer);
+  const bool one = of != no_index && subscriptions_[subscription_id{of}].throttle > rt::duration{0};
+  const bool unslashed = of != no_index && subscriptions_[subscription_id{of}].unslashed;
   const queue_entries& entries = out_.entries();
   for (entry_id at = from.entries.head; at; at = entries.after(at)) {
     const slot_ref slot = entries.at(at);
     if (!store_.is_due(slot)) continue; // dropped when it comes to the front
-    if ((into.full() || into.bytes >= into.credit) && !urgent_.may_go_on(peer, into)) return false;
-    if (!partial_.may_begin(peer, slot.index)) break;
+    if ((into.full() || into.bytes >= into.credit) && !urgent_.may_go_on(to.index, into)) return false;
+    if (!partial_.may_begin(to.index, slot.index)) break;
     batch_piece piece{.from = &from,
                       .subscription = of,
                       .slot = slot.index,
                       .is = batch_piece::origin::message,
                       .unslashed = unslashed};
-    if (masked) piece.key = keys_.next();
-    if (!gather_frame(masked, 0, into, piece)) {
+    if (to.masked) piece.key = keys_.next();
+    if (!gather_frame(to.masked, 0, into, piece)) {
       into.more = true;
       return false;
     }
@@ -266,54 +266,54 @@ bool sender::gather_unslashed(bool masked, std::size_t skip, batch& into, const 
 // ---- what the socket took
 
 // Whole frames are done with, one may be partial, the rest stays queued where it is.
-void sender::commit(peer_index peer, batch& sent, std::size_t taken) noexcept {
+void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcept {
   for (std::size_t i = 0; i < sent.count; ++i) {
     const batch_piece& piece = sent.pieces[i];
     const std::size_t part = std::min<std::size_t>(taken, piece.bytes);
     taken -= part;
     const bool whole = part == piece.bytes;
     switch (piece.is) {
-    case batch_piece::origin::stop: urgent_.commit_stop(peer, part); break;
-    case batch_piece::origin::control: urgent_.commit_control(peer, part); break;
+    case batch_piece::origin::stop: urgent_.commit_stop(to.index, part); break;
+    case batch_piece::origin::control: urgent_.commit_control(to.index, part); break;
     case batch_piece::origin::partial:
-      partial_.of(peer).written += part;
+      partial_.of(to.index).written += part;
       if (!whole) break;
-      count_message_out(peer);
-      store_.note_sent(partial_.of(peer).slot);
-      partial_.end(peer);
+      count_message_out(to.peer);
+      store_.note_sent(partial_.of(to.index).slot);
+      partial_.end(to.index);
       break;
     case batch_piece::origin::message:
-      if (part != 0) commit_message(peer, piece, part);
+      if (part != 0) commit_message(to, piece, part);
     }
     if (!whole) break;
   }
-  out_.rotate_ready(peer);
+  out_.rotate_ready(to.index);
 }
 
 // The socket has taken the first `part` bytes of a message, or all of it.
-void sender::commit_message(peer_index peer, const batch_piece& piece, std::size_t part) noexcept {
+void sender::commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
   out_.take_front(*piece.from, piece.slot, piece.subscription);
   if (part == piece.bytes) {
-    count_message_out(peer);
-    store_.note_sent(piece.slot);
-    return store_.release(piece.slot);
+    count_message_out(to.peer);
+    return store_.delivered(piece.slot);
   }
-  partial_.begin(peer, {.slot = piece.slot, .written = part, .key = piece.key, .unslashed = piece.unslashed});
+  partial_.begin(to.index,
+                 {.slot = piece.slot, .written = part, .key = piece.key, .unslashed = piece.unslashed});
 }
 
-void sender::count_message_out(peer_index peer) noexcept {
+void sender::count_message_out(connection& peer) noexcept {
   counts_.add(counter::messages_out);
-  ++peers_[peer].messages_out;
+  ++peer.messages_out;
 }
 
 // The transport keeps the rest of the frame itself, if it can.
-void sender::hand_over_rest(peer_index peer) noexcept {
+void sender::hand_over_rest(const recipient& to) noexcept {
   batch rest{buffer_, pieces_};
-  (void)gather_partial(peer, rest); // it goes alone
-  const std::size_t taken = carrier_.write_rest(peers_[peer].id, rest.whole());
+  (void)gather_partial(to, rest); // it goes alone
+  const std::size_t taken = carrier_.write_rest(to.peer.id, rest.whole());
   counts_.add(counter::bytes_out, taken);
-  urgent_.wrote(peer, taken);
-  commit(peer, rest, taken);
+  urgent_.wrote(to.index, taken);
+  commit(to, rest, taken);
 }
 
 // ---- frames that pass messages
@@ -331,13 +331,13 @@ void sender::send_close(peer_index peer, std::uint16_t code, std::string_view re
 
 void sender::add_stop_reply(peer_index peer, std::span<const char> text) noexcept {
   if (text.empty() || !urgent_.add_stop_reply(peer, text)) return counts_.add(counter::stop_answers_lost);
-  count_message_out(peer);
+  count_message_out(peers_[peer]);
   flush_urgent(peer);
 }
 
 void sender::add_stop_state(peer_index peer, std::span<const char> text) noexcept {
   if (text.empty() || !urgent_.add_stop_state(peer, text)) return;
-  count_message_out(peer);
+  count_message_out(peers_[peer]);
   out_.schedule(peer);
 }
 
@@ -361,8 +361,8 @@ bool sender::check() const noexcept {
     if (any_due(queues.replies) || std::any_of(queues.direct.begin(), queues.direct.end(), any_due))
       return false;
     for (const ready_list& on : queues.ready) {
-      for (subscription_id s = on.head; s; s = topics_.subscriptions()[s].next_ready) {
-        const subscription& one = topics_.subscriptions()[s];
+      for (subscription_id s = on.head; s; s = subscriptions_[s].next_ready) {
+        const subscription& one = subscriptions_[s];
         if (one.owes_last || any_due(one.waiting)) return false;
       }
     }

@@ -90,23 +90,31 @@ class sender {
   bool check() const noexcept;
 
  private:
-  void count_message_out(peer_index peer) noexcept;
+  // Whom is written to, looked up once.
+  struct recipient {
+    peer_index index;
+    connection& peer;
+    peer_queues& queues;
+    bool masked;
+  };
+
+  void count_message_out(connection& peer) noexcept;
   void flush_urgent(peer_index peer) noexcept;
-  void write(peer_index peer, batch& what) noexcept;
-  bool gather_urgent(peer_index peer, batch& into) noexcept;
-  void gather_messages(peer_index peer, batch& into) noexcept;
-  bool gather_partial(peer_index peer, batch& into) noexcept;
-  bool gather_queue(peer_index peer, queue& from, std::uint32_t of, batch& into) noexcept;
+  void write(const recipient& to, batch& what) noexcept;
+  bool gather_urgent(const recipient& to, batch& into) noexcept;
+  void gather_messages(const recipient& to, batch& into) noexcept;
+  bool gather_partial(const recipient& to, batch& into) noexcept;
+  bool gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept;
   bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
   bool gather_unslashed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
-  void commit(peer_index peer, batch& sent, std::size_t taken) noexcept;
-  void commit_message(peer_index peer, const batch_piece& piece, std::size_t part) noexcept;
+  void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
+  void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
 
-  void hand_over_rest(peer_index peer) noexcept;
+  void hand_over_rest(const recipient& to) noexcept;
 
   counters& counts_;
   peer_table& peers_;
-  router& topics_;
+  const rows<subscription_id, subscription> subscriptions_;
   message_store& store_;
   outbox& out_;
   wire_slots& slots_;
