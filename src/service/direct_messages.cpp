@@ -165,7 +165,11 @@ bool direct_messages::send(const direct_message& m) noexcept {
       if (parked_[i].turn == turn_) {
         add(counter::outbox_full); // it comes behind what is parked for that peer
       } else {
-        (void)queue_to(i, slot); // what finds no room is counted
+        if (has_room(i, m.priority)) {
+          (void)queue_to(i, slot);
+        } else {
+          add(counter::outbox_full);
+        }
       }
     }
   }
@@ -202,6 +206,10 @@ status direct_messages::send_request(std::uint32_t slot, peer_index to, detail::
   begin(slot, {.everyone = !to, .request_of = call});
   const bool may =
       !to || stops || messages_.has_share(to.value, out_.of(to).backpressured(), slots_.class_of(slot));
+  if (to && may && !has_room(to, messages_.at(slot).priority)) {
+    add(counter::outbox_full);
+    return errc::full;
+  }
   if (to && (!may || !queue_to(to, slot))) return errc::full;
   end_queueing(slot);
   return {};

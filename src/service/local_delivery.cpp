@@ -9,8 +9,8 @@
 
 namespace rowe::service {
 
-void local_delivery::complete(const party& whom, detail::call_ref own, const status& outcome,
-                              std::string_view text) noexcept {
+void local_delivery::tell(const party& whom, detail::call_ref own, const status& outcome,
+                          std::string_view text) noexcept {
   if (whom.who == party::kind::lane) complete_at_pair(whom, own, outcome, text);
   if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
 }

@@ -43,9 +43,12 @@ class local_delivery {
   // The end of a call, or of a send that waits, for whom it is: a handle, which knows it as `own`, a thread
   // of the front door, or nobody. Of an error, `text` is the sentence.
   void complete(const party& whom, detail::call_ref own, const status& outcome,
-                std::string_view text = {}) noexcept;
+                std::string_view text = {}) noexcept {
+    if (whom.who != party::kind::nobody) tell(whom, own, outcome, text);
+  }
 
  private:
+  void tell(const party& whom, detail::call_ref own, const status& outcome, std::string_view text) noexcept;
   void complete_at_pair(const party& whom, detail::call_ref own, status outcome,
                         std::string_view text) noexcept;
 

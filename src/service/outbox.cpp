@@ -126,9 +126,7 @@ void outbox::throttle_over(std::uint32_t index) noexcept {
   make_ready(index);
 }
 
-void outbox::make_ready(std::uint32_t index) noexcept {
-  subscription& s = subscriptions_[subscription_id{index}];
-  if (s.ready || (s.waiting.empty() && !s.owes_last)) return;
+void outbox::put_on_ready_list(std::uint32_t index, subscription& s) noexcept {
   if (cycle_.now < s.next_due) {
     if (!std::exchange(s.timed, true)) due_.arm(subscription_id{index}, s.next_due);
     return;
@@ -170,7 +168,7 @@ bool outbox::has_room(peer_index to, priority at) noexcept {
 }
 
 bool outbox::push_direct(peer_index to, priority at, std::uint32_t slot) noexcept {
-  if (!has_room(to, at) || !enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
+  if (!enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
     add(counter::outbox_full);
     return false;
   }
@@ -189,25 +187,25 @@ void outbox::begin_throttle(subscription& s) noexcept {
 }
 
 void outbox::rotate_ready(peer_index peer) noexcept {
-  const auto all = subscriptions_;
   for (ready_list& on : queues_[peer].ready) {
     if (on.empty()) continue;
     ready_list before = std::exchange(on, {});
     ready_list served;
     while (!before.empty()) {
-      const subscription_id i = before.pop_front(all);
-      subscription& s = all[i];
+      const subscription_id i = before.pop_front(subscriptions_);
+      subscription& s = subscriptions_[i];
       drop_expired(s.waiting); // else one with nothing to write would stay ready, and schedule nobody
-      if (s.served) {
-        served.push_back(all, i);
+      // Of those that were served, who has nothing left has no turn to wait for.
+      if (s.served && !s.waiting.empty()) {
+        served.push_back(subscriptions_, i);
       } else {
-        s.ready = false;
+        s.ready = s.served = false;
         make_ready(i.value);
       }
     }
     while (!served.empty()) {
-      const subscription_id i = served.pop_front(all);
-      all[i].ready = all[i].served = false;
+      const subscription_id i = served.pop_front(subscriptions_);
+      subscriptions_[i].ready = subscriptions_[i].served = false;
       make_ready(i.value);
     }
   }

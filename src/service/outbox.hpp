@@ -114,7 +114,8 @@ class outbox {
   void throttle_over(std::uint32_t subscription) noexcept;
   // Whether a peer's queue of direct messages takes one more.
   bool has_room(peer_index to, priority at) noexcept;
-  // A direct message, with a reference of its own. False, counted, when has_room() is.
+  // A direct message, with a reference of its own, where there is room. False, counted, when all entries are
+  // taken after all.
   bool push_direct(peer_index to, priority at, std::uint32_t slot) noexcept;
 
   // ---- giving back
@@ -190,7 +191,12 @@ class outbox {
   bool enqueue(queue& to, std::uint32_t slot) noexcept;
   void trim(subscription& s, std::uint32_t most) noexcept;
   void place_latched(subscription& s) noexcept;
-  void make_ready(std::uint32_t subscription) noexcept;
+  // Where it has something that may be written now, and is not ready already.
+  void make_ready(std::uint32_t index) noexcept {
+    subscription& s = subscriptions_[subscription_id{index}];
+    if (!s.ready && (!s.waiting.empty() || s.owes_last)) put_on_ready_list(index, s);
+  }
+  void put_on_ready_list(std::uint32_t index, subscription& s) noexcept;
   void begin_throttle(subscription& s) noexcept;
   bool drop_expired_front(queue& from) noexcept;
   void drop_front(queue& from) noexcept { store_.release(entries_.pop(from).index); }
