@@ -100,7 +100,7 @@ bool direct_messages::post(const direct_message& m) noexcept {
 // ---- sending
 
 // What is over makes room; its outcome is taken at once, for it had a slot.
-bool direct_messages::has_room(peer_index to, priority at) noexcept {
+inline bool direct_messages::has_room(peer_index to, priority at) noexcept {
   const bool has = out_.has_room(to, at);
   take_outcomes();
   return has;
@@ -109,7 +109,7 @@ bool direct_messages::has_room(peer_index to, priority at) noexcept {
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the handle
 // full instead of losing something; and behind those that are pending already. Among several peers one that
 // does not read must not stop the others.
-bool direct_messages::has_room_for(const direct_message& m) noexcept {
+inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
   if (m.to.generation != 0) {
     const peer_index to{m.to.index};
     return has_room(to, m.priority) &&
@@ -126,7 +126,7 @@ bool direct_messages::has_room_for(const direct_message& m) noexcept {
 }
 
 // False when it must wait for room. Else its sender is told what comes of it, at once or later.
-bool direct_messages::send(const direct_message& m) noexcept {
+inline bool direct_messages::send(const direct_message& m) noexcept {
   const auto fails = [&](const status& why, counter as) {
     add(as);
     delivery_.complete(m.sender, m.own, why);
@@ -178,7 +178,7 @@ bool direct_messages::send(const direct_message& m) noexcept {
 }
 
 // Tracked from now on. One that may go to any peer keeps its slot until it was sent.
-void direct_messages::begin(std::uint32_t slot, const letter& as) noexcept {
+inline void direct_messages::begin(std::uint32_t slot, const letter& as) noexcept {
   take_outcomes(); // of who had the slot before
   assert(!messages_.under_way(slot));
   messages_.begin(slot, as);
@@ -186,7 +186,7 @@ void direct_messages::begin(std::uint32_t slot, const letter& as) noexcept {
 }
 
 // False, counted, when the peer's queue is full.
-bool direct_messages::queue_to(peer_index to, std::uint32_t slot) noexcept {
+inline bool direct_messages::queue_to(peer_index to, std::uint32_t slot) noexcept {
   const letter& one = messages_.at(slot);
   if (!out_.push_direct(to, one.priority, slot)) return false;
   if (!one.everyone) messages_.charge(slot, to.value);
@@ -194,7 +194,7 @@ bool direct_messages::queue_to(peer_index to, std::uint32_t slot) noexcept {
 }
 
 // With no delivery it is pending, or over.
-void direct_messages::end_queueing(std::uint32_t slot) noexcept {
+inline void direct_messages::end_queueing(std::uint32_t slot) noexcept {
   if (!messages_.at(slot).everyone) return store_.release(slot);
   if (slots_.references(slot) == 1) settle(slot, false);
 }
@@ -249,7 +249,7 @@ void direct_messages::settle_outcomes() noexcept {
 }
 
 // All deliveries of a message have ended, one way or the other.
-void direct_messages::settle(std::uint32_t slot, bool evicted) noexcept {
+inline void direct_messages::settle(std::uint32_t slot, bool evicted) noexcept {
   const letter& one = messages_.at(slot);
   if (one.now == letter::state::waiting) return; // it has none yet
   if (one.sent) return end(slot, {});
@@ -262,7 +262,7 @@ void direct_messages::settle(std::uint32_t slot, bool evicted) noexcept {
   messages_.wait(slot);
 }
 
-void direct_messages::end(std::uint32_t slot, const status& outcome) noexcept {
+inline void direct_messages::end(std::uint32_t slot, const status& outcome) noexcept {
   const letter over = messages_.at(slot);
   messages_.forget(slot);
   if (slots_.kept(slot)) store_.let_go(slot);

@@ -75,7 +75,7 @@ bool outbox::accepts(const subscription& s) noexcept {
   return false;
 }
 
-void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
+inline void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
   subscription& s = subscriptions_[subscription_id{index}];
   cycle_.work_bytes += push_work;
   if (s.owes_last) place_latched(s);
@@ -126,7 +126,7 @@ void outbox::throttle_over(std::uint32_t index) noexcept {
   make_ready(index);
 }
 
-void outbox::put_on_ready_list(std::uint32_t index, subscription& s) noexcept {
+inline void outbox::put_on_ready_list(std::uint32_t index, subscription& s) noexcept {
   if (cycle_.now < s.next_due) {
     if (!std::exchange(s.timed, true)) due_.arm(subscription_id{index}, s.next_due);
     return;

@@ -128,7 +128,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
   out_.schedule(peer);
 }
 
-void sender::write(const recipient& to, batch& what) noexcept {
+inline void sender::write(const recipient& to, batch& what) noexcept {
   const std::span<const std::byte> whole = what.whole();
   const std::size_t taken = what.count != 0 ? carrier_.write(to.peer.id, {&whole, 1}) : 0;
   if (what.count != 0) work_ += work_of(taken);
@@ -143,12 +143,12 @@ void sender::write(const recipient& to, batch& what) noexcept {
 
 // What is written next, in the order in which it is: a partial frame, what is urgent. False when no message
 // may follow.
-bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
+inline bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
   return gather_partial(to, into) && urgent_.gather(to.index, into);
 }
 
 // Then messages, by their priority.
-void sender::gather_messages(const recipient& to, batch& into) noexcept {
+inline void sender::gather_messages(const recipient& to, batch& into) noexcept {
   peer_queues& from = to.queues;
   // A server must know of a topic before anything is published on it.
   const priority replies_at = to.peer.ours == side::client ? priority::urgent : priority::normal;
@@ -165,7 +165,7 @@ void sender::gather_messages(const recipient& to, batch& into) noexcept {
 }
 
 // The rest of the partial frame. Nothing may come before it. False when nothing may follow either.
-bool sender::gather_partial(const recipient& to, batch& into) noexcept {
+inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
   const partial_frame& frame = partial_.of(to.index);
   if (!frame) return true;
   return gather_frame(to.masked, frame.written, into,
@@ -177,7 +177,7 @@ bool sender::gather_partial(const recipient& to, batch& into) noexcept {
 
 // As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
 // full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
-bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept {
+inline bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept {
   out_.drop_expired(from);
   const bool one = of != no_index && subscriptions_[subscription_id{of}].throttle > rt::duration{0};
   const bool unslashed = of != no_index && subscriptions_[subscription_id{of}].unslashed;
@@ -266,7 +266,7 @@ bool sender::gather_unslashed(bool masked, std::size_t skip, batch& into, const 
 // ---- what the socket took
 
 // Whole frames are done with, one may be partial, the rest stays queued where it is.
-void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcept {
+inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcept {
   for (std::size_t i = 0; i < sent.count; ++i) {
     const batch_piece& piece = sent.pieces[i];
     const std::size_t part = std::min<std::size_t>(taken, piece.bytes);
@@ -291,7 +291,7 @@ void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcep
 }
 
 // The socket has taken the first `part` bytes of a message, or all of it.
-void sender::commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
+inline void sender::commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
   out_.take_front(*piece.from, piece.slot, piece.subscription);
   if (part == piece.bytes) {
     count_message_out(to.peer);

@@ -80,7 +80,7 @@ bool urgent_frames::gather(peer_index peer, batch& into) noexcept {
 
 // Puts a ping among the control frames if it is time for one; `in_front` bytes are written before these.
 // False when it has to wait until the control frames that are there are gone.
-bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
+inline bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
   output& to = outputs_[peer];
   if (!peers_[peer].open() || !to.credit.wants_ping(cycle_.now)) return true;
   if (!to.control.rest().empty()) return false;
