@@ -32,14 +32,6 @@ void direct_messages::forget(peer_index peer) noexcept {
 
 // ---- turns, and what is parked in them
 
-void direct_messages::begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
-  ++turn_;
-  turn_slots_ = of_receiver ? slots : slots - slots / 4;
-  turn_parked_ = turn_parked_for_all_ = 0;
-  turn_of_receiver_ = of_receiver;
-  if (of_receiver) inbox_.begin_answers();
-}
-
 // False where the peer has its share of the sender's slots already. `to` null: for everyone. Asked in each
 // turn for what was parked before, too, which stays whatever the shares are by now.
 bool direct_messages::may_park(const direct_message& m, connection* to) noexcept {
@@ -62,19 +54,16 @@ bool direct_messages::may_park(const direct_message& m, connection* to) noexcept
   return true;
 }
 
-bool direct_messages::renew_room() noexcept {
-  if (told_full_ != 0) {
-    for (const peer_index i : peers_.ids()) {
-      peer_queues& queues = out_.of(i);
-      if (!queues.told_full || parked_[i].turn > cycle_turn_) continue;
-      queues.told_full = false;
-      --told_full_;
-      shown_.set_taking(i.value, peers_[i].id.generation);
-      ++cycle_.places_freed;
-      room_came_ = true;
-    }
+void direct_messages::show_room() noexcept {
+  for (const peer_index i : peers_.ids()) {
+    peer_queues& queues = out_.of(i);
+    if (!queues.told_full || parked_[i].turn > cycle_turn_) continue;
+    queues.told_full = false;
+    --told_full_;
+    shown_.set_taking(i.value, peers_[i].id.generation);
+    ++cycle_.places_freed;
+    room_came_ = true;
   }
-  return std::exchange(room_came_, false);
 }
 
 bool direct_messages::post(const direct_message& m) noexcept {
@@ -290,9 +279,9 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
 }
 
 // Nobody has got room since the last look if nothing was taken out of any queue and no slot became free.
-void direct_messages::place_pending() noexcept {
+void direct_messages::place_all_pending() noexcept {
   const std::uint64_t changes = out_.room_changes() + messages_.began_to_wait();
-  if (pending() == 0 || std::exchange(looked_for_room_at_, changes) == changes) return;
+  if (std::exchange(looked_for_room_at_, changes) == changes) return;
   for (const peer_index i : peers_.ids()) {
     if (pending() == 0) return;
     if (peers_[i].open() && peers_[i].bare) deliver_pending(i);

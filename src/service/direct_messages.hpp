@@ -14,6 +14,7 @@
 #pragma once
 #include <cstdint>
 #include <string_view>
+#include <utility>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/limits.hpp>
@@ -70,7 +71,13 @@ class direct_messages {
 
   // The turn of a handle, or of the front door, which has so many slots. Whoever receives has them for its
   // answers.
-  void begin_turn(std::uint32_t slots, bool of_receiver) noexcept;
+  void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
+    ++turn_;
+    turn_slots_ = of_receiver ? slots : slots - slots / 4;
+    turn_parked_ = turn_parked_for_all_ = 0;
+    turn_of_receiver_ = of_receiver;
+    if (of_receiver) inbox_.begin_answers();
+  }
   // False: the message is to be parked until its sender's next turn. Each peer gets what one sender has for
   // it in its order.
   bool post(const direct_message& m) noexcept;
@@ -80,7 +87,10 @@ class direct_messages {
   }
   // At the end of a cycle: peers that have room again, since the beginning of this cycle, are shown so. True
   // when there was one, or one is gone.
-  bool renew_room() noexcept;
+  bool renew_room() noexcept {
+    if (told_full_ != 0) show_room();
+    return std::exchange(room_came_, false);
+  }
   void begin_cycle() noexcept { cycle_turn_ = turn_; }
 
   // ---- of calls
@@ -99,7 +109,9 @@ class direct_messages {
   // them. The rest goes on waiting. A request goes to the first who has room.
   void deliver_pending(peer_index peer) noexcept;
   // To whoever has got room since the last look.
-  void place_pending() noexcept;
+  void place_pending() noexcept {
+    if (pending() != 0) place_all_pending();
+  }
   // The endpoint closes: they end.
   void close() noexcept;
   std::uint32_t pending() const noexcept { return messages_.waiting(); }
@@ -120,6 +132,8 @@ class direct_messages {
 
   void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
   bool send(const direct_message& m) noexcept;
+  void show_room() noexcept;
+  void place_all_pending() noexcept;
   bool may_park(const direct_message& m, connection* to) noexcept;
   bool has_room(peer_index to, priority at) noexcept;
   bool has_room_for(const direct_message& m) noexcept;

@@ -202,8 +202,7 @@ void ingress::park(peer_index peer) noexcept {
   writer_.ignore_credit(peer);
 }
 
-void ingress::unpark() noexcept {
-  if (parked_.empty()) return;
+void ingress::look_at_parked() noexcept {
   inbox_.look();
   if (std::exchange(unparked_at_, changes()) == changes()) return;
   for (std::uint32_t left = parked_.count(); left != 0; --left) {
@@ -215,7 +214,7 @@ void ingress::unpark() noexcept {
 
 // ---- turns
 
-void ingress::take_turn(peer_index peer) noexcept {
+inline void ingress::take_turn(peer_index peer) noexcept {
   input& of = inputs_[peer];
   if (of.in_ring) return;
   if (of.backlog.empty() && !of.parked()) return end_backlog(peer);
@@ -224,7 +223,7 @@ void ingress::take_turn(peer_index peer) noexcept {
 }
 
 // One message, or what there is of it; returns the work it was.
-std::size_t ingress::read_one(peer_index peer) noexcept {
+inline std::size_t ingress::read_one(peer_index peer) noexcept {
   input& of = inputs_[peer];
   if (!peers_[peer].open()) {
     end_backlog(peer);
@@ -250,7 +249,7 @@ std::size_t ingress::read_one(peer_index peer) noexcept {
   return work_of(step.payload.size() + cycle_.work_bytes);
 }
 
-void ingress::read_in_turn() noexcept {
+void ingress::read_backlogs() noexcept {
   for (std::size_t work = 0; !backlog_.empty() && work < work_per_cycle;) {
     const peer_index peer = backlog_.pop();
     inputs_[peer].in_ring = false;

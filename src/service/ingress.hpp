@@ -69,9 +69,13 @@ class ingress {
   // What was read. Stops among it are carried out now; where the peer was alone, all messages are.
   void receive(peer_index peer, std::span<std::byte> bytes) noexcept;
   // Those that are parked and have room now wait for their turn.
-  void unpark() noexcept;
+  void unpark() noexcept {
+    if (!parked_.empty()) look_at_parked();
+  }
   // One message of each peer that waits, in turn.
-  void read_in_turn() noexcept;
+  void read_in_turn() noexcept {
+    if (!backlog_.empty()) read_backlogs();
+  }
   // A new cycle: stops may be carried out in front of others again.
   void begin_cycle() noexcept { stops_ahead_ = 0; }
   // Something waits for its turn, or finds room now that did not before: the next cycle is needed at once.
@@ -85,9 +89,7 @@ class ingress {
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 
   // How often room came for somebody who waits for it, somewhere.
-  std::uint64_t room_changes() const noexcept {
-    return out_.room_changes() + cycle_.places_freed;
-  }
+  std::uint64_t room_changes() const noexcept { return out_.room_changes() + cycle_.places_freed; }
 
   bool check() const noexcept;
 
@@ -108,6 +110,8 @@ class ingress {
   };
 
   std::uint64_t changes() const noexcept { return room_changes() + inbox_.looks_wanted(); }
+  void look_at_parked() noexcept;
+  void read_backlogs() noexcept;
   void read_alone(peer_index peer, std::span<std::byte> bytes) noexcept;
   std::size_t read_one(peer_index peer) noexcept;
   void take_turn(peer_index peer) noexcept;

@@ -15,8 +15,8 @@ void local_delivery::tell(const party& whom, detail::call_ref own, const status&
   if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
 }
 
-void local_delivery::complete_at_pair(const party& whom, detail::call_ref own, status outcome,
-                                      std::string_view text) noexcept {
+inline void local_delivery::complete_at_pair(const party& whom, detail::call_ref own, status outcome,
+                                             std::string_view text) noexcept {
   const lane_view& view = views_[whom.index];
   if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
   detail::lane& lane = lanes_[whom.index];

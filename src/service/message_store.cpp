@@ -46,7 +46,7 @@ void message_store::finalize(std::uint32_t slot, std::size_t bytes, rt::time_poi
   unarmed_[unarmed_count_++] = slot;
 }
 
-void message_store::arm_unwritten() noexcept {
+void message_store::arm_all_unwritten() noexcept {
   for (const std::uint32_t slot : unarmed_.first(std::exchange(unarmed_count_, 0))) {
     // One that was freed and is another message's by now is there twice, which does no harm.
     const rt::time_point expires = slots_.expires(slot);

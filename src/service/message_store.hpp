@@ -94,7 +94,9 @@ class message_store {
   }
   // Most messages are written in the cycle that makes them and never need the wheel. The others come to it
   // here, at the end of a cycle.
-  void arm_unwritten() noexcept;
+  void arm_unwritten() noexcept {
+    if (unarmed_count_ != 0) arm_all_unwritten();
+  }
   // Whether something was composed in this cycle that lives no longer; once.
   bool take_lives_no_longer() noexcept { return std::exchange(lives_no_longer_, false); }
 
@@ -141,6 +143,7 @@ class message_store {
     bool expired = false;
   };
 
+  void arm_all_unwritten() noexcept;
   void finalize(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
   tracking& note(std::uint32_t slot) noexcept;
   void note_tracked_sent(std::uint32_t slot) noexcept;

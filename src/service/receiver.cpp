@@ -68,14 +68,14 @@ void receiver::forget(peer_index peer) noexcept {
   answers_ -= std::exchange(gone.answers, 0);
 }
 
-void receiver::begin_answers() noexcept {
-  if (std::exchange(answers_, 0) == 0) return;
+void receiver::forget_answers() noexcept {
+  answers_ = 0;
   for (held& one : held_) one.answers = 0;
 }
 
 // ---- what came home
 
-void receiver::note_taken(detail::peer_ref from) noexcept {
+inline void receiver::note_taken(detail::peer_ref from) noexcept {
   taken_at_ = cycle_.now;
   ++cycle_.places_freed;
   if (peers_.find({from.index, from.generation}) == nullptr) return;
@@ -122,18 +122,13 @@ void receiver::look() noexcept {
 // ---- shares
 
 // Those of the inbox, or of the way out where these are fewer.
-std::uint32_t receiver::slots() const noexcept {
+inline std::uint32_t receiver::slots() const noexcept {
   if (counted_ == no_index) return door_.slots();
   const detail::lane& by = lanes_[counted_];
   return std::min(by.service.in.count, by.user.out.count);
 }
 
-bool receiver::has_place() const noexcept {
-  return counted_ == no_index ? door_.free_inbound() != 0
-                              : lanes_[counted_].service.in.home->seen_by_owner() != 0;
-}
-
-bool receiver::has_share(peer_index peer) const noexcept {
+inline bool receiver::has_share(peer_index peer) const noexcept {
   const peer_queues& queues = out_.of(peer);
   // Answers to its calls have fewer places while it does not read.
   const bool replies_wait = queues.backpressured() && queues.replies.count + peers_[peer].calls_asked >=

@@ -81,7 +81,9 @@ class receiver {
   std::uint64_t looks_wanted() const noexcept { return looks_wanted_; }
 
   // Answers of whoever receives that are parked: counted anew in each of its turns.
-  void begin_answers() noexcept;
+  void begin_answers() noexcept {
+    if (answers_ != 0) forget_answers();
+  }
   void count_answer(peer_index to) noexcept {
     ++held_[to].answers;
     ++answers_;
@@ -102,9 +104,13 @@ class receiver {
     if (pair_ != counted_) begin();
   }
   void begin() noexcept;
+  void forget_answers() noexcept;
   void note_taken(detail::peer_ref from) noexcept;
   std::uint32_t slots() const noexcept;
-  bool has_place() const noexcept;
+  bool has_place() const noexcept {
+    return counted_ == no_index ? door_.free_inbound() != 0
+                                : lanes_[counted_].service.in.home->seen_by_owner() != 0;
+  }
   bool has_share(peer_index peer) const noexcept;
   bool is_absent() const noexcept;
 

@@ -84,12 +84,10 @@ void sender::ignore_credit(peer_index peer) noexcept {
 // Peers that have still more after their share are put behind those that have not had theirs, and no more
 // values are taken from handles before all have had it: in their queues those would push out what was not
 // offered yet.
-void sender::flush_all() noexcept {
-  const bool all = store_.take_lives_no_longer();
-  work_ = 0;
+void sender::flush_scheduled(bool to_all) noexcept {
   if (turn_left_ == 0) turn_left_ = out_.scheduled();
   for (std::uint32_t left = out_.scheduled(); left != 0; --left) {
-    if (!all && work_ >= work_per_cycle) return;
+    if (!to_all && work_ >= work_per_cycle) return;
     const peer_index next = out_.take_scheduled();
     if (turn_left_ != 0) --turn_left_;
     if (peers_[next].state != connection::phase::free) flush(next);

@@ -61,7 +61,11 @@ class sender {
 
   // Whoever is scheduled, in turn, up to the work of one cycle. What lives no longer than this cycle is
   // offered to all, however much work that is.
-  void flush_all() noexcept;
+  void flush_all() noexcept {
+    const bool to_all = store_.take_lives_no_longer();
+    work_ = 0;
+    if (out_.scheduled() != 0) flush_scheduled(to_all);
+  }
   // Messages to one peer too: only when what is over has been taken out, by timers in this cycle.
   void flush(peer_index peer) noexcept;
   // Somebody has not had a turn since the round began: no more values are taken from handles until all have.
@@ -99,6 +103,7 @@ class sender {
   };
 
   void count_message_out(connection& peer) noexcept;
+  void flush_scheduled(bool to_all) noexcept;
   void flush_urgent(peer_index peer) noexcept;
   void write(const recipient& to, batch& what) noexcept;
   bool gather_urgent(const recipient& to, batch& into) noexcept;
