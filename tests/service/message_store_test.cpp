@@ -1,0 +1,222 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/message_store.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string_view>
+#include <vector>
+
+namespace message_store_test {
+namespace {
+
+using namespace std::chrono_literals;
+using rowe::service::counter;
+using rowe::service::message_store;
+using rowe::service::no_index;
+using rowe::service::outcome;
+using rowe::service::slot_class;
+using rowe::service::slot_use;
+using rowe::service::timer;
+
+rowe::limits few() {
+  rowe::limits bounds;
+  bounds.small_slots = 3;
+  bounds.small_slot_bytes = 256;
+  bounds.large_slots = 2;
+  bounds.message_bytes_max = 4096;
+  bounds.subscriptions_max = bounds.connections_max = bounds.calls_max = 4;
+  return bounds;
+}
+
+struct message_store_test : testing::Test {
+  rowe::limits bounds = few();
+  rowe::rt::arena memory{message_store::footprint_bytes(bounds) +
+                             rowe::service::timers::footprint_bytes(bounds),
+                         rowe::rt::page_lock::none};
+  rowe::service::cycle_state cycle{.now = rowe::rt::time_point{1s}};
+  rowe::service::counters counts;
+  rowe::service::timers due{memory, bounds, cycle.now};
+  message_store store{
+      memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
+  int asked_for_room = 0;
+
+  std::uint32_t compose(std::string_view text, rowe::rt::time_point expires = rowe::rt::never) {
+    return store.compose(
+        expires, [&](rowe::json::writer& into) { into.append(text); }, slot_use::ordinary,
+        [&](slot_class) { ++asked_for_room; });
+  }
+  std::vector<outcome> outcomes() {
+    std::vector<outcome> all;
+    for (outcome one; store.take_outcome(one);) all.push_back(one);
+    return all;
+  }
+  void pass(rowe::rt::duration time) {
+    cycle.now += time;
+    while (const auto one = due.take_due(cycle.now)) {
+      ASSERT_EQ(one->what, timer::slot);
+      store.expire(one->index);
+    }
+  }
+  void TearDown() override { EXPECT_TRUE(store.check()); }
+};
+
+TEST_F(message_store_test, writes_what_does_not_fit_a_small_slot_into_a_large_one) {
+  const std::uint32_t slot = compose(std::string(1000, 'x'));
+  ASSERT_NE(slot, no_index);
+  EXPECT_EQ(store.slots().class_of(slot), slot_class::large);
+  EXPECT_EQ(store.slots().in_use(), 1U);
+}
+
+TEST_F(message_store_test, asks_for_room_where_all_slots_are_taken_and_counts_what_finds_none) {
+  for (int i = 0; i < 5; ++i) ASSERT_NE(compose("x"), no_index); // three small ones, then two large ones
+  EXPECT_EQ(compose("x"), no_index);
+  EXPECT_GT(asked_for_room, 0);
+  EXPECT_EQ(counts.read(counter::no_slot), 1U);
+}
+
+TEST_F(message_store_test, keeps_a_slot_for_the_stop) {
+  for (int i = 0; i < 5; ++i) (void)compose("x");
+  const auto write = [](rowe::json::writer& into) { into.append("stop"); };
+  const auto none = [](slot_class) { FAIL() << "nobody makes room for the stop"; };
+  EXPECT_NE(store.compose(rowe::rt::never, write, slot_use::stop, none), no_index);
+}
+
+TEST_F(message_store_test, counts_what_no_slot_is_large_enough_for) {
+  EXPECT_EQ(compose(std::string(10'000, 'x')), no_index);
+  EXPECT_EQ(counts.read(counter::too_big), 1U);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+}
+
+TEST_F(message_store_test, frees_what_is_over_whoever_still_has_it) {
+  const std::uint32_t slot = compose("x", cycle.now + 5ms);
+  const auto ref = store.slots().ref(slot);
+  store.slots().retain(slot);
+  store.arm_unwritten();
+  EXPECT_TRUE(store.is_due(ref));
+  pass(4ms);
+  EXPECT_TRUE(store.is_due(ref));
+  pass(2ms);
+  EXPECT_FALSE(store.is_due(ref));
+  EXPECT_EQ(store.slots().in_use(), 0U);
+  EXPECT_EQ(counts.read(counter::expired), 2U); // as many as had it
+}
+
+TEST_F(message_store_test, says_that_something_lives_no_longer_than_this_cycle_once) {
+  (void)compose("x", cycle.now);
+  EXPECT_TRUE(store.take_lives_no_longer());
+  EXPECT_FALSE(store.take_lives_no_longer());
+}
+
+TEST_F(message_store_test, notes_no_outcome_of_what_nobody_tracks) {
+  const std::uint32_t slot = compose("x");
+  store.delivered(slot);
+  EXPECT_FALSE(store.has_outcomes());
+}
+
+TEST_F(message_store_test, notes_that_a_message_was_sent_and_ended) {
+  const std::uint32_t slot = compose("x");
+  store.track(slot, false);
+  store.delivered(slot);
+  const auto told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_EQ(told[0].slot, slot);
+  EXPECT_TRUE(told[0].sent && told[0].ended && !told[0].evicted && !told[0].expired);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+}
+
+TEST_F(message_store_test, notes_that_a_message_was_sent_before_its_other_deliveries_end) {
+  const std::uint32_t slot = compose("x");
+  store.track(slot, false);
+  store.slots().retain(slot); // for a second peer
+  store.delivered(slot);
+  auto told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].sent && !told[0].ended);
+  store.release(slot);
+  told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].ended);
+}
+
+TEST_F(message_store_test, keeps_a_message_that_lost_its_deliveries_until_it_is_let_go) {
+  const std::uint32_t slot = compose("x");
+  store.track(slot, true);
+  store.slots().retain(slot); // queued for one peer,
+  store.release(slot);        // which leaves
+  const auto told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].ended && !told[0].sent);
+  EXPECT_EQ(store.slots().in_use(), 1U);
+  store.let_go(slot);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+  EXPECT_FALSE(store.has_outcomes());
+}
+
+TEST_F(message_store_test, keeps_a_message_no_longer_than_until_it_was_sent_once) {
+  const std::uint32_t slot = compose("x");
+  store.track(slot, true);
+  store.slots().retain(slot);
+  store.delivered(slot);
+  EXPECT_EQ(store.slots().in_use(), 0U);
+  const auto told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].sent && told[0].ended);
+}
+
+TEST_F(message_store_test, notes_that_a_message_was_evicted) {
+  const std::uint32_t slot = compose("x");
+  store.track(slot, false);
+  store.note_evicted(slot);
+  store.release(slot);
+  const auto told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].ended && told[0].evicted);
+}
+
+TEST_F(message_store_test, notes_that_the_time_of_a_message_was_over) {
+  const std::uint32_t slot = compose("x", cycle.now + 1ms);
+  store.track(slot, false);
+  store.arm_unwritten();
+  pass(10ms);
+  const auto told = outcomes();
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_TRUE(told[0].expired && !told[0].ended);
+}
+
+TEST_F(message_store_test, tells_outcomes_in_the_order_in_which_they_came_about) {
+  const std::uint32_t first = compose("a"), second = compose("b"), third = compose("c");
+  for (const std::uint32_t slot : {first, second, third}) store.track(slot, false);
+  store.delivered(second);
+  store.release(third);
+  store.delivered(first);
+  std::vector<std::uint32_t> order;
+  for (const outcome& one : outcomes()) order.push_back(one.slot);
+  EXPECT_EQ(order, (std::vector{second, third, first}));
+}
+
+TEST_F(message_store_test, cancels_what_is_queued) {
+  const std::uint32_t slot = compose("x");
+  store.track(slot, false);
+  const auto ref = store.slots().ref(slot);
+  EXPECT_TRUE(store.cancel(ref));
+  EXPECT_FALSE(store.slots().alive(ref));
+  EXPECT_FALSE(store.has_outcomes());
+  EXPECT_FALSE(store.cancel(ref)); // it is gone
+}
+
+TEST_F(message_store_test, does_not_cancel_what_a_socket_has_the_beginning_of) {
+  const std::uint32_t slot = compose("x", cycle.now + 1ms);
+  store.track(slot, false);
+  store.arm_unwritten();
+  store.slots().begin(slot);
+  EXPECT_FALSE(store.cancel(store.slots().ref(slot)));
+  pass(20ms); // nor does it expire
+  EXPECT_EQ(store.slots().in_use(), 1U);
+  store.slots().end(slot);
+  store.delivered(slot);
+  EXPECT_EQ(outcomes().size(), 1U);
+}
+
+} // namespace
+} // namespace message_store_test
