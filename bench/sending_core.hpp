@@ -35,7 +35,8 @@ class sending_core {
             memory_, service::core_options::from(options_, service::side::server, "robot"), lanes_, board_,
             door_,
             service::core_seams{*carrier_, random_, validator_,
-                                [](const service::http_request&) noexcept { return service::http_answer{}; }},
+                                [](const service::http_request&) noexcept { return service::http_answer{}; },
+                                wire::protocols_of(options_.profile)},
             rt::monotonic_clock::now())} {}
 
   void cycle() { (void)core_.cycle(rt::monotonic_clock::now()); } // the next one comes at once

@@ -11,20 +11,12 @@
 #include "api/endpoint_state.hpp"
 #include "api/url.hpp"
 #include "net/socket_transport.hpp"
+#include "wire/protocols.hpp"
 
 namespace rowe {
 namespace {
 
-constexpr std::array<std::string_view, 1> subprotocols{"rowe.v1"};
-
 constexpr bool is_hop(peer_profile profile) noexcept { return profile != peer_profile::standard; }
-
-// Hop has subprotocols of its programs' own. A server that knows none of ours, such as rosbridge_server,
-// selects none.
-std::span<const std::string_view> offered_by(peer_profile profile) noexcept {
-  if (is_hop(profile)) return {};
-  return subprotocols;
-}
 
 // Hop knows no pings, so the kernel has to notice that it is gone.
 net::socket_limits socket_limits_of(const endpoint_options& options) noexcept {
@@ -60,7 +52,7 @@ result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& op
                                                   .insecure = options.insecure,
                                                   .allow_origins = origins,
                                                   .allow_hosts = hosts,
-                                                  .subprotocols = subprotocols,
+                                                  .subprotocols = wire::protocols_of(options.profile).accepts,
                                                   .lenient_handshake = is_hop(options.profile),
                                                   .limits = socket_limits_of(options)});
     if (!carrier) return carrier.error();
@@ -79,7 +71,7 @@ result<endpoint> endpoint::connect(std::string_view url, const endpoint_options&
     auto carrier = net::socket_transport::connect({.host = parts->host,
                                                    .port = parts->port,
                                                    .path = parts->path,
-                                                   .subprotocols = offered_by(options.profile),
+                                                   .subprotocols = wire::protocols_of(options.profile).offers,
                                                    .limits = socket_limits_of(options)});
     if (!carrier) return carrier.error();
     auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);

@@ -17,6 +17,7 @@
 #include "service/memory_plan.hpp"
 #include "service/names.hpp"
 #include "service/stop_rules.hpp"
+#include "wire/protocols.hpp"
 
 namespace rowe::detail {
 namespace {
@@ -142,7 +143,8 @@ status endpoint_state::start(service::side ours) {
   bell_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{carrier_->wake_descriptor()});
   core_ = memory_.make<service::core>(
       memory_, service::core_options::from(options_, ours, name_), lanes_, *board_, *door_,
-      service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page},
+      service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page,
+                          wire::protocols_of(options_.profile)},
       rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
     event warning;

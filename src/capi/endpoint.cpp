@@ -13,7 +13,7 @@
 #include "capi/error.hpp"
 #include "capi/object.hpp"
 #include "capi/options.hpp"
-#include "wire/bare.hpp"
+#include "wire/object_form.hpp"
 
 namespace rowe::capi {
 
@@ -108,7 +108,7 @@ connection connection_of(rowe_peer peer) noexcept { return {peer.index, peer.gen
 // What the service thread would refuse as well, but could tell only those who wait.
 status check_message(const rowe_object& object, std::string_view text) noexcept {
   if (object.type != json::kind::object) return errc::not_an_object;
-  const auto at = wire::bare::find_reserved(text);
+  const auto at = wire::find_reserved(text);
   return at ? status{error{errc::reserved_member, static_cast<std::int64_t>(*at)}} : status{};
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Services and calls. A call comes from a handle or a thread of this process or from a peer, in either
-// dialect; it goes to a responder, to whoever receives generically, to a peer, or is answered by the endpoint
-// itself; and its end finds the way back. All of that is one table (calls.hpp) and two turns: route() chooses
-// who answers, finish() and finish_badly() tell the one who asked. Only this thread decides which of reply,
+// Services and calls. A call comes from a handle or a thread of this process or from a peer, in any dialect;
+// it goes to a responder, to whoever receives generically, to a peer, or is answered by the endpoint itself;
+// and its end finds the way back. All of that is one table (calls.hpp) and two turns: route() chooses who
+// answers, finish() and finish_badly() tell the one who asked. Only this thread decides which of reply,
 // refusal, time-out and loss comes first.
 #include <algorithm>
 #include <array>
@@ -12,6 +12,7 @@
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 #include "service/shares.hpp"
+#include "wire/object_form.hpp"
 #include "json/decoder.hpp"
 #include "json/encoder.hpp"
 
@@ -19,8 +20,7 @@ namespace rowe::service {
 namespace {
 
 using detail::entry;
-namespace bare = wire::bare;
-namespace rosbridge = wire::rosbridge;
+using form = wire::call_args::form;
 
 } // namespace
 
@@ -31,13 +31,11 @@ rt::time_point core::time_limit(std::int64_t time_ns) const noexcept {
   return std::min(rt::deadline_after(now_, asked), rt::deadline_after(now_, options_.inbound_ttl));
 }
 
-void core::take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
-                     const asking& what, std::int64_t time_ns) noexcept {
+void core::take_call(connection& c, const wire::request& asked) noexcept {
   if (!heard_before_) add(counter::calls_in);
-  const auto of_stop = stop_service_named(service);
+  const auto of_stop = stop_service_named(asked.service);
   const bool allowed = !c.stop_only || is_for_stop(of_stop);
-  if (allowed && stop_.in_use() && of_stop != stop_service::none)
-    return take_stop_call(c, in, id_raw, of_stop, what.text);
+  if (allowed && stop_.in_use() && of_stop != stop_service::none) return take_stop_call(c, asked, of_stop);
   if (drops_excess()) return;
   // Within the rate of refusals or not: whoever calls waits for an answer. What is busy may be so because of
   // others, and is no reason to cut who asks again.
@@ -47,12 +45,8 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
     report_refusal(c, event::kind::refused_request, why, {});
     if (by == cause::peer) (void)within_refusals(c); // may close it
     if (!c.open()) return;
-    if (in == dialect::bare) return answer_bare_error(c, id_raw, code, why);
-    (void)answer(c, [&](json::writer& into) { // what is lost is counted there
-      rosbridge::write_service_response_head(into, service, id_raw, false);
-      into.string(why);
-      rosbridge::write_service_response_tail(into);
-    });
+    answer_failure(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw},
+                   {.code = code, .text = why});
   };
   if (!allowed) return refuse(cause::peer, "refused", stop_only_sentence);
   if (c.calls_asked >= bounds_.calls_per_connection_max ||
@@ -64,9 +58,9 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
                       bounds_.calls_per_connection_max, bounds_.calls_max);
     return refuse(cause::busy, "busy", {why.data(), static_cast<std::size_t>(bytes)});
   }
-  if (!id_raw.empty() && calls_.find_asked(c.id, id_raw) != no_index)
+  if (!asked.id_raw.empty() && calls_.find_asked(c.id, asked.id_raw) != no_index)
     return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
-  if (goes_to_receiver(service)) {
+  if (goes_to_receiver(asked.service)) {
     switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
     case admission::later: return ingress_.park({c.id.index});
@@ -75,12 +69,12 @@ void core::take_call(connection& c, dialect in, std::string_view id_raw, std::st
       return refuse(cause::busy, "refused", "nobody takes calls fast enough: the inbox is full");
     }
   }
-  const std::uint32_t index = calls_.open(party::of(c.id, in), id_raw, service);
+  const std::uint32_t index = calls_.open(party::of(c.id, asked.codec), asked.id_raw, asked.service);
   if (index == no_index) return refuse(cause::busy, "busy", "all calls_max calls are in flight");
   call_claims_.take(c.calls_asked);
   ++peer_calls_;
-  limit_call(index, time_limit(time_ns));
-  route(index, service, what);
+  limit_call(index, time_limit(asked.ttl_ns));
+  route(index, asked.service, {.is = asked.form, .text = asked.body_raw}, {});
 }
 
 void core::limit_call(std::uint32_t index, rt::time_point until) noexcept {
@@ -92,15 +86,16 @@ void core::limit_call(std::uint32_t index, rt::time_point until) noexcept {
 
 // ---- asked by this process
 
-void core::start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
-                      rt::time_point began, rt::time_point deadline) noexcept {
+void core::start_call(const party& asker, detail::call_ref own, std::string_view service,
+                      const wire::call_args& what, detail::peer_ref to, rt::time_point began,
+                      rt::time_point deadline) noexcept {
   const auto fails = [&](const error& why) { tell(asker, own, why); };
   if (closing_) return fails({errc::closed});
   // A stop needs neither time nor a place: only its answer does.
   const auto stop_anyway = [&] {
     const bool named = stop_service_named(service) == stop_service::stop;
-    const bool object = what.is == asking::form::object && check_text(what.text);
-    if (stop_.in_use() && (named || (object && what.to.generation == 0 && asks_to_stop(what.text))))
+    const bool object = what.is == form::object && check_text(what.text);
+    if (stop_.in_use() && (named || (object && to.generation == 0 && asks_to_stop(what.text))))
       carry_out_stop(stop_service::stop, {.who = asker, .silent = true}, {});
   };
   if (deadline < now_) {
@@ -109,16 +104,16 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
     return fails({errc::timed_out, 0, (deadline - began).count()});
   }
   std::array<char, 2 * detail::lane::name_bytes_max> room; // of the service's name where it has escapes
-  if (what.is == asking::form::object) {
+  if (what.is == form::object) {
     if (const status fine = check_text(what.text); !fine) {
       add(counter::malformed);
       return fails(fine.error());
     }
     const auto named = json::find(what.text, "service");
-    if (named && what.to.generation == 0) {
+    if (named && to.generation == 0) {
       if (const auto name = json::to_string(*named, room)) service = *name;
     }
-  } else if (what.is == asking::form::args) {
+  } else if (what.is == form::args) {
     if (const status fine = validator_.validate(what.text); !fine) {
       add(counter::malformed);
       return fails(fine.error());
@@ -133,18 +128,19 @@ void core::start_call(const party& asker, detail::call_ref own, std::string_view
   calls_.at(index).own = own;
   calls_.at(index).timeout = deadline == rt::never ? rt::for_ever : deadline - began;
   limit_call(index, deadline);
-  route(index, service, what);
+  route(index, service, what, to);
 }
 
 // ---- who answers
 
-void core::route(std::uint32_t index, std::string_view service, const asking& what) noexcept {
+void core::route(std::uint32_t index, std::string_view service, const wire::call_args& what,
+                 detail::peer_ref to) noexcept {
   const party asker = calls_.at(index).asked_by;
   const bool from_here = asker.who != party::kind::peer;
-  if (what.to.generation != 0) {
-    connection* const to = find({what.to.index, what.to.generation});
-    if (to == nullptr || !to->open()) return finish_badly(index, {errc::peer_lost});
-    return ask_peer(index, to, dialect::bare, service, what);
+  if (to.generation != 0) {
+    connection* const peer = find({to.index, to.generation});
+    if (peer == nullptr || !peer->open()) return finish_badly(index, {errc::peer_lost});
+    return ask_peer(index, peer, protocols_.messages, service, what);
   }
   if (!service.empty()) {
     const bool ask_server = from_here && ours_ == side::client;
@@ -154,7 +150,7 @@ void core::route(std::uint32_t index, std::string_view service, const asking& wh
       if (provider.lane != no_index) return hand_to_lane(index, provider.lane, what);
       connection* const peer = find(provider.peer);
       if ((from_here || options_.relay) && peer != nullptr && peer->open())
-        return ask_peer(index, peer, dialect::rosbridge, services_.name(found), what);
+        return ask_peer(index, peer, protocols_.of(provider.speaks), services_.name(found), what);
     }
     const auto of_stop = stop_service_named(service);
     if (of_stop != stop_service::none && stop_.in_use()) return answer_stop_call(index, of_stop, what);
@@ -188,40 +184,33 @@ connection* core::server_connection() noexcept {
 }
 
 // A call of this process that no service in the directory takes: a client asks its server; a server asks the
-// first peer that speaks the bare dialect, if the call is of it. Where there is none, it waits for one.
-void core::ask_anyone(std::uint32_t index, std::string_view service, const asking& what) noexcept {
-  const bool object = what.is == asking::form::object;
+// first peer that takes messages, if the call is one. Where there is none, it waits for one.
+void core::ask_anyone(std::uint32_t index, std::string_view service, const wire::call_args& what) noexcept {
+  const bool object = what.is == form::object;
   if (ours_ == side::client) {
-    const bool in_bare = object || options_.profile != peer_profile::standard;
-    return ask_peer(index, server_connection(), in_bare ? dialect::bare : dialect::rosbridge, service, what);
+    const wire::codec& in = object ? protocols_.messages : protocols_.calls_to_server;
+    return ask_peer(index, server_connection(), in, service, what);
   }
   if (!object) return finish_badly(index, {errc::no_service});
   connection* first = nullptr;
   for (connection& c : peers_) {
-    if (c.open() && c.bare && first == nullptr) first = &c;
+    if (c.open() && c.takes_messages && first == nullptr) first = &c;
   }
-  ask_peer(index, first, dialect::bare, service, what);
+  ask_peer(index, first, protocols_.messages, service, what);
 }
 
 // Sends the request; with no peer it waits for the first who comes.
-void core::ask_peer(std::uint32_t index, connection* c, dialect in, std::string_view service,
-                    const asking& what) noexcept {
+void core::ask_peer(std::uint32_t index, connection* c, const wire::codec& in, std::string_view service,
+                    const wire::call_args& what) noexcept {
   call& asked = calls_.at(index);
   std::array<char, call_table::our_id_bytes_max> room;
   const std::string_view id = calls_.write_id(room, index, peers_.opened());
-  const auto write = [&](json::writer& into) {
-    if (in == dialect::bare) {
-      if (what.is == asking::form::object) return bare::write_invocation(into, what.text, id);
-      return bare::write_call(into, service, id, [&](json::writer& body) { write_args(body, what); });
-    }
-    rosbridge::write_call_service_head(into, service, id);
-    write_args(into, what);
-    rosbridge::write_call_service_tail(into);
-  };
+  const auto write = [&](json::writer& into) { in.write_call(into, service, id, what); };
   const bool stops = stop_service_named(service) == stop_service::stop;
   const std::uint32_t slot = compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
   if (slot == no_index) return finish_badly(index, {errc::full});
-  asked.provider = c != nullptr ? party::of(c->id, in) : party{.who = party::kind::nobody, .speaks = in};
+  asked.provider =
+      c != nullptr ? party::of(c->id, in.id()) : party{.who = party::kind::nobody, .speaks = in.id()};
   asked.request = slots_.ref(slot);
   add(counter::calls_out);
   const status sent = messages_.send_request(slot, c != nullptr ? peer_index{c->id.index} : peer_index{},
@@ -229,29 +218,8 @@ void core::ask_peer(std::uint32_t index, connection* c, dialect in, std::string_
   if (!sent) finish_badly(index, sent.error());
 }
 
-// The arguments alone, as one JSON value.
-void core::write_args(json::writer& into, const asking& what) const noexcept {
-  switch (what.is) {
-  case asking::form::value: return what.encoder->encode(what.value, into);
-  case asking::form::args: return into.raw(what.text.empty() ? std::string_view{"{}"} : what.text);
-  case asking::form::object: break;
-  }
-  // A bare message: what is not the dialect's own.
-  into.begin_object();
-  json::object_walk members{json::root(what.text).raw};
-  for (json::member m; members.next(m);) {
-    constexpr std::string_view own[] = {"service", "message_id", "in_reply_to", "ttl_ms"};
-    if (std::any_of(std::begin(own), std::end(own), [&](std::string_view n) { return json::name_is(m, n); }))
-      continue;
-    into.raw({m.name_raw.data() - 1, m.name_raw.size() + 2}); // with its quotes
-    into.append(":");
-    into.append(m.what.raw);
-  }
-  into.end_object();
-}
-
 // To a responder of this process.
-void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& what) noexcept {
+void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const wire::call_args& what) noexcept {
   call& asked = calls_.at(index);
   asked.provider = {.who = party::kind::lane, .index = lane, .generation = views_[lane].generation};
   const bool by_peer = asked.asked_by.who == party::kind::peer;
@@ -267,10 +235,10 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
   std::string_view fault_text; // where the text that it points into is gone
   const bool decodes = lanes_[lane].decoder != nullptr;
-  if (what.is == asking::form::args || (decodes && what.is == asking::form::object)) {
+  if (what.is == form::args || (decodes && what.is == form::object)) {
     done = delivery_.deliver(lane, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {
-    const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { write_args(into, what); });
+    const std::uint32_t slot = compose(rt::never, [&](json::writer& into) { wire::write_args(into, what); });
     if (slot == no_index) return finish_badly(index, {errc::full});
     done = delivery_.deliver(lane, header, {slots_.text(slot).data(), slots_.text(slot).size()}, fault);
     if (!done && lanes_[lane].decoder != nullptr) fault_text = fault.text(room);
@@ -293,8 +261,9 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const asking& w
   }
 }
 
-// To whoever receives what no other handle takes, as a message of the bare dialect whatever it came in.
-void core::hand_to_receiver(std::uint32_t index, std::string_view service, const asking& what) noexcept {
+// To whoever receives what no other handle takes, as one object whatever it came in.
+void core::hand_to_receiver(std::uint32_t index, std::string_view service,
+                            const wire::call_args& what) noexcept {
   call& asked = calls_.at(index);
   const std::uint32_t lane = receiver_.pair();
   asked.provider = lane != no_index
@@ -306,13 +275,13 @@ void core::hand_to_receiver(std::uint32_t index, std::string_view service, const
                                     .peer = {asked.asked_by.index, asked.asked_by.generation},
                                     .call = calls_.ref(index)};
   status done;
-  if (what.is == asking::form::object) {
+  if (what.is == form::object) {
     done = receiver_.deliver(header, what.text);
   } else {
     std::array<char, call_table::our_id_bytes_max> room;
     const std::string_view id = calls_.write_id(room, index, peers_.opened());
     const std::uint32_t slot = compose(
-        rt::never, [&](json::writer& into) { bare::write_delivered_call(into, service, what.text, id); });
+        rt::never, [&](json::writer& into) { wire::write_delivered_call(into, service, what.text, id); });
     if (slot == no_index) return finish_badly(index, {errc::full});
     done = receiver_.deliver(header, {slots_.text(slot).data(), slots_.text(slot).size()});
     release(slot);

@@ -21,10 +21,9 @@
 #include "service/indexed_pool.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
+#include "wire/request.hpp"
 
 namespace rowe::service {
-
-enum class dialect : std::uint8_t { bare, rosbridge };
 
 // One side of a call.
 struct party {
@@ -36,11 +35,11 @@ struct party {
     core, // the endpoint itself
   };
   kind who = kind::nobody;
-  dialect speaks = dialect::bare; // peer
+  wire::codec_id speaks{}; // peer
   std::uint32_t index = no_index;
   std::uint32_t generation = 0;
 
-  static party of(connection_id id, dialect speaks) noexcept {
+  static party of(connection_id id, wire::codec_id speaks) noexcept {
     return {kind::peer, speaks, id.index, id.generation};
   }
   bool is(connection_id id) const noexcept {

@@ -6,7 +6,7 @@
 
 #include <rowe/result.hpp>
 
-#include "wire/bare.hpp"
+#include "wire/object_form.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {
@@ -16,7 +16,7 @@ namespace rowe::service {
 inline status check_object_text(json::reader& validator, std::string_view text) noexcept {
   if (const status valid = validator.validate(text); !valid) return valid;
   if (!json::is_object(text)) return errc::not_an_object;
-  if (const auto at = wire::bare::find_reserved(text))
+  if (const auto at = wire::find_reserved(text))
     return error{errc::reserved_member, static_cast<std::int64_t>(*at)};
   return {};
 }

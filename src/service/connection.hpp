@@ -15,7 +15,7 @@
 #include "service/calls.hpp"
 #include "service/rate_limit.hpp"
 #include "service/transport.hpp"
-#include "wire/rosbridge.hpp"
+#include "wire/protocols.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
@@ -35,8 +35,9 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool unheard = false;   // the carrier does not read it: its pongs and its silence mean nothing
-  wire::rosbridge::level status_level = wire::rosbridge::level::error;
+  bool unheard = false; // the carrier does not read it: its pongs and its silence mean nothing
+  const wire::protocol* protocol = nullptr; // of one that is not free
+  wire::severity status_level = wire::severity::error;
 
   std::uint32_t first_subscription = no_index;
   std::uint32_t subscriptions = 0;
@@ -48,14 +49,14 @@ struct connection {
   bool local = false;             // on this machine: it may reset a stop, and guard
   std::uint8_t stops_awaited = 0; // that it asked for, and the loops have not acknowledged
   rt::time_point stop_shown_at{};
-  bool bare = false;                  // plain messages may be sent to it
-  dialect spoke_last = dialect::bare; // what a text that is no JSON is answered in
-  std::uint32_t calls_asked = 0;      // by it, and not answered yet
-  std::uint32_t services = 0;         // that it provides
-  rate_limit messages;                // of what it says
-  rate_limit refusals;                // of what it is refused,
-  rate_limit reports;                 // and of the events about that
-  std::uint32_t unreported = 0;       // refusals since the last event
+  bool takes_messages = false;   // plain ones may be sent to it
+  wire::codec_id spoke_last{};   // in which it is answered where its words do not tell
+  std::uint32_t calls_asked = 0; // by it, and not answered yet
+  std::uint32_t services = 0;    // that it provides
+  rate_limit messages;           // of what it says
+  rate_limit refusals;           // of what it is refused,
+  rate_limit reports;            // and of the events about that
+  std::uint32_t unreported = 0;  // refusals since the last event
   std::uint64_t messages_in = 0;
   std::uint64_t messages_out = 0;
 

@@ -14,13 +14,12 @@ namespace rowe::service {
 namespace {
 
 // Scratch for the longest names a request may have.
-wire::rosbridge::name_limits name_limits_of(const limits& bounds) noexcept {
-  return {.topic_bytes_max = bounds.topic_bytes_max};
+wire::name_limits name_limits_of(const limits& bounds) noexcept {
+  return {.name_bytes_max = bounds.topic_bytes_max};
 }
 
 std::size_t scratch_bytes(const limits& bounds) noexcept {
-  return std::max(wire::rosbridge::scratch_bytes(name_limits_of(bounds)),
-                  wire::bare::scratch_bytes({.service_bytes_max = bounds.topic_bytes_max}));
+  return wire::decode_scratch_bytes(name_limits_of(bounds));
 }
 
 // A silent peer is found this much later than promised, at most; and so much may a look at an unfinished
@@ -40,11 +39,6 @@ std::size_t stop_waiters_of(const limits& bounds) noexcept { return bounds.conne
 // Whether a peer's address is of this machine.
 bool is_loopback(std::string_view address) noexcept {
   return address.starts_with("127.") || address.starts_with("[::1]");
-}
-
-// Of one message. Hop writes nine length bytes beyond 65 535, and reads none.
-std::size_t text_bytes_max_of(peer_profile profile) noexcept {
-  return profile == peer_profile::standard ? SIZE_MAX : 65535;
 }
 
 std::uint64_t draw(entropy& from) noexcept {
@@ -94,20 +88,21 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
       carrier_{seams.carrier},
       random_{seams.random},
       validator_{seams.validator},
+      protocols_{seams.protocols},
       page_{seams.page},
       shown_{shown},
       door_{door},
       cycle_{.now = start},
       timers_{memory, bounds_, start},
       peers_{memory, bounds_},
-      router_{memory, bounds_},
+      router_{memory, bounds_, seams.protocols.envelope},
       latches_{memory, bounds_},
       store_{memory,
              bounds_,
              {.cycle = cycle_,
               .counts = shown.counts,
               .due = timers_,
-              .text_bytes_max = text_bytes_max_of(options.profile)}},
+              .text_bytes_max = seams.protocols.message_bytes_max}},
       outbox_{memory,
               bounds_,
               {.cycle = cycle_,
@@ -127,9 +122,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
                .store = store_,
                .out = outbox_,
                .carrier = seams.carrier,
-               .random = seams.random,
-               .control_frames = options.profile == peer_profile::standard,
-               .masks = options.profile != peer_profile::hop_2014}},
+               .random = seams.random}},
       lanes_{lanes},
       views_{memory.carve<lane_view>(bounds_.lanes_max)},
       calls_{memory, bounds_},
@@ -155,8 +148,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
                 .out = outbox_,
                 .writer = sender_,
                 .inbox = receiver_,
-                .handler = *this,
-                .unmasked_accepted = options.profile == peer_profile::hop_2014}},
+                .handler = *this}},
       messages_{memory,
                 bounds_,
                 {.cycle = cycle_,
@@ -194,7 +186,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
   }
   calls_.begin(draw(random_));
   if (ours_ == side::server) { // a client's handles on it are told its server's
-    statistics_topic_ = router_.find_or_add("/rowe/stats");
+    statistics_topic_ = router_.find_or_add(wire::stats_name);
     router_.hold_as_own(statistics_topic_);
     router_.at(statistics_topic_).keep = keep::newest;
   }
@@ -338,6 +330,8 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.id = id;
   c.state = connection::phase::open;
   c.ours = peer.ours;
+  c.protocol = &protocols_.find(peer.subprotocol);
+  c.spoke_last = c.protocol->first.id();
   c.heard_at = c.opened_at = now_;
   c.local = is_loopback(peer.address);
   c.stop_only = peer.ours == side::server && peer.path == stop_path;
@@ -355,9 +349,9 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   shown_.set_connection(id.index, id.generation, c.peer());
   stop_state_due_ = now_; // it may be one of those that are shown it unasked
   if (c.ours == side::client && !closing_) announce_all(c);
-  c.bare = !c.stop_only && (c.ours == side::client || options_.bare_unasked ||
-                            options_.profile != peer_profile::standard || peer.subprotocol == "rowe.v1");
-  if (c.bare && !closing_) messages_.deliver_pending({id.index});
+  c.takes_messages =
+      !c.stop_only && (c.ours == side::client || options_.messages_unasked || c.protocol->can.takes_messages);
+  if (c.takes_messages && !closing_) messages_.deliver_pending({id.index});
   peers_.add();
   shown_.set_peers(peers_.count()); // last: who waits for a peer may publish at once
   if (closing_) close(c, wire::close_code::going_away, "the endpoint is closing");
@@ -451,7 +445,7 @@ void core::look_after(connection& c) noexcept {
     add(counter::unfinished_messages);
     return close(c, wire::close_code::policy, "a message was not finished in time");
   }
-  if (options_.profile != peer_profile::standard) return; // Hop's programs answer no pings
+  if (!c.protocol->can.control_frames) return; // it answers no pings
   const rt::duration silence = now_ - c.heard_at;
   if (c.unheard) {
     // What we do not read is no silence of its; and it is to know that we are there.

@@ -52,7 +52,9 @@
 #include "service/timers.hpp"
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
-#include "wire/bare.hpp"
+#include "wire/codec.hpp"
+#include "wire/own_names.hpp"
+#include "wire/protocols.hpp"
 #include "wire/text_out.hpp"
 #include "wire/websocket.hpp"
 #include "json/decoder.hpp"
@@ -69,7 +71,7 @@ inline constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // then 
 
 class core final : public transport_sink, private frame_handler {
  public:
-  static constexpr std::string_view stop_state_topic = "/rowe/stop/state";
+  static constexpr std::string_view stop_state_topic = wire::stop_state_name;
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
 
@@ -174,31 +176,40 @@ class core final : public transport_sink, private frame_handler {
   void handle(peer_index from, const wire::frame_step& step) noexcept override;
   void handle_again(peer_index from, std::span<const std::byte> text) noexcept override;
   bool stop_in_use() const noexcept override { return stop_.in_use(); }
-  bool is_stop(std::string_view text) noexcept override;
+  bool is_stop(peer_index from, std::string_view text) noexcept override;
   std::uint64_t room_changes() const noexcept { return ingress_.room_changes(); }
 
   // inbound.cpp
   void take_text(connection& c, std::span<const std::byte> payload) noexcept;
   void hear(connection& c, std::span<const std::byte> payload) noexcept;
-  void take_rosbridge(connection& c, const json::document& text) noexcept;
-  void take_bare(connection& c, const json::document& text, const wire::bare::envelope& said,
-                 const std::optional<wire::bare::refusal>& refusal) noexcept;
-  void carry_out(connection& c, const wire::rosbridge::request& asked) noexcept;
-  void subscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
-  void unsubscribe(connection& c, const wire::rosbridge::request& asked) noexcept;
-  void advertise(connection& c, const wire::rosbridge::request& asked) noexcept;
-  void unadvertise(connection& c, const wire::rosbridge::request& asked) noexcept;
-  void relay(connection& c, const wire::rosbridge::request& asked) noexcept;
+  using sentence_room = std::array<char, wire::refusal::text_bytes_max>;
+  wire::decode_room decode_room(sentence_room& sentence) const noexcept {
+    return {.scratch = scratch_, .sentence = sentence, .limits = {.name_bytes_max = bounds_.topic_bytes_max}};
+  }
+  void carry_out(connection& c, const wire::request& asked, const json::document& text,
+                 const wire::diagnostic& unknown) noexcept;
+  void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
+  void take_message(connection& c, const wire::request& asked, const json::document& text) noexcept;
+  void subscribe(connection& c, const wire::request& asked) noexcept;
+  void unsubscribe(connection& c, const wire::request& asked) noexcept;
+  void advertise(connection& c, const wire::request& asked) noexcept;
+  void unadvertise(connection& c, const wire::request& asked) noexcept;
+  void relay(connection& c, const wire::request& asked) noexcept;
   void tell_other_type(connection& c, std::string_view id_raw, std::uint32_t topic,
                        std::string_view asked) noexcept;
   void tell_other_types(std::uint32_t topic) noexcept;
-  void answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  void answer_refusal(connection& c, wire::codec_id in, std::string_view id_raw,
+                      const wire::diagnostic& why) noexcept;
+  void say_error(connection& c, wire::codec_id in, std::string_view id_raw,
+                 const wire::diagnostic& why) noexcept;
   void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;
-  void answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
-                         std::string_view why) noexcept;
+  void answer_failure(connection& c, wire::codec_id in, const wire::call_origin& call,
+                      const wire::diagnostic& why) noexcept;
   std::uint32_t peers_topics_held(const connection& c) const noexcept;
   bool holds_topic(const connection& c, std::uint32_t topic) const noexcept;
-  std::uint32_t topic_for(connection& c, const wire::rosbridge::request& asked) noexcept;
+  std::uint32_t topic_for(connection& c, const wire::request& asked) noexcept;
+  void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
+              const wire::diagnostic& why) noexcept;
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
@@ -216,7 +227,7 @@ class core final : public transport_sink, private frame_handler {
     return {pool, claimants(), one_in};
   }
   claims claims_to_topics(std::uint32_t share) noexcept;
-  void refuse_share(connection& c, const wire::rosbridge::request& asked, const taken_share& of) noexcept;
+  void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
   void refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
                   std::string_view option) noexcept;
   bool admits_refusal(connection& c, event::kind kind, std::string_view why,
@@ -240,7 +251,7 @@ class core final : public transport_sink, private frame_handler {
   }
   void release(std::uint32_t slot) noexcept { store_.release(slot); }
   void list(const connection& c) noexcept { outbox_.schedule({c.id.index}); }
-  void send_direct(connection& c, std::string_view text) noexcept;
+  void send_direct(connection& c, const json::writer& written) noexcept;
   // Which peer published what is relayed, and its request's id; none: this process.
   struct published_by {
     detail::peer_ref peer{};
@@ -307,24 +318,12 @@ class core final : public transport_sink, private frame_handler {
   enum class stop_service : std::uint8_t; // stopping.cpp
 
   // calling.cpp, answering.cpp, providing.cpp
-  struct asking {
-    enum class form : std::uint8_t {
-      args,   // JSON; empty: none
-      object, // of the bare dialect, complete or without its id
-      value,  // of a struct
-    };
-    form is = form::args;
-    std::string_view text{};
-    const json::encoder* encoder = nullptr;
-    const std::byte* value = nullptr;
-    detail::peer_ref to{}; // generation 0: whoever provides it
-  };
-  void take_call(connection& c, dialect in, std::string_view id_raw, std::string_view service,
-                 const asking& what, std::int64_t time_ns) noexcept;
-  void take_service_response(connection& c, const wire::rosbridge::request& said) noexcept;
-  void take_reply(connection& c, const wire::bare::envelope& said, std::string_view text) noexcept;
-  void start_call(const party& asker, detail::call_ref own, std::string_view service, const asking& what,
-                  rt::time_point began, rt::time_point deadline) noexcept;
+  void take_call(connection& c, const wire::request& asked) noexcept;
+  void take_reply(connection& c, const wire::request& said) noexcept;
+  // `to`: of generation 0 whoever provides it.
+  void start_call(const party& asker, detail::call_ref own, std::string_view service,
+                  const wire::call_args& what, detail::peer_ref to, rt::time_point began,
+                  rt::time_point deadline) noexcept;
   struct reply {
     std::string_view text{};                // JSON; where no value is given
     const json::encoder* encoder = nullptr; // of the value
@@ -336,20 +335,18 @@ class core final : public transport_sink, private frame_handler {
   status answer_call(const party& provider, detail::call_ref which, const reply& with) noexcept;
   status refuse_call(const party& provider, detail::call_ref which, std::string_view why) noexcept;
   result<std::uint32_t> find_answered(const party& provider, detail::call_ref which) noexcept;
-  void route(std::uint32_t call, std::string_view service, const asking& what) noexcept;
-  void ask_anyone(std::uint32_t call, std::string_view service, const asking& what) noexcept;
-  void hand_to_lane(std::uint32_t call, std::uint32_t lane, const asking& what) noexcept;
-  void hand_to_receiver(std::uint32_t call, std::string_view service, const asking& what) noexcept;
-  void ask_peer(std::uint32_t call, connection* c, dialect in, std::string_view service,
-                const asking& what) noexcept;
+  void route(std::uint32_t call, std::string_view service, const wire::call_args& what,
+             detail::peer_ref to) noexcept;
+  void ask_anyone(std::uint32_t call, std::string_view service, const wire::call_args& what) noexcept;
+  void hand_to_lane(std::uint32_t call, std::uint32_t lane, const wire::call_args& what) noexcept;
+  void hand_to_receiver(std::uint32_t call, std::string_view service, const wire::call_args& what) noexcept;
+  void ask_peer(std::uint32_t call, connection* c, const wire::codec& in, std::string_view service,
+                const wire::call_args& what) noexcept;
   static std::string_view own_service(std::string_view asked) noexcept; // its whole name; empty: none of ours
-  void answer_own(std::uint32_t call, std::string_view service, const asking& what) noexcept;
+  void answer_own(std::uint32_t call, std::string_view service, const wire::call_args& what) noexcept;
   void write_publishers(json::writer& into, std::uint32_t topic) noexcept;
-  void answer_stop_call(std::uint32_t call, stop_service which, const asking& what) noexcept;
-  void write_args(json::writer& into, const asking& what) const noexcept;
-  template <class WriteBody>
-  result<std::uint32_t> finish(std::uint32_t call, WriteBody&& write_body,
-                               rt::time_point expires = rt::never) noexcept;
+  void answer_stop_call(std::uint32_t call, stop_service which, const wire::call_args& what) noexcept;
+  result<std::uint32_t> finish(std::uint32_t call, const wire::body& value, rt::time_point expires) noexcept;
   result<std::uint32_t> finish_with(std::uint32_t call, std::string_view text,
                                     rt::time_point expires = rt::never) noexcept;
   void end_without_room(std::uint32_t call, const result<std::uint32_t>& finished) noexcept;
@@ -357,8 +354,8 @@ class core final : public transport_sink, private frame_handler {
   void close_call(std::uint32_t call) noexcept;
   void end_calls_of(connection& c) noexcept;
   void end_calls_of_lane(std::uint32_t lane) noexcept;
-  void advertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
-  void unadvertise_service(connection& c, const wire::rosbridge::request& asked) noexcept;
+  void advertise_service(connection& c, const wire::request& asked) noexcept;
+  void unadvertise_service(connection& c, const wire::request& asked) noexcept;
   void take_service_from_peer(std::uint32_t index) noexcept;
   void attach_talker(std::uint32_t lane) noexcept;
   void detach_talker(std::uint32_t lane) noexcept;
@@ -389,8 +386,7 @@ class core final : public transport_sink, private frame_handler {
   };
   status attach_latch(std::uint32_t lane) noexcept;
   void detach_latch(std::uint32_t lane) noexcept;
-  void take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
-                      std::string_view args) noexcept;
+  void take_stop_call(connection& c, const wire::request& asked, stop_service which) noexcept;
   bool asks_to_stop(const json::document& text) const noexcept;
   void take_silent_stop(connection& c, std::string_view args) noexcept;
   void carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept;
@@ -404,7 +400,7 @@ class core final : public transport_sink, private frame_handler {
                          stop_rules::refusal refused) noexcept;
   void turn_stop() noexcept;
   void show_stop_state() noexcept;
-  void show_stop_to_hop(bool changed) noexcept;
+  void show_stop_as_message(bool changed) noexcept;
   rt::time_point next_stop_turn() const noexcept;
 
   // Whether a topic is shown: that of the stop's state only where there is a stop, or somebody subscribes.
@@ -415,7 +411,7 @@ class core final : public transport_sink, private frame_handler {
 
   // stop_peers.cpp
   static bool is_for_stop(stop_service which) noexcept;
-  static bool is_for_stop(const wire::rosbridge::request& asked) noexcept;
+  static bool is_for_stop(const wire::request& asked) noexcept;
 
   // statistics.cpp
   void begin_statistics() noexcept;
@@ -437,6 +433,7 @@ class core final : public transport_sink, private frame_handler {
   transport& carrier_;
   entropy& random_;
   json::reader& validator_;
+  const wire::protocol_set& protocols_;
   http_answer (*page_)(const http_request&) noexcept;
   board& shown_;
   front_door& door_;

@@ -9,6 +9,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/transport.hpp"
+#include "wire/protocols.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {
@@ -28,8 +29,7 @@ struct core_options {
   limits bounds;
   side ours = side::server;
   bool relay = false;
-  peer_profile profile = peer_profile::standard;
-  bool bare_unasked = false;
+  bool messages_unasked = false; // plain ones go to peers that said none, too
   bool answers_any = false;
   bool lanes_tell = false; // a handle that hands something over rings for it
   bool phases = false;     // values are waited for by their periods
@@ -48,8 +48,7 @@ struct core_options {
     return {.bounds = options.limits,
             .ours = ours,
             .relay = options.relay,
-            .profile = options.profile,
-            .bare_unasked = options.bare_unasked,
+            .messages_unasked = options.bare_unasked,
             .answers_any = options.answers_any,
             .lanes_tell = options.idle_policy == idle::wake,
             .phases = options.idle_policy == idle::phase,
@@ -71,6 +70,7 @@ struct core_seams {
   entropy& random;
   json::reader& validator;
   http_answer (*page)(const http_request&) noexcept; // what is served over HTTP
+  const wire::protocol_set& protocols;
 };
 
 } // namespace rowe::service

@@ -106,7 +106,7 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
   }
   bool any = false;
   for (const peer_index i : peers_.ids()) {
-    if (!peers_[i].open() || !peers_[i].bare) continue;
+    if (!peers_[i].open() || !peers_[i].takes_messages) continue;
     if (pending() == 0 && parked_[i].turn != turn_ && has_room(i, m.priority)) return true;
     any = true;
   }
@@ -150,7 +150,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
     (void)queue_to({m.to.index}, slot); // has_room_for() said so
   } else {
     for (const peer_index i : peers_.ids()) {
-      if (!peers_[i].open() || !peers_[i].bare) continue;
+      if (!peers_[i].open() || !peers_[i].takes_messages) continue;
       if (parked_[i].turn == turn_) {
         add(counter::outbox_full); // it comes behind what is parked for that peer
       } else {
@@ -284,7 +284,7 @@ void direct_messages::place_all_pending() noexcept {
   if (std::exchange(looked_for_room_at_, changes) == changes) return;
   for (const peer_index i : peers_.ids()) {
     if (pending() == 0) return;
-    if (peers_[i].open() && peers_[i].bare) deliver_pending(i);
+    if (peers_[i].open() && peers_[i].takes_messages) deliver_pending(i);
   }
 }
 

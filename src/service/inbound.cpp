@@ -17,9 +17,6 @@
 namespace rowe::service {
 namespace {
 
-namespace bare = wire::bare;
-namespace rosbridge = wire::rosbridge;
-
 // To look at one topic that a peer holds takes as long as to compose so many bytes.
 constexpr std::size_t held_topic_work_bytes = 4;
 
@@ -41,18 +38,16 @@ std::string_view sentence_of(const error& why, std::string_view text, std::span<
   return why.text(room);
 }
 
-// In which dialect a text is answered that is no JSON: what can be seen of it decides, then what its peer
-// spoke last.
-bool seems_rosbridge(const connection& from, std::string_view text) noexcept {
-  if (rosbridge::names_operation(text)) return true;
-  return from.spoke_last == dialect::rosbridge && !bare::names_id(text);
-}
-
-rt::duration throttle_of(const rosbridge::request& asked) noexcept {
+rt::duration throttle_of(const wire::request& asked) noexcept {
   return std::chrono::milliseconds{asked.throttle_ms};
 }
 
-std::uint32_t queue_length_of(const rosbridge::request& asked) noexcept {
+bool is_for_servers(wire::verb what) noexcept {
+  using wire::verb;
+  return what != verb::publish && what != verb::status && what != verb::call && what != verb::reply;
+}
+
+std::uint32_t queue_length_of(const wire::request& asked) noexcept {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX));
 }
 
@@ -100,7 +95,6 @@ void core::handle_again(peer_index from, std::span<const std::byte> text) noexce
   heard_before_ = false;
 }
 
-// Message by message: an object with a string `op` is rosbridge's, everything else is bare.
 void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
   add(counter::messages_in);
   ++c.messages_in;
@@ -113,75 +107,79 @@ void core::hear(connection& c, std::span<const std::byte> payload) noexcept {
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
     if (drops_excess()) return;
-    std::array<char, 192> room;
-    const std::string_view why = sentence_of(valid.error(), text, room);
-    if (seems_rosbridge(c, text)) return refuse(c, {}, why);
-    if (admits_refusal(c, event::kind::refused_request, why, {}))
-      answer_bare_error(c, {}, valid.error().name(), why);
-    return;
+    return refuse_malformed(c, text, valid.error());
   }
   const json::document known = validator_.last(); // its members are noted until the next validation
-  // Rosbridge's clients put it first, so that most of their members need not be looked at twice.
-  json::object_walk members{known};
-  json::member first;
-  if (members.next(first) && json::name_is(first, "op") && first.what.type == json::kind::string)
-    return take_rosbridge(c, known);
-  bare::envelope said;
-  const auto refusal = bare::decode(known, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
-  said.op_is_text ? take_rosbridge(c, known) : take_bare(c, known, said, refusal);
+  wire::request asked;
+  wire::diagnostic why;
+  sentence_room sentence;
+  const wire::decoded read = c.protocol->reads.decode(known, decode_room(sentence), asked, why);
+  c.spoke_last = asked.codec;
+  if (read == wire::decoded::malformed) add(counter::malformed);
+  // Who speaks as users of this process do takes plain messages, too.
+  const bool speaks_messages = asked.codec == protocols_.messages.id() && read != wire::decoded::malformed;
+  if (speaks_messages && !c.stop_only && !std::exchange(c.takes_messages, true))
+    messages_.deliver_pending({c.id.index});
+  if (read == wire::decoded::request) return carry_out(c, asked, known, why);
+  if (asks_to_stop(known)) take_silent_stop(c, known.text);
+  if (drops_excess()) return;
+  refuse(c, asked.codec, asked.id_raw, why);
 }
 
-void core::take_rosbridge(connection& c, const json::document& text) noexcept {
-  c.spoke_last = dialect::rosbridge;
-  rosbridge::request asked;
-  const rosbridge::name_limits names{.topic_bytes_max = bounds_.topic_bytes_max};
-  if (const auto refusal = rosbridge::decode(text, scratch_, names, asked)) {
-    if (asks_to_stop(text)) take_silent_stop(c, text.text);
-    if (drops_excess()) return;
-    std::array<char, rosbridge::refusal_text_bytes_max> why;
-    return refuse(c, asked.id_raw, refusal->text(why));
+void core::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
+  std::array<char, 192> room;
+  refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
+         {.code = why.name(), .text = sentence_of(why, text, room)});
+}
+
+// `unknown`: why, of a request that nobody here carries out.
+void core::carry_out(connection& c, const wire::request& asked, const json::document& text,
+                     const wire::diagnostic& unknown) noexcept {
+  using wire::verb;
+  // Who may only stop is asked nothing: an object that looks like an answer is a message as any other.
+  const bool no_reply = c.stop_only && asked.form == wire::call_args::form::object;
+  if (asked.what == verb::message || (asked.what == verb::reply && no_reply))
+    return take_message(c, asked, text);
+  if (c.ours == side::client && is_for_servers(asked.what)) {
+    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
+    // only start a quarrel of two programs.
+    return add(counter::refused_requests);
   }
-  carry_out(c, asked);
-}
-
-void core::take_bare(connection& c, const json::document& text, const bare::envelope& said,
-                     const std::optional<bare::refusal>& refusal) noexcept {
-  c.spoke_last = dialect::bare;
-  if (!json::is_object(text.text)) {
-    add(counter::malformed);
-    if (drops_excess()) return;
-    const std::string_view why = "a message must be one JSON object";
-    if (admits_refusal(c, event::kind::refused_request, why, {}))
-      answer_bare_error(c, {}, "not_an_object", why);
+  const bool may_stop = asked.what == verb::publish || asked.what == verb::call;
+  if (!may_stop && drops_excess()) return;
+  if (c.stop_only && !is_for_stop(asked)) {
+    if (!drops_excess())
+      refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_sentence});
     return;
   }
-  if (!c.stop_only && !std::exchange(c.bare, true)) messages_.deliver_pending({c.id.index});
-  if (refusal || said.has_op) {
-    if (asks_to_stop(text)) take_silent_stop(c, text.text);
-    if (drops_excess()) return;
-    std::array<char, bare::refusal_text_bytes_max> room;
-    const std::string_view why = refusal ? refusal->text(room) : "the member \"op\" must be a string";
-    if (!admits_refusal(c, event::kind::refused_request, why, {})) return;
-    const bool asks = said.what == bare::kind::invocation;
-    return answer_bare_error(c, asks ? said.id_raw : std::string_view{}, "bad_request", why);
+  switch (asked.what) {
+  case verb::subscribe: return subscribe(c, asked);
+  case verb::unsubscribe: return unsubscribe(c, asked);
+  case verb::advertise: return advertise(c, asked);
+  case verb::unadvertise: return unadvertise(c, asked);
+  case verb::publish: return relay(c, asked);
+  case verb::call: return take_call(c, asked);
+  case verb::reply: return take_reply(c, asked);
+  case verb::advertise_service: return advertise_service(c, asked);
+  case verb::unadvertise_service: return unadvertise_service(c, asked);
+  case verb::status: {
+    if (!c.reports.take(now_)) return add(counter::events_lost);
+    const auto plain = json::to_string(json::root(asked.body_raw), scratch_);
+    return report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw));
   }
-  switch (said.what) {
-  case bare::kind::reply:
-    if (c.stop_only) break;
-    if (drops_excess()) return;
-    return take_reply(c, said, text.text);
-  case bare::kind::invocation:
-    return take_call(c, dialect::bare, said.id_raw, said.service,
-                     {.is = asking::form::object, .text = text.text}, said.ttl_ns);
-  case bare::kind::message: break;
+  case verb::set_level: c.status_level = asked.level; return;
+  case verb::message:
+  case verb::unsupported:
+  case verb::unknown: break;
   }
+  refuse(c, asked.codec, asked.id_raw, unknown);
+}
+
+// A plain one: to whoever receives.
+void core::take_message(connection& c, const wire::request& asked, const json::document& text) noexcept {
   if (asks_to_stop(text)) return take_silent_stop(c, text.text);
   if (drops_excess()) return;
-  if (c.stop_only) {
-    if (admits_refusal(c, event::kind::refused_request, stop_only_sentence, {}))
-      answer_bare_error(c, {}, "refused", stop_only_sentence);
-    return;
-  }
+  if (c.stop_only) return refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_sentence});
   switch (receiver_.admit({c.id.index})) {
   case admission::now: break;
   case admission::later: return ingress_.park({c.id.index});
@@ -189,50 +187,10 @@ void core::take_bare(connection& c, const json::document& text, const bare::enve
   }
   // What is too long is counted there.
   (void)receiver_.deliver({.stamped_ns = rt::nanoseconds_of(now_),
-                           .expires_ns = rt::nanoseconds_of(inbound_expiry(said.ttl_ns)),
+                           .expires_ns = rt::nanoseconds_of(inbound_expiry(asked.ttl_ns)),
                            .what = detail::entry::message,
                            .peer = {c.id.index, c.id.generation}},
                           text.text);
-}
-
-void core::carry_out(connection& c, const rosbridge::request& asked) noexcept {
-  using rosbridge::op;
-  const bool for_servers = asked.what != op::publish && asked.what != op::status &&
-                           asked.what != op::call_service && asked.what != op::service_response;
-  if (c.ours == side::client && for_servers) {
-    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
-    // only start a quarrel of two programs.
-    return add(counter::refused_requests);
-  }
-  const bool may_stop = asked.what == op::publish || asked.what == op::call_service;
-  if (!may_stop && drops_excess()) return;
-  if (c.stop_only && !is_for_stop(asked)) {
-    if (!drops_excess()) refuse(c, asked.id_raw, stop_only_sentence);
-    return;
-  }
-  switch (asked.what) {
-  case op::subscribe: return subscribe(c, asked);
-  case op::unsubscribe: return unsubscribe(c, asked);
-  case op::advertise: return advertise(c, asked);
-  case op::unadvertise: return unadvertise(c, asked);
-  case op::publish: return relay(c, asked);
-  case op::call_service:
-    return take_call(c, dialect::rosbridge, asked.id_raw, asked.service, {.text = asked.args_raw},
-                     asked.timeout_ns);
-  case op::service_response: return take_service_response(c, asked);
-  case op::advertise_service: return advertise_service(c, asked);
-  case op::unadvertise_service: return unadvertise_service(c, asked);
-  case op::status: {
-    if (!c.reports.take(now_)) return add(counter::events_lost);
-    const auto plain = json::to_string(json::root(asked.msg_raw), scratch_);
-    return report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.msg_raw));
-  }
-  case op::set_level: c.status_level = asked.level; return;
-  case op::unsupported:
-  case op::unknown: break;
-  }
-  std::array<char, rosbridge::refusal_text_bytes_max> why;
-  refuse(c, asked.id_raw, rosbridge::refuse_op(asked).text(why));
 }
 
 // How many topics it holds that no handle of this process has. A topic counts once for each subscription and
@@ -255,7 +213,7 @@ bool core::holds_topic(const connection& c, std::uint32_t topic) const noexcept 
 
 // The topic that a peer wants to hold; no_index, and the peer is told, where it may not have one more. One
 // that this process holds costs nothing.
-std::uint32_t core::topic_for(connection& c, const rosbridge::request& asked) noexcept {
+std::uint32_t core::topic_for(connection& c, const wire::request& asked) noexcept {
   const std::uint32_t known = router_.find(asked.topic);
   if (known != no_index && (!router_.of_peers(known) || holds_topic(c, known))) return known;
   const std::uint32_t share = share_of_peers(bounds_.topics_max, bounds_.lanes_max + own_topics);
@@ -300,7 +258,7 @@ claims core::claims_to_topics(std::uint32_t share) noexcept {
   return all;
 }
 
-void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
+void core::subscribe(connection& c, const wire::request& asked) noexcept {
   const std::uint32_t topic = topic_for(c, asked);
   if (topic == no_index) return;
   const bool unslashed = !has_slash(asked.topic);
@@ -348,7 +306,7 @@ void core::subscribe(connection& c, const rosbridge::request& asked) noexcept {
     tell_other_type(c, asked.id_raw, topic, asked.type);
 }
 
-void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept {
+void core::unsubscribe(connection& c, const wire::request& asked) noexcept {
   const std::uint32_t topic = router_.find(asked.topic);
   std::uint32_t index = no_index;
   if (topic != no_index) {
@@ -370,7 +328,7 @@ void core::unsubscribe(connection& c, const rosbridge::request& asked) noexcept 
   remove_subscription(c, index);
 }
 
-void core::advertise(connection& c, const rosbridge::request& asked) noexcept {
+void core::advertise(connection& c, const wire::request& asked) noexcept {
   if (is_own_name(asked.topic))
     return refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
   const std::uint32_t topic = topic_for(c, asked);
@@ -412,7 +370,7 @@ bool core::withdraw_advertisement(connection& c, std::uint32_t topic) noexcept {
   return false;
 }
 
-void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept {
+void core::unadvertise(connection& c, const wire::request& asked) noexcept {
   if (!withdraw_advertisement(c, router_.find(asked.topic)))
     refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
 }
@@ -420,7 +378,7 @@ void core::unadvertise(connection& c, const rosbridge::request& asked) noexcept 
 // Its messages come all the same: that they are not what the peer expects is for it to judge.
 void core::tell_other_type(connection& c, std::string_view id_raw, std::uint32_t topic,
                            std::string_view asked) noexcept {
-  std::array<char, rosbridge::refusal_text_bytes_max> room;
+  sentence_room room;
   wire::text_out why{room};
   why.add("subscribe ").add_shortened(router_.name(topic), 96).add(": the topic has the type ");
   why.add_shortened(router_.type(topic), 96);
@@ -444,8 +402,14 @@ void core::tell_other_types(std::uint32_t topic) noexcept {
   }
 }
 
+void core::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
+                  const wire::diagnostic& why) noexcept {
+  if (admits_refusal(c, event::kind::refused_request, why.text, {})) answer_refusal(c, in, id_raw, why);
+}
+
+// What it wants of topics and services.
 void core::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
-  if (admits_refusal(c, event::kind::refused_request, why, {})) answer_refusal(c, id_raw, why);
+  refuse(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why});
 }
 
 void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
@@ -457,10 +421,10 @@ void core::refuse_limit(connection& c, std::string_view id_raw, std::string_view
 }
 
 // One that has as much as it leaves, see shares.hpp.
-void core::refuse_share(connection& c, const rosbridge::request& asked, const taken_share& of) noexcept {
+void core::refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept {
   std::array<char, 384> room;
   wire::text_out why{room};
-  why.add_shortened(asked.op_text, 24).add(" ");
+  why.add_shortened(asked.verb_text, 24).add(" ");
   why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
   why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
   why.add(", ").add(of.left).add(" of ").add(of.for_peers).add(" are left");
@@ -476,7 +440,8 @@ void core::refuse_for(connection& c, std::string_view id_raw, wire::text_out& wh
   wire::text_out remedy{room};
   remedy.add("raise `limits::").add(option).add("`");
   if (!admits_refusal(c, event::kind::limit, why.text(), remedy.text())) return;
-  answer_refusal(c, id_raw, why.add(" (limit ").add(option).add(")").text());
+  why.add(" (limit ").add(option).add(")");
+  answer_refusal(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why.text()});
 }
 
 // ---- rates
@@ -528,23 +493,32 @@ void core::cut_if_flooding(connection& c, const rate_limit& rate, std::string_vi
   close(c, wire::close_code::policy, why);
 }
 
-void core::answer_refusal(connection& c, std::string_view id_raw, std::string_view why) noexcept {
+void core::answer_refusal(connection& c, wire::codec_id in, std::string_view id_raw,
+                          const wire::diagnostic& why) noexcept {
   add(counter::refused_requests);
-  send_status(c, id_raw, why);
+  say_error(c, in, id_raw, why);
 }
 
+// About its topics; not counted.
 void core::send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept {
-  if (c.ours == side::client || c.status_level == rosbridge::level::none) return;
-  std::array<char, 6 * rosbridge::refusal_text_bytes_max + 512> text;
-  send_direct(c, rosbridge::encode_status(text, rosbridge::level::error, id_raw, why));
+  say_error(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why});
 }
 
-// As a client nothing is answered but calls: an answer could only start a quarrel of two programs.
-void core::answer_bare_error(connection& c, std::string_view id_raw, std::string_view code,
-                             std::string_view why) noexcept {
-  add(counter::refused_requests);
-  if (c.ours == side::client && id_raw.empty()) return;
-  (void)answer(c, [&](json::writer& into) { bare::write_error(into, id_raw, code, why); }); // lost: counted
+void core::say_error(connection& c, wire::codec_id in, std::string_view id_raw,
+                     const wire::diagnostic& why) noexcept {
+  std::array<char, wire::error_bytes_max> room;
+  json::writer text{room};
+  protocols_.of(in).write_error(
+      text, {.to_server = c.ours == side::client, .level = c.status_level, .id_raw = id_raw}, why);
+  send_direct(c, text);
+}
+
+// A call of a peer's has failed. What finds no room is counted.
+void core::answer_failure(connection& c, wire::codec_id in, const wire::call_origin& call,
+                          const wire::diagnostic& why) noexcept {
+  const wire::codec& codec = protocols_.of(in);
+  if (codec.fails_as_refusal()) add(counter::refused_requests);
+  (void)answer(c, [&](json::writer& into) { codec.write_failure(into, call, why); }); // lost: counted
 }
 
 } // namespace rowe::service

@@ -27,54 +27,9 @@ std::size_t assembly_bytes(const limits& bounds) noexcept {
   return bounds.message_bytes_max + tailroom_bytes;
 }
 
-// How much of a text is looked at, and what a stop has there; and how long its frame is.
+// How much of a message is looked at, and how long the frame of a stop is.
 constexpr std::size_t look_bytes = 160;
 constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
-constexpr std::string_view stop_marks[] = {"rowe/stop", "rowe\\/stop"};
-
-bool says_stop(std::string_view escaped) noexcept {
-  return json::says(escaped, "/rowe/stop") || json::says(escaped, "rowe/stop");
-}
-
-// Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not
-// one inside of something else. Whether it is JSON, and asks to stop, only reading it says.
-bool begins_as_stop(std::string_view text) noexcept {
-  const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
-    return text.find(mark) != std::string_view::npos;
-  });
-  if (!marked) return false;
-  int depth = 0;
-  bool in_value = false;
-  std::string_view name;
-  for (std::size_t at = 0; at < text.size(); ++at) {
-    switch (text[at]) {
-    case '{':
-    case '[': ++depth; break;
-    case '}':
-    case ']':
-      if (--depth <= 0) return false;
-      break;
-    case ':': in_value = in_value || depth == 1; break;
-    case ',': in_value = in_value && depth != 1; break;
-    case '"': {
-      const std::size_t begin = ++at;
-      while (at < text.size() && text[at] != '"') at += text[at] == '\\' ? 2U : 1U;
-      if (at >= text.size()) return false;
-      const std::string_view said = text.substr(begin, at - begin);
-      if (depth != 1) break;
-      if (!in_value) {
-        name = said;
-      } else if (name == "service" ? says_stop(said.substr(0, said.find('#')))
-                                   : name == "topic" && says_stop(said)) {
-        return true;
-      }
-      break;
-    }
-    default: break;
-    }
-  }
-  return false;
-}
 
 } // namespace
 
@@ -96,7 +51,6 @@ ingress::ingress(rt::arena& memory, const limits& bounds, const needs& parts) no
       writer_{parts.writer},
       inbox_{parts.inbox},
       handler_{parts.handler},
-      unmasked_accepted_{parts.unmasked_accepted},
       inputs_{memory.carve<input>(bounds.connections_max)},
       backlog_{memory.carve<peer_index>(bounds.connections_max)},
       parked_{memory.carve<peer_index>(bounds.connections_max)} {
@@ -118,7 +72,7 @@ void ingress::open(peer_index peer) noexcept {
   of.parser.reset(peers_[peer].ours == side::server ? wire::role::server : wire::role::client,
                   {.message_bytes_max = bounds_.message_bytes_max,
                    .fragments_max = bounds_.fragments_max,
-                   .unmasked_accepted = unmasked_accepted_},
+                   .unmasked_accepted = peers_[peer].protocol->can.unmasked_accepted},
                   of.assembly.first(bounds_.message_bytes_max));
 }
 
@@ -291,7 +245,8 @@ void ingress::take_stops(peer_index peer) noexcept {
     std::array<char, look_bytes> room;
     const bool may_stop =
         begins && bytes <= stop_frame_bytes_max && (first || stops_ahead_ < stops_ahead_max);
-    if (!may_stop || !begins_as_stop(wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
+    if (!may_stop || !peers_[peer].protocol->reads.may_be_stop(
+                         wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
       keep(bytes);
     } else if (take_if_stop(peer, frame.first(bytes))) {
       at += bytes;
@@ -315,7 +270,7 @@ bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) no
   const wire::frame_step step = alone.next(std::span{room}.first(frame.size()));
   const bool stops =
       step.event == wire::frame_event::text &&
-      handler_.is_stop({reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
+      handler_.is_stop(peer, {reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
   if (stops) handler_.handle(peer, step); // within the rate of its peer, like all that it says
   return stops;
 }

@@ -39,7 +39,7 @@ class frame_handler {
   // There is something that can be stopped.
   virtual bool stop_in_use() const noexcept = 0;
   // Whether handle() would carry out a stop. Nothing is done.
-  virtual bool is_stop(std::string_view text) noexcept = 0;
+  virtual bool is_stop(peer_index from, std::string_view text) noexcept = 0;
 
  protected:
   ~frame_handler() = default;
@@ -56,7 +56,6 @@ class ingress {
     sender& writer;
     receiver& inbox;
     frame_handler& handler;
-    bool unmasked_accepted; // of clients: RFC 6455 5.1 forbids it
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   ingress(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
@@ -129,7 +128,6 @@ class ingress {
   sender& writer_;
   receiver& inbox_;
   frame_handler& handler_;
-  const bool unmasked_accepted_;
   rows<peer_index, input> inputs_;
   index_ring<peer_index> backlog_;
   index_ring<peer_index> parked_;

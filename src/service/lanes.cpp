@@ -20,7 +20,6 @@ namespace {
 using detail::audience;
 using detail::lane_kind;
 using detail::lane_state;
-namespace rosbridge = wire::rosbridge;
 
 constexpr std::size_t lane_budget = 64;        // values taken from one lane in one cycle
 constexpr std::size_t lane_budget_ample = 256; // the same where nothing would be lost by it
@@ -171,7 +170,7 @@ bool core::take_back_topic() noexcept {
        i = router_.subscription_at(i).next_on_connection) {
     if (router_.of_peers(router_.subscription_at(i).topic)) taken = router_.subscription_at(i).topic;
   }
-  std::array<char, rosbridge::refusal_text_bytes_max> room;
+  std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};
   why.add("the topic ").add_shortened(router_.name(taken), 96);
   why.add(" is given up: this process needs its place (limit topics_max)");
@@ -398,16 +397,16 @@ void core::update_wanted(std::uint32_t topic_index) noexcept {
 // ---- in
 
 // A peer published: to the handles of this process that subscribed and, in a hub, to the peers that did.
-void core::relay(connection& c, const rosbridge::request& asked) noexcept {
+void core::relay(connection& c, const wire::request& asked) noexcept {
   if (stop_.in_use() && stop_service_named(asked.topic) == stop_service::stop)
-    return take_silent_stop(c, asked.msg_raw);
+    return take_silent_stop(c, asked.body_raw);
   if (drops_excess()) return;
   if (is_own_name(asked.topic) && c.ours == side::server) {
     return refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
   }
   const std::uint32_t topic_index = router_.find(asked.topic);
   if (topic_index == no_index) return add(counter::no_peer); // nobody has asked for it
-  const auto write_body = [&](json::writer& into) { into.raw(asked.msg_raw); };
+  const auto write_body = [&](json::writer& into) { into.raw(asked.body_raw); };
   const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (options_.relay && c.ours == side::server) {
     const auto mine = c.advertised.first(c.advertisements);
@@ -420,10 +419,10 @@ void core::relay(connection& c, const rosbridge::request& asked) noexcept {
   }
   topic& on = router_.at(topic_index);
   note(on, now_);
-  on.bytes = asked.msg_raw.size();
+  on.bytes = asked.body_raw.size();
   if (on.first_inbox == no_index) return add(counter::no_peer);
   for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox) {
-    deliver_inbox(i, asked.msg_raw, who);
+    deliver_inbox(i, asked.body_raw, who);
   }
 }
 
@@ -431,7 +430,7 @@ void core::deliver_inbox(std::uint32_t index, std::span<const char> body, const 
   json::decoder::diagnosis why;
   const status done = delivery_.deliver(index,
                                         {.stamped_ns = rt::nanoseconds_of(now_),
-                                         .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::bare::no_ttl)),
+                                         .expires_ns = rt::nanoseconds_of(inbound_expiry(wire::unlimited)),
                                          .peer = who.peer},
                                         {body.data(), body.size()}, why);
   if (done) return;
@@ -459,7 +458,7 @@ void core::tell_misfit(std::uint32_t index, const published_by& who, std::string
   const bool first = told_at == rt::time_point{} || now_ - told_at >= misfit_period;
   const bool tells = c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, now_);
   if (!first && !tells) return;
-  std::array<char, rosbridge::refusal_text_bytes_max> room;
+  std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out text{room};
   text.add("publish ").add_shortened(router_.name(topic), 64).add(": ").add_shortened(why, 320);
   if (tells) send_status(*c, who.id_raw, text.text());
@@ -476,7 +475,7 @@ void core::tell_misfit(std::uint32_t index, const published_by& who, std::string
 // Tells a server what this process wants or offers, or no longer does. What it publishes goes to the server
 // as if that had subscribed.
 void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
-  if (options_.profile != peer_profile::standard) return; // Hop's programs know no topics
+  if (!c.protocol->can.topics) return;
   const detail::lane& lane = lanes_[index];
   const std::uint32_t topic_index = views_[index].topic;
   const topic& on = router_.at(topic_index);
@@ -486,19 +485,18 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
     if (detail::subscribes(lanes_[i].kind) != detail::subscribes(lane.kind)) continue;
     if (!begins || i < index) return; // another handle of the same kind said so, or goes on
   }
-  std::array<char, 8192>
-      text; // topic_bytes_max is 255 at most: wire::rosbridge::request_bytes_max() is 4782 then
+  std::array<char, wire::announcement_bytes_max> room;
+  json::writer text{room};
   const bool reads = detail::subscribes(lane.kind);
   const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
   const std::string_view name = router_.name(topic_index).substr(unslashed ? 1 : 0);
-  if (reads) {
-    return send_direct(c, begins ? rosbridge::encode_subscribe(text, {.topic = name, .type = lane.type()})
-                                 : rosbridge::encode_unsubscribe(text, name, 1));
-  }
+  const wire::announcement what{.name = name, .type = lane.type(), .latch = lane.latched, .begins = begins};
+  reads ? c.protocol->topics.write_subscription(text, what)
+        : c.protocol->topics.write_advertisement(text, what);
+  send_direct(c, text);
+  if (reads) return;
   std::uint32_t subscribed = router_.find_subscription(topic_index, c.first_subscription);
   if (begins) {
-    send_direct(
-        c, rosbridge::encode_advertise(text, {.topic = name, .type = lane.type(), .latch = lane.latched}));
     if (subscribed == no_index) {
       subscribed = router_.add_subscription(topic_index, c.id.index, c.first_subscription);
       if (subscribed == no_index) return add(counter::no_slot);
@@ -507,7 +505,6 @@ void core::announce(connection& c, std::uint32_t index, bool begins) noexcept {
     }
     outbox_.merge_requests(subscribed);
   } else {
-    send_direct(c, rosbridge::encode_unadvertise(text, name, 1));
     if (subscribed != no_index) remove_subscription(c, subscribed);
   }
   update_wanted(topic_index);

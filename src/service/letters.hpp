@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages that are not of a topic: to one connection or to everyone who speaks the bare dialect, and the
-// requests of calls. A letter lies in a wire slot like everything that is written. While it is under way it
+// Messages that are not of a topic: to one connection or to everyone who takes them, and the requests of
+// calls. A letter lies in a wire slot like everything that is written. While it is under way it
 // keeps that slot, so that its sender can be told what became of it: `sent` as soon as one peer was given all
 // of it, else why not. One that finds no peer, or loses all it had before they were given it, waits
 // in the waiting room until one comes or its time is over: a list through the letters themselves, so that
@@ -31,10 +31,10 @@ struct letter {
   bool sent = false;
   bool counted = false;             // begun with letters::begin()
   std::uint32_t charged = no_index; // the connection whose share of the slots it is
-  party sender{};                // who wants to know; nobody
-  detail::call_ref own{};        // and by which place of its own table, if it is a lane
-  detail::call_ref request_of{}; // the call whose request this is
-  slot_id previous{};            // among those that wait
+  party sender{};                   // who wants to know; nobody
+  detail::call_ref own{};           // and by which place of its own table, if it is a lane
+  detail::call_ref request_of{};    // the call whose request this is
+  slot_id previous{};               // among those that wait
   slot_id next{};
 };
 

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "wire/own_names.hpp"
+
 namespace rowe::service {
 
 // FNV-1a, 64 bits (Fowler, Noll, Vo): short names, no key, no allocation.
@@ -14,16 +16,9 @@ constexpr std::uint64_t hash_of(std::string_view text) noexcept {
   return hash;
 }
 
-// Of topics and services: "/odom" and "odom" are one, "//odom" is another; a lone "/" stays as it is.
-constexpr bool has_slash(std::string_view name) noexcept { return name.starts_with('/'); }
-constexpr std::string_view without_slash(std::string_view name) noexcept {
-  if (name.size() > 1 && has_slash(name)) name.remove_prefix(1);
-  return name;
-}
-// Whether the endpoint itself publishes the topic, or answers the service.
-constexpr bool is_own_name(std::string_view name) noexcept {
-  return without_slash(name).starts_with("rowe/");
-}
+using wire::has_slash;
+using wire::is_own_name;
+using wire::without_slash;
 
 // A type as PACKAGE/NAME or PACKAGE/KIND/NAME, where the kind is msg, srv or action. Any other is all name.
 struct type_parts {

@@ -67,8 +67,8 @@ void outbox::fan_out(std::uint32_t topic_index, std::uint32_t slot) noexcept {
   }
 }
 
-// rosbridge's throttle: what comes within the period of the last one written is discarded, unless the peer
-// asked for a queue.
+// What comes within the throttle's period of the last one written is discarded, unless the peer asked for a
+// queue.
 bool outbox::accepts(const subscription& s) noexcept {
   if (!s.discards || cycle_.now >= s.next_due) return true;
   add(counter::throttled);

@@ -35,7 +35,6 @@
 #include "service/router.hpp"
 #include "service/timers.hpp"
 #include "service/wire_slots.hpp"
-#include "wire/rosbridge.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {
@@ -246,7 +245,7 @@ std::uint32_t outbox::compose_message(std::uint32_t topic, rt::time_point expire
     body_at = text.bytes();
     write_body(text);
     body_bytes = text.bytes() - body_at;
-    text.append(wire::rosbridge::publish_tail);
+    for (const char& c : topics_.tail()) text.append({&c, 1}); // as a rule one
   });
   if (slot != no_index) slots_.mark_body(slot, body_at, body_bytes);
   return slot;

@@ -10,20 +10,15 @@
 #include "service/core.hpp"
 #include "service/publishing.hpp"
 #include "service/shares.hpp"
+#include "wire/object_form.hpp"
 
 namespace rowe::service {
 namespace {
 
 using detail::entry;
-namespace rosbridge = wire::rosbridge;
 
-constexpr std::string_view stats_service = "/rowe/stats";
-constexpr std::array own_services{stats_service,
-                                  std::string_view{"/rosapi/topics"},
-                                  std::string_view{"/rosapi/services"},
-                                  std::string_view{"/rosapi/topic_type"},
-                                  std::string_view{"/rosapi/publishers"},
-                                  std::string_view{"/rosapi/service_type"}};
+constexpr std::array own_services{wire::stats_name,      wire::list_topics_name, wire::list_services_name,
+                                  wire::topic_type_name, wire::publishers_name,  wire::service_type_name};
 
 // Counted as so many bytes: the endpoint's answers walk all topics, services or counters.
 constexpr std::size_t own_answer_work = 10 * 1024;
@@ -32,8 +27,8 @@ constexpr std::size_t own_answer_work = 10 * 1024;
 
 // ---- the directory
 
-void core::advertise_service(connection& c, const rosbridge::request& asked) noexcept {
-  if (asked.service.starts_with("/rowe/") || asked.service.starts_with("rowe/"))
+void core::advertise_service(connection& c, const wire::request& asked) noexcept {
+  if (is_own_name(asked.service))
     return refuse(c, asked.id_raw, "advertise_service: services below /rowe/ are the endpoint's own");
   if (const std::uint32_t found = services_.find(asked.service); found != no_index) {
     const service_entry& there = services_.at(found);
@@ -47,8 +42,9 @@ void core::advertise_service(connection& c, const rosbridge::request& asked) noe
   }
   const std::uint32_t share = services_of_peers(bounds_);
   const std::uint32_t left = left_of(share, services_.of_peers());
-  if (!(service_claims_.may_take(c.services, left) || ROWE_MUTANT(made_up_services)) ||
-      services_.add(asked.service, asked.type, no_index, c.id).index == no_index) {
+  const bool may = service_claims_.may_take(c.services, left) || ROWE_MUTANT(made_up_services);
+  const std::uint32_t added = may ? services_.add(asked.service, asked.type, no_index, c.id).index : no_index;
+  if (added == no_index) {
     return refuse_share(c, asked,
                         {.what = "services",
                          .held = c.services,
@@ -57,6 +53,7 @@ void core::advertise_service(connection& c, const rosbridge::request& asked) noe
                          .kept = service_claims_.kept(),
                          .option = "services_max"});
   }
+  services_.at(added).speaks = asked.codec;
   service_claims_.take(c.services);
 }
 
@@ -74,7 +71,7 @@ void core::take_service_from_peer(std::uint32_t index) noexcept {
   refuse(*c, {}, {text.data(), static_cast<std::size_t>(bytes)});
 }
 
-void core::unadvertise_service(connection& c, const rosbridge::request& asked) noexcept {
+void core::unadvertise_service(connection& c, const wire::request& asked) noexcept {
   const std::uint32_t index = services_.find(asked.service);
   if (index == no_index || services_.at(index).lane != no_index || services_.at(index).peer != c.id)
     return refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
@@ -91,7 +88,7 @@ std::string_view core::own_service(std::string_view asked) noexcept {
   return {};
 }
 
-void core::answer_own(std::uint32_t index, std::string_view service, const asking& what) noexcept {
+void core::answer_own(std::uint32_t index, std::string_view service, const wire::call_args& what) noexcept {
   calls_.at(index).provider = {.who = party::kind::core};
   if (const call& one = calls_.at(index); one.asked_by.who == party::kind::peer) {
     connection* const c = find(one.asked_by.connection());
@@ -117,18 +114,18 @@ void core::answer_own(std::uint32_t index, std::string_view service, const askin
     into.end_array();
   };
   const std::uint32_t slot = compose(rt::never, [&](json::writer& into) {
-    if (service == stats_service) return write_report(into);
+    if (service == wire::stats_name) return write_report(into);
     into.begin_object();
-    if (service == "/rosapi/topics") {
+    if (service == wire::list_topics_name) {
       list(into, "topics", true, false);
       list(into, "types", true, true);
-    } else if (service == "/rosapi/services") {
+    } else if (service == wire::list_services_name) {
       list(into, "services", false, false);
-    } else if (service == "/rosapi/topic_type") {
+    } else if (service == wire::topic_type_name) {
       const std::uint32_t topic = router_.find(named("topic"));
       into.key("type");
       into.string(topic == no_index ? std::string_view{} : router_.type(topic));
-    } else if (service == "/rosapi/publishers") {
+    } else if (service == wire::publishers_name) {
       into.key("publishers");
       into.begin_array();
       write_publishers(into, router_.find(named("topic")));
@@ -161,12 +158,12 @@ void core::write_publishers(json::writer& into, std::uint32_t topic) noexcept {
 }
 
 // A call of this process; a peer's does not come so far.
-void core::answer_stop_call(std::uint32_t index, stop_service which, const asking& what) noexcept {
+void core::answer_stop_call(std::uint32_t index, stop_service which, const wire::call_args& what) noexcept {
   calls_.at(index).provider = {.who = party::kind::core};
   const stop_asker asker{.who = calls_.at(index).asked_by, .call = calls_.ref(index)};
-  if (what.is != asking::form::value) return carry_out_stop(which, asker, what.text);
+  if (what.is != wire::call_args::form::value) return carry_out_stop(which, asker, what.text);
   const std::uint32_t slot = compose(
-      rt::never, [&](json::writer& into) { write_args(into, what); }, slot_use::stop);
+      rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
   if (slot == no_index) return carry_out_stop(which, asker, {}); // a stop all the same
   carry_out_stop(which, asker, {slots_.text(slot).data(), slots_.text(slot).size()});
   release(slot);
@@ -246,10 +243,11 @@ void core::detach_talker(std::uint32_t index) noexcept {
 // As a client: a server learns which services this process provides.
 void core::announce_service(connection& c, std::uint32_t index, bool begins) noexcept {
   const detail::lane& lane = lanes_[index];
-  if (!detail::responds(lane.kind) || options_.profile != peer_profile::standard) return;
-  std::array<char, 8192> text; // request_bytes_max() is 4782 with the longest names
-  send_direct(c, begins ? rosbridge::encode_advertise_service(text, lane.name(), lane.type())
-                        : rosbridge::encode_unadvertise_service(text, lane.name()));
+  if (!detail::responds(lane.kind) || !c.protocol->can.topics) return;
+  std::array<char, wire::announcement_bytes_max> room;
+  json::writer text{room};
+  c.protocol->topics.write_provision(text, {.name = lane.name(), .type = lane.type(), .begins = begins});
+  send_direct(c, text);
 }
 
 } // namespace rowe::service

@@ -6,9 +6,11 @@
 
 namespace rowe::service {
 
-void core::send_direct(connection& c, std::string_view text) noexcept {
-  if (text.empty()) return add(counter::outbox_full);
-  (void)answer(c, [&](json::writer& into) { into.append(text); }); // what is lost is counted there
+// What is lost is counted; where nothing was written there is nothing to say.
+void core::send_direct(connection& c, const json::writer& written) noexcept {
+  if (written.overflowed()) return add(counter::outbox_full);
+  if (written.bytes() == 0) return;
+  (void)answer(c, [&](json::writer& into) { into.append(written.text()); });
 }
 
 void core::remove_subscription(connection& c, std::uint32_t index) noexcept {

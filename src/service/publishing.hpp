@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a value to the queues of those who want it: encoded once per dialect, not per peer. A template over
+// From a value to the queues of those who want it: encoded once, not per peer. A template over
 // what writes the body (a struct's encoder, text that is JSON already, the statistics), so that it is written
 // where it stays. Service thread only.
 #pragma once

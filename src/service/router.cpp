@@ -6,8 +6,6 @@
 #include <cassert>
 #include <cstring>
 
-#include "wire/rosbridge.hpp"
-
 namespace rowe::service {
 namespace {
 
@@ -19,7 +17,7 @@ std::size_t name_bytes_max_of(const limits& bounds) noexcept {
   return std::size_t{bounds.topic_bytes_max} + 1;
 }
 std::size_t head_bytes_max_of(const limits& bounds) noexcept {
-  return wire::rosbridge::publish_head_bytes_max(name_bytes_max_of(bounds));
+  return wire::topic_head_bytes_max(name_bytes_max_of(bounds));
 }
 std::size_t name_stride_of(const limits& bounds) noexcept {
   return 2 * name_bytes_max_of(bounds) + head_bytes_max_of(bounds);
@@ -34,8 +32,9 @@ std::size_t router::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<subscription>(bounds.subscriptions_max);
 }
 
-router::router(rt::arena& memory, const limits& bounds) noexcept
-    : topics_{memory.carve<topic>(bounds.topics_max)},
+router::router(rt::arena& memory, const limits& bounds, const wire::codec& envelope) noexcept
+    : envelope_{envelope},
+      topics_{memory.carve<topic>(bounds.topics_max)},
       buckets_{memory.carve<std::uint32_t>(bucket_count(bounds))},
       names_{memory.carve<char>(bounds.topics_max * name_stride_of(bounds))},
       subscriptions_{memory.carve<subscription>(bounds.subscriptions_max)},
@@ -87,9 +86,9 @@ std::uint32_t router::find_or_add(std::string_view wanted) noexcept {
   fresh.name_bytes = static_cast<std::uint16_t>(bytes);
   *names(added) = '/';
   std::memcpy(names(added) + slash, wanted.data(), wanted.size());
-  const std::span<char> head{names(added) + 2 * name_bytes_max_, head_bytes_max_};
-  fresh.head_bytes =
-      static_cast<std::uint16_t>(wire::rosbridge::encode_publish_head(head, name(added)).size());
+  json::writer head{{names(added) + 2 * name_bytes_max_, head_bytes_max_}};
+  envelope_.write_topic_head(head, name(added));
+  fresh.head_bytes = static_cast<std::uint16_t>(head.bytes());
   fresh.next = bucket(fresh.hash);
   bucket(fresh.hash) = added;
   ++topic_count_;
@@ -205,7 +204,7 @@ void router::merge(subscription& of, std::uint32_t depth_max) noexcept {
       stated = true;
     }
   }
-  // rosbridge: without a queue, what comes within the throttle period is discarded.
+  // Without a queue, what comes within the throttle period is discarded.
   of.discards = of.throttle > rt::duration{0} && !stated;
   of.merges = topics_[of.topic].keep == keep::newest && !stated;
   if (of.discards || of.merges) of.depth = 1;

@@ -24,6 +24,7 @@
 #include "service/names.hpp"
 #include "service/queues.hpp"
 #include "service/wire_slots.hpp"
+#include "wire/codec.hpp"
 
 namespace rowe::service {
 
@@ -93,7 +94,7 @@ struct subscription {
 class router {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  router(rt::arena& memory, const limits& bounds) noexcept;
+  router(rt::arena& memory, const limits& bounds, const wire::codec& envelope) noexcept;
 
   // Topics.
   std::uint32_t find(std::string_view name) const noexcept;  // no_index when there is none
@@ -107,8 +108,10 @@ class router {
   bool set_type(std::uint32_t index, std::string_view type) noexcept;
   // For a handle of this process: its type takes the place of another one.
   void replace_type(std::uint32_t index, std::string_view type) noexcept;
-  // `{"op":"publish","topic":NAME,"msg":`, made once, with the slash.
+  // What stands in front of the body of each of its messages, made once, with the slash; and behind it.
   std::string_view head(std::uint32_t index) const noexcept;
+  std::string_view tail() const noexcept { return tail_; }
+  const wire::codec& envelope() const noexcept { return envelope_; }
   void hold(std::uint32_t index) noexcept { ++topics_[index].holders; }
   void hold_as_own(std::uint32_t index) noexcept;
   // True when nobody holds the topic any more and its place is free; the caller clears `last` first.
@@ -146,6 +149,8 @@ class router {
   char* names(std::uint32_t index) const noexcept { return names_.data() + index * name_stride_; }
   std::uint32_t& bucket(std::uint64_t hash) const noexcept { return buckets_[hash & (buckets_.size() - 1)]; }
 
+  const wire::codec& envelope_;
+  const std::string_view tail_ = envelope_.topic_tail();
   std::span<topic> topics_;
   std::span<std::uint32_t> buckets_;
   std::span<char> names_; // name, type and head of each topic

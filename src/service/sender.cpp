@@ -36,6 +36,7 @@ sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noex
     : counts_{parts.counts},
       peers_{parts.peers},
       subscriptions_{parts.topics.subscriptions()},
+      envelope_{parts.topics.envelope()},
       store_{parts.store},
       out_{parts.out},
       slots_{parts.store.slots()},
@@ -48,9 +49,7 @@ sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noex
                .peers = parts.peers,
                .out = parts.out,
                .carrier = parts.carrier,
-               .keys = keys_,
-               .control_frames = parts.control_frames,
-               .masks = parts.masks}},
+               .keys = keys_}},
       partial_{memory,
                bounds,
                {.cycle = parts.cycle,
@@ -206,7 +205,7 @@ inline bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t
 bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
   const auto payload = std::as_bytes(slots_.text(of.slot));
   if (of.unslashed) [[unlikely]]
-    return gather_unslashed(masked, skip, into, of);
+    return gather_headed(masked, skip, into, of);
   const wire::role ours = masked ? wire::role::client : wire::role::server;
   const std::size_t header = wire::frame_header_bytes(payload.size(), ours);
   const std::size_t bytes = header + payload.size() - skip;
@@ -229,17 +228,17 @@ bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batc
   return true;
 }
 
-// The same of a topic's message for a peer that calls the topic by its name without the slash: that byte is
-// left out on the way into the batch.
-bool sender::gather_unslashed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
-  constexpr std::size_t slash_at = wire::rosbridge::publish_name_at;
-  const auto payload = std::as_bytes(slots_.text(of.slot));
-  assert(payload[slash_at] == std::byte{'/'});
+// The same of a topic's message for a peer that calls the topic by its name without the slash: what stands in
+// front of that is written anew, on the way into the batch.
+bool sender::gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
+  const wire::message_head head = envelope_.head_of({.unslashed = true});
+  const auto rest_of_it = std::as_bytes(slots_.text(of.slot)).subspan(head.from);
+  const std::size_t payload_bytes = head.size + rest_of_it.size();
   std::array<std::byte, wire::frame_header_bytes_max> header;
   const auto key = masked ? std::optional{of.key} : std::nullopt;
   const std::size_t header_bytes =
-      wire::write_frame_header(header.data(), wire::opcode::text, payload.size() - 1, key);
-  const std::size_t bytes = header_bytes + payload.size() - 1 - skip;
+      wire::write_frame_header(header.data(), wire::opcode::text, payload_bytes, key);
+  const std::size_t bytes = header_bytes + payload_bytes - skip;
   if (!into.fits(bytes)) return false;
   std::byte* at = into.place(bytes, of);
   std::size_t masked_so_far = 0;
@@ -256,8 +255,8 @@ bool sender::gather_unslashed(bool masked, std::size_t skip, batch& into, const 
     at += rest.size();
   };
   add_part(std::span{header}.first(header_bytes), false);
-  add_part(payload.first(slash_at), true);
-  add_part(payload.subspan(slash_at + 1), true);
+  add_part(std::span{head.bytes}.first(head.size), true);
+  add_part(rest_of_it, true);
   return true;
 }
 

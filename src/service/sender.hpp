@@ -47,8 +47,6 @@ class sender {
     outbox& out;
     transport& carrier;
     entropy& random;
-    bool control_frames; // the peers know them: pings, pongs and close frames
-    bool masks;          // frames of a client are masked
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   sender(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
@@ -111,7 +109,7 @@ class sender {
   bool gather_partial(const recipient& to, batch& into) noexcept;
   bool gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept;
   bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
-  bool gather_unslashed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
+  bool gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
   void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
 
@@ -120,6 +118,7 @@ class sender {
   counters& counts_;
   peer_table& peers_;
   const rows<subscription_id, subscription> subscriptions_;
+  const wire::codec& envelope_;
   message_store& store_;
   outbox& out_;
   wire_slots& slots_;

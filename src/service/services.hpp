@@ -12,13 +12,15 @@
 
 #include "service/transport.hpp"
 #include "service/wire_slots.hpp"
+#include "wire/request.hpp"
 
 namespace rowe::service {
 
 struct service_entry {
   std::uint64_t hash = 0; // 0: free
   std::uint32_t lane = no_index;
-  connection_id peer{}; // where lane is no_index
+  connection_id peer{};    // where lane is no_index,
+  wire::codec_id speaks{}; // and how it is asked
   std::uint16_t name_bytes = 0;
   std::uint16_t type_bytes = 0;
 };

@@ -127,9 +127,9 @@ void core::write_connections(json::writer& into) noexcept {
     into.key("role");
     into.string(c.ours == side::client ? "server" : "client"); // what the peer is
     into.key("dialect");
-    into.string(c.messages_in == 0 ? "none" : c.spoke_last == dialect::rosbridge ? "rosbridge" : "bare");
+    into.string(c.messages_in == 0 ? std::string_view{"none"} : protocols_.of(c.spoke_last).name());
     into.key("bare");
-    into.boolean(c.bare);
+    into.boolean(c.takes_messages);
     into.key("since_s");
     into.number(rounded(seconds(now_ - c.opened_at)));
     into.key("silent_s");

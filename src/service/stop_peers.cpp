@@ -18,13 +18,13 @@ bool core::is_for_stop(stop_service which) noexcept {
 }
 
 // Calls are refused where they are answered.
-bool core::is_for_stop(const wire::rosbridge::request& asked) noexcept {
-  using wire::rosbridge::op;
+bool core::is_for_stop(const wire::request& asked) noexcept {
+  using wire::verb;
   switch (asked.what) {
-  case op::call_service: return true;
-  case op::publish: return stop_service_named(asked.topic) == stop_service::stop;
-  case op::subscribe:
-  case op::unsubscribe: return stop_service_named(asked.topic) == stop_service::state;
+  case verb::call: return true;
+  case verb::publish: return stop_service_named(asked.topic) == stop_service::stop;
+  case verb::subscribe:
+  case verb::unsubscribe: return stop_service_named(asked.topic) == stop_service::state;
   default: return false;
   }
 }

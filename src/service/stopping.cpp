@@ -5,22 +5,20 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstring>
 #include <utility>
 
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/core.hpp"
 #include "service/publishing.hpp"
+#include "wire/own_names.hpp"
 
 namespace rowe::service {
 namespace {
 
-namespace bare = wire::bare;
-namespace rosbridge = wire::rosbridge;
-
-constexpr std::string_view stop_name = "/rowe/stop";
-constexpr std::array<std::string_view, 4> service_names{stop_name, "/rowe/stop/reset", "/rowe/stop/lease",
-                                                        core::stop_state_topic};
+constexpr std::array<std::string_view, 4> service_names{wire::stop_name, wire::stop_reset_name,
+                                                        wire::stop_lease_name, wire::stop_state_name};
 
 constexpr std::size_t body_bytes_max = 2560; // of any answer, and of the state
 constexpr std::size_t answer_bytes_max =
@@ -90,11 +88,12 @@ void core::detach_latch(std::uint32_t index) noexcept {
 
 // ---- what is asked
 
-// A peer's call of one of the stop's services, in either dialect.
-void core::take_stop_call(connection& c, dialect in, std::string_view id_raw, stop_service which,
-                          std::string_view args) noexcept {
-  const bool too_long = id_raw.size() > call_table::id_bytes_max;
-  carry_out_stop(which, {.who = party::of(c.id, in), .id_raw = too_long ? std::string_view{} : id_raw}, args);
+// A peer's call of one of the stop's services.
+void core::take_stop_call(connection& c, const wire::request& asked, stop_service which) noexcept {
+  const bool too_long = asked.id_raw.size() > call_table::id_bytes_max;
+  carry_out_stop(
+      which, {.who = party::of(c.id, asked.codec), .id_raw = too_long ? std::string_view{} : asked.id_raw},
+      asked.body_raw);
 }
 
 // Whether a validated text names the stop, whatever else is wrong with it: then it is a stop. A service's
@@ -106,29 +105,32 @@ bool core::asks_to_stop(const json::document& text) const noexcept {
     if (!found || found->type != json::kind::string) continue;
     const std::size_t mark = member == "service" ? found->raw.find('#') : std::string_view::npos;
     if (mark != std::string_view::npos) found->raw = found->raw.substr(0, mark + 1); // in place of the quote
-    if (json::text_is(*found, stop_name) || json::text_is(*found, stop_name.substr(1))) return true;
+    if (json::text_is(*found, wire::stop_name) || json::text_is(*found, wire::stop_name.substr(1)))
+      return true;
   }
   return false;
 }
 
-// Whether take_text() would carry out a stop: the same decisions, and nothing is done. Reads it as a request,
+// Whether hear() would carry out a stop: the same decisions, and nothing is done. Reads it as a request,
 // so not while another one is carried out.
-bool core::is_stop(std::string_view text) noexcept {
+bool core::is_stop(peer_index from, std::string_view text) noexcept {
   if (!stop_.in_use() || !validator_.validate(text)) return false;
   const json::document known = validator_.last();
   const auto names = [](std::string_view what) { return stop_service_named(what) == stop_service::stop; };
-  bare::envelope said;
-  const auto refusal = bare::decode(known, scratch_, {.service_bytes_max = bounds_.topic_bytes_max}, said);
-  if (said.op_is_text) {
-    rosbridge::request asked;
-    const rosbridge::name_limits limits{.topic_bytes_max = bounds_.topic_bytes_max};
-    if (rosbridge::decode(known, scratch_, limits, asked)) return asks_to_stop(known);
-    return (asked.what == rosbridge::op::publish && names(asked.topic)) ||
-           (asked.what == rosbridge::op::call_service && names(asked.service));
+  wire::request asked;
+  wire::diagnostic why;
+  sentence_room sentence;
+  switch (peers_[from].protocol->reads.decode(known, decode_room(sentence), asked, why)) {
+  case wire::decoded::malformed: return false;
+  case wire::decoded::refused: return asks_to_stop(known);
+  case wire::decoded::request: break;
   }
-  if (!json::is_object(text)) return false;
-  if (refusal || said.has_op || said.what == bare::kind::message) return asks_to_stop(known);
-  return said.what == bare::kind::invocation && names(said.service);
+  switch (asked.what) {
+  case wire::verb::message: return asks_to_stop(known);
+  case wire::verb::publish: return names(asked.topic);
+  case wire::verb::call: return names(asked.service);
+  default: return false;
+  }
 }
 
 // A connection is heard no more: what it guarded stops.
@@ -146,7 +148,7 @@ void core::stop_loops(rt::time_point now) noexcept {
 
 // A stop that wants no answer: published, or a bare message without an id.
 void core::take_silent_stop(connection& c, std::string_view args) noexcept {
-  carry_out_stop(stop_service::stop, {.who = party::of(c.id, dialect::bare), .silent = true}, args);
+  carry_out_stop(stop_service::stop, {.who = party::of(c.id, c.spoke_last), .silent = true}, args);
 }
 
 void core::carry_out_stop(stop_service which, const stop_asker& asker, std::string_view args) noexcept {
@@ -280,14 +282,8 @@ void core::answer_stop(stop_service which, const stop_asker& asker, rt::time_poi
   }
   connection* const c = find(asker.who.connection());
   if (c == nullptr || !c->open()) return;
-  if (asker.who.speaks == dialect::bare) {
-    if (asker.id_raw.empty()) return;
-    bare::write_reply(text, asker.id_raw, body);
-  } else {
-    rosbridge::write_service_response_head(text, name_of(which), asker.id_raw, true);
-    body(text);
-    rosbridge::write_service_response_tail(text);
-  }
+  protocols_.of(asker.who.speaks)
+      .write_reply(text, {.service = name_of(which), .id_raw = asker.id_raw}, wire::body{body});
   sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()});
 }
 
@@ -318,19 +314,20 @@ void core::show_stop_state() noexcept {
       into.append(router_.head(stop_topic_));
       body_at = into.bytes();
       stop_.write_state(into, now_);
-      into.append(rosbridge::publish_tail);
+      on.bytes = into.bytes() - body_at;
+      into.append(router_.tail());
       bytes = into.overflowed() ? 0 : into.bytes();
       note(on, now_);
-      on.bytes = bytes - body_at - rosbridge::publish_tail.size();
     }
     return std::span<const char>{room.data(), bytes};
   };
   std::array<char, answer_bytes_max> other;
-  const auto unslashed_text = [&] { // the same, without the byte of the slash
+  const auto unslashed_text = [&] { // the same, for who calls it by its name without the slash
     const std::span<const char> whole = text();
     if (whole.empty()) return whole;
-    const auto slash = whole.begin() + rosbridge::publish_name_at;
-    const auto end = std::copy(slash + 1, whole.end(), std::copy(whole.begin(), slash, other.begin()));
+    const wire::message_head head = router_.envelope().head_of({.unslashed = true});
+    std::memcpy(other.data(), head.bytes.data(), head.size);
+    const auto end = std::copy(whole.begin() + head.from, whole.end(), other.begin() + head.size);
     return std::span<const char>{other.begin(), end};
   };
   const rt::duration slow = ticks_for_others * options_.stop.tick;
@@ -350,26 +347,26 @@ void core::show_stop_state() noexcept {
     }
     stop_state_due_ = std::min(stop_state_due_, c.stop_shown_at + period);
   }
-  if (options_.profile != peer_profile::standard) show_stop_to_hop(changed);
+  if (protocols_.any(&wire::capabilities::state_as_message)) show_stop_as_message(changed);
   // A client's handles that subscribe to it are told its server's state, never both by turns.
-  const bool of_server = ours_ == side::client && options_.profile == peer_profile::standard;
+  const bool of_server = ours_ == side::client && protocols_.any(&wire::capabilities::topics);
   if (on.first_inbox == no_index || of_server) return;
   const rt::duration here = stop_.guards_include(this_process) ? options_.stop.tick : slow;
   if (changed || now_ - stop_delivered_at_ >= here) {
     stop_delivered_at_ = now_;
     const std::span<const char> whole = text();
     for (std::uint32_t i = on.first_inbox; i != no_index; i = views_[i].next_inbox)
-      deliver_inbox(i, whole.subspan(body_at, bytes - body_at - rosbridge::publish_tail.size()), {});
+      deliver_inbox(i, whole.subspan(body_at, on.bytes), {});
   }
   stop_state_due_ = std::min(stop_state_due_, stop_delivered_at_ + here);
 }
 
-// Hop's programs know no topics and no pings: to them the state goes as a bare message, which also tells that
-// the robot is there.
-void core::show_stop_to_hop(bool changed) noexcept {
+// To those who know no topics the state goes as a message; to those who know no pings either, that also tells
+// that the robot is there.
+void core::show_stop_as_message(bool changed) noexcept {
   const rt::duration period = ticks_for_others * options_.stop.tick;
   for (connection& c : peers_) {
-    if (!c.open() || !c.bare) continue;
+    if (!c.open() || !c.takes_messages || !c.protocol->can.state_as_message) continue;
     if (changed || now_ - c.stop_shown_at >= period) {
       c.stop_shown_at = now_;
       std::array<char, body_bytes_max> room;

@@ -118,11 +118,12 @@ bool core::take_entry(std::uint32_t index, std::uint32_t slot, bool parked) noex
                            .expires = time_of(header.expires_ns),
                            .priority = lane.priority});
   case entry::invocation: {
-    asking what{.is = asking::form::object, .text = text, .to = header.peer};
-    if (lane.kind == detail::lane_kind::call_text) what.is = asking::form::args;
+    wire::call_args what{.is = wire::call_args::form::object, .text = text};
+    if (lane.kind == detail::lane_kind::call_text) what.is = wire::call_args::form::args;
     if (lane.kind == detail::lane_kind::call_value)
-      what = {.is = asking::form::value, .encoder = lane.encoder, .value = value, .to = header.peer};
-    start_call(us, header.own, lane.name(), what, time_of(header.stamped_ns), time_of(header.expires_ns));
+      what = {.is = wire::call_args::form::value, .encoder = lane.encoder, .value = value};
+    start_call(us, header.own, lane.name(), what, header.peer, time_of(header.stamped_ns),
+               time_of(header.expires_ns));
     return true;
   }
   case entry::reply:
@@ -192,7 +193,7 @@ bool core::take_door_slot(std::uint32_t slot, bool parked) noexcept {
     return taken;
   }
   case door_request::invocation:
-    start_call(us, {}, {}, {.is = asking::form::object, .text = text, .to = asked.peer}, asked.stamped,
+    start_call(us, {}, {}, {.is = wire::call_args::form::object, .text = text}, asked.peer, asked.stamped,
                asked.expires);
     return true;
   case door_request::reply:

@@ -14,13 +14,11 @@ urgent_frames::urgent_frames(rt::arena& memory, const limits& bounds, const need
       out_{parts.out},
       carrier_{parts.carrier},
       keys_{parts.keys},
-      control_frames_{parts.control_frames},
-      masks_{parts.masks},
       outputs_{memory.carve<output>(bounds.connections_max)} {}
 
 void urgent_frames::open(peer_index peer) noexcept {
   outputs_[peer] = {};
-  if (!control_frames_) return; // it answers no pings
+  if (!peers_[peer].protocol->can.control_frames) return; // it answers no pings
   std::array<wire::mask_key, 2> nonce;
   for (wire::mask_key& one : nonce) one = keys_.next();
   outputs_[peer].credit.begin(std::bit_cast<std::uint64_t>(nonce));
@@ -30,7 +28,7 @@ void urgent_frames::open(peer_index peer) noexcept {
 
 bool urgent_frames::add_control(peer_index peer, wire::opcode what,
                                 std::span<const std::byte> payload) noexcept {
-  if (!control_frames_) return false;
+  if (!peers_[peer].protocol->can.control_frames) return false;
   const wire::role ours = masks(peer) ? wire::role::client : wire::role::server;
   const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
   std::byte* const at = outputs_[peer].control.place(what, bytes);

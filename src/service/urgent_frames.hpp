@@ -36,8 +36,6 @@ class urgent_frames {
     outbox& out;
     transport& carrier;
     mask_keys& keys;
-    bool control_frames; // the peers know them: pings, pongs and close frames
-    bool masks;          // frames of a client are masked
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<output>(bounds.connections_max);
@@ -45,7 +43,9 @@ class urgent_frames {
   urgent_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
-  bool masks(peer_index peer) const noexcept { return masks_ && peers_[peer].ours == side::client; }
+  bool masks(peer_index peer) const noexcept {
+    return peers_[peer].ours == side::client && peers_[peer].protocol->can.masks;
+  }
 
   // ---- what is to be written
 
@@ -109,8 +109,6 @@ class urgent_frames {
   outbox& out_;
   transport& carrier_;
   mask_keys& keys_;
-  const bool control_frames_;
-  const bool masks_;
   rows<peer_index, output> outputs_;
 };
 

@@ -5,13 +5,10 @@
 #include <array>
 
 #include "wire/members.hpp"
-#include "wire/text_out.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::wire::bare {
 namespace {
-
-constexpr std::size_t value_bytes_max = 64; // of a value shown in a sentence
 
 enum reserved : std::size_t { message_id, in_reply_to, ttl_ms, service, error, op };
 constexpr std::array<std::string_view, 6> names = {"message_id", "in_reply_to", "ttl_ms",
@@ -29,8 +26,10 @@ std::optional<refusal> read_id(reserved which, const found_members& found, std::
                    .expected = "a string or an integer"};
   }
   if (v.raw.size() > bytes_max) {
-    return refusal{
-        .what = refusal::kind::too_long, .member = names[which], .bytes = v.raw.size(), .limit = bytes_max};
+    return refusal{.what = refusal::kind::too_long,
+                   .member = names[which],
+                   .bytes = v.raw.size(),
+                   .limit = static_cast<std::int64_t>(bytes_max)};
   }
   into = v.raw;
   return std::nullopt;
@@ -51,7 +50,7 @@ std::optional<refusal> read_ttl(const found_members& found, std::int64_t& into) 
   }
   constexpr double bound = 9.2e18; // a little below what 64 bits hold: 291 years
   const double ns = *milliseconds * 1e6;
-  into = ns < bound ? static_cast<std::int64_t>(ns + 0.5) : no_ttl;
+  into = ns < bound ? static_cast<std::int64_t>(ns + 0.5) : unlimited;
   return std::nullopt;
 }
 
@@ -64,7 +63,7 @@ std::optional<refusal> read_service(const found_members& found, std::size_t byte
     return refusal{.what = refusal::kind::too_long,
                    .member = names[service],
                    .bytes = v.raw.size() - 2,
-                   .limit = bytes_max};
+                   .limit = static_cast<std::int64_t>(bytes_max)};
   }
   if (text->empty()) return refusal{.what = refusal::kind::empty, .member = names[service]};
   if (has_control_characters(*text)) {
@@ -94,19 +93,6 @@ std::optional<refusal> refuse_twice(const found_members& found, std::span<const 
   return std::nullopt;
 }
 
-void write_members(json::writer& out, std::string_view text, std::string_view name_otherwise) noexcept {
-  json::splice members{out};
-  out.raw(text);
-  members.end(name_otherwise);
-}
-
-// A member that would stand in a delivered call twice, or make something else of it.
-bool has_delivered_names(std::string_view object) noexcept {
-  const auto found =
-      collect(object, std::array<std::string_view, 4>{"service", "op", "message_id", "in_reply_to"});
-  return std::any_of(found.times.begin(), found.times.end(), [](std::uint8_t times) { return times > 0; });
-}
-
 } // namespace
 
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
@@ -134,7 +120,7 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
   if (const auto bad = read_ttl(found, out.ttl_ns)) return bad;
   if (out.what == kind::invocation) {
     if (const auto twice = refuse_twice(found, std::array{service})) return twice;
-    return read_service(found, limits.service_bytes_max, scratch, out.service);
+    return read_service(found, limits.name_bytes_max, scratch, out.service);
   }
   if (out.what == kind::reply) {
     if (const auto twice = refuse_twice(found, std::array{error})) return twice;
@@ -151,27 +137,7 @@ bool names_id(std::string_view text) noexcept {
   return false;
 }
 
-std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept {
-  json::object_walk walk{validated_text};
-  for (json::member m; walk.next(m);) {
-    if (json::name_is(m, "op") || json::name_is(m, "message_id") || json::name_is(m, "in_reply_to")) {
-      return static_cast<std::size_t>(m.name_raw.data() - validated_text.data()) - 1;
-    }
-  }
-  return std::nullopt;
-}
-
 // Writing.
-
-void detail::write_service(json::writer& out, std::string_view service) noexcept {
-  out.key("service");
-  out.string(service);
-}
-
-void detail::write_message_id(json::writer& out, std::string_view id) noexcept {
-  out.key("message_id");
-  out.string(id);
-}
 
 void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept {
   out.key("in_reply_to");
@@ -181,7 +147,7 @@ void detail::write_in_reply_to(json::writer& out, std::string_view in_reply_to_r
 void write_invocation(json::writer& out, std::string_view object_text, std::string_view id) noexcept {
   out.begin_object();
   write_members(out, object_text, "args");
-  detail::write_message_id(out, id);
+  write_id_member(out, id);
   out.end_object();
 }
 
@@ -201,49 +167,6 @@ void write_error(json::writer& out, std::string_view in_reply_to_raw, std::strin
   out.end_object();
   if (!in_reply_to_raw.empty()) detail::write_in_reply_to(out, in_reply_to_raw);
   out.end_object();
-}
-
-void write_delivered_call(json::writer& out, std::string_view service, std::string_view args_raw,
-                          std::string_view id) noexcept {
-  out.begin_object();
-  detail::write_service(out, service);
-  if (json::is_object(args_raw) && !has_delivered_names(args_raw)) {
-    write_members(out, args_raw, "args");
-  } else if (!args_raw.empty()) {
-    out.key("args");
-    out.raw(args_raw);
-  }
-  detail::write_message_id(out, id);
-  out.end_object();
-}
-
-// The sentences.
-
-std::string_view refusal::text(std::span<char> buffer) const noexcept {
-  text_out out{buffer};
-  out.add("the member \"").add(member).add("\" ");
-  const auto it_is = [&] { out.add("; it is ").add_shortened(value, value_bytes_max); };
-  switch (what) {
-  case kind::twice: out.add("stands there twice"); break;
-  case kind::wrong_type:
-    out.add("must be ").add(expected);
-    it_is();
-    break;
-  case kind::negative:
-    out.add("must not be negative");
-    it_is();
-    break;
-  case kind::too_long:
-    out.add("is ").add(static_cast<std::int64_t>(bytes)).add(" bytes long; the limit is ");
-    out.add(static_cast<std::int64_t>(limit));
-    break;
-  case kind::empty: out.add("must not be empty"); break;
-  case kind::bad_characters:
-    out.add("must have no control characters");
-    it_is();
-    break;
-  }
-  return out.text();
 }
 
 } // namespace rowe::wire::bare

@@ -8,9 +8,8 @@
 //   {"result":42,"in_reply_to":"7"}                                 its reply
 //   {"error":{"code":"no_service","text":"..."},"in_reply_to":"7"}  or its refusal
 //
-// The core calls this on the service thread; users' threads call find_reserved(). All texts that are read
-// were validated by json::reader. Every function: one thread at a time, never waits, never allocates; time is
-// linear in the text.
+// All texts that are read were validated by json::reader. Every function: one thread at a time, never waits,
+// never allocates; time is linear in the text.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +19,9 @@
 #include <type_traits>
 #include <utility>
 
+#include "wire/object_form.hpp"
+#include "wire/refusal.hpp"
+#include "wire/request.hpp"
 #include "json/reader.hpp"
 #include "json/splice.hpp"
 #include "json/writer.hpp"
@@ -27,8 +29,6 @@
 namespace rowe::wire::bare {
 
 enum class kind : std::uint8_t { message, invocation, reply };
-
-inline constexpr std::int64_t no_ttl = -1;
 
 // What stands on a text. Views point into the text or into the scratch buffer.
 struct envelope {
@@ -38,7 +38,7 @@ struct envelope {
   // invocation: its `service` where that is a string, unescaped; empty: none. Read of nothing else: there the
   // member is the users' own.
   std::string_view service;
-  std::int64_t ttl_ns = no_ttl; // 0 or more
+  std::int64_t ttl_ns = unlimited; // 0 or more
   // The first member `op`: where it is a string the text is rosbridge's, and nothing else here means
   // anything.
   bool has_op = false;
@@ -50,40 +50,12 @@ struct envelope {
   std::string_view error_text_raw; // `text` as JSON, a string with its quotes; empty: none
 };
 
-struct name_limits {
-  std::size_t service_bytes_max = 128; // unescaped
-  std::size_t id_bytes_max = 256;      // as it stands in the text
-};
-
 inline constexpr std::size_t code_bytes_max = 64; // of an error's code
 
 // Bytes of scratch that decode() needs at most.
 constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
-  return limits.service_bytes_max + code_bytes_max;
+  return limits.name_bytes_max + code_bytes_max;
 }
-
-// Why a text is refused.
-struct refusal {
-  enum class kind : std::uint8_t {
-    twice,          // member
-    wrong_type,     // member, value, expected
-    negative,       // member, value
-    too_long,       // member, bytes, limit
-    empty,          // member
-    bad_characters, // member, value: control characters
-  };
-  kind what = kind::twice;
-  std::string_view member{};   // "message_id"
-  std::string_view value{};    // JSON as it stood there
-  std::string_view expected{}; // "a string or an integer"
-  std::size_t bytes = 0;
-  std::size_t limit = 0;
-
-  // The sentence, e.g. `the member "message_id" must be a string or an integer; it is 1.5`; long values are
-  // shortened; cut where `buffer` ends, which never happens with refusal_text_bytes_max.
-  std::string_view text(std::span<char> buffer) const noexcept;
-};
-inline constexpr std::size_t refusal_text_bytes_max = 192;
 
 // Reads one validated text. `scratch` is scratch_bytes(limits) long and is lent as long as the envelope is
 // used. On a refusal, `out` still has what, and the ids as far as they are good: an invocation that is
@@ -102,10 +74,6 @@ std::optional<refusal> decode(const json::document& validated_text, std::span<ch
 // `"message_id":` or `"in_reply_to":` somewhere.
 bool names_id(std::string_view text) noexcept;
 
-// Which reserved member a user's own text has at its top level, op, message_id or in_reply_to (escapes are
-// understood): the index of its name's opening quote. Nothing when it has none or is not an object.
-std::optional<std::size_t> find_reserved(std::string_view validated_text) noexcept;
-
 // ---- Writing ----
 //
 // Into a json::writer that stands where a value is due; what did not fit is known by its overflowed(). An
@@ -114,8 +82,6 @@ std::optional<std::size_t> find_reserved(std::string_view validated_text) noexce
 // Bodies and texts are written in place, without a copy beside.
 
 namespace detail {
-void write_service(json::writer& out, std::string_view service) noexcept;
-void write_message_id(json::writer& out, std::string_view id) noexcept;
 void write_in_reply_to(json::writer& out, std::string_view in_reply_to_raw) noexcept;
 } // namespace detail
 
@@ -127,11 +93,11 @@ template <class WriteBody>
 void write_call(json::writer& out, std::string_view service, std::string_view id,
                 WriteBody&& write_body) noexcept {
   out.begin_object();
-  detail::write_service(out, service);
+  write_service_member(out, service);
   json::splice body{out};
   std::forward<WriteBody>(write_body)(out);
   body.end("args");
-  detail::write_message_id(out, id);
+  write_id_member(out, id);
   out.end_object();
 }
 
@@ -153,11 +119,5 @@ void write_reply(json::writer& out, std::string_view in_reply_to_raw, std::strin
 // {"error":{"code":"code","text":"text"},"in_reply_to":ID}; without in_reply_to where that is empty.
 void write_error(json::writer& out, std::string_view in_reply_to_raw, std::string_view code,
                  std::string_view text) noexcept;
-
-// What a generic receiver sees of a call that came by rosbridge, whose `args` are an object, an array or none
-// (empty): {"service":"service", members of args, "message_id":"id"}. Arguments that are an array go under
-// "args", and so does an object that has a member service, op, message_id or in_reply_to itself.
-void write_delivered_call(json::writer& out, std::string_view service, std::string_view args_raw,
-                          std::string_view id) noexcept;
 
 } // namespace rowe::wire::bare

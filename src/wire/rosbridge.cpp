@@ -15,7 +15,7 @@ namespace rowe::wire::rosbridge {
 namespace {
 
 constexpr std::size_t op_bytes_max = 64;
-static_assert(scratch_bytes({.topic_bytes_max = 0, .id_bytes_max = 0}) >= op_bytes_max);
+static_assert(scratch_bytes({.name_bytes_max = 0, .id_bytes_max = 0}) >= op_bytes_max);
 
 constexpr std::int64_t any_count = std::numeric_limits<std::int64_t>::max();
 
@@ -58,29 +58,29 @@ constexpr std::array<std::string_view, 6> policy_paths = {"qos.history",    "qos
 
 struct operation {
   std::string_view text;
-  op what;
+  verb what;
 };
-constexpr operation operations[] = {{"publish", op::publish},
-                                    {"subscribe", op::subscribe},
-                                    {"unsubscribe", op::unsubscribe},
-                                    {"advertise", op::advertise},
-                                    {"unadvertise", op::unadvertise},
-                                    {"status", op::status},
-                                    {"set_level", op::set_level},
-                                    {"call_service", op::call_service},
-                                    {"service_response", op::service_response},
-                                    {"advertise_service", op::advertise_service},
-                                    {"unadvertise_service", op::unadvertise_service},
-                                    {"advertise_action", op::unsupported},
-                                    {"unadvertise_action", op::unsupported},
-                                    {"send_action_goal", op::unsupported},
-                                    {"cancel_action_goal", op::unsupported},
-                                    {"action_feedback", op::unsupported},
-                                    {"action_result", op::unsupported},
-                                    {"action_status", op::unsupported},
-                                    {"fragment", op::unsupported},
-                                    {"png", op::unsupported},
-                                    {"auth", op::unsupported}};
+constexpr operation operations[] = {{"publish", verb::publish},
+                                    {"subscribe", verb::subscribe},
+                                    {"unsubscribe", verb::unsubscribe},
+                                    {"advertise", verb::advertise},
+                                    {"unadvertise", verb::unadvertise},
+                                    {"status", verb::status},
+                                    {"set_level", verb::set_level},
+                                    {"call_service", verb::call},
+                                    {"service_response", verb::reply},
+                                    {"advertise_service", verb::advertise_service},
+                                    {"unadvertise_service", verb::unadvertise_service},
+                                    {"advertise_action", verb::unsupported},
+                                    {"unadvertise_action", verb::unsupported},
+                                    {"send_action_goal", verb::unsupported},
+                                    {"cancel_action_goal", verb::unsupported},
+                                    {"action_feedback", verb::unsupported},
+                                    {"action_result", verb::unsupported},
+                                    {"action_status", verb::unsupported},
+                                    {"fragment", verb::unsupported},
+                                    {"png", verb::unsupported},
+                                    {"auth", verb::unsupported}};
 
 // One text being decoded. Each step returns false when it refused; then refusal_ says why.
 class decoding {
@@ -93,7 +93,7 @@ class decoding {
  private:
   bool accept(std::optional<refusal> wrong) noexcept {
     refusal_ = wrong;
-    if (refusal_) refusal_->op_text = out_.op_text;
+    if (refusal_) refusal_->verb_text = out_.verb_text;
     return !wrong;
   }
   bool given(member_name which) const noexcept { return found_.given(which.index); }
@@ -168,32 +168,38 @@ bool decoding::take_id() noexcept {
 
 bool decoding::take_op() noexcept {
   const member_name which{"op"};
-  if (!need(which)) return false;
+  if (!given(which)) {
+    return accept(
+        refusal{.what = refusal::kind::missing,
+                .member = "op",
+                .expected = R"(it says what to do, for example {"op":"subscribe","topic":"/odom"})"});
+  }
   if (found_.times[which.index] > 1) return accept(refusal{.what = refusal::kind::twice, .member = "op"});
   std::string_view text;
   if (!accept(read_name("op", value(which), op_bytes_max, carve(op_bytes_max), text))) return false;
   const auto* const known = std::find_if(std::begin(operations), std::end(operations),
                                          [text](const operation& o) { return o.text == text; });
-  out_.op_text = text;
-  out_.what = known == std::end(operations) ? op::unknown : known->what;
+  out_.verb_text = text;
+  out_.what = known == std::end(operations) ? verb::unknown : known->what;
   return true;
 }
 
 bool decoding::take_members() noexcept {
   switch (out_.what) {
-  case op::publish: return take_publish();
-  case op::subscribe: return take_subscribe();
-  case op::advertise: return take_advertise();
-  case op::unsubscribe:
-  case op::unadvertise: return take_topic();
-  case op::status: return take_status();
-  case op::set_level: return take_level();
-  case op::call_service: return take_call_service();
-  case op::service_response: return take_service_response();
-  case op::advertise_service: return take_service() && take_type();
-  case op::unadvertise_service: return take_service();
-  case op::unsupported:
-  case op::unknown: return true;
+  case verb::publish: return take_publish();
+  case verb::subscribe: return take_subscribe();
+  case verb::advertise: return take_advertise();
+  case verb::unsubscribe:
+  case verb::unadvertise: return take_topic();
+  case verb::status: return take_status();
+  case verb::set_level: return take_level();
+  case verb::call: return take_call_service();
+  case verb::reply: return take_service_response();
+  case verb::advertise_service: return take_service() && take_type();
+  case verb::unadvertise_service: return take_service();
+  case verb::message:
+  case verb::unsupported:
+  case verb::unknown: return true;
   }
   return true;
 }
@@ -204,7 +210,7 @@ bool decoding::take_publish() noexcept {
   if (!take_topic() || !need("msg")) return false;
   const json::value& v = value("msg");
   if (v.type != json::kind::object) return accept(wrong_type("msg", v, "an object"));
-  out_.msg_raw = v.raw;
+  out_.body_raw = v.raw;
   return take_boolean("latch", out_.latch);
 }
 
@@ -212,7 +218,7 @@ bool decoding::take_status() noexcept {
   if (!take_level() || !need("msg")) return false;
   const json::value& v = value("msg");
   if (v.type != json::kind::string) return accept(wrong_type("msg", v, "a string"));
-  out_.msg_raw = v.raw;
+  out_.body_raw = v.raw;
   return true;
 }
 
@@ -232,8 +238,10 @@ bool decoding::take_call_service() noexcept {
 }
 
 bool decoding::take_service_response() noexcept {
-  if (!take_service() || !take_boolean("result", out_.result)) return false;
-  if (given("values")) out_.values_raw = value("values").raw;
+  bool succeeded = true;
+  if (!take_service() || !take_boolean("result", succeeded)) return false;
+  out_.failed = !succeeded;
+  if (given("values")) out_.body_raw = value("values").raw;
   return true;
 }
 
@@ -245,7 +253,7 @@ bool decoding::need(member_name which) noexcept {
 
 bool decoding::take_name(member_name which, std::string_view& into) noexcept {
   if (!need(which)) return false;
-  const std::size_t most = limits_.topic_bytes_max;
+  const std::size_t most = limits_.name_bytes_max;
   if (!accept(read_name(which.text(), value(which), most, carve(most), into))) return false;
   return !into.empty() || accept(refusal{.what = refusal::kind::empty, .member = which.text()});
 }
@@ -278,16 +286,16 @@ bool decoding::take_args() noexcept {
   if (v.type != json::kind::object && v.type != json::kind::array) {
     return accept(wrong_type("args", v, "an object or an array"));
   }
-  out_.args_raw = v.raw;
+  out_.body_raw = v.raw;
   return true;
 }
 
 bool decoding::take_timeout() noexcept {
-  return !given("timeout") || accept(read_timeout("timeout", value("timeout"), out_.timeout_ns));
+  return !given("timeout") || accept(read_timeout("timeout", value("timeout"), out_.ttl_ns));
 }
 
 bool decoding::take_type() noexcept {
-  const std::size_t most = limits_.topic_bytes_max;
+  const std::size_t most = limits_.name_bytes_max;
   return !given("type") || accept(read_name("type", value("type"), most, carve(most), out_.type));
 }
 
@@ -309,7 +317,7 @@ bool decoding::take_level() noexcept {
   std::size_t word = 0;
   const bool good =
       accept(read_word("level", value("level"), words, R"("none", "error", "warning" or "info")", word));
-  if (good) out_.level = static_cast<level>(word);
+  if (good) out_.level = static_cast<severity>(word);
   return good;
 }
 
@@ -383,7 +391,6 @@ bool names_operation(std::string_view text) noexcept {
 
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out) noexcept {
-  out = request{};
   return decoding{scratch, limits, out}.run(validated_text);
 }
 

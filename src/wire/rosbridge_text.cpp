@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encoding: what rowe says in rosbridge's words, and the sentences of its refusals.
+// Encoding: what rowe says in rosbridge's words.
 #include <array>
 
 #include "wire/rosbridge.hpp"
@@ -8,12 +8,6 @@
 
 namespace rowe::wire::rosbridge {
 namespace {
-
-constexpr std::size_t value_bytes_max = 64; // of a value shown in a sentence
-
-std::string_view text_of(const json::writer& done) noexcept {
-  return done.overflowed() ? std::string_view{} : done.text();
-}
 
 // `{"op":"subscribe"`, the object left open.
 void begin_text(json::writer& into, std::string_view op_text) noexcept {
@@ -37,122 +31,104 @@ bool begin_request(json::writer& into, std::string_view op_text, std::string_vie
 }
 
 // A request that names a topic and no more.
-std::string_view encode_topic_request(std::span<char> out, std::string_view op_text, std::string_view id_verb,
-                                      std::string_view topic, std::uint64_t number) noexcept {
-  json::writer text{out};
-  if (!begin_request(text, op_text, id_verb, topic, number)) return {};
-  text.key("topic");
-  text.string(topic);
-  text.end_object();
-  return text_of(text);
+void write_topic_request(json::writer& out, std::string_view op_text, std::string_view id_verb,
+                         std::string_view topic, std::uint64_t number) noexcept {
+  if (!begin_request(out, op_text, id_verb, topic, number)) return;
+  out.key("topic");
+  out.string(topic);
+  out.end_object();
 }
 
 } // namespace
 
-std::string_view name_of(level which) noexcept {
+std::string_view name_of(severity which) noexcept {
   switch (which) {
-  case level::none: return "none";
-  case level::error: return "error";
-  case level::warning: return "warning";
-  case level::info: return "info";
+  case severity::none: return "none";
+  case severity::error: return "error";
+  case severity::warning: return "warning";
+  case severity::info: return "info";
   }
   return "";
 }
 
-std::string_view encode_publish_head(std::span<char> out, std::string_view topic) noexcept {
-  json::writer text{out};
-  begin_text(text, "publish");
-  text.key("topic");
-  text.string(topic);
-  text.key("msg");
-  return text_of(text);
+void write_publish_head(json::writer& out, std::string_view topic) noexcept {
+  begin_text(out, "publish");
+  out.key("topic");
+  out.string(topic);
+  out.key("msg");
 }
 
-std::string_view encode_status(std::span<char> out, level how, std::string_view id_raw,
-                               std::string_view text) noexcept {
-  json::writer status{out};
-  begin_text(status, "status");
-  status.key("level");
-  status.string(name_of(how));
+void write_status(json::writer& out, severity how, std::string_view id_raw, std::string_view text) noexcept {
+  begin_text(out, "status");
+  out.key("level");
+  out.string(name_of(how));
   if (!id_raw.empty()) {
-    status.key("id");
-    status.raw(id_raw);
+    out.key("id");
+    out.raw(id_raw);
   }
-  status.key("msg");
-  status.string(text);
-  status.end_object();
-  return text_of(status);
+  out.key("msg");
+  out.string(text);
+  out.end_object();
 }
 
-std::string_view encode_subscribe(std::span<char> out, const subscription& what) noexcept {
-  json::writer text{out};
-  if (!begin_request(text, "subscribe", "subscribe", what.topic, what.number)) return {};
+void write_subscribe(json::writer& out, const subscription& what) noexcept {
+  if (!begin_request(out, "subscribe", "subscribe", what.topic, what.number)) return;
   if (!what.type.empty()) {
-    text.key("type");
-    text.string(what.type);
+    out.key("type");
+    out.string(what.type);
   }
-  text.key("topic");
-  text.string(what.topic);
-  text.key("compression");
-  text.string("none");
-  text.key("throttle_rate");
-  text.number(what.throttle_ms);
-  text.key("queue_length");
-  text.number(what.queue_length);
-  text.end_object();
-  return text_of(text);
+  out.key("topic");
+  out.string(what.topic);
+  out.key("compression");
+  out.string("none");
+  out.key("throttle_rate");
+  out.number(what.throttle_ms);
+  out.key("queue_length");
+  out.number(what.queue_length);
+  out.end_object();
 }
 
-std::string_view encode_unsubscribe(std::span<char> out, std::string_view topic,
-                                    std::uint64_t number) noexcept {
-  return encode_topic_request(out, "unsubscribe", "subscribe", topic, number);
+void write_unsubscribe(json::writer& out, std::string_view topic, std::uint64_t number) noexcept {
+  write_topic_request(out, "unsubscribe", "subscribe", topic, number);
 }
 
-std::string_view encode_advertise(std::span<char> out, const advertisement& what) noexcept {
-  json::writer text{out};
-  if (!begin_request(text, "advertise", "advertise", what.topic, what.number)) return {};
+void write_advertise(json::writer& out, const advertisement& what) noexcept {
+  if (!begin_request(out, "advertise", "advertise", what.topic, what.number)) return;
   if (!what.type.empty()) {
-    text.key("type");
-    text.string(what.type);
+    out.key("type");
+    out.string(what.type);
   }
-  text.key("topic");
-  text.string(what.topic);
-  text.key("latch");
-  text.boolean(what.latch);
-  text.key("queue_size");
-  text.number(what.queue_size);
-  text.end_object();
-  return text_of(text);
+  out.key("topic");
+  out.string(what.topic);
+  out.key("latch");
+  out.boolean(what.latch);
+  out.key("queue_size");
+  out.number(what.queue_size);
+  out.end_object();
 }
 
-std::string_view encode_unadvertise(std::span<char> out, std::string_view topic,
-                                    std::uint64_t number) noexcept {
-  return encode_topic_request(out, "unadvertise", "advertise", topic, number);
+void write_unadvertise(json::writer& out, std::string_view topic, std::uint64_t number) noexcept {
+  write_topic_request(out, "unadvertise", "advertise", topic, number);
 }
 
 // Services.
 
-std::string_view encode_advertise_service(std::span<char> out, std::string_view service,
-                                          std::string_view type) noexcept {
-  json::writer text{out};
-  begin_text(text, "advertise_service");
+void write_advertise_service(json::writer& out, std::string_view service, std::string_view type) noexcept {
+  begin_text(out, "advertise_service");
   if (!type.empty()) {
-    text.key("type");
-    text.string(type);
+    out.key("type");
+    out.string(type);
   }
-  text.key("service");
-  text.string(service);
-  text.end_object();
-  return text_of(text);
+  out.key("service");
+  out.string(service);
+  out.end_object();
 }
 
-std::string_view encode_unadvertise_service(std::span<char> out, std::string_view service) noexcept {
-  json::writer text{out};
-  begin_text(text, "unadvertise_service");
-  text.key("service");
-  text.string(service);
-  text.end_object();
-  return text_of(text);
+void write_unadvertise_service(json::writer& out, std::string_view service) noexcept {
+  begin_text(out, "unadvertise_service");
+  out.key("service");
+  out.string(service);
+  out.end_object();
 }
 
 void write_call_service_head(json::writer& out, std::string_view service, std::string_view id,
@@ -187,70 +163,13 @@ void write_service_response_head(json::writer& out, std::string_view service, st
 
 void write_service_response_tail(json::writer& out) noexcept { out.end_object(); }
 
-// The sentences.
-
 refusal refuse_op(const request& asked) noexcept {
-  const bool known = asked.what != op::unknown;
-  return {.what = known ? refusal::kind::unsupported_op : refusal::kind::unknown_op, .value = asked.op_text};
-}
-
-std::string_view refusal::text(std::span<char> buffer) const noexcept {
-  constexpr std::string_view offered =
-      "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
-      "advertise_service, unadvertise_service and set_level";
-  text_out out{buffer};
-  if (!op_text.empty()) out.add_shortened(op_text, value_bytes_max).add(": ");
-  const auto the_member = [&]() -> text_out& { return out.add("the member \"").add(member).add("\" "); };
-  const auto it_is = [&] { out.add("; it is ").add_shortened(value, value_bytes_max); };
-  switch (what) {
-  case kind::not_an_object: out.add("a message must be a JSON object"); break;
-  case kind::missing:
-    the_member().add("is missing");
-    if (member == "op") out.add(R"(; it says what to do, for example {"op":"subscribe","topic":"/odom"})");
-    break;
-  case kind::twice: the_member().add("stands there twice"); break;
-  case kind::wrong_type:
-    the_member().add("must be ").add(expected);
-    it_is();
-    break;
-  case kind::negative:
-    the_member().add("must not be negative");
-    it_is();
-    break;
-  case kind::too_large:
-    the_member().add("must be at most ").add(limit);
-    it_is();
-    break;
-  case kind::too_long:
-    the_member()
-        .add("is ")
-        .add(static_cast<std::int64_t>(bytes))
-        .add(" bytes long; the limit is ")
-        .add(limit);
-    break;
-  case kind::empty: the_member().add("must not be empty"); break;
-  case kind::bad_characters:
-    the_member().add("must have no control characters");
-    it_is();
-    break;
-  case kind::not_offered:
-    the_member().add("asks for ").add_shortened(value, value_bytes_max).add(", which is not offered; use ");
-    out.add(expected).add(" or leave it out");
-    break;
-  case kind::unsupported_op:
-    out.add("the operation \"")
-        .add_shortened(value, value_bytes_max)
-        .add("\" is not offered here; offered are ");
-    out.add(offered);
-    break;
-  case kind::unknown_op:
-    out.add("the operation \"")
-        .add_shortened(value, value_bytes_max)
-        .add("\" is unknown; offered are ")
-        .add(offered);
-    break;
-  }
-  return out.text();
+  const bool known = asked.what == verb::unsupported;
+  return {.what = known ? refusal::kind::unsupported_op : refusal::kind::unknown_op,
+          .value = asked.verb_text,
+          .expected =
+              "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
+              "advertise_service, unadvertise_service and set_level"};
 }
 
 } // namespace rowe::wire::rosbridge

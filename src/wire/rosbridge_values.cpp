@@ -16,13 +16,13 @@ constexpr std::int64_t most_nanoseconds = std::numeric_limits<std::int64_t>::max
 std::int64_t nanoseconds_of(double seconds) noexcept {
   const double ns = seconds * 1e9;
   constexpr double bound = 9.2e18; // a little below what 64 bits hold: 291 years
-  return ns < bound ? static_cast<std::int64_t>(ns + 0.5) : lifespan_for_ever;
+  return ns < bound ? static_cast<std::int64_t>(ns + 0.5) : unlimited;
 }
 
 std::int64_t nanoseconds_of(std::int64_t seconds, std::int64_t nanoseconds) noexcept {
   constexpr std::int64_t second = 1'000'000'000;
   if (seconds > most_nanoseconds / second || nanoseconds > most_nanoseconds - seconds * second) {
-    return lifespan_for_ever;
+    return unlimited;
   }
   return seconds * second + nanoseconds;
 }
@@ -59,8 +59,7 @@ std::optional<refusal> read_timeout(std::string_view member, const json::value& 
   const auto seconds = json::to_double(v);
   if (!seconds) return wrong_type(member, v, "seconds");
   if (*seconds < 0) return refusal{.what = refusal::kind::negative, .member = member, .value = v.raw};
-  static_assert(lifespan_for_ever == no_timeout); // what nanoseconds_of() says for too long
-  into = *seconds == 0 ? no_timeout : nanoseconds_of(*seconds);
+  into = *seconds == 0 ? unlimited : nanoseconds_of(*seconds);
   if (into == 0) into = 1; // short, but not none
   return std::nullopt;
 }
@@ -69,7 +68,7 @@ std::optional<refusal> read_duration(std::string_view member, const json::value&
                                      std::int64_t& into) noexcept {
   constexpr std::string_view expected = R"(seconds, {"secs":s,"nsecs":n} or "infinite")";
   if (is_word(v, "infinite")) {
-    into = lifespan_for_ever;
+    into = unlimited;
     return std::nullopt;
   }
   if (const auto seconds = json::to_double(v)) {

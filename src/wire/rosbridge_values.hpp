@@ -32,11 +32,11 @@ bool is_word(const json::value& v, std::string_view word) noexcept;
 std::optional<refusal> read_count(std::string_view member, const json::value& v, std::int64_t most,
                                   std::int64_t& into) noexcept;
 
-// Seconds, a number; in nanoseconds, from 1; no_timeout when it is 0 or 64 bits cannot hold it.
+// Seconds, a number; in nanoseconds, from 1; unlimited when it is 0 or 64 bits cannot hold it.
 std::optional<refusal> read_timeout(std::string_view member, const json::value& v,
                                     std::int64_t& into) noexcept;
 
-// Seconds, or {"secs":…,"nsecs":…}, or "infinite"; in nanoseconds, lifespan_for_ever when it has no end or 64
+// Seconds, or {"secs":…,"nsecs":…}, or "infinite"; in nanoseconds, unlimited when it has no end or 64
 // bits cannot hold it.
 std::optional<refusal> read_duration(std::string_view member, const json::value& v,
                                      std::int64_t& into) noexcept;

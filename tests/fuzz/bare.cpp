@@ -20,12 +20,13 @@
 
 namespace {
 
+using namespace rowe::wire;
 using namespace rowe::wire::bare;
 namespace json = rowe::json;
 using json::reader;
 using rowe::fuzz::require;
 
-constexpr name_limits limits{.service_bytes_max = 24, .id_bytes_max = 32};
+constexpr name_limits limits{.name_bytes_max = 24, .id_bytes_max = 32};
 constexpr std::size_t text_bytes_max = 2048;
 constexpr std::size_t written_bytes_max = 8 * text_bytes_max;
 using scratch_buffer = std::array<char, scratch_bytes(limits)>;
@@ -73,9 +74,9 @@ void check_envelope(const envelope& e, std::string_view text, std::string_view s
           "an invocation has an id");
   require(e.id_raw.size() <= limits.id_bytes_max && e.in_reply_to_raw.size() <= limits.id_bytes_max,
           "ids keep their limit");
-  require(e.service.size() <= limits.service_bytes_max, "services keep their limit");
+  require(e.service.size() <= limits.name_bytes_max, "services keep their limit");
   require(e.service.empty() || e.what == kind::invocation, "only invocations name a service");
-  require(e.ttl_ns >= no_ttl, "times to live keep their limit");
+  require(e.ttl_ns >= unlimited, "times to live keep their limit");
   require(e.failed == !e.error_code.empty() && e.error_code.size() <= code_bytes_max, "errors have a code");
   require(e.failed || e.error_text_raw.empty(), "only errors have a text");
   for (const std::string_view raw : {e.id_raw, e.in_reply_to_raw, e.error_text_raw}) {
@@ -156,8 +157,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(!reserved || text[*reserved] == '"', "a reserved member is where it is said to be");
   if (!valid) return 0;
   if (wrong) {
-    std::array<char, refusal_text_bytes_max> room;
-    std::array<char, 2 * refusal_text_bytes_max> plenty;
+    std::array<char, refusal::text_bytes_max> room;
+    std::array<char, 2 * refusal::text_bytes_max> plenty;
     const std::string_view sentence = wrong->text(room);
     require(!sentence.empty() && sentence == wrong->text(plenty), "a sentence is whole");
     require(lies_in(out.id_raw, text) && lies_in(out.in_reply_to_raw, text), "an answer has a good id");

@@ -14,16 +14,18 @@
 
 #include "fuzz/require.hpp"
 #include "wire/rosbridge.hpp"
+#include "wire/written.hpp"
 #include "json/reader.hpp"
 #include "json/writer.hpp"
 
 namespace {
 
+using namespace rowe::wire;
 using namespace rowe::wire::rosbridge;
 using rowe::fuzz::require;
 using rowe::json::reader;
 
-constexpr name_limits limits{.topic_bytes_max = 24, .id_bytes_max = 32};
+constexpr name_limits limits{.name_bytes_max = 24, .id_bytes_max = 32};
 constexpr std::size_t text_bytes_max = 4096;
 using scratch_buffer = std::array<char, scratch_bytes(limits)>;
 
@@ -37,25 +39,27 @@ void read_back(reader& validator, std::string_view text, std::span<char> scratch
   std::vector<char> block(text.size() + reader::tailroom_bytes);
   std::copy(text.begin(), text.end(), block.begin());
   require(!text.empty() && bool{validator.validate({block.data(), text.size()})}, "what is encoded is JSON");
+  out = {};
   require(!decode(text, scratch, limits, out), "what is encoded is not refused");
 }
 
 void check_refusal(reader& validator, const refusal& why, const request& asked) {
-  std::array<char, refusal_text_bytes_max> room;
-  std::array<char, 2 * refusal_text_bytes_max> plenty;
+  std::array<char, refusal::text_bytes_max> room;
+  std::array<char, 2 * refusal::text_bytes_max> plenty;
   const std::string_view sentence = why.text(room);
   require(!sentence.empty() && sentence == why.text(plenty), "a sentence is whole");
-  std::array<char, 6 * refusal_text_bytes_max + 512> status;
+  std::array<char, 6 * refusal::text_bytes_max + 512> status;
   request again;
   scratch_buffer scratch;
-  read_back(validator, encode_status(status, level::error, asked.id_raw, sentence), scratch, again);
-  require(again.what == op::status && again.id_raw == asked.id_raw, "a status carries the id");
+  read_back(validator, written(status, write_status, severity::error, asked.id_raw, sentence), scratch,
+            again);
+  require(again.what == verb::status && again.id_raw == asked.id_raw, "a status carries the id");
 }
 
 // Writes around a value with a head and a tail.
 template <class Head, class Tail>
-std::string written(Head head, std::string_view value, Tail tail) {
-  std::string room(text_bytes_max + 8 * limits.topic_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
+std::string written_around(Head head, std::string_view value, Tail tail) {
+  std::string room(text_bytes_max + 8 * limits.name_bytes_max + 8 * limits.id_bytes_max + 128, '\0');
   rowe::json::writer w{room};
   head(w);
   w.raw(value);
@@ -69,53 +73,51 @@ void check_service(reader& validator, const request& asked) {
   request again;
   scratch_buffer scratch;
   std::array<char, request_bytes_max(limits)> room;
-  read_back(validator, encode_advertise_service(room, asked.service, asked.type), scratch, again);
-  require(again.what == op::advertise_service && again.service == asked.service && again.type == asked.type,
+  read_back(validator, written(room, write_advertise_service, asked.service, asked.type), scratch, again);
+  require(again.what == verb::advertise_service && again.service == asked.service && again.type == asked.type,
           "an advertisement says the same");
-  read_back(validator, encode_unadvertise_service(room, asked.service), scratch, again);
-  require(again.what == op::unadvertise_service && again.service == asked.service, "so does its end");
+  read_back(validator, written(room, write_unadvertise_service, asked.service), scratch, again);
+  require(again.what == verb::unadvertise_service && again.service == asked.service, "so does its end");
 
-  const std::string_view args = asked.args_raw.empty() ? "{}" : asked.args_raw;
-  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a", asked.timeout_ns); };
-  const std::string call = written(call_head, args, write_call_service_tail);
+  const bool calls = asked.what == verb::call && !asked.body_raw.empty();
+  const std::string_view args = calls ? asked.body_raw : "{}";
+  const auto call_head = [&](auto& w) { write_call_service_head(w, asked.service, "1.a", asked.ttl_ns); };
+  const std::string call = written_around(call_head, args, write_call_service_tail);
   if (call.size() <= text_bytes_max && asked.service.find('#') == std::string_view::npos) {
     read_back(validator, call, scratch, again);
-    require(again.what == op::call_service && again.service == asked.service && again.id_raw == "\"1.a\"" &&
-                again.args_raw == args,
+    require(again.what == verb::call && again.service == asked.service && again.id_raw == "\"1.a\"" &&
+                again.body_raw == args,
             "a call says the same");
-    require((again.timeout_ns > 0) == (asked.timeout_ns > 0), "and takes as long");
+    require((again.ttl_ns > 0) == (asked.ttl_ns > 0), "and takes as long");
   }
-  const std::string_view values = asked.values_raw.empty() ? "null" : asked.values_raw;
+  const std::string_view values = asked.body_raw.empty() ? "null" : asked.body_raw;
   const auto head = [&](auto& w) {
-    write_service_response_head(w, asked.service, asked.id_raw, asked.result);
+    write_service_response_head(w, asked.service, asked.id_raw, !asked.failed);
   };
-  const std::string response = written(head, values, write_service_response_tail);
+  const std::string response = written_around(head, values, write_service_response_tail);
   if (response.size() > text_bytes_max) return;
   read_back(validator, response, scratch, again);
-  require(again.what == op::service_response && again.service == asked.service &&
-              again.id_raw == asked.id_raw && again.result == asked.result && again.values_raw == values,
+  require(again.what == verb::reply && again.service == asked.service && again.id_raw == asked.id_raw &&
+              again.failed == asked.failed && again.body_raw == values,
           "an answer says the same");
 }
 
 void check_request(reader& validator, const request& asked, std::string_view text, std::string_view scratch) {
-  const bool has_topic = asked.what <= op::publish;
-  const bool has_service = asked.what >= op::call_service && asked.what <= op::unadvertise_service;
+  const bool has_topic = asked.what >= verb::publish && asked.what <= verb::unadvertise;
+  const bool has_service = asked.what >= verb::call && asked.what <= verb::unadvertise_service;
   require(has_topic != asked.topic.empty(), "a topic is there where it is needed");
   require(has_service != asked.service.empty(), "and a service");
   for (const std::string_view name : {asked.topic, asked.service, asked.type}) {
-    require(name.size() <= limits.topic_bytes_max, "names keep their limit");
+    require(name.size() <= limits.name_bytes_max, "names keep their limit");
     require(name.empty() || lies_in(name, text) || lies_in(name, scratch), "names lie where they should");
   }
   require(asked.id_raw.size() <= limits.id_bytes_max, "ids keep their limit");
   require(asked.id_raw.empty() || lies_in(asked.id_raw, text) || lies_in(asked.id_raw, scratch),
           "ids lie where they should");
-  for (const std::string_view raw : {asked.msg_raw, asked.args_raw, asked.values_raw}) {
-    require(raw.empty() || lies_in(raw, text), "messages lie in the text");
-  }
+  require(asked.body_raw.empty() || lies_in(asked.body_raw, text), "messages lie in the text");
   require(asked.throttle_ms >= 0 && asked.throttle_ms <= milliseconds_max && asked.queue_length >= 0 &&
-              asked.queue_size >= 0 && asked.lifespan_ns >= lifespan_for_ever &&
-              asked.deadline_ns >= lifespan_for_ever &&
-              (asked.timeout_ns == no_timeout || asked.timeout_ns > 0),
+              asked.queue_size >= 0 && asked.lifespan_ns >= unlimited && asked.deadline_ns >= unlimited &&
+              (asked.ttl_ns == unlimited || asked.ttl_ns > 0),
           "numbers keep their limits");
   if (has_service) check_service(validator, asked);
   if (!has_topic) return;
@@ -123,22 +125,23 @@ void check_request(reader& validator, const request& asked, std::string_view tex
   scratch_buffer second_scratch;
   std::array<char, request_bytes_max(limits)> room;
   std::vector<char> head(publish_head_bytes_max(asked.topic.size()));
-  std::string publish{encode_publish_head(head, asked.topic)};
-  publish.append(asked.msg_raw.empty() ? "{}" : asked.msg_raw).append(publish_tail);
+  std::string publish{written(head, write_publish_head, asked.topic)};
+  publish.append(asked.body_raw.empty() ? "{}" : asked.body_raw).append(publish_tail);
   if (publish.size() <= text_bytes_max) {
     read_back(validator, publish, second_scratch, again);
-    require(again.what == op::publish && again.topic == asked.topic, "a publish says the same topic");
-    require(asked.msg_raw.empty() || again.msg_raw == asked.msg_raw, "a publish says the same message");
+    require(again.what == verb::publish && again.topic == asked.topic, "a publish says the same topic");
+    require(asked.body_raw.empty() || again.body_raw == asked.body_raw, "a publish says the same message");
   }
-  require(
-      !encode_subscribe(room, {.topic = asked.topic,
-                               .type = asked.type,
-                               .throttle_ms = asked.throttle_ms,
-                               .queue_length = asked.queue_length})
-              .empty() &&
-          !encode_advertise(room, {.topic = asked.topic, .type = asked.type, .queue_size = asked.queue_size})
-               .empty(),
-      "requests fit their room");
+  require(!written(room, write_subscribe,
+                   {.topic = asked.topic,
+                    .type = asked.type,
+                    .throttle_ms = asked.throttle_ms,
+                    .queue_length = asked.queue_length})
+                  .empty() &&
+              !written(room, write_advertise,
+                       {.topic = asked.topic, .type = asked.type, .queue_size = asked.queue_size})
+                   .empty(),
+          "requests fit their room");
 }
 
 } // namespace
@@ -159,7 +162,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!valid) return 0;
   if (wrong) {
     check_refusal(*validator, *wrong, asked);
-  } else if (asked.what == op::unsupported || asked.what == op::unknown) {
+  } else if (asked.what == verb::unsupported || asked.what == verb::unknown) {
     check_refusal(*validator, refuse_op(asked), asked);
   } else {
     check_request(*validator, asked, text, {scratch.data(), scratch.size()});

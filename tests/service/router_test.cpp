@@ -5,6 +5,8 @@
 
 #include <string>
 
+#include "wire/protocols.hpp"
+
 namespace router_test {
 namespace {
 
@@ -21,7 +23,7 @@ rowe::limits few() {
 struct router_test : testing::Test {
   rowe::limits bounds = few();
   rowe::rt::arena memory{router::footprint_bytes(bounds), rowe::rt::page_lock::none};
-  router routes{memory, bounds};
+  router routes{memory, bounds, rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
 };
 
 TEST_F(router_test, takes_no_more_memory_than_it_says) {

@@ -90,7 +90,8 @@ class theatre_over {
             memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board, door,
             rowe::service::core_seams{
                 net, random, validator,
-                [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; }},
+                [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
+                rowe::wire::protocols_of(options.profile)},
             now)} {}
 
   // Moves the time and does one cycle.

@@ -46,25 +46,26 @@ class dialect_check {
  private:
   heard rosbridge(std::string_view text) {
     namespace r = rowe::wire::rosbridge;
-    r::request said;
-    const r::name_limits names{.topic_bytes_max = 1024, .id_bytes_max = 1024};
+    using rowe::wire::verb;
+    rowe::wire::request said;
+    const rowe::wire::name_limits names{.name_bytes_max = 1024, .id_bytes_max = 1024};
     scratch_.resize(r::scratch_bytes(names));
     if (const auto no = r::decode(rowe::json::document{text}, scratch_, names, said)) {
-      std::array<char, r::refusal_text_bytes_max> why;
+      std::array<char, rowe::wire::refusal::text_bytes_max> why;
       return {.why = std::string{no->text(why)}};
     }
     heard out{.id_raw = std::string{said.id_raw}, .topic = std::string{said.topic}, .body = text};
     switch (said.what) {
-    case r::op::publish: out.is = kind::publish; break;
-    case r::op::status: out.is = kind::status; break;
-    case r::op::call_service: out.is = kind::request; break;
-    case r::op::service_response:
+    case verb::publish: out.is = kind::publish; break;
+    case verb::status: out.is = kind::status; break;
+    case verb::call: out.is = kind::request; break;
+    case verb::reply:
       out.is = kind::answer;
-      out.failed = !said.result;
+      out.failed = said.failed;
       break;
-    case r::op::set_level:
-    case r::op::unsupported:
-    case r::op::unknown: out.why = "an operation that nobody sends"; break;
+    case verb::set_level:
+    case verb::unsupported:
+    case verb::unknown: out.why = "an operation that nobody sends"; break;
     default: out.is = kind::announcement; break;
     }
     return out;
@@ -72,10 +73,10 @@ class dialect_check {
   heard bare(std::string_view text) {
     namespace b = rowe::wire::bare;
     b::envelope said;
-    const b::name_limits names{.service_bytes_max = 1024, .id_bytes_max = 1024};
+    const rowe::wire::name_limits names{.name_bytes_max = 1024, .id_bytes_max = 1024};
     scratch_.resize(b::scratch_bytes(names));
     if (const auto no = b::decode(rowe::json::document{text}, scratch_, names, said)) {
-      std::array<char, b::refusal_text_bytes_max> why;
+      std::array<char, rowe::wire::refusal::text_bytes_max> why;
       return {.why = std::string{no->text(why)}};
     }
     heard out{.in_bare = true, .body = text};

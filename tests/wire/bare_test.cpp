@@ -16,7 +16,7 @@ namespace rowe::wire::bare {
 namespace bare_test {
 namespace {
 
-constexpr name_limits limits{.service_bytes_max = 16, .id_bytes_max = 24};
+constexpr name_limits limits{.name_bytes_max = 16, .id_bytes_max = 24};
 
 bool is_json(std::string_view text) {
   std::string padded{text};
@@ -40,7 +40,7 @@ class decoded {
   }
   const envelope& as_far_as_read() const { return envelope_; }
   std::string sentence() const {
-    std::array<char, refusal_text_bytes_max> room{};
+    std::array<char, refusal::text_bytes_max> room{};
     return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
   }
 
@@ -61,7 +61,7 @@ TEST(bare_decode, reads_the_papers_invocation_and_its_reply) {
   EXPECT_EQ(invocation->id_raw, R"("7.a")");
   EXPECT_EQ(invocation->service, "add-two-numbers");
   EXPECT_EQ(invocation->in_reply_to_raw, "");
-  EXPECT_EQ(invocation->ttl_ns, no_ttl);
+  EXPECT_EQ(invocation->ttl_ns, unlimited);
   const decoded reply{R"({"result":42,"in_reply_to":"7.a"})"};
   EXPECT_EQ(reply->what, kind::reply);
   EXPECT_EQ(reply->in_reply_to_raw, R"("7.a")");
@@ -76,7 +76,7 @@ TEST(bare_decode, takes_everything_else_for_a_message) {
     EXPECT_EQ(d->what, kind::message) << text;
     EXPECT_EQ(d->id_raw, "");
     EXPECT_EQ(d->service, "");
-    EXPECT_EQ(d->ttl_ns, no_ttl);
+    EXPECT_EQ(d->ttl_ns, unlimited);
   }
 }
 
@@ -150,9 +150,9 @@ TEST(bare_decode, takes_a_time_to_live_in_milliseconds) {
 }
 
 TEST(bare_decode, takes_a_time_to_live_that_no_clock_can_hold_for_none) {
-  EXPECT_EQ(ttl_of("9.3e12"), no_ttl);
-  EXPECT_EQ(ttl_of("1e300"), no_ttl);
-  EXPECT_EQ(ttl_of("99999999999999999999"), no_ttl);
+  EXPECT_EQ(ttl_of("9.3e12"), unlimited);
+  EXPECT_EQ(ttl_of("1e300"), unlimited);
+  EXPECT_EQ(ttl_of("99999999999999999999"), unlimited);
 }
 
 TEST(bare_decode, tells_a_refusal_from_an_ordinary_reply) {
@@ -239,7 +239,7 @@ TEST(bare_decode, never_cuts_a_sentence_within_the_room_it_asks_for) {
                         .expected = "a string or an integer",
                         .bytes = SIZE_MAX / 2,
                         .limit = SIZE_MAX / 2};
-    std::array<char, refusal_text_bytes_max> room{};
+    std::array<char, refusal::text_bytes_max> room{};
     std::array<char, 4096> plenty{};
     EXPECT_EQ(worst.text(room), worst.text(plenty));
     EXPECT_EQ(worst.text(std::span{room}.first(10)).size(), 10U);

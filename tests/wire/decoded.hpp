@@ -14,7 +14,7 @@
 
 namespace rowe::wire::rosbridge {
 
-inline constexpr name_limits limits{.topic_bytes_max = 32, .id_bytes_max = 64};
+inline constexpr name_limits limits{.name_bytes_max = 32, .id_bytes_max = 64};
 
 // The text lies in a block with the tailroom that validation wants.
 class decoded {
@@ -32,7 +32,7 @@ class decoded {
   const request* operator->() const { return &**this; }
   const request& as_far_as_read() const { return request_; }
   std::string sentence() const {
-    std::array<char, refusal_text_bytes_max> room{};
+    std::array<char, refusal::text_bytes_max> room{};
     return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
   }
 

@@ -19,41 +19,41 @@ TEST(rosbridge_decode, reads_roslibs_subscribe) {
   const decoded d{
       R"({"op":"subscribe","id":"subscribe:/probe/chatter:2b401030-0001","type":"std_msgs/msg/String",)"
       R"("topic":"/probe/chatter","compression":"none","throttle_rate":50,"queue_length":1})"};
-  EXPECT_EQ(d->what, op::subscribe);
-  EXPECT_EQ(d->op_text, "subscribe");
+  EXPECT_EQ(d->what, verb::subscribe);
+  EXPECT_EQ(d->verb_text, "subscribe");
   EXPECT_EQ(d->id_raw, R"("subscribe:/probe/chatter:2b401030-0001")");
   EXPECT_EQ(d->type, "std_msgs/msg/String");
   EXPECT_EQ(d->topic, "/probe/chatter");
   EXPECT_EQ(d->throttle_ms, 50);
   EXPECT_EQ(d->queue_length, 1);
   EXPECT_TRUE(d->has_queue_length);
-  EXPECT_EQ(d->lifespan_ns, lifespan_for_ever);
+  EXPECT_EQ(d->lifespan_ns, unlimited);
 }
 
 TEST(rosbridge_decode, reads_roslibs_advertise_and_publish) {
   const decoded advertise{
       R"({"op":"advertise","id":"advertise:/probe/chatter:690916a6","type":"std_msgs/msg/String",)"
       R"("topic":"/probe/chatter","latch":true,"queue_size":10})"};
-  EXPECT_EQ(advertise->what, op::advertise);
+  EXPECT_EQ(advertise->what, verb::advertise);
   EXPECT_EQ(advertise->topic, "/probe/chatter");
   EXPECT_TRUE(advertise->latch);
   EXPECT_EQ(advertise->queue_size, 10);
   const decoded publish{R"({"op":"publish","id":"publish:/probe/chatter:0c4b929d","topic":"/probe/chatter",)"
                         R"("msg":{"data":"hello"}})"};
-  EXPECT_EQ(publish->what, op::publish);
+  EXPECT_EQ(publish->what, verb::publish);
   EXPECT_EQ(publish->topic, "/probe/chatter");
-  EXPECT_EQ(publish->msg_raw, R"({"data":"hello"})");
+  EXPECT_EQ(publish->body_raw, R"({"data":"hello"})");
 }
 
 TEST(rosbridge_decode, reads_roslibs_unsubscribe_and_unadvertise) {
   const decoded unsubscribe{
       R"({"op":"unsubscribe","id":"subscribe:/probe/odom:abe2cd89","topic":"/probe/odom"})"};
-  EXPECT_EQ(unsubscribe->what, op::unsubscribe);
+  EXPECT_EQ(unsubscribe->what, verb::unsubscribe);
   EXPECT_EQ(unsubscribe->id_raw, R"("subscribe:/probe/odom:abe2cd89")");
   EXPECT_EQ(unsubscribe->topic, "/probe/odom");
   const decoded unadvertise{
       R"({"op":"unadvertise","id":"advertise:/probe/chatter:690916a6","topic":"/probe/chatter"})"};
-  EXPECT_EQ(unadvertise->what, op::unadvertise);
+  EXPECT_EQ(unadvertise->what, verb::unadvertise);
   EXPECT_EQ(unadvertise->topic, "/probe/chatter");
 }
 
@@ -71,20 +71,20 @@ TEST(rosbridge_decode, names_what_rosbridge_has_and_rowe_has_not) {
       R"({"op":"auth","mac":"x","client":"c","dest":"d","rand":"r","t":0,"level":"l","end":0})"};
   for (const std::string_view text : texts) {
     const decoded d{std::string{text}};
-    EXPECT_EQ(d->what, op::unsupported) << text;
-    std::array<char, refusal_text_bytes_max> room{};
+    EXPECT_EQ(d->what, verb::unsupported) << text;
+    std::array<char, refusal::text_bytes_max> room{};
     const std::string_view why = refuse_op(*d).text(room);
-    EXPECT_TRUE(why.starts_with("the operation \"" + std::string{d->op_text} + "\" is not offered here"))
+    EXPECT_TRUE(why.starts_with("the operation \"" + std::string{d->verb_text} + "\" is not offered here"))
         << why;
   }
 }
 
 TEST(rosbridge_decode, names_what_nobody_knows) {
   const decoded d{R"({"id":7,"op":"subscribee","topic":"/x"})"};
-  EXPECT_EQ(d->what, op::unknown);
-  EXPECT_EQ(d->op_text, "subscribee");
+  EXPECT_EQ(d->what, verb::unknown);
+  EXPECT_EQ(d->verb_text, "subscribee");
   EXPECT_EQ(d->id_raw, "7");
-  std::array<char, refusal_text_bytes_max> room{};
+  std::array<char, refusal::text_bytes_max> room{};
   EXPECT_EQ(refuse_op(*d).text(room),
             R"(the operation "subscribee" is unknown; offered are )"
             "subscribe, unsubscribe, advertise, unadvertise, publish, call_service, service_response, "
@@ -95,16 +95,16 @@ TEST(rosbridge_decode, names_what_nobody_knows) {
 
 TEST(rosbridge_decode, resolves_the_slashes_that_the_reference_server_escapes) {
   const decoded d{R"({"topic": "\/odom", "msg": {"name": "\/base"}, "op": "publish"})"};
-  EXPECT_EQ(d->what, op::publish);
+  EXPECT_EQ(d->what, verb::publish);
   EXPECT_EQ(d->topic, "/odom");
-  EXPECT_EQ(d->msg_raw, R"({"name": "\/base"})");
+  EXPECT_EQ(d->body_raw, R"({"name": "\/base"})");
 }
 
 TEST(rosbridge_decode, reads_a_status) {
   const decoded d{R"({"op":"status","level":"warning","id":"a","msg":"too \"late\""})"};
-  EXPECT_EQ(d->what, op::status);
-  EXPECT_EQ(d->level, level::warning);
-  EXPECT_EQ(d->msg_raw, R"("too \"late\"")");
+  EXPECT_EQ(d->what, verb::status);
+  EXPECT_EQ(d->level, severity::warning);
+  EXPECT_EQ(d->body_raw, R"("too \"late\"")");
 }
 
 // Everything optional
@@ -126,15 +126,15 @@ TEST(rosbridge_decode, has_defaults_for_all_that_may_be_left_out) {
 TEST(rosbridge_decode, takes_members_in_any_order_with_any_white_space) {
   const decoded d{" {\n\"msg\" : { \"op\" : \"advertise\", \"topic\":\"/inner\" } ,\t\"topic\":\"/t\" , "
                   "\"op\" :\"publish\" } "};
-  EXPECT_EQ(d->what, op::publish);
+  EXPECT_EQ(d->what, verb::publish);
   EXPECT_EQ(d->topic, "/t");
-  EXPECT_EQ(d->msg_raw, R"({ "op" : "advertise", "topic":"/inner" })");
+  EXPECT_EQ(d->body_raw, R"({ "op" : "advertise", "topic":"/inner" })");
 }
 
 TEST(rosbridge_decode, understands_escapes_in_names_and_values) {
   const decoded d{R"({"\u006fp":"pub\u006cish","\u0074opic":"\/\u00e9\ud83d\ude00","m\u0073g":{}})"};
-  EXPECT_EQ(d->what, op::publish);
-  EXPECT_EQ(d->op_text, "publish");
+  EXPECT_EQ(d->what, verb::publish);
+  EXPECT_EQ(d->verb_text, "publish");
   EXPECT_EQ(d->topic, "/\xc3\xa9\xf0\x9f\x98\x80");
 }
 
@@ -158,24 +158,25 @@ TEST(rosbridge_decode, takes_ids_of_either_kind_and_echoes_them_as_they_stand) {
 }
 
 TEST(rosbridge_decode, takes_set_level) {
-  for (const level l : {level::none, level::error, level::warning, level::info}) {
+  for (const severity l : {severity::none, severity::error, severity::warning, severity::info}) {
     const decoded d{R"({"op":"set_level","level":")" + std::string{name_of(l)} + R"("})"};
-    EXPECT_EQ(d->what, op::set_level);
+    EXPECT_EQ(d->what, verb::set_level);
     EXPECT_EQ(d->level, l);
   }
 }
 
 TEST(rosbridge_decode, checks_fragment_size_and_ignores_it) {
   EXPECT_EQ(
-      decoded { R"({"op":"subscribe","topic":"/t","fragment_size":1000})" } -> what, op::subscribe);
+      decoded { R"({"op":"subscribe","topic":"/t","fragment_size":1000})" } -> what, verb::subscribe);
   EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","fragment_size":-1})"),
             R"(subscribe: the member "fragment_size" must not be negative; it is -1)");
 }
 
 // Quality of service
 
-request with_qos(const std::string& qos, std::string_view op_text = "subscribe", std::string_view more = "") {
-  const decoded d{R"({"op":")" + std::string{op_text} + R"(","topic":"/t","qos":{)" + qos + "}" +
+request with_qos(const std::string& qos, std::string_view verb_text = "subscribe",
+                 std::string_view more = "") {
+  const decoded d{R"({"op":")" + std::string{verb_text} + R"(","topic":"/t","qos":{)" + qos + "}" +
                   std::string{more} + "}"};
   return *d; // its numbers only; the views end with the text
 }
@@ -185,14 +186,14 @@ TEST(rosbridge_decode, takes_lifespan_as_a_time_to_live) {
   EXPECT_EQ(with_qos(R"("lifespan":2)").lifespan_ns, 2'000'000'000);
   EXPECT_EQ(with_qos(R"("lifespan":0)").lifespan_ns, 0);
   EXPECT_EQ(with_qos(R"("lifespan":{"secs":1,"nsecs":500})").lifespan_ns, 1'000'000'500);
-  EXPECT_EQ(with_qos(R"("lifespan":"infinite")").lifespan_ns, lifespan_for_ever);
-  EXPECT_EQ(with_qos(R"("lifespan":"Infinite")").lifespan_ns, lifespan_for_ever);
+  EXPECT_EQ(with_qos(R"("lifespan":"infinite")").lifespan_ns, unlimited);
+  EXPECT_EQ(with_qos(R"("lifespan":"Infinite")").lifespan_ns, unlimited);
 }
 
 TEST(rosbridge_decode, takes_durations_that_no_clock_can_hold_as_for_ever) {
   for (const char* lifespan : {"1e300", "9300000000", R"({"secs":9223372036854775807,"nsecs":0})",
                                R"({"secs":9223372036,"nsecs":854775808})"}) {
-    EXPECT_EQ(with_qos("\"lifespan\":" + std::string{lifespan}).lifespan_ns, lifespan_for_ever) << lifespan;
+    EXPECT_EQ(with_qos("\"lifespan\":" + std::string{lifespan}).lifespan_ns, unlimited) << lifespan;
   }
   EXPECT_EQ(with_qos(R"("lifespan":{"secs":9223372036,"nsecs":854775807})").lifespan_ns, INT64_MAX);
 }
@@ -208,7 +209,7 @@ TEST(rosbridge_decode, takes_the_other_policies_as_far_as_rowe_has_them) {
   const request other =
       with_qos(R"("history":"KEEP_LAST","durability":"volatile","deadline":"best_available")");
   EXPECT_FALSE(other.keep_all || other.latch || other.has_queue_length);
-  EXPECT_EQ(other.deadline_ns, lifespan_for_ever);
+  EXPECT_EQ(other.deadline_ns, unlimited);
   EXPECT_TRUE(with_qos(R"("durability":"transient_local")", "advertise").latch);
   EXPECT_FALSE(with_qos(R"("durability":"best_available")", "advertise").latch);
 }
@@ -227,9 +228,9 @@ struct wrong {
 
 TEST(rosbridge_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
   constexpr wrong table[] = {
-      {"[]", "a message must be a JSON object"},
-      {"7", "a message must be a JSON object"},
-      {R"("op")", "a message must be a JSON object"},
+      {"[]", "a message must be one JSON object"},
+      {"7", "a message must be one JSON object"},
+      {R"("op")", "a message must be one JSON object"},
       {"{}",
        R"(the member "op" is missing; it says what to do, for example {"op":"subscribe","topic":"/odom"})"},
       {R"({"op":7})", R"(the member "op" must be a string; it is 7)"},
@@ -347,15 +348,15 @@ TEST(rosbridge_decode, counts_names_after_their_escapes_are_resolved) {
   const decoded d{R"({"op":"subs\u0063ribe","topic":")" + topic + R"(","type":")" + type + R"("})"};
   EXPECT_EQ(d->topic, std::string(32, 'a'));
   EXPECT_EQ(d->type, std::string(32, '/'));
-  EXPECT_EQ(d->op_text, "subscribe");
+  EXPECT_EQ(d->verb_text, "subscribe");
   EXPECT_NE(sentence_for(R"({"op":"subscribe","topic":")" + topic + R"(\u0061"})").find("the limit is 32"),
             std::string::npos);
 }
 
 TEST(rosbridge_decode, keeps_operation_and_id_for_the_answer_to_a_refusal) {
   const decoded d{R"({"topic":7,"id":"s1","op":"subscribe"})"};
-  EXPECT_EQ(d.as_far_as_read().op_text, "subscribe");
-  EXPECT_EQ(d.as_far_as_read().what, op::subscribe);
+  EXPECT_EQ(d.as_far_as_read().verb_text, "subscribe");
+  EXPECT_EQ(d.as_far_as_read().what, verb::subscribe);
   EXPECT_EQ(d.as_far_as_read().id_raw, R"("s1")");
   EXPECT_EQ(decoded{R"({"id":3,"topic":"/t"})"}.as_far_as_read().id_raw, "3");
   EXPECT_EQ(decoded{R"({"id":3,"op":"publish","id":4})"}.as_far_as_read().id_raw, "");
@@ -374,13 +375,13 @@ TEST(rosbridge_decode, never_cuts_a_sentence_within_the_room_it_asks_for) {
   const std::string long_text(200, 'v');
   for (int kind = 0; kind <= static_cast<int>(refusal::kind::unknown_op); ++kind) {
     const refusal worst{.what = static_cast<refusal::kind>(kind),
-                        .op_text = long_text,
+                        .verb_text = long_text,
                         .member = "qos.reliability",
                         .value = long_text,
                         .expected = R"("reliable", "best_effort" or "best_available")",
                         .bytes = SIZE_MAX / 2,
                         .limit = INT64_MAX};
-    std::array<char, refusal_text_bytes_max> room{};
+    std::array<char, refusal::text_bytes_max> room{};
     std::array<char, 4096> plenty{};
     EXPECT_EQ(worst.text(room), worst.text(plenty));
     EXPECT_EQ(worst.text(std::span{room}.first(10)).size(), 10U);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "wire/rosbridge.hpp"
+#include "written.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::wire::rosbridge {
@@ -20,7 +21,7 @@ class rosbridge_encode : public testing::Test {
 
 TEST_F(rosbridge_encode, writes_a_publish_around_a_message) {
   const std::string text =
-      std::string{encode_publish_head(room_, "/odom")} + R"({"x":1.5})" + std::string{publish_tail};
+      std::string{written(room_, write_publish_head, "/odom")} + R"({"x":1.5})" + std::string{publish_tail};
   EXPECT_EQ(text, R"({"op":"publish","topic":"/odom","msg":{"x":1.5}})");
 }
 
@@ -28,72 +29,74 @@ TEST_F(rosbridge_encode, needs_no_more_for_a_publish_head_than_it_says) {
   for (const std::size_t length : {0U, 1U, 128U}) {
     const std::string worst(length, '\x01');
     std::vector<char> exact(publish_head_bytes_max(length));
-    EXPECT_FALSE(encode_publish_head(exact, worst).empty()) << length;
+    EXPECT_FALSE(written(exact, write_publish_head, worst).empty()) << length;
   }
 }
 
 TEST_F(rosbridge_encode, writes_a_status_with_and_without_an_id) {
-  EXPECT_EQ(encode_status(room_, level::error, R"("s\/1")", "a \"quoted\" word"),
+  EXPECT_EQ(written(room_, write_status, severity::error, R"("s\/1")", "a \"quoted\" word"),
             R"({"op":"status","level":"error","id":"s\/1","msg":"a \"quoted\" word"})");
-  EXPECT_EQ(encode_status(room_, level::warning, "7", "x"),
+  EXPECT_EQ(written(room_, write_status, severity::warning, "7", "x"),
             R"({"op":"status","level":"warning","id":7,"msg":"x"})");
-  EXPECT_EQ(encode_status(room_, level::info, "", "x"), R"({"op":"status","level":"info","msg":"x"})");
+  EXPECT_EQ(written(room_, write_status, severity::info, "", "x"),
+            R"({"op":"status","level":"info","msg":"x"})");
 }
 
 TEST_F(rosbridge_encode, writes_subscribe_and_unsubscribe_with_one_id) {
   EXPECT_EQ(
-      encode_subscribe(
-          room_,
+      written(
+          room_, write_subscribe,
           {.topic = "/odom", .type = "nav_msgs/Odometry", .number = 3, .throttle_ms = 50, .queue_length = 1}),
       R"({"op":"subscribe","id":"subscribe:/odom:3","type":"nav_msgs/Odometry","topic":"/odom",)"
       R"("compression":"none","throttle_rate":50,"queue_length":1})");
   EXPECT_EQ(
-      encode_subscribe(room_, {.topic = "/odom"}),
+      written(room_, write_subscribe, {.topic = "/odom"}),
       R"({"op":"subscribe","id":"subscribe:/odom:1","topic":"/odom","compression":"none","throttle_rate":0,)"
       R"("queue_length":0})");
-  EXPECT_EQ(encode_unsubscribe(room_, "/odom", 3),
+  EXPECT_EQ(written(room_, write_unsubscribe, "/odom", 3),
             R"({"op":"unsubscribe","id":"subscribe:/odom:3","topic":"/odom"})");
 }
 
 TEST_F(rosbridge_encode, writes_advertise_and_unadvertise_with_one_id) {
   EXPECT_EQ(
-      encode_advertise(room_,
-                       {.topic = "/cmd", .type = "geometry_msgs/Twist", .latch = true, .queue_size = 10}),
+      written(room_, write_advertise,
+              {.topic = "/cmd", .type = "geometry_msgs/Twist", .latch = true, .queue_size = 10}),
       R"({"op":"advertise","id":"advertise:/cmd:1","type":"geometry_msgs/Twist","topic":"/cmd","latch":true,)"
       R"("queue_size":10})");
-  EXPECT_EQ(encode_advertise(room_, {.topic = "/cmd"}),
+  EXPECT_EQ(written(room_, write_advertise, {.topic = "/cmd"}),
             R"({"op":"advertise","id":"advertise:/cmd:1","topic":"/cmd","latch":false,"queue_size":100})");
-  EXPECT_EQ(encode_unadvertise(room_, "/cmd", 1),
+  EXPECT_EQ(written(room_, write_unadvertise, "/cmd", 1),
             R"({"op":"unadvertise","id":"advertise:/cmd:1","topic":"/cmd"})");
 }
 
 TEST_F(rosbridge_encode, writes_nothing_where_it_does_not_fit) {
   for (std::size_t bytes = 0; bytes < 40; ++bytes) {
     const std::span<char> small = std::span{room_}.first(bytes);
-    EXPECT_TRUE(encode_status(small, level::error, "1", "too long for the room").empty());
-    EXPECT_TRUE(encode_subscribe(small, {.topic = "/t"}).empty());
-    EXPECT_TRUE(encode_unsubscribe(small, "/t", 1).empty());
-    EXPECT_TRUE(encode_advertise(small, {.topic = "/t"}).empty());
-    EXPECT_TRUE(encode_unadvertise(small, "/t", 1).empty());
-    EXPECT_TRUE(encode_publish_head(small, "a longer topic").empty());
+    EXPECT_TRUE(written(small, write_status, severity::error, "1", "too long for the room").empty());
+    EXPECT_TRUE(written(small, write_subscribe, {.topic = "/t"}).empty());
+    EXPECT_TRUE(written(small, write_unsubscribe, "/t", 1).empty());
+    EXPECT_TRUE(written(small, write_advertise, {.topic = "/t"}).empty());
+    EXPECT_TRUE(written(small, write_unadvertise, "/t", 1).empty());
+    EXPECT_TRUE(written(small, write_publish_head, "a longer topic").empty());
   }
   std::vector<char> plenty(20'000);
-  EXPECT_TRUE(encode_subscribe(plenty, {.topic = std::string(1100, 't')}).empty());
+  EXPECT_TRUE(written(plenty, write_subscribe, {.topic = std::string(1100, 't')}).empty());
 }
 
 TEST_F(rosbridge_encode, needs_no_more_for_requests_than_it_says) {
-  const name_limits limits{.topic_bytes_max = 128, .id_bytes_max = 256};
-  const std::string worst(limits.topic_bytes_max, '\x01');
+  const name_limits limits{.name_bytes_max = 128, .id_bytes_max = 256};
+  const std::string worst(limits.name_bytes_max, '\x01');
   std::vector<char> exact(request_bytes_max(limits));
   const subscription most{.topic = worst,
                           .type = worst,
                           .number = UINT32_MAX,
                           .throttle_ms = milliseconds_max,
                           .queue_length = INT64_MAX};
-  EXPECT_FALSE(encode_subscribe(exact, most).empty());
-  EXPECT_FALSE(encode_advertise(exact, {.topic = worst, .type = worst, .queue_size = INT64_MAX}).empty());
-  EXPECT_FALSE(encode_unsubscribe(exact, worst, UINT32_MAX).empty());
-  EXPECT_FALSE(encode_unadvertise(exact, worst, UINT32_MAX).empty());
+  EXPECT_FALSE(written(exact, write_subscribe, most).empty());
+  EXPECT_FALSE(
+      written(exact, write_advertise, {.topic = worst, .type = worst, .queue_size = INT64_MAX}).empty());
+  EXPECT_FALSE(written(exact, write_unsubscribe, worst, UINT32_MAX).empty());
+  EXPECT_FALSE(written(exact, write_unadvertise, worst, UINT32_MAX).empty());
 }
 
 TEST_F(rosbridge_encode, writes_what_it_can_read) {
@@ -109,17 +112,17 @@ TEST_F(rosbridge_encode, writes_what_it_can_read) {
     return out;
   };
   const request subscribed =
-      read_back(encode_subscribe(room_, {.topic = topic, .type = "a/B", .queue_length = 5}));
-  EXPECT_EQ(subscribed.what, op::subscribe);
+      read_back(written(room_, write_subscribe, {.topic = topic, .type = "a/B", .queue_length = 5}));
+  EXPECT_EQ(subscribed.what, verb::subscribe);
   EXPECT_EQ(subscribed.type, "a/B");
   EXPECT_EQ(subscribed.queue_length, 5);
-  EXPECT_EQ(read_back(encode_unsubscribe(room_, topic, 1)).what, op::unsubscribe);
-  EXPECT_TRUE(read_back(encode_advertise(room_, {.topic = topic, .latch = true})).latch);
-  EXPECT_EQ(read_back(encode_unadvertise(room_, topic, 1)).what, op::unadvertise);
+  EXPECT_EQ(read_back(written(room_, write_unsubscribe, topic, 1)).what, verb::unsubscribe);
+  EXPECT_TRUE(read_back(written(room_, write_advertise, {.topic = topic, .latch = true})).latch);
+  EXPECT_EQ(read_back(written(room_, write_unadvertise, topic, 1)).what, verb::unadvertise);
   std::string publish;
   publish.reserve(1024); // validation reads 64 bytes ahead
-  publish.append(encode_publish_head(room_, topic)).append(R"({"a":[1,"}"]})").append(publish_tail);
-  EXPECT_EQ(read_back(publish).what, op::publish);
+  publish.append(written(room_, write_publish_head, topic)).append(R"({"a":[1,"}"]})").append(publish_tail);
+  EXPECT_EQ(read_back(publish).what, verb::publish);
 }
 
 } // namespace

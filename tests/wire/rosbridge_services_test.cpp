@@ -9,6 +9,7 @@
 
 #include "decoded.hpp"
 #include "wire/rosbridge.hpp"
+#include "written.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::wire::rosbridge {
@@ -20,34 +21,34 @@ namespace {
 TEST(rosbridge_services, reads_roslibs_calls) {
   const decoded plain{R"({"op":"call_service","id":"call_service:/probe/estop:0c28d7ab",)"
                       R"("service":"/probe/estop","args":{"data":true}})"};
-  EXPECT_EQ(plain->what, op::call_service);
+  EXPECT_EQ(plain->what, verb::call);
   EXPECT_EQ(plain->id_raw, R"("call_service:/probe/estop:0c28d7ab")");
   EXPECT_EQ(plain->service, "/probe/estop");
-  EXPECT_EQ(plain->args_raw, R"({"data":true})");
-  EXPECT_EQ(plain->timeout_ns, no_timeout);
+  EXPECT_EQ(plain->body_raw, R"({"data":true})");
+  EXPECT_EQ(plain->ttl_ns, unlimited);
   const decoded timed{
       R"({"op":"call_service","id":"call_service:/fail:f1ffc776","service":"/fail","args":{},)"
       R"("timeout":0.5})"};
-  EXPECT_EQ(timed->timeout_ns, 500'000'000);
+  EXPECT_EQ(timed->ttl_ns, 500'000'000);
   const decoded topics{R"({"op":"call_service","id":"c","service":"rosapi/topics","args":{}})"};
   EXPECT_EQ(topics->service, "rosapi/topics"); // no slash: the name is passed on as it is
 }
 
 TEST(rosbridge_services, reads_roslib_as_a_provider) {
   const decoded advertise{R"({"op":"advertise_service","type":"std_srvs/srv/SetBool","service":"/p/estop"})"};
-  EXPECT_EQ(advertise->what, op::advertise_service);
+  EXPECT_EQ(advertise->what, verb::advertise_service);
   EXPECT_EQ(advertise->service, "/p/estop");
   EXPECT_EQ(advertise->type, "std_srvs/srv/SetBool");
   const decoded unadvertise{R"({"op":"unadvertise_service","service":"/p/estop"})"};
-  EXPECT_EQ(unadvertise->what, op::unadvertise_service);
+  EXPECT_EQ(unadvertise->what, verb::unadvertise_service);
   EXPECT_EQ(unadvertise->service, "/p/estop");
   const decoded response{R"({"op":"service_response","service":"/p/estop",)"
                          R"("values":{"success":true,"message":"stopped"},"result":true,"id":"srv-1"})"};
-  EXPECT_EQ(response->what, op::service_response);
+  EXPECT_EQ(response->what, verb::reply);
   EXPECT_EQ(response->service, "/p/estop");
   EXPECT_EQ(response->id_raw, R"("srv-1")");
-  EXPECT_TRUE(response->result);
-  EXPECT_EQ(response->values_raw, R"({"success":true,"message":"stopped"})");
+  EXPECT_FALSE(response->failed);
+  EXPECT_EQ(response->body_raw, R"({"success":true,"message":"stopped"})");
 }
 
 TEST(rosbridge_services, reads_what_a_rosbridge_server_says) {
@@ -55,26 +56,26 @@ TEST(rosbridge_services, reads_what_a_rosbridge_server_says) {
                        R"("Service \/nope does not exist \u2013 no", "result": false, "id": 7})"};
   EXPECT_EQ(failed->service, "/nope");
   EXPECT_EQ(failed->id_raw, "7");
-  EXPECT_FALSE(failed->result);
-  EXPECT_EQ(failed->values_raw, R"("Service \/nope does not exist \u2013 no")");
+  EXPECT_TRUE(failed->failed);
+  EXPECT_EQ(failed->body_raw, R"("Service \/nope does not exist \u2013 no")");
   const decoded call{R"({"op": "call_service", "id": "service_request:\/mine:1", "service": "\/mine", )"
                      R"("args": {"data": true}})"};
-  EXPECT_EQ(call->what, op::call_service);
+  EXPECT_EQ(call->what, verb::call);
   EXPECT_EQ(call->service, "/mine");
   EXPECT_EQ(call->id_raw, R"("service_request:\/mine:1")");
   const decoded letters{R"({"op":"call_service","service":"\/caf\u00e9","args":[1,"a"]})"};
   EXPECT_EQ(letters->service, "/caf\xc3\xa9");
-  EXPECT_EQ(letters->args_raw, R"([1,"a"])");
+  EXPECT_EQ(letters->body_raw, R"([1,"a"])");
 }
 
 TEST(rosbridge_services, has_defaults_for_what_a_text_leaves_out) {
   const decoded call{R"({"op":"call_service","service":"/s"})"};
   EXPECT_EQ(call->id_raw, "");
-  EXPECT_EQ(call->args_raw, "");
-  EXPECT_EQ(call->timeout_ns, no_timeout);
+  EXPECT_EQ(call->body_raw, "");
+  EXPECT_EQ(call->ttl_ns, unlimited);
   const decoded response{R"({"op":"service_response","service":"/s"})"};
-  EXPECT_TRUE(response->result);
-  EXPECT_EQ(response->values_raw, "");
+  EXPECT_FALSE(response->failed);
+  EXPECT_EQ(response->body_raw, "");
   EXPECT_EQ(
       decoded { R"({"op":"advertise_service","service":"/s"})" } -> type, "");
 }
@@ -83,23 +84,23 @@ TEST(rosbridge_services, takes_answers_of_every_kind) {
   for (const std::string values : {"{}", "[1]", R"("why")", "7", "true", "null"}) {
     EXPECT_EQ((decoded {
                 R"({"op":"service_response","service":"/s","result":false,"values":)" + values + "}"
-              } -> values_raw),
+              } -> body_raw),
               values);
   }
 }
 
 std::int64_t timeout_of(const std::string& seconds) {
-  return decoded { R"({"op":"call_service","service":"/s","timeout":)" + seconds + "}" } -> timeout_ns;
+  return decoded { R"({"op":"call_service","service":"/s","timeout":)" + seconds + "}" } -> ttl_ns;
 }
 
 TEST(rosbridge_services, takes_a_timeout_in_seconds) {
   EXPECT_EQ(timeout_of("0.2"), 200'000'000);
   EXPECT_EQ(timeout_of("3"), 3'000'000'000);
   EXPECT_EQ(timeout_of("1e-12"), 1); // the shortest there is, since 0 means none
-  EXPECT_EQ(timeout_of("0"), no_timeout);
-  EXPECT_EQ(timeout_of("0.0"), no_timeout);
-  EXPECT_EQ(timeout_of("-0.0"), no_timeout);
-  EXPECT_EQ(timeout_of("1e300"), no_timeout);
+  EXPECT_EQ(timeout_of("0"), unlimited);
+  EXPECT_EQ(timeout_of("0.0"), unlimited);
+  EXPECT_EQ(timeout_of("-0.0"), unlimited);
+  EXPECT_EQ(timeout_of("1e300"), unlimited);
 }
 
 TEST(rosbridge_services, takes_the_id_that_old_clients_write_behind_the_name) {
@@ -136,7 +137,7 @@ TEST(rosbridge_services, leaves_a_mark_in_the_name_where_no_old_client_puts_an_i
 
 TEST(rosbridge_services, keeps_operation_and_id_for_the_answer_to_a_refusal) {
   const decoded d{R"({"op":"call_service","service":"/s#33","args":7})"};
-  EXPECT_EQ(d.as_far_as_read().what, op::call_service);
+  EXPECT_EQ(d.as_far_as_read().what, verb::call);
   EXPECT_EQ(d.as_far_as_read().id_raw, R"("33")");
   EXPECT_EQ(d.as_far_as_read().service, "/s");
 }
@@ -194,9 +195,9 @@ TEST(rosbridge_services, refuses_with_a_sentence_that_names_member_value_and_lim
 
 class rosbridge_services_written : public testing::Test {
  protected:
-  std::string call(std::string_view service, std::string_view id, std::int64_t timeout_ns = no_timeout) {
+  std::string call(std::string_view service, std::string_view id, std::int64_t ttl_ns = unlimited) {
     json::writer text{room_};
-    write_call_service_head(text, service, id, timeout_ns);
+    write_call_service_head(text, service, id, ttl_ns);
     text.raw(R"({"a":[1,"}"]})");
     write_call_service_tail(text);
     EXPECT_FALSE(text.overflowed());
@@ -215,10 +216,12 @@ class rosbridge_services_written : public testing::Test {
 };
 
 TEST_F(rosbridge_services_written, writes_advertisements_without_an_id) {
-  EXPECT_EQ(encode_advertise_service(room_, "/add", "a/Add"),
+  EXPECT_EQ(written(room_, write_advertise_service, "/add", "a/Add"),
             R"({"op":"advertise_service","type":"a/Add","service":"/add"})");
-  EXPECT_EQ(encode_advertise_service(room_, "/add", ""), R"({"op":"advertise_service","service":"/add"})");
-  EXPECT_EQ(encode_unadvertise_service(room_, "/add"), R"({"op":"unadvertise_service","service":"/add"})");
+  EXPECT_EQ(written(room_, write_advertise_service, "/add", ""),
+            R"({"op":"advertise_service","service":"/add"})");
+  EXPECT_EQ(written(room_, write_unadvertise_service, "/add"),
+            R"({"op":"unadvertise_service","service":"/add"})");
 }
 
 TEST_F(rosbridge_services_written, writes_a_call_around_its_arguments) {
@@ -239,23 +242,23 @@ TEST_F(rosbridge_services_written, writes_a_response_around_its_values) {
 TEST_F(rosbridge_services_written, can_be_read) {
   const std::string name = "/\xc3\xa9\"\\/x";
   const decoded called{call(name, "i\"d", 1'500'000'000)};
-  EXPECT_EQ(called->what, op::call_service);
+  EXPECT_EQ(called->what, verb::call);
   EXPECT_EQ(called->service, name);
   EXPECT_EQ(called->id_raw, R"("i\"d")");
-  EXPECT_EQ(called->args_raw, R"({"a":[1,"}"]})");
-  EXPECT_EQ(called->timeout_ns, 1'500'000'000);
+  EXPECT_EQ(called->body_raw, R"({"a":[1,"}"]})");
+  EXPECT_EQ(called->ttl_ns, 1'500'000'000);
   const decoded answered{response(name, called->id_raw, false)};
-  EXPECT_EQ(answered->what, op::service_response);
+  EXPECT_EQ(answered->what, verb::reply);
   EXPECT_EQ(answered->service, name);
   EXPECT_EQ(answered->id_raw, called->id_raw);
-  EXPECT_FALSE(answered->result);
-  EXPECT_EQ(answered->values_raw, R"("va\"lues")");
-  const decoded advertised{std::string{encode_advertise_service(room_, name, "a/B")}};
+  EXPECT_TRUE(answered->failed);
+  EXPECT_EQ(answered->body_raw, R"("va\"lues")");
+  const decoded advertised{std::string{written(room_, write_advertise_service, name, "a/B")}};
   EXPECT_EQ(advertised->service, name);
   EXPECT_EQ(advertised->type, "a/B");
   EXPECT_EQ(
       decoded {
-        std::string { encode_unadvertise_service(room_, name) }
+        std::string { written(room_, write_unadvertise_service, name) }
       } -> service,
       name);
 }
@@ -263,8 +266,8 @@ TEST_F(rosbridge_services_written, can_be_read) {
 TEST_F(rosbridge_services_written, writes_nothing_where_it_does_not_fit) {
   for (std::size_t bytes = 0; bytes < 40; ++bytes) {
     const std::span<char> small = std::span{room_}.first(bytes);
-    EXPECT_TRUE(encode_advertise_service(small, "/add", "a/Add").empty());
-    EXPECT_TRUE(encode_unadvertise_service(small, "/add").empty());
+    EXPECT_TRUE(written(small, write_advertise_service, "/add", "a/Add").empty());
+    EXPECT_TRUE(written(small, write_unadvertise_service, "/add").empty());
     json::writer text{small};
     write_call_service_head(text, "/add", "1");
     EXPECT_TRUE(text.overflowed());
@@ -272,10 +275,10 @@ TEST_F(rosbridge_services_written, writes_nothing_where_it_does_not_fit) {
 }
 
 TEST_F(rosbridge_services_written, needs_no_more_for_advertisements_than_requests_do) {
-  const std::string worst(limits.topic_bytes_max, '\x01');
+  const std::string worst(limits.name_bytes_max, '\x01');
   std::vector<char> exact(request_bytes_max(limits));
-  EXPECT_FALSE(encode_advertise_service(exact, worst, worst).empty());
-  EXPECT_FALSE(encode_unadvertise_service(exact, worst).empty());
+  EXPECT_FALSE(written(exact, write_advertise_service, worst, worst).empty());
+  EXPECT_FALSE(written(exact, write_unadvertise_service, worst).empty());
 }
 
 } // namespace

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/bare_codec.hpp"
+
+#include "wire/bare.hpp"
+
+namespace rowe::wire {
+
+void bare_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
+                            const call_args& args) const noexcept {
+  if (args.is == call_args::form::object) return bare::write_invocation(out, args.text, id);
+  bare::write_call(out, service, id, [&](json::writer& body) { write_args(body, args); });
+}
+
+void bare_codec::write_reply(json::writer& out, const call_origin& call, const body& value) const noexcept {
+  // In a value these are members like others; here they would stand beside our own.
+  const bool wraps = value.is_text() && find_reserved(value.text());
+  bare::write_reply(out, call.id_raw, [&](json::writer& body) {
+    wraps ? write_result(body, value.text()) : value.write(body);
+  });
+}
+
+void bare_codec::write_failure(json::writer& out, const call_origin& call,
+                               const diagnostic& why) const noexcept {
+  bare::write_error(out, call.id_raw, why.code, why.text);
+}
+
+bool bare_codec::means_no_service(const request& failed, std::string_view, std::string_view) const noexcept {
+  return failed.code == "no_service";
+}
+
+// As a client nothing is answered but calls: an answer could only start a quarrel of two programs.
+void bare_codec::write_error(json::writer& out, const error_context& to,
+                             const diagnostic& why) const noexcept {
+  if (to.to_server && to.id_raw.empty()) return;
+  bare::write_error(out, to.id_raw, why.code, why.text);
+}
+
+} // namespace rowe::wire

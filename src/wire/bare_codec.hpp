@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bare dialect as a codec (bare.hpp has the dialect itself). It knows messages and calls, and no topics.
+#pragma once
+#include "wire/codec.hpp"
+
+namespace rowe::wire {
+
+class bare_codec final : public codec {
+ public:
+  constexpr explicit bare_codec(codec_id id) noexcept
+      : codec{{.id = id, .name = "bare", .fails_as_refusal = true}} {}
+
+  void write_call(json::writer& out, std::string_view service, std::string_view id,
+                  const call_args& args) const noexcept override;
+  void write_reply(json::writer& out, const call_origin& call, const body& value) const noexcept override;
+  void write_failure(json::writer& out, const call_origin& call,
+                     const diagnostic& why) const noexcept override;
+  bool means_no_service(const request& failed, std::string_view sentence,
+                        std::string_view service) const noexcept override;
+  void write_error(json::writer& out, const error_context& to, const diagnostic& why) const noexcept override;
+};
+
+} // namespace rowe::wire

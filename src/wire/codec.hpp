@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the service knows of dialects. A decoder reads messages of one kind of connection, a codec writes
+// those of one dialect, and a protocol says which of them a connection has and what its peer can take. All of
+// them are constants without a state, put together in a protocol_set (protocols.hpp), which the service is
+// given. Service thread only; nothing waits or allocates.
+//
+// A topic's message is written once for all who want it, between the head and the tail of one codec's
+// envelope, and goes to those who speak that codec as it lies there.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "wire/refusal.hpp"
+#include "wire/request.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::json {
+struct document;
+}
+
+namespace rowe::wire {
+
+// ---- reading
+
+// Why something failed: a word for programs, and a sentence for people.
+struct diagnostic {
+  std::string_view code;
+  std::string_view text;
+};
+
+// What a decoder is lent, as long as the request and the diagnostic are used.
+struct decode_room {
+  std::span<char> scratch; // decode_scratch_bytes(limits)
+  std::span<char, refusal::text_bytes_max> sentence;
+  name_limits limits;
+};
+// Bytes that suffice for every decoder.
+constexpr std::size_t decode_scratch_bytes(const name_limits& limits) noexcept {
+  return 2 * limits.name_bytes_max + limits.id_bytes_max + 128;
+}
+
+enum class decoded : std::uint8_t {
+  request,
+  refused,   // the request has its codec and what the answer needs, as far as they are good
+  malformed, // likewise; it is no message of this protocol at all
+};
+
+class message_decoder {
+ public:
+  // Reads a validated text into a request that is as it was made. Where it is refused, or its verb is
+  // unsupported or unknown, `why` says it.
+  virtual decoded decode(const json::document& text, const decode_room& room, request& into,
+                         diagnostic& why) const noexcept = 0;
+  // In which codec a text is answered that is no JSON: what can be seen of it decides, then what its peer
+  // spoke last.
+  virtual codec_id guess(std::string_view text, codec_id spoke_last) const noexcept = 0;
+  // Whether a message of which this is the beginning may be a stop. Only reading it says so; this decides
+  // whether it is read before its turn.
+  virtual bool may_be_stop(std::string_view begins) const noexcept = 0;
+
+ protected:
+  ~message_decoder() = default;
+};
+
+// ---- writing
+
+// One JSON value: a text that is there already, or what writes it in place. Lends both.
+class body {
+ public:
+  explicit body(std::string_view text) noexcept : text_{text} {}
+  template <class Write>
+  requires(requires(const Write& write, json::writer& out) {
+    write(out);
+  }) explicit body(const Write& write) noexcept
+      : writes_{&write}, write_{[](const void* with, json::writer& out) noexcept {
+          (*static_cast<const Write*>(with))(out);
+        }} {}
+
+  bool is_text() const noexcept { return write_ == nullptr; }
+  std::string_view text() const noexcept { return text_; }
+  void write(json::writer& out) const noexcept { is_text() ? out.raw(text_) : write_(writes_, out); }
+
+ private:
+  std::string_view text_{};
+  const void* writes_ = nullptr;
+  void (*write_)(const void*, json::writer&) noexcept = nullptr;
+};
+
+// The call that is answered.
+struct call_origin {
+  std::string_view service; // as its caller named it
+  std::string_view id_raw;  // as it stood there
+};
+
+// To whom an error goes that is no answer to a call.
+struct error_context {
+  bool to_server = false;           // else to a client
+  severity level = severity::error; // that its peer wants to hear of
+  std::string_view id_raw{};        // of the request; empty: none
+};
+
+// What a client tells a server.
+struct announcement {
+  std::string_view name;
+  std::string_view type; // empty: none
+  bool latch = false;
+  bool begins = true; // else it is taken back
+};
+
+// One delivery of a topic's message.
+struct delivery {
+  bool unslashed = false; // the peer calls the topic by its name without the slash
+};
+
+// How a topic's message goes to whoever cannot be sent the shared text as it lies there: these bytes, then
+// the rest of that from `from` on.
+struct message_head {
+  std::array<std::byte, 32> bytes{};
+  std::uint8_t size = 0;
+  std::uint8_t from = 0;
+};
+
+// Bytes of an announcement, and of an error; no codec needs more.
+inline constexpr std::size_t announcement_bytes_max = 8192;
+inline constexpr std::size_t error_bytes_max = 6 * refusal::text_bytes_max + 512;
+// Bytes that suffice for the head of a topic with a name of so many bytes.
+constexpr std::size_t topic_head_bytes_max(std::size_t name_bytes) noexcept { return 34 + 6 * name_bytes; }
+
+class codec {
+ public:
+  struct traits {
+    codec_id id;
+    std::string_view name;
+    // A call that fails is answered by the same kind of message as a request that is refused, and is counted
+    // among those.
+    bool fails_as_refusal;
+  };
+  constexpr codec_id id() const noexcept { return traits_.id; }
+  constexpr std::string_view name() const noexcept { return traits_.name; }
+  constexpr bool fails_as_refusal() const noexcept { return traits_.fails_as_refusal; }
+
+  // The envelope around the messages of a topic, of a codec that has one for all who speak it.
+  virtual void write_topic_head(json::writer&, std::string_view) const noexcept {}
+  virtual std::string_view topic_tail() const noexcept { return {}; }
+  // The same for one delivery.
+  virtual message_head head_of(const delivery&) const noexcept { return {}; }
+
+  // A call of a peer's service, with an id of ours.
+  virtual void write_call(json::writer& out, std::string_view service, std::string_view id,
+                          const call_args& args) const noexcept = 0;
+  virtual void write_reply(json::writer& out, const call_origin& call, const body& value) const noexcept = 0;
+  virtual void write_failure(json::writer& out, const call_origin& call,
+                             const diagnostic& why) const noexcept = 0;
+  // Whether a reply that failed, with this sentence, says that nobody provides the service.
+  virtual bool means_no_service(const request& failed, std::string_view sentence,
+                                std::string_view service) const noexcept = 0;
+
+  // Writes nothing where that is not for this peer to hear.
+  virtual void write_error(json::writer& out, const error_context& to,
+                           const diagnostic& why) const noexcept = 0;
+
+  // Each of these writes nothing where the dialect has no such message.
+  virtual void write_subscription(json::writer&, const announcement&) const noexcept {}
+  virtual void write_advertisement(json::writer&, const announcement&) const noexcept {}
+  virtual void write_provision(json::writer&, const announcement&) const noexcept {}
+
+ protected:
+  constexpr explicit codec(const traits& its) noexcept : traits_{its} {}
+  ~codec() = default;
+
+ private:
+  traits traits_;
+};
+
+} // namespace rowe::wire

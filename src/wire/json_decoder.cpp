@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/json_decoder.hpp"
+
+#include <algorithm>
+#include <iterator>
+
+#include "wire/bare.hpp"
+#include "wire/own_names.hpp"
+#include "wire/rosbridge.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::wire {
+namespace {
+
+constexpr bool decoders_fit(const name_limits& limits) {
+  return rosbridge::scratch_bytes(limits) <= decode_scratch_bytes(limits) &&
+         bare::scratch_bytes(limits) <= decode_scratch_bytes(limits);
+}
+static_assert(decoders_fit({.name_bytes_max = 0, .id_bytes_max = 0}) && decoders_fit({}));
+
+constexpr std::string_view stop_marks[] = {"rowe/stop", "rowe\\/stop"};
+
+bool says_stop(std::string_view escaped) noexcept {
+  return json::says(escaped, stop_name) || json::says(escaped, stop_name.substr(1));
+}
+
+diagnostic diagnose(const refusal& why, const decode_room& room) noexcept {
+  return {.code = why.code(), .text = why.text(room.sentence)};
+}
+
+verb verb_of(bare::kind what) noexcept {
+  switch (what) {
+  case bare::kind::invocation: return verb::call;
+  case bare::kind::reply: return verb::reply;
+  case bare::kind::message: break;
+  }
+  return verb::message;
+}
+
+} // namespace
+
+decoded json_decoder::decode(const json::document& text, const decode_room& room, request& into,
+                             diagnostic& why) const noexcept {
+  // Rosbridge's clients put it first, so that most of their members need not be looked at twice.
+  json::object_walk members{text};
+  json::member first;
+  if (members.next(first) && json::name_is(first, "op") && first.what.type == json::kind::string)
+    return decode_rosbridge(text, room, into, why);
+  return decode_other(text, room, into, why);
+}
+
+decoded json_decoder::decode_other(const json::document& text, const decode_room& room, request& into,
+                                   diagnostic& why) const noexcept {
+  bare::envelope said;
+  const auto wrong = bare::decode(text, room.scratch, room.limits, said);
+  if (said.op_is_text) return decode_rosbridge(text, room, into, why);
+  into.codec = bare_;
+  into.what = verb_of(said.what);
+  if (!json::is_object(text.text)) {
+    why = diagnose({.what = refusal::kind::not_an_object}, room);
+    return decoded::malformed;
+  }
+  if (wrong || said.has_op) {
+    // The answer to anything else but an invocation would have an id that nobody waits for.
+    if (into.what == verb::call) into.id_raw = said.id_raw;
+    const refusal op_is_no_text{.what = refusal::kind::wrong_type, .member = "op", .expected = "a string"};
+    why = diagnose(wrong ? *wrong : op_is_no_text, room);
+    return decoded::refused;
+  }
+  into.id_raw = into.what == verb::reply ? said.in_reply_to_raw : said.id_raw;
+  into.service = said.service;
+  into.form = call_args::form::object;
+  into.failed = said.failed;
+  into.body_raw = said.failed ? said.error_text_raw : text.text;
+  into.code = said.error_code;
+  into.ttl_ns = said.ttl_ns;
+  return decoded::request;
+}
+
+decoded json_decoder::decode_rosbridge(const json::document& text, const decode_room& room, request& into,
+                                       diagnostic& why) const noexcept {
+  const auto wrong = rosbridge::decode(text, room.scratch, room.limits, into);
+  into.codec = rosbridge_;
+  if (wrong || into.what >= verb::unsupported)
+    why = diagnose(wrong ? *wrong : rosbridge::refuse_op(into), room);
+  if (wrong) return decoded::refused;
+  return decoded::request;
+}
+
+codec_id json_decoder::guess(std::string_view text, codec_id spoke_last) const noexcept {
+  if (rosbridge::names_operation(text)) return rosbridge_;
+  return bare::names_id(text) ? bare_ : spoke_last;
+}
+
+// Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not
+// one inside of something else.
+bool json_decoder::may_be_stop(std::string_view begins) const noexcept {
+  const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
+    return begins.find(mark) != std::string_view::npos;
+  });
+  if (!marked) return false;
+  int depth = 0;
+  bool in_value = false;
+  std::string_view name;
+  for (std::size_t at = 0; at < begins.size(); ++at) {
+    switch (begins[at]) {
+    case '{':
+    case '[': ++depth; break;
+    case '}':
+    case ']':
+      if (--depth <= 0) return false;
+      break;
+    case ':': in_value = in_value || depth == 1; break;
+    case ',': in_value = in_value && depth != 1; break;
+    case '"': {
+      const std::size_t begin = ++at;
+      while (at < begins.size() && begins[at] != '"') at += begins[at] == '\\' ? 2U : 1U;
+      if (at >= begins.size()) return false;
+      const std::string_view said = begins.substr(begin, at - begin);
+      if (depth != 1) break;
+      if (!in_value) {
+        name = said;
+      } else if (name == "service" ? says_stop(said.substr(0, said.find('#')))
+                                   : name == "topic" && says_stop(said)) {
+        return true;
+      }
+      break;
+    }
+    default: break;
+    }
+  }
+  return false;
+}
+
+} // namespace rowe::wire

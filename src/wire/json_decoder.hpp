@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reads text messages of the two dialects that are JSON and nothing else, told apart message by message: an
+// object with a string member `op` is rosbridge's, everything else is bare.
+#pragma once
+#include "wire/codec.hpp"
+
+namespace rowe::wire {
+
+class json_decoder final : public message_decoder {
+ public:
+  constexpr json_decoder(codec_id bare, codec_id rosbridge) noexcept : bare_{bare}, rosbridge_{rosbridge} {}
+
+  decoded decode(const json::document& text, const decode_room& room, request& into,
+                 diagnostic& why) const noexcept override;
+  codec_id guess(std::string_view text, codec_id spoke_last) const noexcept override;
+  bool may_be_stop(std::string_view begins) const noexcept override;
+
+ private:
+  decoded decode_rosbridge(const json::document& text, const decode_room& room, request& into,
+                           diagnostic& why) const noexcept;
+  decoded decode_other(const json::document& text, const decode_room& room, request& into,
+                       diagnostic& why) const noexcept;
+
+  codec_id bare_;
+  codec_id rosbridge_;
+};
+
+} // namespace rowe::wire

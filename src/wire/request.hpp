@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a message asks for, in whatever dialect it is written. Decoders fill a request, the service carries it
+// out.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+namespace rowe::json {
+class encoder;
+class writer;
+} // namespace rowe::json
+
+namespace rowe::wire {
+
+// Which codec of a protocol_set: what came in one is answered in it.
+enum class codec_id : std::uint8_t {};
+
+enum class verb : std::uint8_t {
+  message, // to whoever receives
+  publish,
+  subscribe,
+  unsubscribe,
+  advertise,
+  unadvertise,
+  call,
+  reply,
+  advertise_service,
+  unadvertise_service,
+  status,
+  set_level,
+  unsupported, // the dialect has it, rowe does not
+  unknown,
+};
+
+// Of a status, and of set_level: what is at least that grave is reported.
+enum class severity : std::uint8_t { none, error, warning, info };
+
+inline constexpr std::int64_t unlimited = -1; // of a time: it has no end, or none was given
+
+struct name_limits {
+  std::size_t name_bytes_max = 128; // of topics, services and types, unescaped
+  std::size_t id_bytes_max = 256;   // as it stands in the text
+};
+
+// The arguments of a call.
+struct call_args {
+  enum class form : std::uint8_t {
+    args,   // JSON; empty: none
+    object, // the whole call as one object (object_form.hpp), with or without its id
+    value,  // of a struct, and what encodes it
+  };
+  form is = form::args;
+  std::string_view text{};
+  const json::encoder* encoder = nullptr;
+  const std::byte* value = nullptr;
+};
+
+// Views point into the message or into the scratch that the decoder was lent. What the verb does not have, or
+// what was absent, holds what stands here.
+struct request {
+  verb what = verb::unknown;
+  codec_id codec{};
+  call_args::form form = call_args::form::args; // object: body_raw is the whole message
+  bool failed = false;                          // reply: a refusal
+  bool latch = false;                           // advertise, publish, subscribe
+  bool has_queue_length = false;                // subscribe
+  bool keep_all = false;                        // subscribe, advertise: so much history
+  severity level = severity::info;              // status, set_level
+  std::string_view verb_text;                   // the dialect's own word
+  std::string_view id_raw;              // as it stood there, to be echoed; reply: the call's. Empty: none
+  std::string_view topic;               // unescaped, never empty where the verb needs it
+  std::string_view service;             // likewise
+  std::string_view type;                // unescaped; empty: none given
+  std::string_view body_raw;            // JSON: message, arguments, value, or what a status says; empty: none
+  std::string_view code;                // reply that failed: a word for programs; empty: none
+  std::int64_t ttl_ns = unlimited;      // message, call: how long it is worth something
+  std::int64_t throttle_ms = 0;         // subscribe: 0 to milliseconds_max
+  std::int64_t queue_length = 0;        // subscribe: 0 or more; 0: not stated
+  std::int64_t queue_size = 100;        // advertise: 0 or more
+  std::int64_t lifespan_ns = unlimited; // subscribe, advertise: a time to live
+  std::int64_t deadline_ns = unlimited; // subscribe, advertise: most time between two messages
+};
+
+inline constexpr std::int64_t milliseconds_max = INT64_MAX / 1'000'000; // as nanoseconds it still fits
+
+} // namespace rowe::wire

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "wire/rosbridge_codec.hpp"
+
+#include <algorithm>
+
+#include "wire/object_form.hpp"
+#include "wire/rosbridge.hpp"
+
+namespace rowe::wire {
+namespace {
+
+static_assert(rosbridge::publish_head_bytes_max(0) <= topic_head_bytes_max(0) &&
+              rosbridge::publish_head_bytes_max(255) <= topic_head_bytes_max(255));
+static_assert(rosbridge::request_bytes_max({.name_bytes_max = 255}) <= announcement_bytes_max);
+
+} // namespace
+
+void rosbridge_codec::write_topic_head(json::writer& out, std::string_view topic) const noexcept {
+  rosbridge::write_publish_head(out, topic);
+}
+
+std::string_view rosbridge_codec::topic_tail() const noexcept { return rosbridge::publish_tail; }
+
+// The name is sent without the one byte of its slash.
+message_head rosbridge_codec::head_of(const delivery& to) const noexcept {
+  constexpr std::string_view begins = rosbridge::publish_begins;
+  message_head head;
+  static_assert(begins.size() <= sizeof head.bytes);
+  head.size = begins.size();
+  head.from = static_cast<std::uint8_t>(begins.size() + (to.unslashed ? 1 : 0));
+  std::transform(begins.begin(), begins.end(), head.bytes.begin(), [](char c) { return std::byte(c); });
+  return head;
+}
+
+void rosbridge_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
+                                 const call_args& args) const noexcept {
+  rosbridge::write_call_service_head(out, service, id);
+  write_args(out, args);
+  rosbridge::write_call_service_tail(out);
+}
+
+void rosbridge_codec::write_reply(json::writer& out, const call_origin& call,
+                                  const body& value) const noexcept {
+  rosbridge::write_service_response_head(out, call.service, call.id_raw, true);
+  value.write(out);
+  rosbridge::write_service_response_tail(out);
+}
+
+void rosbridge_codec::write_failure(json::writer& out, const call_origin& call,
+                                    const diagnostic& why) const noexcept {
+  rosbridge::write_service_response_head(out, call.service, call.id_raw, false);
+  out.string(why.text);
+  rosbridge::write_service_response_tail(out);
+}
+
+bool rosbridge_codec::means_no_service(const request&, std::string_view sentence,
+                                       std::string_view service) const noexcept {
+  return says_no_service(sentence, service);
+}
+
+void rosbridge_codec::write_error(json::writer& out, const error_context& to,
+                                  const diagnostic& why) const noexcept {
+  if (to.to_server || to.level == severity::none) return;
+  rosbridge::write_status(out, severity::error, to.id_raw, why.text);
+}
+
+void rosbridge_codec::write_subscription(json::writer& out, const announcement& what) const noexcept {
+  what.begins ? rosbridge::write_subscribe(out, {.topic = what.name, .type = what.type})
+              : rosbridge::write_unsubscribe(out, what.name, 1);
+}
+
+void rosbridge_codec::write_advertisement(json::writer& out, const announcement& what) const noexcept {
+  what.begins ? rosbridge::write_advertise(out, {.topic = what.name, .type = what.type, .latch = what.latch})
+              : rosbridge::write_unadvertise(out, what.name, 1);
+}
+
+void rosbridge_codec::write_provision(json::writer& out, const announcement& what) const noexcept {
+  what.begins ? rosbridge::write_advertise_service(out, what.name, what.type)
+              : rosbridge::write_unadvertise_service(out, what.name);
+}
+
+} // namespace rowe::wire
