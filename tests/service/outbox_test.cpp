@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "wire/protocols.hpp"
+
 namespace outbox_test {
 namespace {
 
@@ -49,7 +51,8 @@ struct outbox_test : testing::Test {
   rowe::service::counters counts;
   rowe::service::timers due{memory, bounds, cycle.now};
   rowe::service::peer_table peers{memory, bounds};
-  rowe::service::router topics{memory, bounds};
+  rowe::service::router topics{memory, bounds,
+                               rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
   rowe::service::latch_store latches{memory, bounds};
   rowe::service::message_store store{
       memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
