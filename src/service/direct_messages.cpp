@@ -88,13 +88,6 @@ bool direct_messages::post(const direct_message& m) noexcept {
 
 // ---- sending
 
-// What is over makes room; its outcome is taken at once, for it had a slot.
-inline bool direct_messages::has_room(peer_index to, priority at) noexcept {
-  const bool has = out_.has_room(to, at);
-  take_outcomes();
-  return has;
-}
-
 // A message waits where it is while no peer that it may go to has room, so that its sender finds the handle
 // full instead of losing something; and behind those that are pending already. Among several peers one that
 // does not read must not stop the others.

@@ -135,7 +135,12 @@ class direct_messages {
   void show_room() noexcept;
   void place_all_pending() noexcept;
   bool may_park(const direct_message& m, connection* to) noexcept;
-  bool has_room(peer_index to, priority at) noexcept;
+  // What is over makes room; its outcome is taken at once, for it had a slot.
+  bool has_room(peer_index to, priority at) noexcept {
+    const bool has = out_.has_room(to, at);
+    take_outcomes();
+    return has;
+  }
   bool has_room_for(const direct_message& m) noexcept;
   void begin(std::uint32_t slot, const letter& as) noexcept;
   bool queue_to(peer_index to, std::uint32_t slot) noexcept;

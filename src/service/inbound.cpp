@@ -95,14 +95,14 @@ void core::handle_again(peer_index from, std::span<const std::byte> text) noexce
   heard_before_ = false;
 }
 
-void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
+inline void core::take_text(connection& c, std::span<const std::byte> payload) noexcept {
   add(counter::messages_in);
   ++c.messages_in;
   hear(c, payload);
 }
 
 // A text that was counted; once more where it found no room before.
-void core::hear(connection& c, std::span<const std::byte> payload) noexcept {
+inline void core::hear(connection& c, std::span<const std::byte> payload) noexcept {
   const std::string_view text = text_of(payload);
   if (const status valid = validator_.validate(text); !valid) {
     add(counter::malformed);
@@ -133,8 +133,8 @@ void core::refuse_malformed(connection& c, std::string_view text, const error& w
 }
 
 // `unknown`: why, of a request that nobody here carries out.
-void core::carry_out(connection& c, const wire::request& asked, const json::document& text,
-                     const wire::diagnostic& unknown) noexcept {
+inline void core::carry_out(connection& c, const wire::request& asked, const json::document& text,
+                            const wire::diagnostic& unknown) noexcept {
   using wire::verb;
   // Who may only stop is asked nothing: an object that looks like an answer is a message as any other.
   const bool no_reply = c.stop_only && asked.form == wire::call_args::form::object;
@@ -176,7 +176,8 @@ void core::carry_out(connection& c, const wire::request& asked, const json::docu
 }
 
 // A plain one: to whoever receives.
-void core::take_message(connection& c, const wire::request& asked, const json::document& text) noexcept {
+inline void core::take_message(connection& c, const wire::request& asked,
+                               const json::document& text) noexcept {
   if (asks_to_stop(text)) return take_silent_stop(c, text.text);
   if (drops_excess()) return;
   if (c.stop_only) return refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_sentence});

@@ -135,7 +135,7 @@ void ingress::keep_backlog(input& of) noexcept {
 }
 
 // Nothing of it is left.
-void ingress::end_backlog(peer_index peer) noexcept {
+inline void ingress::end_backlog(peer_index peer) noexcept {
   input& of = inputs_[peer];
   of.backlog = {};
   of.parked_text = nullptr;
@@ -220,7 +220,7 @@ void ingress::read_backlogs() noexcept {
 // that nobody pays for it. The first stop of each peer is carried out, and stops_ahead_max more of all; the
 // others change nothing. A stop whose service or topic stands further behind, that is longer, or that came
 // in pieces, waits for its turn.
-void ingress::take_stops(peer_index peer) noexcept {
+inline void ingress::take_stops(peer_index peer) noexcept {
   if (!handler_.stop_in_use()) return;
   input& of = inputs_[peer];
   const std::span<std::byte> all = of.backlog;

@@ -88,12 +88,6 @@ void message_store::let_go(std::uint32_t slot) noexcept {
   release(slot);
 }
 
-message_store::tracking& message_store::note(std::uint32_t slot) noexcept {
-  tracking& one = tracked_[slot_id{slot}];
-  if (!std::exchange(one.listed, true)) outcomes_.push_back(tracked_, {slot});
-  return one;
-}
-
 void message_store::note_tracked_sent(std::uint32_t slot) noexcept {
   tracking& one = note(slot);
   one.sent = true;

@@ -145,7 +145,11 @@ class message_store {
 
   void arm_all_unwritten() noexcept;
   void finalize(std::uint32_t slot, std::size_t bytes, rt::time_point expires) noexcept;
-  tracking& note(std::uint32_t slot) noexcept;
+  tracking& note(std::uint32_t slot) noexcept {
+    tracking& one = tracked_[slot_id{slot}];
+    if (!std::exchange(one.listed, true)) outcomes_.push_back(tracked_, {slot});
+    return one;
+  }
   void note_tracked_sent(std::uint32_t slot) noexcept;
 
   const std::size_t text_bytes_max_;

@@ -86,13 +86,6 @@ inline void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
   make_ready(index);
 }
 
-// The queue gets a reference of the caller's. False when all entries are taken by direct messages, which are
-// not evicted.
-bool outbox::enqueue(queue& to, std::uint32_t slot) noexcept {
-  if (entries_.full()) evict_entry();
-  return entries_.push(to, slots_.ref(slot));
-}
-
 // Drops the oldest messages of a subscription until it holds `most`.
 void outbox::trim(subscription& s, std::uint32_t most) noexcept {
   for (drop_expired(s.waiting); s.waiting.count > most;
@@ -159,12 +152,6 @@ void outbox::place_owed(peer_index peer) noexcept {
       if (all[i].owes_last) return place_latched(all[i]);
     }
   }
-}
-
-bool outbox::has_room(peer_index to, priority at) noexcept {
-  queue& direct = queues_[to].direct[static_cast<std::size_t>(at)];
-  drop_expired(direct);
-  return direct.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
 }
 
 bool outbox::push_direct(peer_index to, priority at, std::uint32_t slot) noexcept {

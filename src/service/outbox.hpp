@@ -112,7 +112,11 @@ class outbox {
   // The throttle of a subscription allows its next message.
   void throttle_over(std::uint32_t subscription) noexcept;
   // Whether a peer's queue of direct messages takes one more.
-  bool has_room(peer_index to, priority at) noexcept;
+  bool has_room(peer_index to, priority at) noexcept {
+    queue& direct = queues_[to].direct[static_cast<std::size_t>(at)];
+    drop_expired(direct);
+    return direct.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
+  }
   // A direct message, with a reference of its own, where there is room. False, counted, when all entries are
   // taken after all.
   bool push_direct(peer_index to, priority at, std::uint32_t slot) noexcept;
@@ -187,7 +191,12 @@ class outbox {
   void add(counter which, std::uint64_t by = 1) noexcept { counts_.add(which, by); }
   bool accepts(const subscription& s) noexcept;
   void push(std::uint32_t subscription, std::uint32_t slot) noexcept;
-  bool enqueue(queue& to, std::uint32_t slot) noexcept;
+  // The queue gets a reference of the caller's. False when all entries are taken by direct messages, which
+  // are not evicted.
+  bool enqueue(queue& to, std::uint32_t slot) noexcept {
+    if (entries_.full()) evict_entry();
+    return entries_.push(to, slots_.ref(slot));
+  }
   void trim(subscription& s, std::uint32_t most) noexcept;
   void place_latched(subscription& s) noexcept;
   // Where it has something that may be written now, and is not ready already.

@@ -36,7 +36,7 @@ void core::take_entries(std::uint32_t index) noexcept {
   const bool receives = receiver_.pair() == index;
   if (receives) receiver_.mark_home();
   messages_.begin_turn(lanes_[index].user.out.count, receives);
-  retry_entries(index);
+  if (view.held_first != no_index) retry_entries(index);
   const std::size_t taken = take_new_entries(index);
   if (receives) receiver_.count_home(taken);
   // How many of those for everyone wait here decides whether more are taken.
@@ -52,7 +52,7 @@ void core::take_entries(std::uint32_t index) noexcept {
   lanes_ask_room_ = lanes_ask_room_ || lane.room_asked.load(std::memory_order_acquire) != 0;
 }
 
-std::size_t core::take_new_entries(std::uint32_t index) noexcept {
+inline std::size_t core::take_new_entries(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   const detail::emptying_end& path = lanes_[index].service.out;
   for (std::size_t left = entries_budget; left > 0; --left) {
@@ -100,7 +100,7 @@ void core::retry_entries(std::uint32_t index) noexcept {
 }
 
 // False when it must wait for room further on.
-bool core::take_entry(std::uint32_t index, std::uint32_t slot, bool parked) noexcept {
+inline bool core::take_entry(std::uint32_t index, std::uint32_t slot, bool parked) noexcept {
   const detail::lane& lane = lanes_[index];
   const detail::value_header& header = *lane.service.out.slots.header(slot);
   const std::byte* const value = lane.service.out.slots.value(slot);
@@ -156,7 +156,7 @@ void core::take_from_door() noexcept {
   const bool receives = receiver_.pair() == no_index;
   if (receives) receiver_.mark_home();
   messages_.begin_turn(door_.slots(), receives);
-  retry_door();
+  if (door_held_count_ != 0) retry_door();
   const std::size_t taken = door_.take(
       [&](std::uint32_t slot) {
         if (!take_door_slot(slot, false)) door_held_[door_held_count_++] = slot; // there is a place for each

@@ -49,8 +49,8 @@ decoded json_decoder::decode(const json::document& text, const decode_room& room
   return decode_other(text, room, into, why);
 }
 
-decoded json_decoder::decode_other(const json::document& text, const decode_room& room, request& into,
-                                   diagnostic& why) const noexcept {
+inline decoded json_decoder::decode_other(const json::document& text, const decode_room& room, request& into,
+                                          diagnostic& why) const noexcept {
   bare::envelope said;
   const auto wrong = bare::decode(text, room.scratch, room.limits, said);
   if (said.op_is_text) return decode_rosbridge(text, room, into, why);
@@ -77,8 +77,8 @@ decoded json_decoder::decode_other(const json::document& text, const decode_room
   return decoded::request;
 }
 
-decoded json_decoder::decode_rosbridge(const json::document& text, const decode_room& room, request& into,
-                                       diagnostic& why) const noexcept {
+inline decoded json_decoder::decode_rosbridge(const json::document& text, const decode_room& room,
+                                              request& into, diagnostic& why) const noexcept {
   const auto wrong = rosbridge::decode(text, room.scratch, room.limits, into);
   into.codec = rosbridge_;
   if (wrong || into.what >= verb::unsupported)
