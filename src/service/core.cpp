@@ -199,7 +199,7 @@ core::core(rt::arena& memory, const core_options& options, std::span<detail::lan
 
 // Most calls are answered in the cycle that begins them, and most messages written in the one that makes
 // them: those never need the wheel. The others come to it here.
-void core::arm_what_stays() noexcept {
+inline void core::arm_what_stays() noexcept {
   store_.arm_unwritten();
   for (const std::uint32_t index : unarmed_calls_.first(std::exchange(unarmed_count_, 0))) {
     const call& one = calls_.at(index); // perhaps another one by now, which does no harm
@@ -251,7 +251,7 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
   return next_cycle();
 }
 
-rt::time_point core::next_cycle() const noexcept {
+inline rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's share was waiting: the next one is needed at once.
   if (lanes_left_ || outbox_.scheduled() != 0 || ingress_.waits()) return now_;
   // Something may find room now that did not before.
@@ -259,7 +259,7 @@ rt::time_point core::next_cycle() const noexcept {
   return std::min(timers_.next_wake(), next_stop_turn());
 }
 
-void core::show_carrier_memory() noexcept {
+inline void core::show_carrier_memory() noexcept {
   const carrier_memory now = carrier_.memory();
   shown_.counts.set(counter::handshake_bytes_used, now.bytes_used);
   shown_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);

@@ -97,7 +97,6 @@ std::optional<refusal> refuse_twice(const found_members& found, std::span<const 
 
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, envelope& out) noexcept {
-  out = envelope{};
   const auto found = collect(validated_text, names);
   out.has_op = found.given(op);
   if (out.has_op) {

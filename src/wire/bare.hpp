@@ -57,9 +57,9 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
   return limits.name_bytes_max + code_bytes_max;
 }
 
-// Reads one validated text. `scratch` is scratch_bytes(limits) long and is lent as long as the envelope is
-// used. On a refusal, `out` still has what, and the ids as far as they are good: an invocation that is
-// refused can be answered, by write_error() with its id_raw.
+// Reads one validated text into an envelope that is as it was made. `scratch` is scratch_bytes(limits) long
+// and is lent as long as the envelope is used. On a refusal, `out` still has what, and the ids as far as they
+// are good: an invocation that is refused can be answered, by write_error() with its id_raw.
 //
 // Decided: a text that is no object is a message. An object with both ids is a reply; its message_id is read
 // and checked all the same. null is a wrong type for an id. Ids are strings or integers, not more than
