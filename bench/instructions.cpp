@@ -95,7 +95,7 @@ class stage {
       : memory_{detail::lane_bytes(asked) + (1 << 12), rt::page_lock::none} {
     on.memory = memory_.carve_bytes(detail::lane_bytes(asked));
     detail::build_lane(on, asked, {});
-    on.heard_by.store(detail::audience::somebody, std::memory_order_seq_cst);
+    on.audience.set(detail::audience::somebody);
   }
   detail::lane_handle handle() { return {nullptr, on}; }
 
@@ -144,7 +144,7 @@ void publishing() {
   stage nobody{detail::advertise_request<odometry>("/odom", {.depth = depth})};
   stage full{detail::advertise_request<odometry>("/odom", {.depth = depth})};
   stage texts{detail::advertise_request<json_text>("/said", {.depth = depth})};
-  nobody.on.heard_by.store(detail::audience::nobody, std::memory_order_seq_cst);
+  nobody.on.audience.set(detail::audience::nobody);
   publisher<odometry> to_all{all.handle()}, to_newest{newest.handle()}, to_nobody{nobody.handle()};
   publisher<odometry> to_full{full.handle()};
   publisher<json_text> of_texts{texts.handle()};

@@ -98,7 +98,7 @@ class lane_way {
   lane_way() : memory_{bytes + (1 << 12), rt::page_lock::attempted} {
     detail::build_path(memory_.carve_bytes(bytes), Kept, depth, sizeof(odometry), lane_->user.out,
                        lane_->service.out);
-    lane_->heard_by.store(detail::audience::somebody, std::memory_order_seq_cst);
+    lane_->audience.set(detail::audience::somebody);
     if (Tells) lane_->bell = &bell_;
   }
   bool publish(const odometry& value, rt::time_point now) {

@@ -57,8 +57,7 @@ class sending_core {
     codecs_.emplace(detail::lane_codecs::compile(asked).value());
     one.encoder = &*codecs_->encoder;
     board_.use_lane(0);
-    // release: pairs with the acquire in take_from_lanes(), though there is one thread
-    one.state.store(detail::lane_state::offered, std::memory_order_release);
+    one.lifecycle.offer();
     return one;
   }
   // What a handle on it is made of. Such a handle does not give the lane back.

@@ -36,8 +36,7 @@ class publisher {
 
   // Whether somebody listens at the moment; for loops that would rather not compute what nobody wants.
   ROWE_RT bool wanted() const noexcept {
-    // relaxed: advice, as in publish_into()
-    return lane_ && lane_->heard_by.load(std::memory_order_relaxed) == detail::audience::somebody;
+    return lane_ && lane_->audience.advice() == detail::audience::somebody;
   }
   // Values accepted, and refused because nobody listened or because the queue was full. Any thread.
   ROWE_RT std::uint64_t published() const noexcept { return lane_ ? lane_->published.get() : 0; }
@@ -66,8 +65,7 @@ class publisher<json_text> {
   ROWE_RT status publish(std::string_view text) noexcept { return publish(text, rt::monotonic_clock::now()); }
 
   ROWE_RT bool wanted() const noexcept {
-    // relaxed: advice, as in publish_into()
-    return lane_ && lane_->heard_by.load(std::memory_order_relaxed) == detail::audience::somebody;
+    return lane_ && lane_->audience.advice() == detail::audience::somebody;
   }
   ROWE_RT std::uint64_t published() const noexcept { return lane_ ? lane_->published.get() : 0; }
   ROWE_RT std::uint64_t dropped_no_peer() const noexcept { return lane_ ? lane_->no_peer.get() : 0; }

@@ -121,8 +121,7 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
 endpoint_state::~endpoint_state() {
   (void)close(duration::zero()); // nobody is left to tell
   const bool looked_at = std::any_of(lanes_.begin(), lanes_.end(), [](lane& one) {
-    // acquire: pairs with the releases of close_lane() and leave_lane()
-    return one.state.load(std::memory_order_acquire) != lane_state::free && !service::all_home(one);
+    return !one.lifecycle.is_free() && !service::all_home(one);
   });
   if (looked_at) memory_.abandon();
 }
@@ -243,11 +242,7 @@ void endpoint_state::settle_lanes() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
     lane& one = lanes_[i];
-    // acquire, both: pair with the releases of close_lane() and leave_lane()
-    if (one.state.load(std::memory_order_acquire) != lane_state::closing || given_up_[i]) continue;
-    given_up_[i] = !one.news.wait_until(deadline, [&] {
-      return one.state.load(std::memory_order_acquire) != lane_state::closing; // pairs with leave_lane()
-    });
+    given_up_[i] = given_up_[i] || !one.lifecycle.wait_while_closing(one.news, deadline);
   }
 }
 
@@ -257,8 +252,7 @@ std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const n
   for (;;) {
     const lane* next = nullptr; // the lane in use that comes next in memory
     for (const lane& one : lanes_) {
-      // acquire: pairs with the release in leave_lane(), after which nobody touches a free lane's memory
-      if (one.state.load(std::memory_order_acquire) == lane_state::free || one.memory.data() < at) continue;
+      if (one.lifecycle.is_free() || one.memory.data() < at) continue;
       if (next == nullptr || one.memory.data() < next->memory.data()) next = &one;
     }
     std::byte* const end = next != nullptr ? next->memory.data() : lane_memory_.data() + lane_memory_.size();
@@ -270,9 +264,8 @@ std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const n
 
 // A free lane with `bytes` of memory.
 result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
-  const auto free = std::find_if(lanes_.begin(), lanes_.end(), [](const lane& one) {
-    return one.state.load(std::memory_order_acquire) == lane_state::free; // acquire: pairs with leave_lane()
-  });
+  const auto free =
+      std::find_if(lanes_.begin(), lanes_.end(), [](const lane& one) { return one.lifecycle.is_free(); });
   if (free == lanes_.end()) {
     return error{errc::too_many_lanes, static_cast<std::int64_t>(lanes_.size()), options_.limits.lanes_max};
   }
@@ -280,8 +273,7 @@ result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
   if (memory.empty()) {
     std::size_t left = lane_memory_.size();
     for (const lane& one : lanes_) {
-      // acquire: as above
-      if (one.state.load(std::memory_order_acquire) != lane_state::free) left -= one.memory.size();
+      if (!one.lifecycle.is_free()) left -= one.memory.size();
     }
     return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
                  argument::lane_bytes, static_cast<std::uint32_t>(lane_memory_.size())};
@@ -316,21 +308,14 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   built.granted = &board_->permit;
 
   board_->use_lane(static_cast<std::uint32_t>(index));
-  built.state.store(lane_state::offered, std::memory_order_release); // release: pairs with take_from_lanes()
+  built.lifecycle.offer();
   carrier_->wake();
-  lane_state answered = lane_state::offered;
-  built.news.wait_until(rt::never, [&] {
-    answered = built.state.load(std::memory_order_acquire); // acquire: pairs with the release in attach()
-    return answered != lane_state::offered;
-  });
-  if (answered == lane_state::active) return &built;
-  const error why = built.answer;
-  built.state.store(lane_state::free, std::memory_order_release); // release: pairs with find_lane()
-  return why;
+  if (const status done = built.lifecycle.wait_answer(built.news); !done) return done.error();
+  return &built;
 }
 
 void endpoint_state::close_lane(lane& gone) noexcept {
-  gone.state.store(lane_state::closing, std::memory_order_release); // release: pairs with take_from_lanes()
+  gone.lifecycle.close();
   carrier_->wake();
 }
 
@@ -347,8 +332,7 @@ status endpoint_state::close(duration drain) noexcept {
   thread_.join();
   door_->finish();
   for (lane& one : lanes_) {
-    // release: pairs with the acquire in detail::closed(); the service thread is gone and pushes nothing more
-    one.heard_by.store(audience::closed, std::memory_order_release);
+    one.audience.close();
     count_left(one);
     one.news.notify();
   }
@@ -358,9 +342,7 @@ status endpoint_state::close(duration drain) noexcept {
 
 // What was published and nobody will take now. The service thread is gone, so its ends are ours.
 void endpoint_state::count_left(const lane& in) noexcept {
-  // acquire: pairs with the release in attach()
-  const lane_state now = in.state.load(std::memory_order_acquire);
-  if (now == lane_state::free || now == lane_state::held) return;
+  if (in.lifecycle.is_detached()) return;
   const emptying_end& path = in.service.out;
   std::size_t left = 0;
   if (path.out != nullptr) left = path.out->waiting_at_least();

@@ -181,10 +181,7 @@ inline std::uint64_t read_count(const board& shown, std::span<const detail::lane
     return sum;
   }
   for (const detail::lane& lane : lanes) {
-    // acquire: pairs with the release in leave_lane(), before which such a lane's counts were added to the
-    // board's
-    const detail::lane_state now = lane.state.load(std::memory_order_acquire);
-    if (now == detail::lane_state::free || now == detail::lane_state::held) continue;
+    if (lane.lifecycle.is_detached()) continue; // its counts were added to the board's before
     sum += which == counter::full              ? lane.refused_full.get()
            : which == counter::no_peer         ? lane.no_peer.get()
            : which == counter::inbound_expired ? lane.expired_here.get()

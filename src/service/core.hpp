@@ -271,7 +271,6 @@ class core final : public transport_sink, private frame_handler {
   void take_from_lanes() noexcept;
   void attach(std::uint32_t lane) noexcept;
   void detach(std::uint32_t lane) noexcept;
-  void leave_lane(std::uint32_t lane, detail::lane_state as) noexcept;
   void count_refusals(const detail::lane& lane) noexcept;
   void take_from(std::uint32_t lane) noexcept;
   std::size_t ample_budget(const topic& on) const noexcept;

@@ -19,7 +19,7 @@ namespace {
 
 using detail::audience;
 using detail::lane_kind;
-using detail::lane_state;
+using detail::pair_phase;
 
 constexpr std::size_t lane_budget = 64;        // values taken from one lane in one cycle
 constexpr std::size_t lane_budget_ample = 256; // the same where nothing would be lost by it
@@ -34,13 +34,12 @@ void core::take_from_lanes() noexcept {
   phases_.looks(now_);
   const std::uint32_t used = shown_.lanes_used();
   for (std::uint32_t i = 0; i < used; ++i) {
-    // acquire: pairs with the releases of set-up (offered) and of the handle (closing)
-    switch (lanes_[i].state.load(std::memory_order_acquire)) {
-    case lane_state::free:
-    case lane_state::refused: continue;
-    case lane_state::offered: attach(i); break;
-    case lane_state::active: take_from(i); break;
-    case lane_state::closing:
+    switch (lanes_[i].lifecycle.look()) {
+    case pair_phase::free:
+    case pair_phase::refused: continue;
+    case pair_phase::offered: attach(i); break;
+    case pair_phase::active: take_from(i); break;
+    case pair_phase::closing:
       if (views_[i].attached) take_from(i);
       if (has_unsent(i)) {
         lanes_wait_ = true;
@@ -48,8 +47,8 @@ void core::take_from_lanes() noexcept {
         detach(i);
       }
       break;
-    case lane_state::held:
-      if (all_home(lanes_[i])) leave_lane(i, lane_state::free);
+    case pair_phase::held:
+      if (all_home(lanes_[i])) lanes_[i].lifecycle.release(lanes_[i].news);
       break;
     }
     lanes_wait_ = lanes_wait_ || views_[i].held_first != no_index;
@@ -72,24 +71,19 @@ void core::attach(std::uint32_t index) noexcept {
   lane_view& view = views_[index];
   view = {.generation = view.generation + 1, .order = ++lanes_attached_};
   if (!detail::publishes(lane.kind) && !detail::subscribes(lane.kind)) return attach_talker(index);
-  const auto answer = [&](lane_state state) {
-    lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
-    lane.news.notify();
-  };
   std::uint32_t topic_index = router_.find_or_add(lane.name());
   if (topic_index == no_index && take_back_topic()) topic_index = router_.find_or_add(lane.name());
   if (topic_index == no_index) {
-    lane.answer = {errc::too_many_topics, router_.topic_count(), bounds_.topics_max};
-    return answer(lane_state::refused);
+    return lane.lifecycle.refuse({errc::too_many_topics, router_.topic_count(), bounds_.topics_max},
+                                 lane.news);
   }
   router_.hold_as_own(topic_index);
   bool typed = !router_.type(topic_index).empty();
   if (!router_.set_type(topic_index, lane.type())) {
     if (router_.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
-      lane.answer = {errc::type_conflict};
       report_conflict(topic_index, lane);
       let_go_own_topic(topic_index);
-      return answer(lane_state::refused);
+      return lane.lifecycle.refuse(errc::type_conflict, lane.news);
     }
     take_topic_from_peers(topic_index, lane.type());
     typed = false;
@@ -127,7 +121,7 @@ void core::attach(std::uint32_t index) noexcept {
   }
   update_wanted(
       topic_index); // before the answer, so that a first value is not refused for want of a listener
-  answer(lane_state::active);
+  lane.lifecycle.accept(lane.news);
 }
 
 // A handle's type stands against the one that peers gave the topic before; they are told.
@@ -257,7 +251,7 @@ void core::detach(std::uint32_t index) noexcept {
     for (connection& c : peers_) {
       if (c.open() && c.ours == side::client) announce(c, index, false);
     }
-    if (lane.heard_by.load(std::memory_order_relaxed) == audience::somebody) --wanted_lanes_; // ours alone
+    if (lane.audience.advice() == audience::somebody) --wanted_lanes_;
     count_refusals(lane);
     phases_.end(index);
     const std::uint32_t topic_index = view.topic;
@@ -266,14 +260,8 @@ void core::detach(std::uint32_t index) noexcept {
     update_wanted(topic_index);
     let_go_own_topic(topic_index);
   }
-  lane.heard_by.store(audience::nobody, std::memory_order_relaxed); // relaxed: leave_lane() publishes it
-  leave_lane(index, all_home(lane) ? lane_state::free : lane_state::held);
-}
-
-void core::leave_lane(std::uint32_t index, lane_state as) noexcept {
-  detail::lane& lane = lanes_[index];
-  lane.state.store(as, std::memory_order_release); // release: pairs with the acquire in settle_lanes()
-  lane.news.notify();
+  lane.audience.set(audience::nobody);
+  all_home(lane) ? lane.lifecycle.release(lane.news) : lane.lifecycle.hold(lane.news);
 }
 
 // ---- out
@@ -386,11 +374,11 @@ void core::update_wanted(std::uint32_t topic_index) noexcept {
     if (!views_[i].attached || views_[i].topic != topic_index || detail::subscribes(lanes_[i].kind)) continue;
     const bool wanted = heard || lanes_[i].latched;
     const audience now = wanted ? audience::somebody : audience::nobody;
-    const audience before = lanes_[i].heard_by.load(std::memory_order_relaxed); // ours alone
+    const audience before = lanes_[i].audience.advice();
     if (before == now) continue;
     wanted ? ++wanted_lanes_ : --wanted_lanes_;
     phases_.listen(i, wanted);
-    lanes_[i].heard_by.store(now, std::memory_order_relaxed); // relaxed: advice, see publish_into()
+    lanes_[i].audience.set(now);
   }
 }
 

@@ -174,17 +174,10 @@ void core::answer_stop_call(std::uint32_t index, stop_service which, const wire:
 void core::attach_talker(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
   lane_view& view = views_[index];
-  const auto answer_with = [&](detail::lane_state state) {
-    lane.state.store(state, std::memory_order_release); // release: pairs with the acquire in open_lane()
-    lane.news.notify();
-  };
   if (detail::is_latch(lane.kind)) {
-    if (const status done = attach_latch(index); !done) {
-      lane.answer = done.error();
-      return answer_with(detail::lane_state::refused);
-    }
+    if (const status done = attach_latch(index); !done) return lane.lifecycle.refuse(done.error(), lane.news);
     view.attached = true;
-    return answer_with(detail::lane_state::active);
+    return lane.lifecycle.accept(lane.news);
   }
   if (detail::responds(lane.kind)) {
     const std::uint32_t found = services_.find(lane.name());
@@ -192,21 +185,21 @@ void core::attach_talker(std::uint32_t index) noexcept {
       take_service_from_peer(found);
     const auto [at, why] = services_.add(lane.name(), lane.type(), index, {});
     if (why != services::refusal::none) {
-      lane.answer = why == services::refusal::taken
-                        ? error{errc::service_taken}
-                        : error{errc::too_many_services, services_.count(), bounds_.services_max};
-      return answer_with(detail::lane_state::refused);
+      return lane.lifecycle.refuse(
+          why == services::refusal::taken
+              ? error{errc::service_taken}
+              : error{errc::too_many_services, services_.count(), bounds_.services_max},
+          lane.news);
     }
     view.service = at;
   }
   view.attached = true;
   receiver_.attach();
   ++talking_lanes_;
-  lane.heard_by.store(detail::audience::somebody,
-                      std::memory_order_relaxed); // relaxed: `active` publishes it
+  lane.audience.set(detail::audience::somebody);
   if (connection* const c = server_connection()) announce_service(*c, index, true);
   if (receiver_.pair() == index && !door_.manned()) take_over_inbox(index);
-  answer_with(detail::lane_state::active);
+  lane.lifecycle.accept(lane.news);
 }
 
 // What came before anybody received is for the first who does.

@@ -43,9 +43,8 @@ void core::take_entries(std::uint32_t index) noexcept {
   detail::lane& lane = lanes_[index];
   const detail::audience now =
       messages_.refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
-  // relaxed, both: ours alone; advice, which post() acts on
-  if (lane.heard_by.load(std::memory_order_relaxed) != now) {
-    lane.heard_by.store(now, std::memory_order_relaxed);
+  if (lane.audience.advice() != now) {
+    lane.audience.set(now);
     view.gave = true;
   }
   // acquire: pairs with the release in ask_room()

@@ -50,10 +50,7 @@ class lane_on_stage {
   detail::lane& operator*() { return *lane_; }
   detail::lane* operator->() { return lane_.get(); }
   detail::lane_handle handle() { return {nullptr, *lane_}; }
-  void close() {
-    // release: as endpoint_state::close() stores it; there is one thread here
-    lane_->heard_by.store(detail::audience::closed, std::memory_order_release);
-  }
+  void close() { lane_->audience.close(); }
 
   // What the handle sent, oldest first, as the service thread takes it.
   struct letter {

@@ -316,8 +316,7 @@ class play {
     if (lanes_[which] == nullptr) return;
     if (which == 0) held_.clear();
     if (which == 1) asked_.clear();
-    lanes_[which]->state.store(rowe::detail::lane_state::closing,
-                               std::memory_order_release); // as close_lane()
+    lanes_[which]->lifecycle.close();
     lanes_[which] = nullptr;
   }
 

@@ -53,6 +53,8 @@ struct atomics {
   class plain {
    public:
     plain(site where = site::here()) : datum_{explorer::active()->make_plain(where)} {}
+    explicit plain(const T& data, site where = site::here())
+        : datum_{explorer::active()->make_plain(where)}, data_{data} {}
     plain(const plain&) = delete;
     plain& operator=(const plain&) = delete;
 

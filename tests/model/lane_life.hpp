@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-// The life of a lane and the end of an endpoint, as far as threads meet there. The sources are not written
-// against the atomics policy, so this is what they do with the words they share, statement by statement;
-// lane_life_test.cpp compares: every access here must still stand in the file that its function names. Rings
-// and notifications are the real ones.
+// The life of a lane and the end of an endpoint, as far as threads meet there. What is shared is the real
+// thing: rowe/detail/pair_lifecycle.hpp, rings and notifications. Around it this does what the sources do
+// that each function names, in their order; of what those are not written against the atomics policy for,
+// lane_life_test.cpp compares the text.
 #pragma once
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/pair_lifecycle.hpp>
 #include <rowe/rt/home_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
@@ -19,7 +19,7 @@
 namespace rowe::model {
 
 using detail::audience;
-using detail::lane_state;
+using detail::pair_phase;
 using number_ring = rt::spsc_ring<std::uint32_t, atomics>;
 using numbers_home = rt::home_ring<atomics>;
 
@@ -32,10 +32,9 @@ struct path {
 };
 
 struct modelled_lane {
-  atomics::variable<lane_state> state{lane_state::free};
-  atomics::plain<std::uint32_t> answer; // why it was refused
-  atomics::plain<std::uint32_t> built;  // all that set-up writes: name, slots, codecs; here the life's number
-  atomics::variable<audience> heard_by{audience::nobody};
+  detail::pair_lifecycle<atomics, futex> lifecycle;
+  atomics::plain<std::uint32_t> built; // all that set-up writes: name, slots, codecs; here the life's number
+  detail::audience_word<atomics> audience;
   rt::notification<atomics, futex> news;
   path to_service;
   path to_handle;
@@ -47,42 +46,26 @@ struct modelled_lane {
 
 // ---- endpoint_state.cpp
 
-// settle_lanes()
-inline void settle(modelled_lane& one) {
-  if (one.state.load(std::memory_order_acquire) != lane_state::closing) return;
-  one.news.wait_until(rt::never, [&] {
-    return one.state.load(std::memory_order_acquire) != lane_state::closing; // pairs with leave_lane()
-  });
-}
-
-// open_lane(), with find_lane() and build_lane(). Nothing when no lane is free; else why it was refused, or
-// 0.
-inline std::optional<std::uint32_t> open_lane(modelled_lane& built, bell& service, std::uint32_t life) {
-  settle(built);
-  if (built.state.load(std::memory_order_acquire) != lane_state::free) return std::nullopt; // find_lane()
+// open_lane(), with settle_lanes(), find_lane() and build_lane(). Errors: too_many_lanes, and what it was
+// refused with.
+inline status open_lane(modelled_lane& built, bell& service, std::uint32_t life) {
+  built.lifecycle.wait_while_closing(built.news, rt::never);
+  if (!built.lifecycle.is_free()) return errc::too_many_lanes;
   built.built.store(life);
-  built.state.store(lane_state::offered, std::memory_order_release);
+  built.lifecycle.offer();
   service.ring();
-  lane_state answered = lane_state::offered;
-  built.news.wait_until(rt::never, [&] {
-    answered = built.state.load(std::memory_order_acquire);
-    return answered != lane_state::offered;
-  });
-  if (answered == lane_state::active) return 0;
-  const std::uint32_t why = built.answer.load();
-  built.state.store(lane_state::free, std::memory_order_release);
-  return why;
+  return built.lifecycle.wait_answer(built.news);
 }
 
 // close_lane()
 inline void close_lane(modelled_lane& gone, bell& service) {
-  gone.state.store(lane_state::closing, std::memory_order_release);
+  gone.lifecycle.close();
   service.ring();
 }
 
 // close(), when the service thread is joined.
 inline void close_handles(modelled_lane& one) {
-  one.heard_by.store(audience::closed, std::memory_order_release);
+  one.audience.close();
   one.news.notify();
 }
 
@@ -90,14 +73,9 @@ inline void close_handles(modelled_lane& one) {
 
 // publish_into()
 inline bool publish(modelled_lane& on, std::uint32_t value) {
-  if (on.heard_by.load(std::memory_order_relaxed) != audience::somebody) return false;
+  if (on.audience.advice() != audience::somebody) return false;
   (void)on.built.load();
   return on.to_service.in.try_push(value);
-}
-
-// closed()
-inline bool closed(const modelled_lane& on) {
-  return on.heard_by.load(std::memory_order_acquire) == audience::closed;
 }
 
 // subscriber::take(), lane::receive(): wait_next() with a try_next() that looks whether it is over first.
@@ -105,7 +83,7 @@ inline std::optional<std::uint32_t> take_or_closed(modelled_lane& on) {
   std::optional<std::uint32_t> taken;
   bool over = false;
   on.news.wait_until(rt::never, [&] {
-    over = closed(on);
+    over = on.audience.closed();
     taken = on.to_handle.out.try_pop();
     return taken || over;
   });
@@ -121,39 +99,38 @@ inline bool all_home(modelled_lane& gone) {
 
 // ---- lanes.cpp
 
-// core::take_from_lanes() with attach(), take_from(), detach() and leave_lane(). True when a lane went back.
+// core::take_from_lanes() with attach(), take_from() and detach(). True when a lane went back.
 template <class Take>
-bool turn_lane(modelled_lane& lane, std::uint32_t refuse_with, Take take) {
+bool turn_lane(modelled_lane& lane, const status& answer, Take take) {
   const auto take_all = [&] {
     (void)lane.built.load();
     while (const auto value = lane.to_service.out.try_pop()) take(*value);
   };
-  switch (lane.state.load(std::memory_order_acquire)) {
-  case lane_state::free:
-  case lane_state::refused: return false;
-  case lane_state::offered:
+  switch (lane.lifecycle.look()) {
+  case pair_phase::free:
+  case pair_phase::refused: return false;
+  case pair_phase::offered:
     (void)lane.built.load();
-    if (refuse_with != 0) {
-      lane.answer.store(refuse_with);
+    if (!answer) {
+      lane.lifecycle.refuse(answer.error(), lane.news);
     } else {
-      lane.heard_by.store(audience::somebody, std::memory_order_relaxed);
+      lane.audience.set(audience::somebody);
+      lane.lifecycle.accept(lane.news);
     }
-    lane.state.store(refuse_with != 0 ? lane_state::refused : lane_state::active, std::memory_order_release);
-    lane.news.notify();
     return false;
-  case lane_state::active: take_all(); return false;
-  case lane_state::closing:
+  case pair_phase::active: take_all(); return false;
+  case pair_phase::closing:
     take_all();
-    lane.heard_by.store(audience::nobody, std::memory_order_relaxed);
-    break;
-  case lane_state::held:
+    lane.audience.set(audience::nobody);
+    if (all_home(lane)) break;
+    lane.lifecycle.hold(lane.news);
+    return false;
+  case pair_phase::held:
     if (!all_home(lane)) return false;
     break;
   }
-  const lane_state as = all_home(lane) ? lane_state::free : lane_state::held;
-  lane.state.store(as, std::memory_order_release);
-  lane.news.notify();
-  return as == lane_state::free;
+  lane.lifecycle.release(lane.news);
+  return true;
 }
 
 // announce(), update_wanted(), receiver(): what a lane's life has written is looked at in lanes that are

@@ -42,9 +42,7 @@ struct all_handles {
                rt.make<rowe_stop_latch>(rowe_stop_latch{stop_latch{handle_of(stops)}}))} {}
 
   void become(audience heard_by) {
-    // release: as the service thread stores it; pairs with the loads in the handles' calls
-    for (detail::lane* on : {&talks, &publishes, &subscribes, &stops})
-      on->heard_by.store(heard_by, std::memory_order_release);
+    for (detail::lane* on : {&talks, &publishes, &subscribes, &stops}) set_audience(*on, heard_by);
   }
 };
 

@@ -65,8 +65,7 @@ struct changing_audience {
 
   void operator()() noexcept {
     constexpr audience all[] = {audience::somebody, audience::somebody, audience::nobody, audience::closed};
-    // release: as the service thread stores it; pairs with the loads in the handle's calls
-    on.heard_by.store(all[turn++ % std::size(all)], std::memory_order_release);
+    set_audience(on, all[turn++ % std::size(all)]);
   }
 };
 

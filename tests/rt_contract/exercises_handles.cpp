@@ -110,6 +110,22 @@ constexpr exercise list[] = {
        auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use((*handle).ttl); });
      }},
+    {"detail::audience_word::advice", "whatever it says",
+     [](real_time& rt) {
+       auto& word = rt.make<detail::audience_word<>>();
+       rt.calls([&](std::uint64_t) { use(word.advice()); });
+     }},
+    {"detail::audience_word::look", "whatever it says",
+     [](real_time& rt) {
+       auto& word = rt.make<detail::audience_word<>>();
+       rt.calls([&](std::uint64_t) { use(word.look()); });
+     }},
+    {"detail::audience_word::closed", "closed",
+     [](real_time& rt) {
+       auto& word = rt.make<detail::audience_word<>>();
+       word.close();
+       rt.calls([&](std::uint64_t) { use(word.closed()); });
+     }},
     {"detail::publish_into", "a lane with room",
      [](real_time& rt) {
        lane& on = publishing_lane(rt, audience::somebody);

@@ -88,8 +88,7 @@ constexpr exercise list[] = {
     {"lane::try_send", "when nobody is there to have it",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
-       // release: as the service thread stores it; one thread here
-       on.heard_by.store(audience::nobody, std::memory_order_release);
+       on.audience.set(audience::nobody);
        rt.calls([&, &on = on, &talk = talk](std::uint64_t i) {
          use(talk.try_send(text, ttl, now));
          if (i % (2 * depth) == 0) serve(on);

@@ -100,8 +100,7 @@ void answer_when_closed(real_time& rt, answering<Responder> with, Answer answer)
       close(with.on);
       answer(with.answers, *request);
     }
-    // relaxed: one thread here
-    with.on.heard_by.store(audience::somebody, std::memory_order_relaxed);
+    with.on.audience.set(audience::somebody);
     serve(with.on);
   });
 }

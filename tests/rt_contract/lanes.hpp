@@ -34,6 +34,11 @@ inline constexpr std::string_view text = R"({"data":"hello"})";
 inline constexpr connection somebody{1, 5};
 inline constexpr connection somebody_gone{1, 4};
 
+// As the service thread says it, or whoever has joined it.
+inline void set_audience(detail::lane& on, audience heard_by) {
+  heard_by == audience::closed ? on.audience.close() : on.audience.set(heard_by);
+}
+
 inline detail::lane& lane_for(real_time& rt, const detail::lane_request& asked,
                               audience heard_by = audience::somebody) {
   auto& made = rt.make<detail::lane>();
@@ -42,17 +47,13 @@ inline detail::lane& lane_for(real_time& rt, const detail::lane_request& asked,
   made.memory = rt.array<std::byte>(detail::lane_bytes(asked));
   detail::build_lane(made, asked, generations);
   made.bell = rt.bell_for(made.published);
-  // release: as the service thread stores it; one thread here
-  made.heard_by.store(heard_by, std::memory_order_release);
+  set_audience(made, heard_by);
   return made;
 }
 
 inline detail::lane_handle handle_of(detail::lane& on) { return {nullptr, on}; }
 
-inline void close(detail::lane& on) {
-  // release: as endpoint_state::close() stores it; one thread here
-  on.heard_by.store(audience::closed, std::memory_order_release);
-}
+inline void close(detail::lane& on) { on.audience.close(); }
 
 // What the service thread puts into a path; nothing when no slot is free.
 inline void fill(const detail::filling_end& path, detail::value_header header, const void* value,

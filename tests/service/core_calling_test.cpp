@@ -25,7 +25,6 @@ using namespace stage;
 using rowe::errc;
 using rowe::detail::lane_kind;
 using rowe::detail::lane_request;
-using rowe::detail::lane_state;
 
 template <class Handle>
 Handle handle_on(theatre& on, const lane_request& asked) {
@@ -144,7 +143,7 @@ TEST_F(calling, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_cal
   on.cycle();
   EXPECT_FALSE(on.core.awaits_answer());
   page.say(R"({"op":"call_service","service":"/add","args":{"a":1,"b":1}})");
-  lane.state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
+  lane.lifecycle.close();
   on.cycle();
   EXPECT_FALSE(on.core.awaits_answer());
   EXPECT_FALSE(on.core.has_answer());

@@ -112,7 +112,7 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
   on.cycles(2);
   EXPECT_EQ(server.hear().size(), 1U);
   publish(lane, "{\"n\":1}");
-  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release);
+  lane.lifecycle.close();
   on.cycles(3);
   const auto heard = server.hear();
   ASSERT_EQ(heard.size(), 2U);

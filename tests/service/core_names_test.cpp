@@ -11,7 +11,7 @@ namespace core_names_test {
 namespace {
 
 using rowe::detail::lane_kind;
-using rowe::detail::lane_state;
+using rowe::detail::pair_phase;
 using rowe::service::close_cause;
 using rowe::service::side;
 
@@ -205,7 +205,7 @@ TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way
   auto& lane = on.offer(lane_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
-  EXPECT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active);
+  EXPECT_EQ(lane.lifecycle.look(), pair_phase::active);
 }
 
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
@@ -215,8 +215,8 @@ TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
   auto& lane = on.offer(lane_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
-  EXPECT_EQ(lane.state.load(std::memory_order_acquire), lane_state::refused);
-  EXPECT_EQ(lane.answer.code, rowe::errc::type_conflict);
+  EXPECT_EQ(lane.lifecycle.look(), pair_phase::refused);
+  EXPECT_EQ(lane.lifecycle.refusal().code, rowe::errc::type_conflict);
   const auto told = on.board.try_event();
   ASSERT_TRUE(told);
   EXPECT_EQ(std::string_view{told->what},
@@ -327,9 +327,7 @@ TEST_F(core_names, keeps_two_slashes_apart_from_one) {
 struct core_names_as_client : testing::Test {
   core_names_as_client() : on{small_options(), side::client} { on.cycle(); }
   ~core_names_as_client() override { EXPECT_TRUE(on.core.check()); }
-  static void leave(rowe::detail::lane& lane) {
-    lane.state.store(lane_state::closing, std::memory_order_release);
-  }
+  static void leave(rowe::detail::lane& lane) { lane.lifecycle.close(); }
   static bool says(const std::string& text, std::string_view op, std::string_view topic) {
     return text.find(R"("op":")" + std::string{op} + '"') != text.npos &&
            text.find(R"("topic":")" + std::string{topic} + '"') != text.npos;

@@ -263,9 +263,9 @@ TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held)
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   ASSERT_TRUE(publish(on, lane, {4, 0}));
-  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release);
+  lane.lifecycle.close();
   on.cycle();
-  EXPECT_EQ(lane.state.load(std::memory_order_acquire), rowe::detail::lane_state::free);
+  EXPECT_EQ(lane.lifecycle.look(), rowe::detail::pair_phase::free);
   EXPECT_EQ(browser.hear(), texts{message(4)});
 }
 
@@ -273,9 +273,9 @@ TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
   auto& first = advertise_pose(on);
   auto& second = on.offer(rowe::detail::lane_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
   on.cycle();
-  EXPECT_EQ(first.state.load(std::memory_order_acquire), rowe::detail::lane_state::active);
-  EXPECT_EQ(second.state.load(std::memory_order_acquire), rowe::detail::lane_state::refused);
-  EXPECT_EQ(second.answer.code, rowe::errc::type_conflict);
+  EXPECT_EQ(first.lifecycle.look(), rowe::detail::pair_phase::active);
+  EXPECT_EQ(second.lifecycle.look(), rowe::detail::pair_phase::refused);
+  EXPECT_EQ(second.lifecycle.refusal().code, rowe::errc::type_conflict);
 }
 
 TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {

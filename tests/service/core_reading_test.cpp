@@ -47,7 +47,7 @@ struct reading : testing::Test {
     on.cycle();
   }
   void forget() {
-    heard->state.store(rowe::detail::lane_state::closing, std::memory_order_release); // as close_lane()
+    heard->lifecycle.close();
     on.cycle();
   }
   std::unique_ptr<rowe::stop_latch> latch_on_stage() {
@@ -695,7 +695,7 @@ TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
   on.cycles(2);
   EXPECT_EQ(taken(1), "a");
   talk = {};
-  lane->state.store(rowe::detail::lane_state::closing, std::memory_order_release); // release: as close_lane()
+  lane->lifecycle.close();
   on.cycles(2);
   open();
   std::string rest;
@@ -708,9 +708,8 @@ TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
 }
 
 TEST_F(sharing, keeps_a_place_for_who_comes_last) {
-  const rowe::detail::lane_state closing = rowe::detail::lane_state::closing;
   talk = {};
-  lane->state.store(closing, std::memory_order_release); // release: as close_lane()
+  lane->lifecycle.close();
   on.cycles(2);
   lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
                     .receives = true,

@@ -10,7 +10,7 @@ namespace core_sharing_test {
 namespace {
 
 using rowe::detail::lane_kind;
-using rowe::detail::lane_state;
+using rowe::detail::pair_phase;
 
 std::string subscribe(std::string_view topic, std::string_view more = "") {
   return R"({"op":"subscribe","topic":")" + std::string{topic} + '"' + std::string{more} + "}";
@@ -45,7 +45,7 @@ rowe::detail::lane& offer_text(theatre& on, lane_kind kind, std::string_view top
 
 // Closes a lane as its handle does.
 void give_up(theatre& on, rowe::detail::lane& lane) {
-  lane.state.store(lane_state::closing, std::memory_order_release); // release: as the handle does
+  lane.lifecycle.close();
   on.cycle();
 }
 
@@ -661,10 +661,9 @@ TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
   }
   for (int i = 0; i < 4; ++i) {
     auto& lane = offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
-    EXPECT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active) << i;
+    EXPECT_EQ(lane.lifecycle.look(), pair_phase::active) << i;
   }
-  EXPECT_EQ(on.offer(rowe::detail::latch_request({})).state.load(std::memory_order_acquire),
-            lane_state::offered);
+  EXPECT_EQ(on.offer(rowe::detail::latch_request({})).lifecycle.look(), pair_phase::offered);
   on.cycle();
   peer page{on};
   page.say(subscribe("/rowe/stop/state"));
@@ -680,7 +679,7 @@ TEST(core_sharing, takes_places_back_that_handles_left_to_those_who_subscribed) 
   other.say(subscribe("/others"));
   for (int i = 0; i < 12; ++i) { // each costs its subscriber nothing, and stays when the handle closes
     auto& lane = offer_text(on, lane_kind::publish_text, "/left" + std::to_string(i), 64);
-    ASSERT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active) << i;
+    ASSERT_EQ(lane.lifecycle.look(), pair_phase::active) << i;
     greedy.say(subscribe("/left" + std::to_string(i)));
     greedy.say(R"({"op":"advertise","topic":"/left)" + std::to_string(i) + R"("})");
     on.cycle();
@@ -769,14 +768,14 @@ TEST(core_sharing, gives_a_topic_the_type_of_this_process_whoever_named_it_first
   early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   on.cycle();
   auto& lane = offer_text(on, lane_kind::subscribe_text, "/cmd", 64, {}, "geometry_msgs/Twist");
-  EXPECT_EQ(lane.state.load(std::memory_order_acquire), lane_state::active);
+  EXPECT_EQ(lane.lifecycle.look(), pair_phase::active);
   const texts said = early.hear();
   ASSERT_EQ(said.size(), 1U);
   EXPECT_NE(said[0].find("/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"),
             std::string::npos)
       << said[0];
   auto& second = offer_text(on, lane_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
-  EXPECT_EQ(second.state.load(std::memory_order_acquire), lane_state::refused);
+  EXPECT_EQ(second.lifecycle.look(), pair_phase::refused);
   peer late{on};
   late.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   on.cycle();
@@ -804,7 +803,7 @@ TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) 
                          .in_bytes = 64,
                          .ends_bytes = 64});
   on.cycle();
-  EXPECT_EQ(mine.state.load(std::memory_order_acquire), lane_state::active);
+  EXPECT_EQ(mine.lifecycle.look(), pair_phase::active);
   EXPECT_EQ(count_of(early.hear(), "this process provides /add now"), 1U);
   asks.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1}})");
   on.cycle();

@@ -157,7 +157,7 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
   EXPECT_EQ(next(), rowe::rt::never);
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycles(2);
-  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release); // release: as close_lane()
+  lane.lifecycle.close();
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
   EXPECT_GT(on.core.patience(1ms), 9ms);
@@ -212,14 +212,13 @@ TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something
   on.cycle();
   on.net.weather_of(server.id()).room_bytes = 0;
   EXPECT_TRUE(publish_text(on, lane, "{}"));
-  lane.state.store(rowe::detail::lane_state::closing, std::memory_order_release); // release: as close_lane()
+  lane.lifecycle.close();
   on.cycle();
   EXPECT_EQ(on.core.patience(1ms), 1ms);
   on.net.weather_of(server.id()).room_bytes = 1 << 20;
   on.cycles(3);
   EXPECT_GT(on.core.patience(1ms), 1ms);
-  // acquire: as find_lane()
-  EXPECT_EQ(lane.state.load(std::memory_order_acquire), rowe::detail::lane_state::free);
+  EXPECT_EQ(lane.lifecycle.look(), rowe::detail::pair_phase::free);
 }
 
 } // namespace

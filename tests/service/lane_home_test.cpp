@@ -16,16 +16,13 @@ namespace {
 
 using namespace stage;
 using rowe::json_text;
-using rowe::detail::lane_state;
+using rowe::detail::pair_phase;
 
 struct outliving : core_test {
   // As the handle's destructor does.
   void close(rowe::detail::lane& one) {
-    one.state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
+    one.lifecycle.close();
     on.cycle();
-  }
-  static lane_state state(rowe::detail::lane& one) {
-    return one.state.load(std::memory_order_acquire); // acquire: as find_lane()
   }
   rowe::detail::lane& subscribe() {
     rowe::detail::lane& one = on.offer(rowe::detail::lane_kind::subscribe_text, "/heard", 100, {.depth = 4});
@@ -48,7 +45,7 @@ TEST_F(outliving, lane_is_free_at_once_when_nobody_looks_at_its_slots) {
     EXPECT_TRUE(handle.try_take());
   }
   close(one);
-  EXPECT_EQ(state(one), lane_state::free);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::free);
 }
 
 TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
@@ -60,16 +57,16 @@ TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
   handle.reset();
   close(one);
   on.cycles(10);
-  EXPECT_EQ(state(one), lane_state::held);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::held);
   EXPECT_EQ((*first)->text(), R"({"n":1})");
   publish(1); // no longer for it
   EXPECT_EQ(on.count(counter::no_peer), 1U);
   first.reset();
   on.cycle();
-  EXPECT_EQ(state(one), lane_state::held);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::held);
   second.reset();
   on.cycle();
-  EXPECT_EQ(state(one), lane_state::free);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::free);
 }
 
 TEST_F(outliving, lane_that_is_held_is_counted_once) {
@@ -96,10 +93,10 @@ TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
   EXPECT_EQ(rowe::detail::take_end_of(one, {}), std::nullopt); // sets the other one aside
   handle.reset();
   close(one);
-  EXPECT_EQ(state(one), lane_state::held);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::held);
   end.reset();
   on.cycle();
-  EXPECT_EQ(state(one), lane_state::free);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::free);
 }
 
 TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
@@ -113,10 +110,10 @@ TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
   EXPECT_EQ(handle->try_next(on.now).code(), rowe::errc::empty); // a place for an answer is put aside
   handle.reset();
   close(one);
-  EXPECT_EQ(state(one), lane_state::held);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::held);
   asked.reset(); // refuses the call, which has ended
   on.cycle();
-  EXPECT_EQ(state(one), lane_state::free);
+  EXPECT_EQ(one.lifecycle.look(), pair_phase::free);
 }
 
 } // namespace

@@ -112,8 +112,7 @@ class theatre_over {
   rowe::detail::lane& offer(const rowe::detail::lane_request& asked) {
     using namespace rowe::detail;
     for (lane& one : lanes) {
-      // acquire: as find_lane(); there is one thread here
-      if (one.state.load(std::memory_order_acquire) != lane_state::free) continue;
+      if (!one.lifecycle.is_free()) continue;
       if (one.memory.size() < lane_bytes(asked)) one.memory = memory.carve_bytes(lane_bytes(asked));
       if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
       build_lane(one, asked, board.generations());
@@ -124,7 +123,7 @@ class theatre_over {
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
       one.bell = options.idle_policy == rowe::idle::wake ? &bell : nullptr;
       board.use_lane(static_cast<std::uint32_t>(&one - lanes.data()));
-      one.state.store(lane_state::offered, std::memory_order_release); // release: as open_lane()
+      one.lifecycle.offer();
       return one;
     }
     throw std::runtime_error{"no free lane"};
@@ -150,7 +149,7 @@ class theatre_over {
     return offer(asked);
   }
 
-  // What a handle on it is made of. Such a handle does not give the lane back: store `closing` for that.
+  // What a handle on it is made of. Such a handle does not give the lane back: close its lifecycle for that.
   static rowe::detail::lane_handle handle_of(rowe::detail::lane& on) { return {nullptr, on}; }
 
   rowe::endpoint_options options;

@@ -35,7 +35,7 @@ namespace sim {
 
 using rowe::detail::lane_kind;
 using rowe::detail::lane_request;
-using rowe::detail::lane_state;
+using rowe::detail::pair_phase;
 
 inline duration some_time(dice& roll) {
   constexpr duration times[] = {0ns, 1ms, 20ms, 500ms, -1ns, -1ns};
@@ -69,13 +69,10 @@ class actor {
   void close() {
     let_go();
     for (const auto& [call, number] : open_) give_up(number);
-    lane_.state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
+    lane_.lifecycle.close();
   }
-  bool active() const {
-    // acquire: as open_lane()
-    return lane_.state.load(std::memory_order_acquire) == lane_state::active;
-  }
-  bool refused() const { return lane_.state.load(std::memory_order_acquire) == lane_state::refused; }
+  bool active() const { return lane_.lifecycle.look() == pair_phase::active; }
+  bool refused() const { return lane_.lifecycle.look() == pair_phase::refused; }
   std::size_t open_calls() const { return open_.size(); }
 
   // The slots of its paths that are not home, when everything is settled. The service thread keeps one of an

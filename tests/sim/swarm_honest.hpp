@@ -160,9 +160,9 @@ class honest {
     set_up_at_ = in_.cycles;
   }
   bool ready() const {
-    return set_up_ && in_.cycles > set_up_at_ + 2 && steady_->state_now() == lane_state::active &&
-           changing_->state_now() == lane_state::active && short_lived_->state_now() == lane_state::active &&
-           map_->state_now() == lane_state::active && echo_->state_now() == lane_state::active;
+    return set_up_ && in_.cycles > set_up_at_ + 2 && steady_->phase() == pair_phase::active &&
+           changing_->phase() == pair_phase::active && short_lived_->phase() == pair_phase::active &&
+           map_->phase() == pair_phase::active && echo_->phase() == pair_phase::active;
   }
 
   void publish() {

@@ -39,14 +39,13 @@ namespace swarm {
 
 using rowe::json_text;
 using rowe::detail::lane_kind;
-using rowe::detail::lane_state;
+using rowe::detail::pair_phase;
 
 class handle {
  public:
   handle(site& in, handle_kind kind, const rowe::detail::lane_request& asked)
       : in_{in}, kind_{kind}, name_{asked.name}, type_{asked.type}, lane_{&in.on.offer(asked)} {
     latched_ = asked.latched && (kind == handle_kind::publish_text || kind == handle_kind::publish_value);
-    // acquire and release, here and below: as api/endpoint.cpp; there is one thread here
     switch (kind) {
     case handle_kind::publish_text: user_ = rowe::publisher<json_text>{held()}; break;
     case handle_kind::publish_value: user_ = rowe::publisher<reading>{held()}; break;
@@ -67,10 +66,10 @@ class handle {
   const std::string& type() const { return type_; }
   bool latched() const { return latched_; }
   rowe::detail::lane& lane() { return *lane_; }
-  lane_state state_now() const { return lane_->state.load(std::memory_order_acquire); } // acquire: see above
-  bool is_detached() const { return state_now() == lane_state::held; } // nothing is left but its memory
-  bool honest = false;                                                 // its owner alone uses it
-  bool told = false;                                                   // that it was refused
+  pair_phase phase() const { return lane_->lifecycle.look(); }
+  bool is_detached() const { return phase() == pair_phase::held; } // nothing is left but its memory
+  bool honest = false;                                             // its owner alone uses it
+  bool told = false;                                               // that it was refused
   bool of_topic() const { return kind_ <= handle_kind::subscribe_value; }
 
   // Everybody may look at whether the loop moves; of a latch.
@@ -115,7 +114,7 @@ class handle {
                         : holds    ? moment::closed_holding
                         : used_    ? moment::closed
                                    : moment::closed_unused);
-    lane_->state.store(lane_state::closing, std::memory_order_release); // release: as close_lane()
+    lane_->lifecycle.close();
   }
   void let_go() {
     requests_.clear();
@@ -441,25 +440,25 @@ class process {
     for (const auto& one : closing_) {
       if (one->outlived() && in_.roll.one_in(32)) one->let_go();
     }
-    std::erase_if(closing_, [](const auto& one) { return one->state_now() == lane_state::free; });
+    std::erase_if(closing_, [](const auto& one) { return one->phase() == pair_phase::free; });
     for (std::size_t i = 0; i < handles_.size();) {
       handle& one = *handles_[i];
-      if (one.state_now() != lane_state::refused || one.told) {
+      if (one.phase() != pair_phase::refused || one.told) {
         ++i;
         continue;
       }
       one.told = true;
       in_.seen.add(one.kind(), moment::refused);
       if (const std::string why = explained(one); why.empty())
-        in_.fail("set_up", "the handle " + std::string{name_of(one.kind())} + " " + one.name() +
-                               " of this process is refused: " + std::string{one.lane().answer.name()});
+        in_.fail("set_up",
+                 "the handle " + std::string{name_of(one.kind())} + " " + one.name() +
+                     " of this process is refused: " + std::string{one.lane().lifecycle.refusal().name()});
       one.honest ? ++i : (close(i), i);
     }
   }
   bool has_free_lane() const {
-    return std::any_of(in_.on.lanes.begin(), in_.on.lanes.end(), [](const rowe::detail::lane& one) {
-      return one.state.load(std::memory_order_acquire) == lane_state::free; // acquire: as set-up
-    });
+    return std::any_of(in_.on.lanes.begin(), in_.on.lanes.end(),
+                       [](const rowe::detail::lane& one) { return one.lifecycle.is_free(); });
   }
 
   void wait() {
@@ -564,7 +563,7 @@ class process {
       return std::any_of(handles_.begin(), handles_.end(), match) ||
              std::any_of(closing_.begin(), closing_.end(), match);
     };
-    switch (const_cast<handle&>(refused).lane().answer.code) {
+    switch (const_cast<handle&>(refused).lane().lifecycle.refusal().code) {
     case rowe::errc::type_conflict:
       return others([&](const handle& one) {
         return one.of_topic() && one.name() == refused.name() && one.type() != refused.type();

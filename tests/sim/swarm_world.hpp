@@ -514,7 +514,7 @@ class world {
 
   void look_of_loops() {
     for (const auto& one : process_.handles()) {
-      if (one->kind() != handle_kind::latch || one->state_now() != lane_state::active) continue;
+      if (one->kind() != handle_kind::latch || one->phase() != pair_phase::active) continue;
       if (roll_.one_in(64)) one->looks = !one->looks;
       if (!one->looks && !roll_.one_in(64)) continue;
       one->acknowledges = true;

@@ -259,7 +259,7 @@ class talking_world : public ground {
   }
   bool a_lane_is_free() {
     for (const auto& one : on_.lanes) {
-      if (one.state.load(std::memory_order_acquire) == lane_state::free) return true;
+      if (one.lifecycle.is_free()) return true;
     }
     return false;
   }

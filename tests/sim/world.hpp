@@ -245,7 +245,7 @@ class world : public ground {
 
   void add_source() {
     for (const auto& one : on_.lanes) {
-      if (one.state.load(std::memory_order_acquire) == rowe::detail::lane_state::free) {
+      if (one.lifecycle.is_free()) {
         auto& lane = on_.offer(rowe::detail::lane_kind::publish_value, "/tick", sizeof(tick),
                                {.ttl = does_.ttl,
                                 .depth = 16,
@@ -263,7 +263,7 @@ class world : public ground {
     if (!does_.lanes_change) return wait();
     if (sources_.size() > 1 && one_in(2)) {
       const std::size_t which = below(sources_.size());
-      sources_[which].lane->state.store(rowe::detail::lane_state::closing, std::memory_order_release);
+      sources_[which].lane->lifecycle.close();
       all_sources_.push_back(sources_[which]);
       sources_.erase(sources_.begin() + static_cast<std::ptrdiff_t>(which));
     } else if (sources_.size() < 3) {

@@ -65,6 +65,9 @@ plants = [
      spdx + "x.load(std::memory_order_acquire);\ny.store(1, std::memory_order_release);  // counted\n\n\n\n\n"
      "// of the words in the lane\nz.load(std::memory_order::relaxed);\n",
      [(2, "order"), (3, "order"), (9, "order")]),
+    ("tests/model/plant_6.hpp",
+     spdx + "atomics::variable<pair_phase> phase;\nstd::atomic< detail::audience > heard;\n",
+     [(2, "pair-word"), (3, "pair-word")]),
 
     ("src/api/plant_v.cpp", "int x;\n", [(1, "spdx")]),
     ("tools/plant_w", "#!/bin/bash\necho\n", [(1, "spdx")]),
@@ -99,6 +102,7 @@ innocent = [
     ("tools/innocent_d.cpp",
      spdx + "#include <sys/socket.h>\n#include <rowe/rowe.hpp>\nstd::printf(\"x\");\n"),
     ("tests/bench_innocent_e.cpp", spdx + "#include <simdjson.h>\n// " + "http://x.example/" + "x" * 120 + "\n"),
+    ("tests/service/innocent_h.cpp", spdx + "audience_word<atomics> audience;\nstd::span<audience> all;\n"),
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
     ("docs/innocent_g.md",
      "`tests/ROOM/CMakeLists.txt`, `src/*/*.cpp`, `include/rowe/{result,event}.hpp`, and/or\n"

@@ -38,10 +38,7 @@ inline constexpr std::size_t sentence_bytes_max = 192;
 // poll_period (10 ms at most) and a cycle, unless the service thread is kept from its core.
 inline constexpr duration word_late_max = std::chrono::milliseconds{25};
 
-inline bool closed(const lane& on) noexcept {
-  // acquire: pairs with the release in endpoint_state::close(), after which nothing arrives
-  return on.heard_by.load(std::memory_order_acquire) == audience::closed;
-}
+inline bool closed(const lane& on) noexcept { return on.audience.closed(); }
 
 constexpr peer_ref ref_of(connection c) noexcept { return {c.index, c.generation}; }
 
@@ -248,10 +245,7 @@ result<call_ref> start_call(lane& on, value_header header, const Value&... value
 }
 
 // Whether what is for everyone is refused: half of the slots wait for room with it.
-inline bool crowded(const lane& on) noexcept {
-  // relaxed: advice of the service thread (take_entries)
-  return on.heard_by.load(std::memory_order_relaxed) == audience::crowded;
-}
+inline bool crowded(const lane& on) noexcept { return on.audience.advice() == audience::crowded; }
 
 // post_to() where not simply everything is handed over; `empty`: it was. What it is given comes by value: a
 // header whose address is passed on would lie in memory for every message.
@@ -276,8 +270,7 @@ inline status post_to(lane& on, connection to, const body& text, const value_hea
   if (!takes(on, ref_of(to))) [[unlikely]]
     return with_depth(on, turned_away(on, ref_of(to)));
   if (const status fits = check_fits(on, text); !fits) return fits;
-  // acquire: as closed()
-  if (on.heard_by.load(std::memory_order_acquire) != audience::somebody) [[unlikely]] {
+  if (on.audience.look() != audience::somebody) [[unlikely]] {
     const errc done = post_barred(on, ref_of(to), text.text(), header.stamped_ns, header.expires_ns);
     return done == errc::empty ? status{} : status{with_depth(on, done)};
   }

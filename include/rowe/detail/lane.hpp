@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // A lane: the paths between one handle, on one user thread, and the service thread: `out` to the service
 // thread, `in` from it, and `ends` for what becomes of calls and of sends that wait. It lives in the
-// endpoint's memory. Set-up builds it and offers it; the service thread answers; afterwards the two threads
-// meet only in its rings, its window and the few words named here. Slots travel as numbers: the owner of a
-// path takes a free one out of the home ring, fills it, and sends its number; the other side gives the number
-// back home.
-//
-//   free -> offered (set-up) -> active or refused (service thread) -> closing (handle) -> held while views or
-//   requests outlive the handle -> free (both: service thread)
+// endpoint's memory. How it changes hands says pair_lifecycle.hpp; while it is active the two threads meet
+// only in its rings, its window and the few words named here. Slots travel as numbers: the owner of a path
+// takes a free one out of the home ring, fills it, and sends its number; the other side gives the number back
+// home.
 //
 // This header is part of the interface only because the calls of a loop are inline; use publisher,
 // subscriber, caller, responder and rowe::lane.
@@ -21,6 +18,7 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/detail/pair_lifecycle.hpp>
 #include <rowe/detail/stop_permit.hpp>
 #include <rowe/options.hpp>
 #include <rowe/result.hpp>
@@ -41,7 +39,6 @@ class decoder;
 
 namespace rowe::detail {
 
-enum class lane_state : std::uint32_t { free, offered, active, refused, closing, held };
 enum class lane_kind : std::uint8_t {
   publish_value,   // out: values
   publish_text,    // out: texts
@@ -65,10 +62,6 @@ constexpr bool responds(lane_kind k) noexcept {
 }
 constexpr bool is_latch(lane_kind k) noexcept { return k == lane_kind::stop_latch; }
 constexpr bool calls(lane_kind k) noexcept { return k == lane_kind::call_value || k == lane_kind::call_text; }
-
-// Whether publishing reaches anybody. Crowded, of lanes that talk: not what is for everyone, of which half of
-// the lane's slots wait for room.
-enum class audience : std::uint32_t { nobody, somebody, closed, crowded };
 
 // A connection, by its place and how often that was used. Generation 0: none; as an address: everyone.
 struct peer_ref {
@@ -173,9 +166,7 @@ struct slots_aside {
 struct lane {
   static constexpr std::size_t name_bytes_max = 255;
 
-  // The hand-over of the lane itself.
-  alignas(rt::line_bytes) rt::std_atomics::variable<lane_state> state{lane_state::free};
-  error answer{errc::misuse}; // why it was refused; written before `refused` is stored
+  alignas(rt::line_bytes) pair_lifecycle<> lifecycle;
 
   // The handle's thread sleeps until there is room: another number each time. 0: it does not. Here, since the
   // service thread looks at this line in any case.
@@ -228,7 +219,7 @@ struct lane {
   rt::bell_rope<> rope; // between both; of idle::wake
 
   // The service thread's side.
-  alignas(rt::line_bytes) rt::std_atomics::variable<audience> heard_by{audience::nobody};
+  alignas(rt::line_bytes) audience_word<> audience;
   struct service_side {
     emptying_end out;
     filling_end in;
@@ -301,9 +292,7 @@ inline void announce(lane& on) noexcept {
 // publisher.
 template <class Fill>
 ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
-  // relaxed: advice of the service thread (update_wanted); nothing is read on the strength of it, and a value
-  // that goes out a moment after the last listener left is counted there
-  switch (on.heard_by.load(std::memory_order_relaxed)) {
+  switch (on.audience.advice()) {
   case audience::nobody: on.no_peer.add(); return errc::no_peer;
   case audience::closed: return errc::closed;
   case audience::crowded:

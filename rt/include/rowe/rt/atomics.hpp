@@ -33,6 +33,7 @@ struct std_atomics {
   class plain {
    public:
     constexpr plain() noexcept = default;
+    explicit constexpr plain(const T& data) noexcept : data_{data} {}
     const T& load() const noexcept { return data_; }
     void store(const T& data) noexcept { data_ = data; }
 
