@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The transport over TCP. It owns an epoll, a listening socket and every established connection;
 // libwebsockets serves pages, answers upgrades as server and makes them as client, and is let go of once the
-// upgrade is done (docs/decisions/0001-frames-are-ours.md). Made at set-up on any thread, used from then on
-// by the service thread alone, except wake().
+// upgrade is done (docs/decisions/0001-use-libwebsockets-for-the-handshake-only.md). Made at set-up on any
+// thread, used from then on by the service thread alone, except wake().
 //
 // What a turn costs: poll() is one epoll_wait and one recv for each readable connection, whatever the number
 // of idle ones; a turn that follows a wait() takes the events which that wait found. After a connection is

@@ -17,7 +17,7 @@
 // Watching has a budget of 8 ms in any 100 ms. Topics of less priority leave a part of it to the others; a
 // value that is not watched for is polled for, until it has come.
 //
-// Time is passed in. Service thread only. docs/decisions/0017-in-phase-with-loops.md has the reasons.
+// Time is passed in. Service thread only. docs/decisions/0017-predict-publish-times.md has the reasons.
 #pragma once
 #include <array>
 #include <cstddef>

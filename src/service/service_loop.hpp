@@ -19,7 +19,7 @@ namespace rowe::service {
 // kernel for the rest of each second once it has used its share (950 ms by default: a gap of 50 ms), so it
 // gives up the core by itself: 8 % of the time, in naps far shorter than that gap. A nap is a wait for
 // sockets, as long as something comes of it; under a flood, when each such wait ends at once, the thread
-// sleeps. The share was measured: docs/decisions/0016-naps-are-eight-percent.md.
+// sleeps. The share was measured: docs/decisions/0016-yield-the-core-for-eight-percent.md.
 class nap_budget {
  public:
   static constexpr rt::duration nap = std::chrono::microseconds{100};

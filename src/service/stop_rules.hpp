@@ -11,7 +11,7 @@
 // one of its own, which never comes again. `latch` is what the loops' words have room for, 16 bits: it is
 // raised with the number, but at most once in the millisecond of a tick. To the loops, stops of one
 // millisecond are one stop: whoever has met the first stands for all of them. Why that is enough:
-// docs/decisions/0027-loops-know-a-stop-by-its-millisecond.md.
+// docs/decisions/0027-show-loops-one-stop-a-millisecond.md.
 #pragma once
 #include <array>
 #include <cstdint>
