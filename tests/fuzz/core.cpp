@@ -61,10 +61,10 @@ class script {
   std::size_t size_;
 };
 
-// A script's bytes as choices.
-class choices final : public swarm::draws {
+// A script's bytes as input_choices.
+class input_choices final : public swarm::choices {
  public:
-  explicit choices(script& from) : from_{from} {}
+  explicit input_choices(script& from) : from_{from} {}
   std::uint64_t below(std::uint64_t bound) override {
     std::uint64_t value = from_.byte();
     if (bound > 256) value = value << 8 | from_.byte();
@@ -224,10 +224,10 @@ class play {
   void speak(script& s, std::size_t which) {
     stage::peer* const p = one(which);
     if (p == nullptr) return;
-    choices from{s};
+    input_choices from{s};
     const std::size_t operation = from.below(swarm::operations().size());
     known_.bounds = on_.options.limits;
-    const swarm::recipe what = swarm::draw_recipe(from, all_, operation, 4);
+    const swarm::recipe what = swarm::choose_recipe(from, all_, operation, 4);
     const swarm::saying said = swarm::render(from, what, known_);
     switch (swarm::operations()[operation].goes) {
     case swarm::form::binary: return p->send(rowe::wire::opcode::binary, said.text);

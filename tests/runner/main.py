@@ -136,7 +136,7 @@ def whole(told, asked):
     terminal.heading("the long runs: a million calls, 10 000 seeds, 10^8 messages, each call failing")
     for expression, environment in (
             ("^rt_contract/", {"ROWE_CONTRACT_CALLS": "1000000"}),
-            ("^sim/(sim|talking_sim|swarm$)", {"ROWE_SIM_SEEDS": "10000"}),
+            ("^sim/(sim|messaging_sim|swarm$)", {"ROWE_SIM_SEEDS": "10000"}),
             ("^sim/growth", {"ROWE_GROWTH_MESSAGES": "100000000"}),
             ("^failures/", {"ROWE_FAILURES": "all"})):
         run(told, "release", asked, ["-R", expression], environment, "long")

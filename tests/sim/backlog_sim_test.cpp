@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A publisher that saturates the line to one reader, for lines of many natures: the reader is kept busy, and
-// what is urgent overtakes within the time that docs/limits.md states.
+// A publisher that saturates the link to one reader, for links of many kinds. The reader is kept busy, and
+// urgent messages overtake within the time that docs/limits.md states.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "service/core_stage.hpp"
 #include "service/credit.hpp"
 
-#include "line.hpp"
+#include "simulated_link.hpp"
 
 namespace sim {
 namespace backlog_sim_test {
@@ -24,17 +24,18 @@ double seconds(duration time) { return std::chrono::duration<double>(time).count
 
 class saturated {
  public:
-  saturated(std::uint64_t seed, const line::nature& is, std::size_t text_bytes_max = frame_bytes_max - 100)
+  saturated(std::uint64_t seed, const simulated_link::properties& is,
+            std::size_t text_bytes_max = frame_bytes_max - 100)
       : text_bytes_max_{text_bytes_max},
-        dice_{seed},
+        random_{seed},
         on_{options(), rowe::service::side::server, seed},
         telemetry_{on_.offer(rowe::detail::lane_kind::publish_text, "/telemetry", text_bytes_max_)},
         alarm_{on_.offer(rowe::detail::lane_kind::publish_text, "/alarm", 8,
                          {.priority = rowe::priority::urgent})},
-        way{on_, is} {
-    way.link().say(R"({"op":"subscribe","topic":"/telemetry"})");
-    way.link().say(R"({"op":"subscribe","topic":"/alarm"})");
-    way.heard = [this](const written_frame& frame) {
+        link{on_, is} {
+    link.peer().say(R"({"op":"subscribe","topic":"/telemetry"})");
+    link.peer().say(R"({"op":"subscribe","topic":"/alarm"})");
+    link.heard = [this](const written_frame& frame) {
       if (frame.payload.find("/alarm") == std::string::npos) return;
       late = std::max(late, on_.now - alarm_at_);
       alarm_at_ = rowe::rt::never;
@@ -46,16 +47,16 @@ class saturated {
   void run(duration time) {
     late = {};
     in_flight = 0;
-    const auto read = way.bytes_read();
+    const auto read = link.bytes_read();
     const auto until = on_.now + time;
     while (on_.now < until) {
       publish();
       on_.cycle(step);
-      way.advance();
-      in_flight = std::max(in_flight, on_.count(stage::counter::bytes_out) - way.bytes_read());
+      link.advance();
+      in_flight = std::max(in_flight, on_.count(stage::counter::bytes_out) - link.bytes_read());
     }
-    rate = static_cast<double>(way.bytes_read() - read) / seconds(time);
-    EXPECT_FALSE(way.broken());
+    rate = static_cast<double>(link.bytes_read() - read) / seconds(time);
+    EXPECT_FALSE(link.broken());
     EXPECT_TRUE(on_.core.check());
   }
 
@@ -70,37 +71,37 @@ class saturated {
 
   void publish() {
     for (int i = 0; i < 16; ++i) {
-      const std::string text = R"({"x":")" + std::string(dice_.below(text_bytes_max_ - 8), 'x') + "\"}";
+      const std::string text = R"({"x":")" + std::string(random_.below(text_bytes_max_ - 8), 'x') + "\"}";
       ASSERT_TRUE(stage::publish_text(on_, telemetry_, text));
     }
-    if (alarm_at_ != rowe::rt::never || !dice_.one_in(40)) return;
+    if (alarm_at_ != rowe::rt::never || !random_.one_in(40)) return;
     ASSERT_TRUE(stage::publish_text(on_, alarm_, "{}"));
     alarm_at_ = on_.now;
   }
 
   const std::size_t text_bytes_max_;
-  dice dice_;
+  random_source random_;
   stage::theatre on_;
   rowe::detail::lane& telemetry_;
   rowe::detail::lane& alarm_;
   time_point alarm_at_ = rowe::rt::never;
 
  public:
-  line way;
+  simulated_link link;
   duration late{};             // the latest alarm
   std::uint64_t in_flight = 0; // at most
   double rate = 0;             // bytes a second that were read
 };
 
-// What may be in flight to a reader that takes so much: with the noise of a rate that is measured, and of
-// time that passes in steps.
-double bound(const line::nature& is) {
+// How much may be in flight to such a reader. The rate is measured, and time passes in steps, so both have
+// noise.
+double bound(const simulated_link::properties& is) {
   const double time = seconds(2 * (is.round_trip + 2 * step) + credit::queue_time_far);
   return std::clamp(1.3 * is.bytes_per_second * time, double{credit::bytes_min}, double{credit::bytes_max});
 }
 
 void expect_kept(saturated& all) {
-  const line::nature& is = all.way.is();
+  const simulated_link::properties& is = all.link.is();
   const double most = bound(is) + credit::bytes_min + 2 * frame_bytes_max; // urgent ones, and one begun
   EXPECT_LE(static_cast<double>(all.in_flight), most);
   EXPECT_LE(seconds(all.late), most / is.bytes_per_second + seconds(is.round_trip + 4 * step));
@@ -121,13 +122,13 @@ TEST(backlog_sim, bounds_what_is_in_flight_in_time_and_keeps_the_reader_busy) {
 }
 
 TEST(backlog_sim, follows_a_reader_that_becomes_slower_or_faster_and_a_way_that_becomes_longer) {
-  dice roll{7};
+  random_source random{7};
   for (int seed = 1; seed <= 2; ++seed) {
     saturated all{static_cast<std::uint64_t>(seed), {}};
     for (int change = 0; change < 3; ++change) {
-      line::nature& is = all.way.is();
-      is.round_trip = 1ms * (1 + roll.below(100));
-      is.bytes_per_second = 20e3 * std::pow(100, static_cast<double>(roll.below(1000)) / 1000);
+      simulated_link::properties& is = all.link.is();
+      is.round_trip = 1ms * (1 + random.below(100));
+      is.bytes_per_second = 20e3 * std::pow(100, static_cast<double>(random.below(1000)) / 1000);
       SCOPED_TRACE("seed " + std::to_string(seed) + ", " + std::to_string(is.round_trip / 1ms) + " ms, " +
                    std::to_string(is.bytes_per_second) + " B/s");
       all.run(15s);

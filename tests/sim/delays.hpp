@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// How long what is sent takes to arrive over TCP on a bad link, as it once was: delays that were recorded
-// (tests/impair/record_trace; the files in tests/sim/traces say how) and are replayed.
+// How long data takes to arrive over TCP on a bad link. The delays were recorded (tests/impair/record_trace;
+// the files in tests/sim/traces say how), and are replayed here.
 //
 //   const sim::trace robot = sim::trace::read("robot_20ms");
 //   on.net.weather_of(peer.id()).to_peer = sim::delays{robot, seed};
 //
-// TCP delivers in order, so a lost segment delays all that is sent until it has been repeated; the trace has
-// that, since messages were sent all the time while it was recorded. What is sent now takes as long as the
-// message that was sent next in the trace, counted from where the trace began; it never arrives before what
-// was sent earlier. So each of a row of messages as far apart as those of the trace meets the fate of one of
-// them; messages closer together share it. The seed chooses where in the trace to begin; behind its end comes
-// its beginning.
+// TCP delivers in order, so a lost segment delays all that is sent until it has been retransmitted. The trace
+// has that, since messages were sent all the time while it was recorded. A message sent now takes as long as
+// the message that was sent next in the trace, counted from where the trace began. It never arrives before
+// what was sent earlier. So each of a row of messages as far apart as those of the trace has the delay of one
+// of them; messages closer together share a delay. The seed chooses where in the trace to begin; after its
+// end it begins again.
 #pragma once
 #include <algorithm>
 #include <fstream>
@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "ground.hpp"
+#include "sim_base.hpp"
 
 namespace sim {
 
@@ -53,9 +53,9 @@ class delays {
  public:
   // `of` must outlive it.
   delays(const trace& of, std::uint64_t seed)
-      : of_{&of}, first_{static_cast<std::size_t>(dice{seed}.below(of.taken.size()))} {}
+      : of_{&of}, first_{static_cast<std::size_t>(random_source{seed}.below(of.taken.size()))} {}
 
-  // When that arrives which is sent at `now`. Not before what was sent earlier; `now` must not go back.
+  // When a message that is sent at `now` arrives: not before what was sent earlier. `now` must not go back.
   time_point next(time_point now) {
     if (begin_ == time_point::min()) begin_ = now;
     // The message sent then or next.

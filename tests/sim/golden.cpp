@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // sim_golden FILE | --record | --steps KIND SEED: runs the simulated worlds whose traces FILE names, and
-// fails where one is not what it was when it was recorded. A trace is a hash of each byte that the core
+// fails where a trace differs from the recorded one. A trace is a hash of each byte that the core
 // wrote, of each connection that it closed, and of all counters at the end. So a change of the core's inner
 // structure that is to change nothing outside shows that it did not. A change that is meant records the
 // traces anew, and its commit says why. `--steps` prints one world's trace and counters behind each step:
@@ -15,8 +15,8 @@
 #include <iostream>
 #include <string>
 
+#include "messaging_world.hpp"
 #include "swarm_world.hpp"
-#include "talking_world.hpp"
 #include "world.hpp"
 
 namespace {
@@ -36,15 +36,15 @@ std::uint64_t trace_of(Stage& on, std::uint64_t more) {
 std::uint64_t publishing(std::uint64_t seed) {
   sim::world w{seed, {}};
   for (std::uint64_t i = 0; i < steps; ++i) w.step();
-  return trace_of(w.theatre(), w.trace());
+  return trace_of(w.on(), w.trace());
 }
 
 // Messages and calls; by the seed a server, a hub or a client.
 std::uint64_t talking(std::uint64_t seed) {
-  sim::talking_world w{seed};
+  sim::messaging_world w{seed};
   for (std::uint64_t i = 0; i < steps; ++i) w.step();
   w.finish();
-  return trace_of(w.theatre(), w.trace());
+  return trace_of(w.on(), w.trace());
 }
 
 // Everything, from anybody.
@@ -53,7 +53,7 @@ std::uint64_t swarming(std::uint64_t seed) {
   swarm::world w{seed, seen, {}, false};
   for (std::uint64_t i = 0; i < steps && !w.broken(); ++i) w.step(i);
   if (!w.broken()) w.finish(steps);
-  return trace_of(w.theatre(), w.trace_hash());
+  return trace_of(w.on(), w.trace_hash());
 }
 
 template <class Stage>
@@ -70,20 +70,20 @@ int print_steps(const std::string& kind, std::uint64_t seed) {
     sim::talking_world w{seed};
     for (std::uint64_t i = 0; i < steps; ++i) {
       w.step();
-      print_step(i, w.theatre(), w.trace());
+      print_step(i, w.on(), w.trace());
     }
   } else if (kind == "swarming") {
     swarm::coverage seen;
     swarm::world w{seed, seen, {}, false};
     for (std::uint64_t i = 0; i < steps && !w.broken(); ++i) {
       w.step(i);
-      print_step(i, w.theatre(), w.trace_hash());
+      print_step(i, w.on(), w.trace_hash());
     }
   } else {
     sim::world w{seed, {}};
     for (std::uint64_t i = 0; i < steps; ++i) {
       w.step();
-      print_step(i, w.theatre(), w.trace());
+      print_step(i, w.on(), w.trace());
     }
   }
   return 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core's memory does not grow: private memory of the process before and after many simulated messages,
-// each taken from a lane, encoded, queued for two peers, framed and written, some expired, some thinned out.
+// each taken from a queue pair, encoded, queued for two peers, framed and written; some expire, some are
+// throttled.
 // One million by default; ROWE_GROWTH_MESSAGES asks for more (tools/test --all: 10^8).
 #include <gtest/gtest.h>
 

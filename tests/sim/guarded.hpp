@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A robot with one loop that obeys its latch, and a guard at the other end of a link, which echoes each tick
-// when it comes, as a page does, or the newest one at times of its own. Time moves in milliseconds; the loop
-// looks once in each.
+// A robot with one loop that obeys its latch, and a guard at the other end of a link. The guard echoes each
+// tick when it comes, as a page does, or the newest one at times of its own. Time moves in milliseconds; the
+// loop looks at the latch once in each.
 #pragma once
 #include <cstdlib>
 #include <string>
@@ -21,10 +21,11 @@ class guarded {
  public:
   static constexpr duration each_tick{}; // a heartbeat for each
 
-  // How what is sent arrives: from the robot, from the guard. None: at once.
-  using line = std::function<time_point(time_point)>;
+  // When data sent at a time arrives: from the robot, from the guard. None: at once.
+  using delivery = std::function<time_point(time_point)>;
 
-  guarded(duration lease, duration heartbeat, std::uint64_t seed, line from_robot = {}, line from_guard = {})
+  guarded(duration lease, duration heartbeat, std::uint64_t seed, delivery from_robot = {},
+          delivery from_guard = {})
       : on{options_with(lease), rowe::service::side::server, seed},
         latch_{stage::theatre::handle_of(on.offer(rowe::detail::latch_request({})))},
         guard_{on},
@@ -61,12 +62,12 @@ class guarded {
   bool service_lives = true;
   bool guard_hears = true;
   bool guard_speaks = true;
-  bool guard_resets = true; // whenever it hears that the robot is stopped
+  bool guard_resets = true; // whenever it is told that the robot is stopped
 
   stage::peer& guard() { return guard_; }
   // From now on nothing arrives at either end any more.
-  void cut(bool to_robot, bool to_guard) {
-    const line never = [](time_point) { return rowe::rt::never; };
+  void disconnect(bool to_robot, bool to_guard) {
+    const delivery never = [](time_point) { return rowe::rt::never; };
     if (to_robot) on.net.weather_of(guard_.id()).to_us = never;
     if (to_guard) on.net.weather_of(guard_.id()).to_peer = never;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The threads of this process in a simulated world, as actors whose calls are single steps: a lane that
-// talks, responders and callers, and threads at the front door. Each checks what it is told against the
-// ledger, and at the end that its handle has all its slots back.
+// The loops of this process in a simulated world, as actors whose calls are single steps: a lane, responders
+// and callers. Each checks what it is told against the ledger, and at the end that its handle has all its
+// slots back.
 #pragma once
 #include <memory>
 #include <string>
@@ -13,7 +13,7 @@
 #include <rowe/responder.hpp>
 
 #include "ledger.hpp"
-#include "talking_peer.hpp"
+#include "messaging_peer.hpp"
 
 namespace sim {
 
@@ -37,35 +37,36 @@ using rowe::detail::lane_kind;
 using rowe::detail::lane_request;
 using rowe::detail::pair_phase;
 
-inline duration some_time(dice& roll) {
+inline duration some_time(random_source& random) {
   constexpr duration times[] = {0ns, 1ms, 20ms, 500ms, -1ns, -1ns};
-  return times[roll.below(std::size(times))];
+  return times[random.below(std::size(times))];
 }
 
 inline std::string reply_text(std::uint32_t answer) { return R"({"sum":)" + std::to_string(answer) + "}"; }
 
 // A message's text; now and then one that is none.
-inline std::string message_text(dice& roll, std::uint32_t n, bool good) {
+inline std::string message_text(random_source& random, std::uint32_t n, bool good) {
   constexpr const char* bad[] = {"{", "[]", R"({"op":1})", R"({"message_id":"1"})"};
-  if (!good) return bad[roll.below(std::size(bad))];
+  if (!good) return bad[random.below(std::size(bad))];
   std::string text = R"({"n":)" + std::to_string(n);
-  if (roll.one_in(4)) text += R"(,"x":")" + std::string(roll.below(roll.one_in(8) ? 1500 : 300), 'x') + '"';
+  if (random.one_in(4))
+    text += R"(,"x":")" + std::string(random.below(random.one_in(8) ? 1500 : 300), 'x') + '"';
   return text + "}";
 }
 
-// What every actor has: a lane, and the calls of it that are open.
+// What every actor has: a queue pair, and its open calls.
 class actor {
  public:
-  explicit actor(scene& in, const lane_request& asked)
+  explicit actor(world_context& in, const lane_request& asked)
       : in_{in}, lane_{in.on.offer(asked)}, number_{in.book.new_actor()} {}
   virtual ~actor() = default;
   actor(const actor&) = delete;
   actor& operator=(const actor&) = delete;
 
-  virtual void act(const std::vector<std::unique_ptr<talking_peer>>& peers) = 0;
+  virtual void act(const std::vector<std::unique_ptr<messaging_peer>>& peers) = 0;
   // Takes what has come, and answers or forgets what is held.
   virtual void finish_up() = 0;
-  // The handle goes; nobody may be told anything of it afterwards.
+  // Closes the handle; nobody may be told anything of it afterwards.
   void close() {
     let_go();
     for (const auto& [call, number] : open_) give_up(number);
@@ -75,8 +76,8 @@ class actor {
   bool refused() const { return lane_.lifecycle.look() == pair_phase::refused; }
   std::size_t open_calls() const { return open_.size(); }
 
-  // The slots of its paths that are not home, when everything is settled. The service thread keeps one of an
-  // inbox aside.
+  // Whether all slots of its queues are free again, when everything is completed. The service thread keeps a
+  // spare one of an inbox.
   bool all_home() {
     auto& user = lane_.user;
     auto& service = lane_.service;
@@ -105,16 +106,16 @@ class actor {
   }
   void cancel_one(auto& handle) {
     if (open_.empty()) return;
-    const auto which = open_.begin() + static_cast<std::ptrdiff_t>(in_.roll.below(open_.size()));
+    const auto which = open_.begin() + static_cast<std::ptrdiff_t>(in_.random.below(open_.size()));
     handle.cancel(which->first);
     give_up(which->second);
     open_.erase(which);
   }
-  // An end that the handle handed out.
+  // A completion that the handle handed out.
   void ended(rowe::call_id call, std::uint32_t answer, const rowe::status& outcome) {
     const auto which =
         std::find_if(open_.begin(), open_.end(), [&](const auto& one) { return one.first == call; });
-    if (which == open_.end()) return in_.book.fail("a handle was told the end of no call of its own");
+    if (which == open_.end()) return in_.book.fail("a handle was given the completion of no call of its own");
     const subject of = which->second;
     open_.erase(which);
     if (of.message) return in_.book.told_of_message(of.number, outcome, in_.on.now);
@@ -122,7 +123,7 @@ class actor {
     in_.book.ended(of.number, answer, outcome ? errc::misuse : outcome.code(), in_.on.now);
   }
 
-  scene& in_;
+  world_context& in_;
   rowe::detail::lane& lane_;
   std::uint32_t number_;
 
@@ -131,22 +132,22 @@ class actor {
 };
 
 // rowe::lane.
-class talker final : public actor {
+class lane_user final : public actor {
  public:
-  talker(scene& in, bool receives, rowe::priority priority)
+  lane_user(world_context& in, bool receives, rowe::priority priority)
       : actor{in, request(receives, priority)}, handle_{stage::theatre::handle_of(lane_)} {}
 
-  void act(const std::vector<std::unique_ptr<talking_peer>>& peers) override {
-    const talking_peer* const to =
-        !peers.empty() && in_.roll.one_in(4) ? peers[in_.roll.below(peers.size())].get() : nullptr;
-    switch (in_.roll.below(8)) {
+  void act(const std::vector<std::unique_ptr<messaging_peer>>& peers) override {
+    const messaging_peer* const to =
+        !peers.empty() && in_.random.one_in(4) ? peers[in_.random.below(peers.size())].get() : nullptr;
+    switch (in_.random.below(8)) {
     case 0:
     case 1: return send(to, false);
     case 2: return send(to, true);
     case 3: return start(to);
     case 4: return receive();
     case 5: return answer();
-    case 6: return in_.roll.one_in(4) ? cancel_one(handle_) : finish();
+    case 6: return in_.random.one_in(4) ? cancel_one(handle_) : finish();
     default: return finish();
     }
   }
@@ -171,11 +172,11 @@ class talker final : public actor {
             .ends_bytes = 512};
   }
 
-  // With `waits` as lane::send() does it, but for the waiting.
-  void send(const talking_peer* to, bool waits) {
-    const duration ttl = some_time(in_.roll);
+  // With `waits` as lane::send() does it, but without waiting.
+  void send(const messaging_peer* to, bool waits) {
+    const duration ttl = some_time(in_.random);
     const time_point expires = rowe::detail::expiry_after(in_.on.now, ttl);
-    const bool good = !in_.roll.one_in(16);
+    const bool good = !in_.random.one_in(16);
     const std::uint32_t n = in_.book.new_message({.sender = number_,
                                                   .to = to != nullptr ? to->number() : 0,
                                                   .accepted = in_.on.now,
@@ -183,7 +184,7 @@ class talker final : public actor {
                                                   .only_now = ttl == 0ns,
                                                   .good = good,
                                                   .waits = waits});
-    const std::string text = message_text(in_.roll, n, good);
+    const std::string text = message_text(in_.random, n, good);
     const rowe::connection whom = to != nullptr ? to->named() : rowe::everyone;
     bool accepted = false;
     if (waits) {
@@ -199,13 +200,13 @@ class talker final : public actor {
     if (!accepted) in_.book.take_back_message();
   }
 
-  void start(const talking_peer* to) {
-    const duration timeout = some_time(in_.roll);
+  void start(const messaging_peer* to) {
+    const duration timeout = some_time(in_.random);
     const std::uint32_t k = in_.book.new_call(rowe::rt::deadline_after(in_.on.now, timeout));
     constexpr const char* services[] = {"/add", "/echo", "/peer0", "/peer1", "/rowe/stats", "nobody's"};
-    std::string text = R"({"service":")" + std::string{services[in_.roll.below(std::size(services))]} +
+    std::string text = R"({"service":")" + std::string{services[in_.random.below(std::size(services))]} +
                        R"(","a":)" + std::to_string(k) + R"(,"b":0})";
-    if (in_.roll.one_in(16)) text = R"({"a":)" + std::to_string(k) + "}";
+    if (in_.random.one_in(16)) text = R"({"a":)" + std::to_string(k) + "}";
     const auto call = handle_.start(text, timeout, in_.on.now, to != nullptr ? to->named() : rowe::everyone);
     if (!call) return in_.book.take_back_call();
     in_.book.call(k).own_service = text.find("/rowe/") != std::string::npos;
@@ -226,14 +227,14 @@ class talker final : public actor {
   }
   void answer() {
     if (held_.empty()) return;
-    const auto which = held_.begin() + static_cast<std::ptrdiff_t>(in_.roll.below(held_.size()));
+    const auto which = held_.begin() + static_cast<std::ptrdiff_t>(in_.random.below(held_.size()));
     reply(*which);
-    if (in_.roll.one_in(8)) reply(*which); // one too many
+    if (in_.random.one_in(8)) reply(*which); // one too many
     held_.erase(which);
   }
   void reply(const rowe::message_view& to) {
     const std::uint32_t k = number_after(to.text(), R"("a":)");
-    switch (in_.roll.below(6)) {
+    switch (in_.random.below(6)) {
     case 0: return; // forgotten: the call ends by its time
     case 1:
       if (handle_.try_refuse(to, "no", in_.on.now)) in_.book.refuse(k);
@@ -257,16 +258,16 @@ class talker final : public actor {
 template <class Q, class A>
 class server final : public actor {
  public:
-  server(scene& in, std::string_view name)
+  server(world_context& in, std::string_view name)
       : actor{in, rowe::detail::serve_request<Q, A>(name,
                                                     {.depth = 3, .type = "sim/Add", .text_bytes_max = 300})},
         handle_{stage::theatre::handle_of(lane_)} {}
 
-  void act(const std::vector<std::unique_ptr<talking_peer>>&) override {
-    if (held_.empty() || in_.roll.one_in(2)) {
+  void act(const std::vector<std::unique_ptr<messaging_peer>>&) override {
+    if (held_.empty() || in_.random.one_in(2)) {
       if (auto asked = handle_.try_next(in_.on.now)) held_.push_back(std::move(*asked));
     } else {
-      answer(in_.roll.below(held_.size()));
+      answer(in_.random.below(held_.size()));
     }
   }
   void finish_up() override {
@@ -291,13 +292,13 @@ class server final : public actor {
     rowe::request<Q> asked = std::move(held_[which]);
     held_.erase(held_.begin() + static_cast<std::ptrdiff_t>(which));
     const std::uint32_t k = call_of(asked);
-    if (in_.roll.one_in(8)) return in_.book.refuse(k); // forgets it
-    if (in_.roll.one_in(8)) {
+    if (in_.random.one_in(8)) return in_.book.refuse(k); // forgets it
+    if (in_.random.one_in(8)) {
       (void)handle_.refuse(asked, "no", in_.on.now); // whoever has gone needs no refusal
       return in_.book.refuse(k);
     }
     if constexpr (of_text) {
-      if (in_.roll.one_in(8)) {
+      if (in_.random.one_in(8)) {
         (void)handle_.reply(asked, "[", in_.on.now);
         return in_.book.refuse(k);
       }
@@ -319,15 +320,15 @@ class server final : public actor {
 template <class Q, class A>
 class client final : public actor {
  public:
-  client(scene& in, std::string_view name)
+  client(world_context& in, std::string_view name)
       : actor{in, rowe::detail::client_request<Q, A>(name, {.depth = 3, .text_bytes_max = 300})},
         handle_{stage::theatre::handle_of(lane_)} {}
 
-  void act(const std::vector<std::unique_ptr<talking_peer>>&) override {
-    switch (in_.roll.below(5)) {
+  void act(const std::vector<std::unique_ptr<messaging_peer>>&) override {
+    switch (in_.random.below(5)) {
     case 0:
     case 1: return start();
-    case 2: return in_.roll.one_in(4) ? cancel_one(handle_) : finish_up();
+    case 2: return in_.random.one_in(4) ? cancel_one(handle_) : finish_up();
     default: return finish_up();
     }
   }
@@ -345,7 +346,7 @@ class client final : public actor {
   }
 
   void start() {
-    const duration timeout = some_time(in_.roll);
+    const duration timeout = some_time(in_.random);
     const std::uint32_t k = in_.book.new_call(rowe::rt::deadline_after(in_.on.now, timeout));
     const auto call = [&] {
       if constexpr (std::is_same_v<Q, rowe::json_text>) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What truly happens in a world that talks and calls: every message, call and answer has a number that its
-// text carries ("n", "a", "sum"), and here stands what became of it. Each claim of the core is held against
-// that at the moment it is made; what is left over is counted at the end.
+// What truly happens in a world with direct messages and calls. Every message, call and answer has a number
+// that its text carries ("n", "a", "sum"), and the ledger records what became of it. Each outcome that the
+// core reports is compared with that at once; what is left over is counted at the end.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -57,7 +57,7 @@ struct call_record {
   std::uint32_t asked_on = 0; // the peer that was sent its request
   std::uint32_t answer = 0;   // the first proper one that was given
   time_point ended_at = rowe::rt::never;
-  bool ended = false;       // the one who asked was told
+  bool ended = false;       // the caller was told
   bool wanted = true;       // and wants to be
   bool by_peer = false;     // so its time begins when it arrives
   bool own_service = false; // of the endpoint itself, whose answers have no number
@@ -85,13 +85,13 @@ class ledger {
     const std::string name = "message " + std::to_string(n);
     if (!m.good || m.sender == 0) fail("was sent what is no message: " + name);
     if (m.to != 0 && m.to != peer) fail("was sent to somebody else: " + name);
-    if (m.told && m.copies == 0) fail("was sent after its sender heard that it was not: " + name);
+    if (m.told && m.copies == 0) fail("was sent after its sender was told that it was not: " + name);
     if (begun > m.expires) fail("begun after its time: " + name);
     ++m.copies;
-    // What is for everyone may wait for a peer to speak while what is for that peer goes out.
+    // A message for everyone may be pending, until a peer speaks, while one for that peer is sent.
     std::uint32_t& newest = newest_[{2 * m.sender + (m.to != 0), peer}];
     if (n == newest) fail("sent twice: " + name);
-    // What lost its peer may be given to another one later than what was sent after it.
+    // A message that lost its peer may be given to another one later than messages sent after it.
     if (n < newest && m.accepted > last_departure) fail("out of order: " + name);
     newest = std::max(newest, n);
   }
@@ -128,12 +128,12 @@ class ledger {
     if (c.asked_on != 0) fail("was asked twice: " + name);
     c.asked_on = peer;
     if (begun > c.ended_at) fail("asked after its end: " + name);
-    // A call ends by the wheel, so up to a tick late.
+    // A call times out by the wheel, so up to a tick late.
     if (!c.by_peer && c.deadline != rowe::rt::never && begun > c.deadline + rowe::rt::timer_wheel::tick)
       fail("asked after its time: " + name + " by " + std::to_string((begun - c.deadline).count()) + " ns");
   }
 
-  // An answer under this call's id, by the one that was asked and in its place. Returns its number.
+  // An answer under this call's id, by the callee and on its connection. Returns its number.
   std::uint32_t new_answer(std::uint32_t k) {
     answers_.push_back(k);
     const auto r = static_cast<std::uint32_t>(answers_.size() - 1);
@@ -155,7 +155,7 @@ class ledger {
 
   std::uint32_t call_of_answer(std::uint32_t r) const { return r < answers_.size() ? answers_[r] : 0; }
 
-  // The one who asked is told: the reply's number, or 0 and why.
+  // The caller is told: the reply's number, or 0 and why.
   void ended(std::uint32_t k, std::uint32_t answer, errc why, time_point now) {
     call_record& c = call(k);
     const std::string name = "call " + std::to_string(k);

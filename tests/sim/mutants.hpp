@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The mutants of the service: each takes one mend out again, where ROWE_MUTANT(name) stands in the sources,
-// and must be found by the swarm worlds as they are. A mend that keeps peers from hurting each other gets its
-// line here.
+// The mutants of the service. Each takes one fix out again, where ROWE_MUTANT(name) stands in the sources,
+// and the swarm worlds must find it. A fix that keeps peers from harming each other gets its line here.
 #pragma once
 #include <string_view>
 
@@ -13,12 +12,12 @@ struct mutant {
 };
 
 inline constexpr mutant mutants[] = {
-    {"depth", "a queue that is shortened drops only what is due still, and at once"},
-    {"hoarder", "a slot is taken from the peer that holds most, also when it reads well"},
+    {"depth", "a queue that is shortened drops only what has not expired, and at once"},
+    {"hoarder", "a message is evicted from the peer that holds most, also when it reads well"},
     {"made_up_topics", "one peer holds no more topics than it leaves"},
     {"made_up_services", "likewise services"},
-    {"pinned_type", "a handle's type stands against the one that strangers gave its topic"},
-    {"pinned_service", "a handle provides the service whose name a stranger has taken"},
+    {"pinned_type", "a handle's type wins over the one that peers gave its topic"},
+    {"pinned_service", "a handle provides the service whose name a peer has taken"},
     {"latch_of_others", "only what its publisher asked to be kept is kept for late subscribers"},
     {"latch_of_the_gone", "a kept value goes with its publisher"},
     {"throttle", "a subscription that is changed is due by its new throttle_rate"},
@@ -28,7 +27,7 @@ inline constexpr mutant mutants[] = {
     {"stop_id", "the id of a stop that is answered is not overwritten by what the stop says"},
     {"rates", "/rowe/stats has the rates of the last seconds"},
     {"given_up_places", "the places of calls that were given up come free"},
-    {"inbox_share", "one peer has a share of what whoever receives has room for"},
+    {"inbox_share", "one peer has a share of the receiver's slots"},
     {"pong_room", "a long pong that takes a short one's place fits there"},
 };
 

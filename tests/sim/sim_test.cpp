@@ -35,13 +35,13 @@ TEST(sim, loses_no_slot_when_everyone_has_left) {
     for (int i = 0; i < steps; ++i) w.step();
     w.everyone_leaves();
     ASSERT_EQ(w.broken(), "") << "seed " << seed;
-    ASSERT_EQ(w.theatre().core.slots_in_use(), 0U) << "seed " << seed;
-    ASSERT_EQ(w.theatre().board.peers(), 0U) << "seed " << seed;
-    ASSERT_TRUE(w.theatre().core.drained()) << "seed " << seed;
+    ASSERT_EQ(w.on().core.slots_in_use(), 0U) << "seed " << seed;
+    ASSERT_EQ(w.on().board.peers(), 0U) << "seed " << seed;
+    ASSERT_TRUE(w.on().core.drained()) << "seed " << seed;
   }
 }
 
-// Every message ends in exactly one of: heard, expired, dropped for a peer that does not read.
+// Every message ends in exactly one of: received, expired, dropped for a peer that does not read.
 TEST(sim, accounts_for_every_message_to_every_peer) {
   for (std::uint64_t seed = 1; seed <= seeds(); ++seed) {
     world w{seed,
@@ -51,9 +51,9 @@ TEST(sim, accounts_for_every_message_to_every_peer) {
       w.step();
       ASSERT_EQ(w.broken(), "") << "seed " << seed;
     }
-    w.settle();
+    w.drain();
     ASSERT_EQ(w.broken(), "") << "seed " << seed;
-    const auto count = [&](counter c) { return w.theatre().count(c); };
+    const auto count = [&](counter c) { return w.on().count(c); };
     ASSERT_EQ(count(counter::lost_with_peer) + count(counter::no_slot) + count(counter::too_big), 0U);
     EXPECT_EQ(w.heard() + count(counter::expired) + count(counter::outbox_full), w.published() * w.viewers())
         << "seed " << seed;

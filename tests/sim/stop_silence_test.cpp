@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Silence stops, and nothing but silence does: a robot and its guard on links as they were recorded.
+// Only silence stops the robot: a robot and its guard, on links with recorded delays.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -29,7 +29,7 @@ std::uint64_t hours() {
 
 double ms(duration of) { return std::chrono::duration<double, std::milli>(of).count(); }
 
-// Ticks and heartbeats every 20 ms at 3 % loss each way. How soon TCP repeats what is lost makes the tail: it
+// Ticks and heartbeats every 20 ms at 3 % loss each way. The tail depends on how soon TCP retransmits: it
 // waits 200 ms at least unless it is told otherwise.
 struct lossy_link {
   explicit lossy_link(const std::string& tcp = {})
@@ -49,7 +49,7 @@ int stops_in_an_hour(const lossy_link& link, duration with_lease, duration heart
   while (!robot.moving && robot.on.now < time_point{1010s}) robot.step();
   EXPECT_TRUE(robot.moving);
   for (const time_point end = robot.on.now + 1h; robot.on.now < end;) robot.step();
-  EXPECT_TRUE(robot.moving || robot.on.now - robot.stopped_at < 5s); // it is always let go again
+  EXPECT_TRUE(robot.moving || robot.on.now - robot.stopped_at < 5s); // it is always reset again
   std::cout << "lease " << ms(with_lease) << " ms, heartbeat "
             << (heartbeat == guarded::each_tick ? "for each tick" : "every 50 ms") << ", seed " << seed
             << ": " << robot.stops << " stops; the newest echoed tick was " << robot.age_ms_max
@@ -63,7 +63,7 @@ TEST(stop_silence, is_not_what_three_percent_of_loss_is_taken_for_where_tcp_repe
     EXPECT_EQ(stops_in_an_hour(link, lease, guarded::each_tick, seed), 0);
 }
 
-// A segment that is lost two or three times in a row then holds all up for longer than half a second.
+// A segment that is lost two or three times in a row then delays everything by more than half a second.
 TEST(stop_silence, needs_a_lease_of_a_second_where_tcp_waits_200_ms) {
   const lossy_link link;
   for (std::uint64_t seed = 1; seed <= hours(); ++seed) {
@@ -91,9 +91,9 @@ void befall(guarded& robot, fate what) {
   switch (what) {
   case fate::says_nothing_more: robot.guard_speaks = false; break;
   case fate::is_stopped: robot.guard_speaks = robot.guard_hears = false; break;
-  case fate::vanishes: robot.cut(true, true); break;
-  case fate::is_not_heard_any_more: robot.cut(true, false); break;
-  case fate::hears_nothing_more: robot.cut(false, true); break;
+  case fate::vanishes: robot.disconnect(true, true); break;
+  case fate::is_not_heard_any_more: robot.disconnect(true, false); break;
+  case fate::hears_nothing_more: robot.disconnect(false, true); break;
   case fate::closes:
   case fate::resets:
     robot.guard_speaks = robot.guard_hears = false;
@@ -111,11 +111,12 @@ TEST(stop_silence, stops_within_the_lease_however_the_guard_goes_and_whatever_st
   std::uint64_t stopped = 0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
-    sim::dice dice{seed};
+    sim::random_source random_source{seed};
     const auto what = static_cast<fate>(seed % names.size());
-    const duration heartbeat = dice.one_in(2) ? guarded::each_tick : 50ms;
-    guarded robot = dice.one_in(2) ? link.robot(lease, heartbeat, seed) : guarded{lease, heartbeat, seed};
-    for (auto left = dice.below(1000); left > 0 || !robot.moving; left -= left > 0 ? 1 : 0) {
+    const duration heartbeat = random_source.one_in(2) ? guarded::each_tick : 50ms;
+    guarded robot =
+        random_source.one_in(2) ? link.robot(lease, heartbeat, seed) : guarded{lease, heartbeat, seed};
+    for (auto left = random_source.below(1000); left > 0 || !robot.moving; left -= left > 0 ? 1 : 0) {
       robot.step();
       ASSERT_LT(robot.on.now, time_point{1020s});
     }
@@ -130,7 +131,7 @@ TEST(stop_silence, stops_within_the_lease_however_the_guard_goes_and_whatever_st
         << "guard " << names[seed % names.size()];
     longest[seed % names.size()] = std::max(longest[seed % names.size()], took);
 
-    // It comes back, with all that was held up, and nobody resets.
+    // It comes back, with all that was delayed, and nobody resets.
     robot.guard_speaks = robot.guard_hears = true;
     for (int i = 0; i < 700; ++i) {
       robot.step();

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stream that one peer is sent, cut into frames as it is written: when each one's first byte was handed
-// to the network, and where in the stream it ends, so that a peer that reads so many bytes has read so many
-// frames.
+// The stream that one peer is sent, split into frames as it is written. It knows of each frame when its first
+// byte was handed to the network, and where in the stream it ends. So from how many bytes a peer has read
+// follows which frames it has read.
 #pragma once
 #include <algorithm>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The swarm world as a program: runs seeds in children of its own, so that one that crashes or never comes
-// back is a finding like others, shrinks the first ones that fail to the steps that matter, prints those, and
-// says which cells of the coverage table nobody has seen.
+// The swarm world as a program. It runs seeds in child processes, so that a seed that crashes or hangs is a
+// finding like others. It shrinks the first seeds that fail to the steps that matter, and prints those. It
+// says which cells of the coverage table were never seen.
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -40,12 +40,12 @@ constexpr std::string_view help =
   --seeds N..M         run these seeds (default 1..1200, or as many as ROWE_SIM_SEEDS says)
   --steps N            steps of each (default 1500)
   --without NAME       switch an invariant off; may be repeated; --invariants lists them
-  --trace SEED         run one seed, print what everybody says and what went wrong
+  --trace SEED         run one seed, print what everybody says and the error
   --shrink N           print the N first failures of each invariant, shrunk (default 1)
   --coverage           print the coverage table
-  --no-coverage        do not fail for cells of it that nobody has seen
+  --no-coverage        do not fail for cells of it that were never seen
   --invariants         list the invariants
-  --mutant NAME        take one mend out again (in sim_swarm_mutants only)
+  --mutant NAME        take one fix out again (in sim_swarm_mutants only)
   --mutants            each of them until it is found, and none of them, where nothing may be
 )";
 
@@ -110,8 +110,8 @@ void run_seed(std::uint64_t seed, std::uint64_t steps, const std::vector<bool>& 
   alarm(0);
   out.served += w.honest_peer().served;
   out.result.broken = w.broken();
-  put(out.result.invariant, sizeof out.result.invariant, w.verdict().invariant());
-  put(out.result.what, sizeof out.result.what, w.verdict().what());
+  put(out.result.invariant, sizeof out.result.invariant, w.result().invariant());
+  put(out.result.what, sizeof out.result.what, w.result().what());
   out.result.done = true;
 }
 
@@ -148,7 +148,7 @@ std::optional<failure> run_alone(std::uint64_t seed, std::uint64_t steps, const 
 }
 
 // Leaves out as many steps as possible so that it still fails by the same invariant (delta debugging: Zeller,
-// Hildebrandt, 2002). What hangs is only cut off behind.
+// Hildebrandt, 2002). Of a seed that hangs only the steps after the hang are left out.
 void shrink(const failure& found, const arguments& asked, shared& out) {
   std::vector<bool> left_out(found.step + 1, false);
   const std::uint64_t steps = found.step + 1;

@@ -9,7 +9,7 @@ namespace swarm {
 const std::array<state_name, states>& state_names() {
   using d = dimension;
   static const std::array<state_name, states> all{{{d::topic, "absent"},
-                                                   {d::topic, "strangers"},
+                                                   {d::topic, "peers"},
                                                    {d::topic, "own"},
                                                    {d::topic, "latched"},
                                                    {d::subscription, "none"},
@@ -63,17 +63,17 @@ std::string_view impossible(std::size_t row, std::size_t column) {
       how == "absent" || how == "empty" || how == "no_text" || how == "too_long" || how == "control";
   if (m.is == domain::topic) {
     if (no_name &&
-        is(state::topic_strangers, state::topic_own, state::topic_latched, state::subscription_idle,
+        is(state::topic_peers, state::topic_own, state::topic_latched, state::subscription_idle,
            state::subscription_queued, state::subscription_throttled, state::subscription_backpressured))
       return "it names no topic";
     const bool endpoints = how == "stats" || how == "stop_state";
-    if (endpoints && is(state::topic_absent, state::topic_strangers)) return "the endpoint holds it";
+    if (endpoints && is(state::topic_absent, state::topic_peers)) return "the endpoint holds it";
     if (endpoints && is(state::topic_latched)) return "the endpoint latches no topic of its own";
     if (how == "honest" && is(state::topic_latched)) return "its handle is not latched";
     if (is(state::topic_own, state::topic_latched)) {
       if (how == "stop" || how == "reserved") return "no handle of this process may have such a name";
       if (how == "made_up" || how == "longest") return "no handle of this process has it";
-      if (how == "escaped" || how == "no_slash" || how == "shared") return "only strangers have it";
+      if (how == "escaped" || how == "no_slash" || how == "shared") return "only untrusted peers have it";
     }
   }
   if (m.is == domain::answered_id) {
@@ -101,7 +101,7 @@ std::string_view impossible(std::size_t row, std::size_t column) {
       return "nobody can have it";
     if ((how == "made_up" || how == "longest") && is(state::service_own))
       return "no handle of this process has it";
-    if (how == "honest" && is(state::service_peers)) return "the process wins over strangers";
+    if (how == "honest" && is(state::service_peers)) return "the process wins over untrusted peers";
   }
   return {};
 }

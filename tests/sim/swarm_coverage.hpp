@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the generators really did: how often each class of each member of each operation was said in each
-// state of what it names, and how often the handles of this process came to each point of their lives. A cell
-// that can happen and has not, after as many seeds as the tests run, is a hole in the generators, and fails.
+// state of what it names, and how often the handles of this process reached each moment of their lives. A
+// cell that can happen, and did not in as many seeds as the tests run, is a hole in the generators, and
+// fails.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -16,10 +17,10 @@ namespace swarm {
 
 // The states of each dimension, one after the other: the columns.
 enum class state : std::uint8_t {
-  topic_absent,    // nobody holds it
-  topic_strangers, // peers do
-  topic_own,       // a handle of this process does
-  topic_latched,   // likewise, and it is latched
+  topic_absent,  // nobody holds it
+  topic_peers,   // peers do
+  topic_own,     // a handle of this process does
+  topic_latched, // likewise, and it is latched
   subscription_none,
   subscription_idle,
   subscription_queued,    // throttled, with a queue in which something may wait

@@ -388,7 +388,7 @@ std::string escaped(std::string_view plain) {
 // One text that is being made.
 class writing {
  public:
-  writing(draws& from, const recipe& what, const knowledge& known)
+  writing(choices& from, const recipe& what, const knowledge& known)
       : from_{from}, what_{what}, known_{known}, of_{operations()[what.operation]} {
     said_.operation = what.operation;
   }
@@ -407,7 +407,7 @@ class writing {
     case form::fragments:
     case form::partial:
       said_.text = "{\"n\":0,\"x\":" + body() + "}";
-      if (of_.goes == form::fragments) cut();
+      if (of_.goes == form::fragments) cut_up();
       break;
     case form::no_frame: write_raw(); break;
     }
@@ -490,7 +490,7 @@ class writing {
     return text + '}';
   }
 
-  // What the books need.
+  // What those who record need.
   void note(const member_rule& m, const std::string& text) {
     if (m.is == domain::id) said_.id_raw = text == "null" ? std::string{} : text;
     if (m.is == domain::answered_id) said_.answers = text;
@@ -511,7 +511,7 @@ class writing {
     return std::stoll(text);
   }
 
-  // The members of a bare message, beside those of the dialect.
+  // The members of a bare message, besides the reserved ones.
   void add_body(std::vector<piece>& object, domain is, std::string_view how) {
     if (how == "absent" || how == "empty" || how == "array" || how == "text" || how == "null") return;
     if (how == "number") return object.push_back({"result", "7"});
@@ -764,7 +764,7 @@ class writing {
 
   // ---- bodies
 
-  // How long a filling must be so that a message of some usual envelope has about so many bytes.
+  // How long a filling must be, so that a message with the usual envelope has about so many bytes.
   std::size_t filling(std::string_view how) {
     const std::size_t envelope = of_.goes == form::rosbridge ? 60 : 40;
     const std::size_t small = known_.bounds.small_slot_bytes;
@@ -903,7 +903,7 @@ class writing {
     said_.text = texts[what_.odd % std::size(texts)];
     if (value_name(0) == "long") said_.text = "[" + std::string(known_.bounds.message_bytes_max / 2, ' ');
     if (value_name(0) == "escaped") said_.text = "\"\\x\"";
-    // a stop in it is one that is mistyped, which is none
+    // a stop in such a text is mistyped, so it is none
     if (value_name(0) == "no_text") said_.text = R"({"op":"call_service","service":"/rowe/stop")";
   }
 
@@ -922,7 +922,7 @@ class writing {
     said_.text = text;
   }
 
-  void cut() {
+  void cut_up() {
     const std::size_t parts = 2 + from_.below(5);
     std::string_view rest = said_.text;
     for (std::size_t i = 0; i < parts; ++i) {
@@ -949,7 +949,7 @@ class writing {
     }
   }
 
-  draws& from_;
+  choices& from_;
   const recipe& what_;
   const knowledge& known_;
   const operation& of_;
@@ -1037,9 +1037,9 @@ void give_value(recipe& to, std::string_view member, std::string_view value) {
   }
 }
 
-recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in) {
+recipe choose_recipe(choices& from, const weights& use, std::size_t operation, std::uint64_t bad_in) {
   const auto& members = operations()[operation].members;
-  recipe drawn{.operation = operation};
+  recipe result{.operation = operation};
   const bool has_bad = bad_in != 0 && from.one_in(bad_in);
   const std::size_t bad_one = members.empty() ? 0 : from.below(members.size());
   for (std::size_t m = 0; m < members.size(); ++m) {
@@ -1051,16 +1051,16 @@ recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::
     std::size_t chosen = classes.size();
     if (may_be_bad) chosen = use.choose(from, first, classes.size(), classes.size(), any_bad);
     if (chosen == classes.size()) chosen = use.choose(from, first, classes.size(), 0, good);
-    drawn.classes.push_back(chosen);
+    result.classes.push_back(chosen);
   }
-  drawn.shuffled = from.one_in(8);
-  drawn.doubled = has_bad && from.one_in(4);
-  drawn.escaped_names = from.one_in(16);
-  drawn.odd = static_cast<std::size_t>(from.below(1 << 16));
-  return drawn;
+  result.shuffled = from.one_in(8);
+  result.doubled = has_bad && from.one_in(4);
+  result.escaped_names = from.one_in(16);
+  result.odd = static_cast<std::size_t>(from.below(1 << 16));
+  return result;
 }
 
-saying render(draws& from, const recipe& what, const knowledge& known) {
+saying render(choices& from, const recipe& what, const knowledge& known) {
   writing one{from, what, known};
   saying said = one.run();
   if (said.id_raw.empty() && !one.service_id_.empty()) said.id_raw = one.service_id_;

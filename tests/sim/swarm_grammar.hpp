@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything a peer can say, as data: each operation of both dialects and of the stop, each member it may
-// have, and for each member the classes of values that make a difference: absent, good ones up to the limit
-// and beyond, bad ones of each kind. A text is drawn in two turns: first a recipe, which is one class for
-// each member, then as many texts of that recipe as one likes. The simulated peers and the fuzzer of the core
-// draw from here, and what was drawn is counted by class (swarm_coverage.hpp).
+// Everything a peer can say, as data: each operation of both codecs and of the stop, each member it may have,
+// and for each member the classes of values that make a difference: absent, good ones up to the limit and
+// beyond, bad ones of each kind. A text is chosen in two steps: first a recipe, which is one class for each
+// member, then as many texts of that recipe as one likes. The simulated peers and the fuzzer of the core
+// choose from here, and what was chosen is counted by class (swarm_coverage.hpp).
 //
-// An operation or a member that is added to a dialect gets its line in operations(); nothing else is needed.
+// An operation or a member that is added to a codec gets its line in operations(); nothing else is needed.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -16,7 +16,7 @@
 
 #include <rowe/limits.hpp>
 
-#include "swarm_draws.hpp"
+#include "swarm_choices.hpp"
 
 namespace swarm {
 
@@ -75,7 +75,7 @@ enum class form : std::uint8_t {
   rosbridge,    // an object with op
   bare,         // an object
   stop_call,    // a call of the stop, by rosbridge
-  stop_bare,    // the same in the bare dialect
+  stop_bare,    // the same by the bare codec
   stop_publish, // on the stop's topic
   malformed,    // a text that is no JSON
   binary,       //
@@ -109,7 +109,7 @@ std::size_t row_of(std::size_t operation, std::size_t member, std::size_t value)
 std::string text_of(const row_name& row);
 inline domain domain_of(const row_name& row) { return operations()[row.operation].members[row.member].is; }
 
-// What the one who draws knows of the world.
+// What the one who chooses knows of the world.
 struct knowledge {
   rowe::limits bounds{};
   std::string made_up;                        // a prefix of names that nobody else makes up
@@ -121,7 +121,7 @@ struct knowledge {
   std::int64_t tick = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> old_stops{}; // numbers and ticks that were shown before
   std::size_t names = 6;                                          // of each kind that are used
-  bool honest_topics = true;                                      // may be published on by strangers
+  bool honest_topics = true;                                      // untrusted peers may publish on them
   std::uint32_t* message_number = nullptr;                        // raised for each message: its "n"
 };
 
@@ -131,10 +131,10 @@ struct recipe {
   bool shuffled = false;              // members in another order than usual
   bool doubled = false;               // one of them stands twice
   bool escaped_names = false;         // of members
-  std::size_t odd = 0;                // what else is drawn once for a recipe
+  std::size_t odd = 0;                // what else is chosen once for a recipe
 };
 
-// What was said, for those who keep books.
+// What was said, for those who record it.
 struct saying {
   std::size_t operation = 0;
   std::string text;                 // or a payload, or raw bytes
@@ -162,8 +162,8 @@ std::string_view value_of(const recipe& what, std::string_view member);
 void give_value(recipe& to, std::string_view member, std::string_view value);
 // One class for each member. Of the classes that `use` has left out none is chosen; a bad one is in about one
 // recipe of `bad_in`, one at a time (0: never).
-recipe draw_recipe(draws& from, const weights& use, std::size_t operation, std::uint64_t bad_in);
-saying render(draws& from, const recipe& what, const knowledge& known);
+recipe choose_recipe(choices& from, const weights& use, std::size_t operation, std::uint64_t bad_in);
+saying render(choices& from, const recipe& what, const knowledge& known);
 
 // Names that the world shares.
 inline constexpr std::string_view shared_topics[] = {"/t0", "/t1", "/t2", "/t3", "/t4", "/t5"};

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must go on whatever strangers do: a peer that reads, answers and keeps to the rules, and the handles
-// of this process that it talks to. It has a floor of service, in cycles of the core and in messages: its
-// calls are answered, small and large; of a topic that comes twenty times a second it gets nearly everything;
-// and of one whose options it changes all the time, what the options of the moment say.
+// What must work whatever untrusted peers do: a peer that reads, answers and keeps to the rules, and the
+// handles of this process that it uses. It has a floor of service, in cycles of the core and in messages. Its
+// calls are answered, small and large. Of a topic that comes twenty times a second it gets nearly everything.
+// Of a topic whose options it changes all the time, it gets what the options of the moment say.
 #pragma once
 #include <map>
 #include <memory>
@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
+#include "swarm_context.hpp"
 #include "swarm_peer.hpp"
 #include "swarm_process.hpp"
-#include "swarm_site.hpp"
 
 namespace swarm {
 
@@ -20,9 +20,9 @@ class honest {
  public:
   static constexpr std::uint64_t cycles_max = 40; // until an answer has come,
   static constexpr duration time_max = 100ms;     // and so long: what waits for a pong needs both
-  // Where the carrier does not take the rest of large frames, a large answer may have to wait until those are
-  // cut who do not finish theirs: 500 ms each time, and as often as there are strangers for each two of the
-  // slots that sockets may have.
+  // Where the transport does not take the rest of large frames, a large answer may have to wait until peers
+  // that do not finish theirs are disconnected: 500 ms each time, and as often as there are untrusted peers
+  // for each two of the slots of partial frames.
   static constexpr duration large_time_max = 3s;
   static constexpr duration plain_period = 2ms;   // within each messages_per_second_max
   static constexpr std::uint64_t window = 100;    // messages of the steady topic
@@ -30,7 +30,7 @@ class honest {
   static constexpr duration period = 50ms;        // of the two topics
   static constexpr std::uint64_t overdue_max = 4; // messages after one was due
 
-  honest(site& in, process& here, dialect_check& check, std::uint64_t comes, std::uint64_t sets_up)
+  honest(context& in, process& here, codec_check& check, std::uint64_t comes, std::uint64_t sets_up)
       : in_{in}, here_{here}, check_{check}, comes_{comes}, sets_up_{sets_up} {}
 
   // Before each cycle.
@@ -49,7 +49,7 @@ class honest {
       link_->say(R"({"op":"advertise","topic":"/of/honest","type":"sim/Own"})");
       link_->say(R"({"op":"advertise_service","service":"/of/honest","type":"sim/Own"})");
     }
-    if (in_.verdict.broken()) return;
+    if (in_.result.broken()) return;
     send_plainly();
     ask();
     change();
@@ -62,7 +62,8 @@ class honest {
     if (plain_) hear_plainly();
     for (const std::string& text : link_->hear()) hear(text);
     if (!link_->violated.empty()) in_.fail("frames", "the honest peer was sent " + link_->violated);
-    if (link_->cut()) return in_.fail("honest_cut", "the honest peer was cut: " + link_->close_reason);
+    if (link_->cut())
+      return in_.fail("honest_cut", "the honest peer was disconnected: " + link_->close_reason);
     if (map_asked_in_ != 0 && in_.cycles > map_asked_in_ + cycles_max &&
         in_.worked_until() > map_asked_at_ + time_max)
       return in_.fail("floor_latched", "the honest peer has no value of a latched topic after " +
@@ -107,7 +108,7 @@ class honest {
     std::string_view floor{}; // the invariant
     std::uint64_t cycle = 0;
     time_point at{};
-    time_point worked_until{}; // site::worked_until()
+    time_point worked_until{}; // context::worked_until()
   };
 
   void set_up() {
@@ -181,7 +182,7 @@ class honest {
                                     std::to_string(got_));
       sent_ = got_ = 0;
     }
-    handle* const one = in_.roll.one_in(2) ? changing_ : short_lived_;
+    handle* const one = in_.random.one_in(2) ? changing_ : short_lived_;
     rowe::publisher<json_text> changing{harness::handle_of(one->lane())};
     (void)changing.publish(text, in_.on.now); // likewise
     if (due() && ++overdue_ > overdue_max) {
@@ -271,8 +272,8 @@ class honest {
     }
     if (plain_->cut())
       return in_.fail("honest_cut",
-                      "the honest peer that sends plain messages was cut: " + plain_->close_reason);
-    // What was handed over before it is taken before it.
+                      "the honest peer that sends plain messages was disconnected: " + plain_->close_reason);
+    // What was handed over earlier is taken earlier.
     const std::uint64_t before = in_.known.bounds.door_slots / takes_at_once;
     if (sent_plainly_ != 0 && in_.cycles > sent_plainly_in_ + cycles_max + before &&
         in_.worked_until() > sent_plainly_at_ + time_max)
@@ -285,7 +286,7 @@ class honest {
                                   : held_ ? ": nothing is received while one finds no room"
                                           : ": it was not received"));
   }
-  // The thread at the front door: what it cannot send it holds, and takes nothing meanwhile.
+  // The ordinary thread: what it cannot send it holds, and takes nothing meanwhile.
   void send_back() {
     using rowe::service::door_request;
     auto& door = in_.on.door;
@@ -324,22 +325,22 @@ class honest {
   void change() {
     if (!ready() || in_.on.now < changes_next_) return;
     constexpr duration pauses[] = {100ms, 400ms, 1s};
-    changes_next_ = in_.on.now + in_.roll.one_of(pauses);
-    const std::string id = "c" + std::to_string(in_.roll.below(3));
-    if (requests_.contains(id) && in_.roll.one_in(4)) {
+    changes_next_ = in_.on.now + in_.random.one_of(pauses);
+    const std::string id = "c" + std::to_string(in_.random.below(3));
+    if (requests_.contains(id) && in_.random.one_in(4)) {
       link_->say(R"({"op":"unsubscribe","topic":"/honest/changing","id":")" + id + "\"}");
       in_.say("honest unsubscribes " + id);
       requests_.erase(id);
     } else {
       constexpr std::int64_t throttles[] = {0, 0, 1, 60, 200, 1000, 3'600'000};
       constexpr std::int64_t lengths[] = {-1, -1, 0, 1, 3, 16, 1000};
-      const std::int64_t throttle = in_.roll.one_of(throttles);
-      const std::int64_t length = in_.roll.one_of(lengths);
+      const std::int64_t throttle = in_.random.one_of(throttles);
+      const std::int64_t length = in_.random.one_of(lengths);
       std::string text = R"({"op":"subscribe","topic":"/honest/changing","id":")" + id + "\"";
       if (throttle != 0) text += R"(,"throttle_rate":)" + std::to_string(throttle);
       if (length >= 0)
-        text += (in_.roll.one_in(2) ? R"(,"queue_length":)" + std::to_string(length)
-                                    : R"(,"qos":{"depth":)" + std::to_string(length) + "}");
+        text += (in_.random.one_in(2) ? R"(,"queue_length":)" + std::to_string(length)
+                                      : R"(,"qos":{"depth":)" + std::to_string(length) + "}");
       link_->say(text + "}");
       in_.say("honest " + text + "}");
       requests_[id] = throttle;
@@ -359,7 +360,7 @@ class honest {
     return in_.on.now >= std::max(changed_, arrived_) + throttle_ms() * 1ms + period;
   }
 
-  // Guards the robot and lets it go again, so that there is something to stop.
+  // Guards the robot and resets it, so that there is something to stop.
   void operate() {
     if (!operates || !stop.known || in_.on.now < operates_next_) return;
     operates_next_ = in_.on.now + 40ms;
@@ -377,7 +378,7 @@ class honest {
   }
 
   void hear(const std::string& text) {
-    using kind = dialect_check::kind;
+    using kind = codec_check::kind;
     const auto h = check_.look(text);
     if (h.is == kind::wrong)
       return in_.fail("json", "the honest peer was sent " + shortened(text, 700) + ": " + h.why);
@@ -432,7 +433,7 @@ class honest {
       const auto first = std::lower_bound(publications_.begin(), publications_.end(), in_.on.now - span);
       return static_cast<double>(publications_.end() - first) / std::chrono::duration<double>(span).count();
     };
-    // What nobody listens to is not counted.
+    // Values without an audience are not counted.
     if (publications_.empty() || in_.on.now - std::max(publications_.front(), came_at_) < 3s) return;
     for (const duration span : {duration{500ms}, duration{1s}, duration{2s}, duration{3s}}) {
       if (const double rate = within(span); rate < 14 || rate > 22) return;
@@ -447,9 +448,9 @@ class honest {
                "/rowe/stats says that a topic of 14 to 22 Hz has " + std::to_string(rate) + " Hz");
   }
 
-  site& in_;
+  context& in_;
   process& here_;
-  dialect_check& check_;
+  codec_check& check_;
   std::uint64_t comes_, sets_up_;
   time_point came_at_{};
   std::unique_ptr<far_end> link_;

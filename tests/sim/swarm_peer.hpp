@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A stranger: a peer that says anything in any order. It remembers what it has said as far as that was in
-// order, so that what it is told can be held against it: every text is valid JSON and of its dialect, an id
-// is one of its own, as it stood there, and a value from before its subscription is one that was to be kept.
+// An untrusted peer: it says anything in any order. It remembers what it has said as far as that was in
+// order, so that what it is told can be checked: every text is valid JSON and of its codec, an id is one of
+// its own, as it stood there, and a value from before its subscription is a latched one.
 #pragma once
 #include <array>
 #include <map>
@@ -12,14 +12,14 @@
 #include <utility>
 #include <vector>
 
-#include "swarm_site.hpp"
+#include "swarm_context.hpp"
 #include "wire/bare.hpp"
 #include "wire/rosbridge.hpp"
 
 namespace swarm {
 
 // What every text that a peer is sent must be. One reader for all: a run has one thread.
-class dialect_check {
+class codec_check {
  public:
   enum class kind : std::uint8_t { wrong, publish, status, request, answer, announcement, bare_message };
   struct heard {
@@ -100,22 +100,22 @@ class dialect_check {
   std::vector<char> scratch_;
 };
 
-class stranger {
+class untrusted_peer {
  public:
-  // Who comes on the path of the stop may do nothing else.
-  stranger(site& in, dialect_check& check, std::string_view address, bool only_stops)
+  // A peer on the path of the stop may do nothing else.
+  untrusted_peer(context& in, codec_check& check, std::string_view address, bool only_stops)
       : in_{in},
         check_{check},
         link_{
             std::make_unique<far_end>(in.on, in.ours, address, only_stops ? rowe::service::stop_path : "/")},
         only_stops_{only_stops},
-        number_{++in.strangers},
+        number_{++in.untrusted},
         name_{"p" + std::to_string(number_)} {
     known_ = in.known;
     known_.made_up = "m" + std::to_string(number_) + "_";
     end_conditions();
   }
-  ~stranger() { forget(); }
+  ~untrusted_peer() { forget(); }
 
   far_end& link() { return *link_; }
   const std::string& name() const { return name_; }
@@ -134,12 +134,12 @@ class stranger {
     constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
     constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
     auto& c = conditions();
-    c.room_bytes = in_.roll.one_of(rooms);
-    c.chunk_bytes_max = in_.roll.one_of(chunks);
-    c.rest_bytes_max = in_.takes_rest || in_.roll.one_in(2) ? SIZE_MAX : in_.roll.one_of(rooms);
-    c.arrive_bytes_max = in_.roll.one_in(3) ? in_.roll.below(40) : SIZE_MAX;
-    reads = !in_.roll.one_in(4);
-    link_->answers_pings = !in_.roll.one_in(8);
+    c.room_bytes = in_.random.one_of(rooms);
+    c.chunk_bytes_max = in_.random.one_of(chunks);
+    c.rest_bytes_max = in_.takes_rest || in_.random.one_in(2) ? SIZE_MAX : in_.random.one_of(rooms);
+    c.arrive_bytes_max = in_.random.one_in(3) ? in_.random.below(40) : SIZE_MAX;
+    reads = !in_.random.one_in(4);
+    link_->answers_pings = !in_.random.one_in(8);
     in_.say(name_ + " link: room " + std::to_string(c.room_bytes) + ", chunk " +
             std::to_string(c.chunk_bytes_max) + ", arrive " + std::to_string(c.arrive_bytes_max) +
             (reads ? "" : ", does not read") + (link_->answers_pings ? "" : ", answers no pings"));
@@ -151,7 +151,7 @@ class stranger {
     flooded_ = flooded_ || times > 1000;
     std::vector<std::byte> together;
     for (std::uint64_t i = 0; i < times; ++i) {
-      const saying said = render(in_.roll, what, known_);
+      const saying said = render(in_.random, what, known_);
       if (i == 0 && times > 1) in_.say(name_ + " " + std::to_string(times) + " times like:");
       if (i < 2) {
         count_coverage(what, said);
@@ -253,16 +253,16 @@ class stranger {
       for (std::size_t i = 0; i < said.parts.size(); ++i) {
         append_frame(bytes, i == 0 ? opcode::text : opcode::continuation, said.parts[i],
                      i + 1 == said.parts.size());
-        if (in_.roll.one_in(4)) append_frame(bytes, opcode::ping, "between");
+        if (in_.random.one_in(4)) append_frame(bytes, opcode::ping, "between");
       }
       return link_->send_raw(bytes);
     }
     case form::partial: {
       std::vector<std::byte> bytes;
       append_frame(bytes, opcode::text, said.text);
-      const std::size_t now = 1 + in_.roll.below(bytes.size());
+      const std::size_t now = 1 + in_.random.below(bytes.size());
       // What is missing comes with whatever is said next, which then is no frame of its own: rarely right.
-      return link_->send_raw(std::span{bytes}.first(in_.roll.one_in(2) ? bytes.size() : now));
+      return link_->send_raw(std::span{bytes}.first(in_.random.one_in(2) ? bytes.size() : now));
     }
     case form::no_frame: return link_->send_raw(std::as_bytes(std::span{said.text}));
     }
@@ -276,7 +276,7 @@ class stranger {
     in_.say(text + shortened(said.text));
   }
 
-  // ---- the books
+  // ---- what it remembers
 
   bool accepted(const saying& said) const { return said.good && !closing_ && !only_stops_; }
 
@@ -421,8 +421,8 @@ class stranger {
   // ---- what it hears
 
   void hear_text(const std::string& text) {
-    using kind = dialect_check::kind;
-    const dialect_check::heard h = check_.look(text);
+    using kind = codec_check::kind;
+    const codec_check::heard h = check_.look(text);
     if (h.is == kind::wrong)
       return in_.fail("json", name_ + " was sent " + shortened(text, 700) + ": " + h.why);
     if (h.is == kind::announcement && in_.ours == rowe::service::side::server)
@@ -443,7 +443,7 @@ class stranger {
     if (h.is == kind::publish) hear_publication(h);
   }
 
-  void hear_publication(const dialect_check::heard& h) {
+  void hear_publication(const codec_check::heard& h) {
     const std::int64_t n = integer_after(h.body, R"("msg":{"n":)");
     if (n <= 0) return;
     publication& p = in_.message(static_cast<std::uint32_t>(n));
@@ -465,8 +465,8 @@ class stranger {
     if (p.heard == 0) p.heard = in_.step;
   }
 
-  site& in_;
-  dialect_check& check_;
+  context& in_;
+  codec_check& check_;
   std::unique_ptr<far_end> link_;
   bool only_stops_;
   std::uint32_t number_;

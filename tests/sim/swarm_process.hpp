@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// This process in a swarm world: handles of every kind that open, are used in every way, and close, and
-// threads at the front door. What is checked: a set-up that fits beside this process's own other handles
-// succeeds, whatever strangers hold; and a caller whose calls have all ended or been given up can call again.
+// This process in a swarm world: handles of every kind that open, are used in every way, and close; and
+// ordinary threads. Checked: a set-up that fits beside this process's own other handles succeeds, whatever
+// untrusted peers hold; and a caller whose calls have all ended or been given up can call again.
 #pragma once
 #include <deque>
 #include <memory>
@@ -20,7 +20,7 @@
 #include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>
 
-#include "swarm_site.hpp"
+#include "swarm_context.hpp"
 
 namespace swarm {
 
@@ -43,7 +43,7 @@ using rowe::detail::pair_phase;
 
 class handle {
  public:
-  handle(site& in, handle_kind kind, const rowe::detail::lane_request& asked)
+  handle(context& in, handle_kind kind, const rowe::detail::lane_request& asked)
       : in_{in}, kind_{kind}, name_{asked.name}, type_{asked.type}, lane_{&in.on.offer(asked)} {
     latched_ = asked.latched && (kind == handle_kind::publish_text || kind == handle_kind::publish_value);
     switch (kind) {
@@ -80,13 +80,13 @@ class handle {
     begin_use();
     switch (kind_) {
     case handle_kind::publish_text:
-    case handle_kind::publish_value: return publish(1 + in_.roll.below(in_.roll.one_in(8) ? 40 : 3));
+    case handle_kind::publish_value: return publish(1 + in_.random.below(in_.random.one_in(8) ? 40 : 3));
     case handle_kind::subscribe_text: return take(std::get<rowe::subscriber<json_text>>(user_));
     case handle_kind::subscribe_value: return take_value();
     case handle_kind::respond: return respond();
     case handle_kind::call: return call();
     case handle_kind::call_wait: return; // in each step: wait()
-    case handle_kind::talk: return talk();
+    case handle_kind::talk: return say_something();
     case handle_kind::latch: return;
     }
   }
@@ -109,7 +109,7 @@ class handle {
   // The handle goes. What it gave out goes before it, or after it.
   void close() {
     const bool holds = !calls_.empty() || waits_ || outlived();
-    if (in_.roll.one_in(4)) let_go();
+    if (in_.random.one_in(4)) let_go();
     in_.seen.add(kind_, outlived() ? moment::outlived
                         : holds    ? moment::closed_holding
                         : used_    ? moment::closed
@@ -124,9 +124,9 @@ class handle {
   void finish_up() {
     let_go();
     if (kind_ == handle_kind::talk) {
-      auto& talker = std::get<rowe::lane>(user_);
-      while (talker.try_receive(in_.on.now)) continue;
-      while (talker.try_finish()) continue;
+      auto& lane_user = std::get<rowe::lane>(user_);
+      while (lane_user.try_receive(in_.on.now)) continue;
+      while (lane_user.try_finish()) continue;
     }
     if (kind_ == handle_kind::respond) {
       auto& responder = std::get<rowe::responder<json_text, json_text>>(user_);
@@ -142,13 +142,13 @@ class handle {
   rowe::detail::lane_handle held() { return harness::handle_of(*lane_); }
   rowe::duration some_time() {
     constexpr rowe::duration times[] = {0ns, 1ms, 20ms, 100ms, 500ms, -1ns, -1ns};
-    return in_.roll.one_of(times);
+    return in_.random.one_of(times);
   }
   std::string filling() {
     const std::size_t small = in_.known.bounds.small_slot_bytes;
-    std::size_t bytes = in_.roll.below(40);
-    if (in_.roll.one_in(6)) bytes = small - 100 + in_.roll.below(100);
-    if (in_.roll.one_in(6)) bytes = small + in_.roll.below(small);
+    std::size_t bytes = in_.random.below(40);
+    if (in_.random.one_in(6)) bytes = small - 100 + in_.random.below(100);
+    if (in_.random.one_in(6)) bytes = small + in_.random.below(small);
     return std::string(std::min(bytes, text_max_ > 60 ? text_max_ - 60 : 0), 'y');
   }
 
@@ -157,8 +157,8 @@ class handle {
       const std::uint32_t n = in_.note_publication(++in_.message_number, 0, latched_);
       if (kind_ == handle_kind::publish_text) {
         std::string text = "{\"n\":" + std::to_string(n) + ",\"x\":\"" + filling() + "\"}";
-        if (in_.roll.one_in(32)) text = in_.roll.one_in(2) ? "[" : "7";
-        (void)std::get<rowe::publisher<json_text>>(user_).publish(text, in_.on.now); // its fate is counted
+        if (in_.random.one_in(32)) text = in_.random.one_in(2) ? "[" : "7";
+        (void)std::get<rowe::publisher<json_text>>(user_).publish(text, in_.on.now); // the outcome is counted
       } else {
         (void)std::get<rowe::publisher<reading>>(user_).publish({n, 0.5}, in_.on.now); // likewise
       }
@@ -166,26 +166,26 @@ class handle {
   }
 
   void take(rowe::subscriber<json_text>& from) {
-    if (in_.roll.one_in(3) && !views_.empty()) return views_.clear();
-    auto got = in_.roll.one_in(4) ? from.latest() : from.try_take();
+    if (in_.random.one_in(3) && !views_.empty()) return views_.clear();
+    auto got = in_.random.one_in(4) ? from.latest() : from.try_take();
     if (got && views_.size() < 4) views_.push_back(std::move(*got));
   }
   void take_value() {
     auto& from = std::get<rowe::subscriber<reading>>(user_);
-    (void)(in_.roll.one_in(4) ? from.latest() : from.try_take()); // looked at, and given back at once
+    (void)(in_.random.one_in(4) ? from.latest() : from.try_take()); // looked at, and given back at once
   }
 
   void respond() {
     auto& responder = std::get<rowe::responder<json_text, json_text>>(user_);
-    if (requests_.empty() || in_.roll.one_in(2)) {
+    if (requests_.empty() || in_.random.one_in(2)) {
       if (auto asked = responder.try_next(in_.on.now); asked && requests_.size() < 6)
         requests_.push_back(std::move(*asked));
       return;
     }
-    const std::size_t which = in_.roll.below(requests_.size());
+    const std::size_t which = in_.random.below(requests_.size());
     rowe::request<json_text> one = std::move(requests_[which]);
     requests_.erase(requests_.begin() + static_cast<std::ptrdiff_t>(which));
-    switch (in_.roll.below(8)) {
+    switch (in_.random.below(8)) {
     case 0: return;                                                // forgotten
     case 1: (void)responder.refuse(one, "no", in_.on.now); return; // who has gone needs none
     case 2: (void)responder.reply(one, "[", in_.on.now); return;   // likewise
@@ -196,25 +196,26 @@ class handle {
   // ---- calls
 
   std::string request_text() {
-    return in_.roll.one_in(16) ? "{" : "{\"a\":1,\"b\":2,\"x\":\"" + filling() + "\"}";
+    return in_.random.one_in(16) ? "{" : "{\"a\":1,\"b\":2,\"x\":\"" + filling() + "\"}";
   }
   void finish_calls() {
     auto& caller = std::get<rowe::caller<json_text, json_text>>(user_);
     while (const auto end = caller.try_finish()) {
       const auto at = std::find(calls_.begin(), calls_.end(), end->id);
-      if (at == calls_.end()) return in_.fail("calls", "a caller is told the end of no call that it wants");
+      if (at == calls_.end())
+        return in_.fail("calls", "a caller is given the completion of no call that it wants");
       calls_.erase(at);
     }
   }
   void call() {
     auto& caller = std::get<rowe::caller<json_text, json_text>>(user_);
-    if (!calls_.empty() && in_.roll.one_in(4)) {
-      const std::size_t which = in_.roll.below(calls_.size());
+    if (!calls_.empty() && in_.random.one_in(4)) {
+      const std::size_t which = in_.random.below(calls_.size());
       caller.cancel(calls_[which]);
       calls_.erase(calls_.begin() + static_cast<std::ptrdiff_t>(which));
       return;
     }
-    if (in_.roll.one_in(2)) return finish_calls();
+    if (in_.random.one_in(2)) return finish_calls();
     const auto started = caller.start(request_text(), some_time(), in_.on.now);
     if (started) calls_.push_back(*started);
   }
@@ -237,14 +238,14 @@ class handle {
       }
       return;
     }
-    if (!in_.roll.one_in(6)) return;
+    if (!in_.random.one_in(6)) return;
     constexpr rowe::duration times[] = {1ms, 5ms, 20ms, 50ms};
-    const rowe::duration timeout = in_.roll.one_of(times);
+    const rowe::duration timeout = in_.random.one_of(times);
     d::find_place(*lane_);
     const auto started = caller.start("{\"a\":1}", timeout, in_.on.now);
     if (started) {
       gives_up_ = in_.on.now + timeout + d::word_late_max;
-      if (in_.roll.one_in(6)) {
+      if (in_.random.one_in(6)) {
         caller.cancel(*started); // started without waiting, and not wanted any more
         last_ends_ = std::max(last_ends_, gives_up_);
         served_at_ = in_.cycles; // its place comes free in the cycles from here on
@@ -262,38 +263,39 @@ class handle {
     }
   }
 
-  void talk() {
-    auto& talker = std::get<rowe::lane>(user_);
-    switch (in_.roll.below(8)) {
+  void say_something() {
+    auto& lane_user = std::get<rowe::lane>(user_);
+    switch (in_.random.below(8)) {
     case 0:
     case 1: // what finds no room is counted
-      (void)talker.try_send(in_.roll.one_in(16) ? "[]" : "{\"x\":\"" + filling() + "\"}", some_time(),
-                            in_.on.now);
+      (void)lane_user.try_send(in_.random.one_in(16) ? "[]" : "{\"x\":\"" + filling() + "\"}", some_time(),
+                               in_.on.now);
       return;
     case 2: {
       constexpr std::string_view names[] = {"/s0",         "/s1",        "/nobody",
                                             "/rowe/stats", "/rowe/stop", "/honest/echo"};
-      const auto started = talker.start(
-          R"({"service":")" + std::string{in_.roll.one_of(names)} + R"(","a":1})", some_time(), in_.on.now);
+      const auto started = lane_user.start(
+          R"({"service":")" + std::string{in_.random.one_of(names)} + R"(","a":1})", some_time(), in_.on.now);
       if (started) calls_.push_back(*started);
       return;
     }
     case 3:
       if (!calls_.empty()) {
-        talker.cancel(calls_.back());
+        lane_user.cancel(calls_.back());
         calls_.pop_back();
       }
       return;
     case 4:
-      while (talker.try_finish()) continue;
+      while (lane_user.try_finish()) continue;
       calls_.clear();
       return;
     case 5:
-      if (auto got = talker.try_receive(in_.on.now); got && views_.size() < 4)
+      if (auto got = lane_user.try_receive(in_.on.now); got && views_.size() < 4)
         views_.push_back(std::move(*got));
       return;
     case 6:
-      if (!views_.empty()) (void)talker.try_reply(views_.back(), "{\"x\":\"" + filling() + "\"}", in_.on.now);
+      if (!views_.empty())
+        (void)lane_user.try_reply(views_.back(), "{\"x\":\"" + filling() + "\"}", in_.on.now);
       return;
     default:
       if (!views_.empty()) views_.pop_back();
@@ -301,7 +303,7 @@ class handle {
     }
   }
 
-  site& in_;
+  context& in_;
   handle_kind kind_;
   std::string name_;
   std::string type_;
@@ -323,13 +325,13 @@ class handle {
   std::uint64_t served_at_ = 0;
 };
 
-// All handles of this process, and its threads at the front door.
+// All handles of this process, and its ordinary threads.
 class process {
  public:
-  explicit process(site& in) : in_{in}, uses_(handle_kinds) { uses_.draw(in.roll); }
+  explicit process(context& in) : in_{in}, uses_(handle_kinds) { uses_.randomise(in.random); }
 
   std::vector<std::unique_ptr<handle>>& handles() { return handles_; }
-  bool receives = true; // else nothing here takes what comes for nobody: the front door is somebody's own
+  bool receives = true; // else nothing here takes what comes for nobody: the honest peer's thread receives
 
   // Opens one; the honest actors name theirs.
   handle* open(handle_kind kind, const rowe::detail::lane_request& asked) {
@@ -351,28 +353,28 @@ class process {
     return handles_.back().get();
   }
   void open_any() {
-    const std::size_t which = uses_.choose(in_.roll, 0, handle_kinds, 0, [](std::size_t) { return true; });
+    const std::size_t which = uses_.choose(in_.random, 0, handle_kinds, 0, [](std::size_t) { return true; });
     const auto kind = static_cast<handle_kind>(which);
     constexpr std::string_view types[] = {"", "sim/Usual", "sim/Usual", "sim/Usual", "sim/Other"};
     constexpr std::string_view services[] = {"/s0",          "/s1",        "/s2",        "/nobody",
                                              "/honest/echo", "/rowe/stop", "/rowe/stats"};
     constexpr std::uint32_t depths[] = {1, 2, 8, 16};
     constexpr rowe::duration lives[] = {0ns, 1ms, 20ms, 100ms, 500ms, rowe::rt::for_ever};
-    rowe::topic_options topic{.ttl = in_.roll.one_of(lives),
-                              .keep = in_.roll.one_in(3) ? rowe::keep::newest : rowe::keep::all,
-                              .depth = in_.roll.one_of(depths),
-                              .priority = static_cast<rowe::priority>(in_.roll.below(3)),
-                              .latched = in_.roll.one_in(2),
-                              .type = in_.roll.one_of(types),
-                              .text_bytes_max = in_.roll.one_in(2) ? 200U : 3000U};
-    if (in_.roll.one_in(3)) topic.period = 20ms;
+    rowe::topic_options topic{.ttl = in_.random.one_of(lives),
+                              .keep = in_.random.one_in(3) ? rowe::keep::newest : rowe::keep::all,
+                              .depth = in_.random.one_of(depths),
+                              .priority = static_cast<rowe::priority>(in_.random.below(3)),
+                              .latched = in_.random.one_in(2),
+                              .type = in_.random.one_of(types),
+                              .text_bytes_max = in_.random.one_in(2) ? 200U : 3000U};
+    if (in_.random.one_in(3)) topic.period = 20ms;
     // So that what this process latches fits in its half, whatever it is.
     if (topic.latched && in_.known.bounds.latched_bytes <= 16 * 1024)
       topic.text_bytes_max = std::min(topic.text_bytes_max, 1000U);
-    const std::string name{own_topics[in_.roll.below(std::min(in_.known.names, std::size(own_topics)))]};
-    const std::string service{in_.roll.one_of(services)};
+    const std::string name{own_topics[in_.random.below(std::min(in_.known.names, std::size(own_topics)))]};
+    const std::string service{in_.random.one_of(services)};
     const rowe::service_options how{
-        .depth = in_.roll.one_of(depths), .type = "sim/Add", .text_bytes_max = 2000};
+        .depth = in_.random.one_of(depths), .type = "sim/Add", .text_bytes_max = 2000};
     using namespace rowe::detail;
     switch (kind) {
     case handle_kind::publish_text: open(kind, advertise_request<json_text>(name, topic)); return;
@@ -386,14 +388,14 @@ class process {
       open(kind, subscribe_request<reading>(name, topic));
       return;
     case handle_kind::respond:
-      open(kind, serve_request<json_text, json_text>(in_.roll.one_of(shared_services), how));
+      open(kind, serve_request<json_text, json_text>(in_.random.one_of(shared_services), how));
       return;
     case handle_kind::call:
     case handle_kind::call_wait: open(kind, client_request<json_text, json_text>(service, how)); return;
     case handle_kind::talk:
       open(kind, {.kind = lane_kind::talk,
                   .priority = topic.priority,
-                  .receives = receives && in_.roll.one_in(2),
+                  .receives = receives && in_.random.one_in(2),
                   .out_depth = 8,
                   .in_depth = 4,
                   .ends_depth = 4,
@@ -410,7 +412,7 @@ class process {
     for (const auto& one : handles_) latches += one->kind() == handle_kind::latch;
     if (latches >= 3) return;
     open(handle_kind::latch, rowe::detail::latch_request({.name = "loop" + std::to_string(latches),
-                                                          .loop_timeout = in_.roll.one_of(times)}));
+                                                          .loop_timeout = in_.random.one_of(times)}));
   }
 
   void close(std::size_t which) {
@@ -423,13 +425,13 @@ class process {
   }
   void close_any() {
     if (handles_.empty()) return;
-    const std::size_t which = in_.roll.below(handles_.size());
+    const std::size_t which = in_.random.below(handles_.size());
     if (!handles_[which]->honest) close(which);
   }
 
   void act() {
     if (handles_.empty()) return;
-    handle& one = *handles_[in_.roll.below(handles_.size())];
+    handle& one = *handles_[in_.random.below(handles_.size())];
     if (one.honest) return;
     in_.say("process uses " + std::string{name_of(one.kind())} + " " + one.name());
     one.act();
@@ -438,7 +440,7 @@ class process {
   // After each cycle: what set-up was told. One that is refused is closed, as set-up does.
   void look_at_answers() {
     for (const auto& one : closing_) {
-      if (one->outlived() && in_.roll.one_in(32)) one->let_go();
+      if (one->outlived() && in_.random.one_in(32)) one->let_go();
     }
     std::erase_if(closing_, [](const auto& one) { return one->phase() == pair_phase::free; });
     for (std::size_t i = 0; i < handles_.size();) {
@@ -479,30 +481,31 @@ class process {
   bool all_closed() const { return closing_.empty() && handles_.empty(); }
   std::size_t waiting_at_door() const { return waiting_.size(); }
 
-  // ---- the front door
+  // ---- ordinary threads
 
   void use_door() {
-    in_.say("process uses the front door");
+    in_.say("an ordinary thread of the process acts");
     using rowe::service::door_request;
     auto& door = in_.on.door;
     constexpr rowe::duration times[] = {0ns, 3ms, 40ms, -1ns};
-    switch (in_.roll.below(8)) {
+    switch (in_.random.below(8)) {
     case 0:
     case 1:
     case 2: {
-      const bool invokes = in_.roll.one_in(3);
-      const bool waits = invokes || in_.roll.one_in(2);
+      const bool invokes = in_.random.one_in(3);
+      const bool waits = invokes || in_.random.one_in(2);
       constexpr std::string_view texts[] = {R"({"service":"/s0","a":1})",
                                             R"({"service":"/honest/echo","a":1})",
                                             R"({"service":"/rowe/stats"})",
                                             R"({"service":"/rowe/stop"})",
                                             R"({"a":1})",
                                             "["};
-      const auto slot = door.submit({.what = invokes ? door_request::invocation : door_request::message,
-                                     .wants_outcome = waits,
-                                     .stamped = in_.on.now,
-                                     .expires = rowe::rt::deadline_after(in_.on.now, in_.roll.one_of(times))},
-                                    in_.roll.one_of(texts));
+      const auto slot =
+          door.submit({.what = invokes ? door_request::invocation : door_request::message,
+                       .wants_outcome = waits,
+                       .stamped = in_.on.now,
+                       .expires = rowe::rt::deadline_after(in_.on.now, in_.random.one_of(times))},
+                      in_.random.one_of(texts));
       if (slot && waits) waiting_.push_back(*slot);
       return;
     }
@@ -520,12 +523,13 @@ class process {
       if (held_.empty()) return;
       const auto call = held_.front();
       held_.pop_front();
-      const bool waits = in_.roll.one_in(2);
-      const auto slot = door.submit({.what = in_.roll.one_in(4) ? door_request::refusal : door_request::reply,
-                                     .wants_outcome = waits,
-                                     .call = call,
-                                     .stamped = in_.on.now},
-                                    in_.roll.one_in(8) ? "7" : R"({"sum":3})");
+      const bool waits = in_.random.one_in(2);
+      const auto slot =
+          door.submit({.what = in_.random.one_in(4) ? door_request::refusal : door_request::reply,
+                       .wants_outcome = waits,
+                       .call = call,
+                       .stamped = in_.on.now},
+                      in_.random.one_in(8) ? "7" : R"({"sum":3})");
       if (slot && waits) waiting_.push_back(*slot);
       return;
     }
@@ -535,7 +539,7 @@ class process {
   void collect_door() {
     auto& door = in_.on.door;
     std::erase_if(waiting_, [&](std::uint32_t slot) {
-      // Long past, so it does not sleep; who leaves before the end may not look again.
+      // Long past, so it does not sleep; a thread that gives up before the end may not look again.
       if (door.wait(slot, time_point{1ns})) door.give_back(slot);
       return true;
     });
@@ -592,11 +596,11 @@ class process {
     }
   }
 
-  site& in_;
+  context& in_;
   weights uses_;
   std::vector<std::unique_ptr<handle>> handles_;
   std::vector<std::unique_ptr<handle>> closing_;
-  std::vector<std::uint32_t> waiting_; // slots of the front door
+  std::vector<std::uint32_t> waiting_; // slots of the submission queue
   std::deque<rowe::detail::call_ref> held_;
   std::set<const rowe::detail::lane*> lanes_used_;
 };

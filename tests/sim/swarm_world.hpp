@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world in which everybody may do anything: strangers who say whatever either dialect has in any order and
-// at any speed, this process's handles in every stage of their lives, a network that stalls and cuts, time
-// that crawls and jumps; and among them one peer that keeps to the rules. Each seed draws the endpoint's
-// options and limits, leaves half of everything out and weighs the rest anew. The invariants, checked after
-// each cycle, are listed with their names in invariants().
+// A world in which everybody may do anything. Untrusted peers say whatever either codec has, in any order and
+// at any speed. This process's handles are in every stage of their lives. The network stalls and disconnects.
+// Time moves in small steps, and jumps. Among them is one peer that keeps to the rules. Each seed chooses the
+// endpoint's options and limits, leaves half of everything out and weighs the rest anew. invariants() lists
+// the invariants, which are checked after each cycle.
 #pragma once
 #include <array>
 #include <memory>
@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
+#include "swarm_context.hpp"
 #include "swarm_honest.hpp"
 #include "swarm_peer.hpp"
 #include "swarm_process.hpp"
-#include "swarm_site.hpp"
 
 namespace swarm {
 
@@ -27,12 +27,12 @@ inline const std::vector<invariant>& invariants() {
   static const std::vector<invariant> all = {
       {"structures", "the core's structures agree, and references counted from outside equal the slots' own"},
       {"counters", "each counter is monotone, and none jumps by more than what happened"},
-      {"json", "every text that a peer is sent is valid JSON and of its dialect"},
+      {"json", "every text that a peer is sent is valid JSON and of its codec"},
       {"grammar", "a server says nothing that only clients say"},
       {"ids", "an answer or a status has an id that its peer gave, as it stood there"},
       {"frames", "a peer is sent nothing that breaks the WebSocket protocol"},
       {"latch", "a late subscriber gets what its publisher asked to be kept, as long as that is there"},
-      {"calls", "a caller is told the end of calls that it wants, and of no others"},
+      {"calls", "a caller is given the completions of calls that it wants, and of no others"},
       {"places_of_calls", "a caller whose calls have all ended or been given up can call"},
       {"set_up", "a handle is refused for the sake of this process's own other handles only"},
       {"answers", "a call is answered with its own answer"},
@@ -42,14 +42,14 @@ inline const std::vector<invariant>& invariants() {
       {"floor_latched", "it gets the latched value of a topic within 40 cycles"},
       {"floor_echo", "its plain message, which a thread sends back, comes back within 40 cycles"},
       {"throttle", "a subscription gets a message each throttle_rate, by the options of the moment"},
-      {"honest_cut", "the honest peer is not cut"},
+      {"honest_cut", "the honest peer is not disconnected"},
       {"honest_refused", "the honest peer is refused nothing"},
       {"statistics", "rates are those of the last seconds"},
       {"stop_number",
        "the number of the stop rises, by less than a turn of its low 16 bits in a loop_timeout"},
       {"stop_holds",
        "no loop moves after a stop until a reset that named its number and a tick issued later"},
-      {"end", "when everybody has left and everything is closed, every slot is home and nothing waits"},
+      {"end", "when everybody has left and everything is closed, every slot is free and nothing waits"},
   };
   return all;
 }
@@ -64,29 +64,29 @@ struct plan {
   bool freezes = false;   // the service thread is kept from its core now and then
   bool floods = false;    // of stops: more than a number of 16 bits counts
   std::uint64_t bad_in = 6;
-  std::uint64_t strangers_max = 5;
-  bool crowd = false; // that comes one by one, each taking what it gets
+  std::uint64_t untrusted_max = 5;
+  bool crowd = false; // of peers that come one by one, each taking what it gets
 };
 
 inline plan draw_plan(std::uint64_t seed) {
-  seeded_draws roll{seed ^ 0x5bd1e995U};
+  seeded_choices random{seed ^ 0x5bd1e995U};
   plan p;
   auto& o = p.options;
   auto& l = o.limits;
-  if (roll.one_in(5)) p.ours = rowe::service::side::client;
-  o.relay = roll.one_in(2);
-  o.answers_any = roll.one_in(3);
-  o.bare_unasked = roll.one_in(4);
+  if (random.one_in(5)) p.ours = rowe::service::side::client;
+  o.relay = random.one_in(2);
+  o.answers_any = random.one_in(3);
+  o.bare_unasked = random.one_in(4);
   constexpr rowe::idle idles[] = {rowe::idle::poll, rowe::idle::poll, rowe::idle::spin, rowe::idle::wake,
                                   rowe::idle::phase};
-  o.idle_policy = roll.one_of(idles);
-  if (roll.one_in(6)) o.profile = roll.one_in(2) ? rowe::peer_profile::hop : rowe::peer_profile::hop_2014;
-  if (roll.one_in(4)) o.inbound_ttl = 200ms;
-  o.stop.unguarded = roll.one_in(2);
+  o.idle_policy = random.one_of(idles);
+  if (random.one_in(6)) o.profile = random.one_in(2) ? rowe::peer_profile::hop : rowe::peer_profile::hop_2014;
+  if (random.one_in(4)) o.inbound_ttl = 200ms;
+  o.stop.unguarded = random.one_in(2);
   constexpr rowe::duration leases[] = {100ms, 500ms, 5s};
-  o.stop.lease = roll.one_of(leases);
-  o.stop.service_timeout = roll.one_in(2) ? 50ms : 1s;
-  o.stop.observe_timeout = roll.one_in(2) ? 50ms : 5ms;
+  o.stop.lease = random.one_of(leases);
+  o.stop.service_timeout = random.one_in(2) ? 50ms : 1s;
+  o.stop.observe_timeout = random.one_in(2) ? 50ms : 5ms;
   l.connections_max = 8;
   l.message_bytes_max = 8 * 1024;
   l.topics_max = 24;
@@ -94,8 +94,8 @@ inline plan draw_plan(std::uint64_t seed) {
   l.subscriptions_per_connection_max = 12;
   l.advertisements_per_connection_max = 6;
   l.small_slot_bytes = 1024;
-  l.small_slots = roll.one_in(2) ? 128 : 64;
-  l.large_slots = roll.one_in(2) ? 16 : 8;
+  l.small_slots = random.one_in(2) ? 128 : 64;
+  l.large_slots = random.one_in(2) ? 16 : 8;
   l.queue_depth_max = 32;
   l.queued_max = 1024;
   l.lanes_max = 14;
@@ -106,44 +106,44 @@ inline plan draw_plan(std::uint64_t seed) {
   l.door_slots = 4;
   l.door_slot_bytes = 2048;
   constexpr std::uint32_t rates[] = {50'000, 50'000, 1'000, 0};
-  l.messages_per_second_max = roll.one_of(rates);
-  l.refusals_per_second_max = roll.one_in(2) ? 20 : roll.one_in(2) ? 1 : 0;
-  l.latched_bytes = roll.one_in(2) ? 64 * 1024 : 8 * 1024;
-  if (roll.one_in(2)) o.call_timeout = 300ms;
-  if (roll.one_in(2)) { // nothing but its share bounds what one peer holds
+  l.messages_per_second_max = random.one_of(rates);
+  l.refusals_per_second_max = random.one_in(2) ? 20 : random.one_in(2) ? 1 : 0;
+  l.latched_bytes = random.one_in(2) ? 64 * 1024 : 8 * 1024;
+  if (random.one_in(2)) o.call_timeout = 300ms;
+  if (random.one_in(2)) { // nothing but its share bounds what one peer holds
     l.subscriptions_per_connection_max = l.subscriptions_max;
     l.calls_per_connection_max = l.calls_max;
     l.advertisements_per_connection_max = l.topics_max;
   }
-  p.roomy = !roll.one_in(4);
+  p.roomy = !random.one_in(4);
   if (p.roomy) { // of what is shared there is enough that each of eight peers has a part
     l.topics_max = 64;
     l.services_max = 32;
     l.calls_max = 64;
     l.door_slots = 32;
   } else {
-    if (roll.one_in(2)) l.small_slots = 4 + static_cast<std::uint32_t>(roll.below(12));
-    if (roll.one_in(2)) l.large_slots = 1;
-    if (roll.one_in(2)) l.queue_depth_max = 1 + static_cast<std::uint32_t>(roll.below(4));
-    if (roll.one_in(2)) l.queued_max = 12;
-    if (roll.one_in(2)) l.calls_max = 4;
-    if (roll.one_in(2)) l.topics_max = 8;
-    if (roll.one_in(2)) l.subscriptions_max = 8;
-    if (roll.one_in(2)) l.services_max = 2;
-    if (roll.one_in(2)) l.door_slots = 1;
-    if (roll.one_in(2)) l.message_bytes_max = 1024;
+    if (random.one_in(2)) l.small_slots = 4 + static_cast<std::uint32_t>(random.below(12));
+    if (random.one_in(2)) l.large_slots = 1;
+    if (random.one_in(2)) l.queue_depth_max = 1 + static_cast<std::uint32_t>(random.below(4));
+    if (random.one_in(2)) l.queued_max = 12;
+    if (random.one_in(2)) l.calls_max = 4;
+    if (random.one_in(2)) l.topics_max = 8;
+    if (random.one_in(2)) l.subscriptions_max = 8;
+    if (random.one_in(2)) l.services_max = 2;
+    if (random.one_in(2)) l.door_slots = 1;
+    if (random.one_in(2)) l.message_bytes_max = 1024;
   }
   p.has_honest =
       p.roomy && p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard;
   if (p.has_honest) l.latched_bytes = 16 * 1024; // half for peers, and as much as this process latches
-  p.jumps = roll.one_in(3);
-  p.freezes = roll.one_in(3);
-  p.floods = roll.one_in(4);
-  p.bad_in = roll.one_in(2) ? 6 : roll.one_in(2) ? 2 : 40;
-  p.strangers_max = p.ours == rowe::service::side::client ? 1 : 1 + roll.below(5);
-  p.crowd = p.has_honest && roll.one_in(4);
+  p.jumps = random.one_in(3);
+  p.freezes = random.one_in(3);
+  p.floods = random.one_in(4);
+  p.bad_in = random.one_in(2) ? 6 : random.one_in(2) ? 2 : 40;
+  p.untrusted_max = p.ours == rowe::service::side::client ? 1 : 1 + random.below(5);
+  p.crowd = p.has_honest && random.one_in(4);
   if (p.crowd) {
-    p.strangers_max = 12;
+    p.untrusted_max = 12;
     l.connections_max = 16;
     l.subscriptions_max = 256;
     l.topics_max = 96;
@@ -159,31 +159,31 @@ class world {
   world(std::uint64_t seed, coverage& seen, const std::set<std::string>& without, bool trace = false)
       : seed_{seed},
         plan_{draw_plan(seed)},
-        roll_{seed},
-        verdict_{without},
+        random_{seed},
+        result_{without},
         on_{plan_.options, plan_.ours, seed},
-        site_{.on = on_,
-              .roll = roll_,
-              .seen = seen,
-              .verdict = verdict_,
-              .ours = plan_.ours,
-              .known = {},
-              .trace = trace},
-        process_{site_},
-        honest_{site_, process_, check_, roll_.below(roll_.one_in(2) ? 200 : 1000),
-                roll_.one_in(2) ? 0 : roll_.below(800)},
+        context_{.on = on_,
+                 .random = random_,
+                 .seen = seen,
+                 .result = result_,
+                 .ours = plan_.ours,
+                 .known = {},
+                 .trace = trace},
+        process_{context_},
+        honest_{context_, process_, check_, random_.below(random_.one_in(2) ? 200 : 1000),
+                random_.one_in(2) ? 0 : random_.below(800)},
         start_{on_.now} {
-    site_.known.bounds = plan_.options.limits;
-    site_.takes_rest = plan_.crowd || roll_.one_in(2);
-    site_.known.honest_topics = !plan_.options.relay;
-    site_.known.message_number = &site_.message_number;
+    context_.known.bounds = plan_.options.limits;
+    context_.takes_rest = plan_.crowd || random_.one_in(2);
+    context_.known.honest_topics = !plan_.options.relay;
+    context_.known.message_number = &context_.message_number;
     constexpr std::size_t few[] = {1, 2, 3, 6, 6};
-    site_.known.names = roll_.one_of(few);
-    honest_.operates = !roll_.one_in(3);
-    honest_.echoes = plan_.has_honest && plan_.options.inbound_ttl == rowe::rt::for_ever && roll_.one_in(3);
+    context_.known.names = random_.one_of(few);
+    honest_.operates = !random_.one_in(3);
+    honest_.echoes = plan_.has_honest && plan_.options.inbound_ttl == rowe::rt::for_ever && random_.one_in(3);
     process_.receives = !honest_.echoes;
     uses_ = weights{rows().size()};
-    uses_.draw(roll_);
+    uses_.randomise(random_);
     for (std::size_t row = 0; row < rows().size(); ++row) {
       if (rows()[row].own) continue;
       const value_class& one = classes_of(domain_of(rows()[row]))[rows()[row].value];
@@ -191,55 +191,55 @@ class world {
       if (!one.good) uses_[row] = std::max(uses_[row], 1U);  // of these one text has one, and only a few have
     }
     operations_ = weights{operations().size()};
-    operations_.draw(roll_);
-    // What takes something back is of use only where something was taken.
+    operations_.randomise(random_);
+    // Operations that undo another are of use only where that one was used.
     for (const auto& [takes, gives] :
          {std::pair{"subscribe", "unsubscribe"}, std::pair{"advertise", "unadvertise"},
           std::pair{"advertise_service", "unadvertise_service"}}) {
       const unsigned weight = operations_[operation_named(takes)];
-      if (!roll_.one_in(4)) operations_[operation_named(gives)] = weight;
+      if (!random_.one_in(4)) operations_[operation_named(gives)] = weight;
     }
-    // Who sends back what it is sent has somebody who sends much, and perhaps does not read.
-    if (honest_.echoes) operations_[operation_named("message")] += roll_.one_of(chattiness);
-    honest_.takes_at_once = roll_.one_of(chattiness_of_echo);
-    doings_ = weights{doings};
-    doings_.draw(roll_);
-    if (plan_.floods) doings_[static_cast<std::size_t>(doing::burst)] += 2;
-    for (const doing always : {doing::meet, doing::talk, doing::read, doing::wait})
-      doings_[static_cast<std::size_t>(always)] += 4;
-    doings_[static_cast<std::size_t>(doing::talk)] += 12;
-    has_spread_ = roll_.one_in(2);
+    // Where something sends back what it is sent, there is a peer that sends much, and perhaps does not read.
+    if (honest_.echoes) operations_[operation_named("message")] += random_.one_of(chattiness);
+    honest_.takes_at_once = random_.one_of(chattiness_of_echo);
+    actions_ = weights{action_count};
+    actions_.randomise(random_);
+    if (plan_.floods) actions_[static_cast<std::size_t>(action::burst)] += 2;
+    for (const action always : {action::connect, action::say, action::read, action::wait})
+      actions_[static_cast<std::size_t>(always)] += 4;
+    actions_[static_cast<std::size_t>(action::say)] += 12;
+    has_spread_ = random_.one_in(2);
     if (trace) describe();
   }
 
   void step(std::uint64_t number) {
-    site_.step = number;
-    roll_.restart(seed_, number + 1);
+    context_.step = number;
+    random_.restart(seed_, number + 1);
     forget_those_cut();
-    const auto what = static_cast<doing>(doings_.choose(
-        roll_, 0, doings, static_cast<std::size_t>(doing::wait), [](std::size_t) { return true; }));
+    const auto what = static_cast<action>(actions_.choose(
+        random_, 0, action_count, static_cast<std::size_t>(action::wait), [](std::size_t) { return true; }));
     switch (what) {
-    case doing::meet: meet(); break;
-    case doing::part: part(); break;
-    case doing::conditions:
-      if (stranger* const p = one()) p->change_conditions();
+    case action::connect: connect(); break;
+    case action::disconnect: disconnect(); break;
+    case action::conditions:
+      if (untrusted_peer* const p = one()) p->change_conditions();
       break;
-    case doing::talk: talk(); break;
-    case doing::read:
-      if (stranger* const p = one()) p->hear(roll_.one_in(2) ? SIZE_MAX : roll_.below(2000));
+    case action::say: say_something(); break;
+    case action::read:
+      if (untrusted_peer* const p = one()) p->hear(random_.one_in(2) ? SIZE_MAX : random_.below(2000));
       break;
-    case doing::open: process_.open_any(); break;
-    case doing::close:
-      if (roll_.one_in(2)) process_.close_any();
+    case action::open: process_.open_any(); break;
+    case action::close:
+      if (random_.one_in(2)) process_.close_any();
       break;
-    case doing::act:
-    case doing::act_too: process_.act(); break;
-    case doing::door:
+    case action::act:
+    case action::act_too: process_.act(); break;
+    case action::ordinary_thread:
       if (process_.receives) process_.use_door();
       break;
-    case doing::freeze: freeze(); return;
-    case doing::burst: burst(); break;
-    case doing::wait: break;
+    case action::freeze: freeze(); return;
+    case action::burst: burst(); break;
+    case action::wait: break;
     }
     wait();
     if (plan_.has_honest) honest_.act();
@@ -250,176 +250,179 @@ class world {
 
   // Everybody reads, leaves, closes; nothing may be left.
   void finish(std::uint64_t number) {
-    site_.step = number;
+    context_.step = number;
     honest_.leave();
-    for (int i = 0; i < 20; ++i) calm();
-    while (!strangers_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
+    for (int i = 0; i < 20; ++i) quiesce();
+    while (!untrusted_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
     for (const auto& one : leaving_) one->link().leave(rowe::service::close_cause::reset);
-    for (int i = 0; i < 5; ++i) calm();
+    for (int i = 0; i < 5; ++i) quiesce();
     process_.close_all();
-    for (int i = 0; i < 40; ++i) calm();
+    for (int i = 0; i < 40; ++i) quiesce();
     far_end last{on_, plan_.ours}; // what is for a peer waits for one
     last.say("{}");
     for (int i = 0; i < 40; ++i) {
       last.hear();
-      calm();
+      quiesce();
     }
     last.leave();
-    for (int i = 0; i < 5; ++i) calm();
+    for (int i = 0; i < 5; ++i) quiesce();
     for (int left = 4000; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.door.all_home()); --left)
-      calm(); // what has come is taken
+      quiesce(); // what has come is taken
     if (broken()) return;
     if (on_.core.slots_in_use() != 0)
-      verdict_.fail("end", std::to_string(on_.core.slots_in_use()) + " slots are not home");
-    if (!process_.all_closed()) verdict_.fail("end", "a handle that is closed stays");
-    if (!on_.core.drained()) verdict_.fail("end", "something waits for nobody");
+      result_.fail("end", std::to_string(on_.core.slots_in_use()) + " slots are not free");
+    if (!process_.all_closed()) result_.fail("end", "a handle that is closed stays");
+    if (!on_.core.drained()) result_.fail("end", "something waits for nobody");
     if (!on_.door.all_home()) {
       const char* const wrong = on_.door.check();
       const bool waits = on_.door.try_receive(on_.now).has_value();
-      verdict_.fail("end", std::string{"a slot of the front door is not home: "} +
-                               (wrong != nullptr ? wrong
-                                : waits          ? "a message waits to be received"
-                                                 : "one is lost"));
+      result_.fail("end", std::string{"a slot of the submission queue is not free: "} +
+                              (wrong != nullptr ? wrong
+                               : waits          ? "a message waits to be received"
+                                                : "one is lost"));
     }
     if (on_.board.peers() != 0)
-      verdict_.fail("end", std::to_string(on_.board.peers()) + " peers are counted that have left, after " +
-                               std::to_string(on_.count(counter::messages_in)) + " messages");
+      result_.fail("end", std::to_string(on_.board.peers()) + " peers are counted that have left, after " +
+                              std::to_string(on_.count(counter::messages_in)) + " messages");
   }
 
-  bool broken() const { return verdict_.broken(); }
-  const verdict_of_run& verdict() const { return verdict_; }
+  bool broken() const { return result_.broken(); }
+  const run_result& result() const { return result_; }
   std::uint64_t trace_hash() const { return hash_; }
-  stage::theatre& theatre() { return on_; }
+  stage::theatre& on() { return on_; }
   const honest& honest_peer() const { return honest_; }
 
  private:
-  enum class doing : std::uint8_t {
-    meet,
-    part,
+  enum class action : std::uint8_t {
+    connect,
+    disconnect,
     conditions,
-    talk,
+    say,
     read,
     open,
     close,
     act,
     act_too,
-    door,
+    ordinary_thread,
     freeze,
     burst,
     wait
   };
-  static constexpr std::size_t doings = 13;
+  static constexpr std::size_t action_count = 13;
 
   void describe() {
     const auto& o = plan_.options;
-    site_.say("seed " + std::to_string(seed_) +
-              (plan_.ours == rowe::service::side::client ? " client" : " server") +
-              (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
-              (o.bare_unasked ? " bare_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
-              (plan_.has_honest ? " honest" : "") + " profile " +
-              std::to_string(static_cast<int>(o.profile)) + " idle " +
-              std::to_string(static_cast<int>(o.idle_policy)));
+    context_.say("seed " + std::to_string(seed_) +
+                 (plan_.ours == rowe::service::side::client ? " client" : " server") +
+                 (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
+                 (o.bare_unasked ? " bare_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
+                 (plan_.has_honest ? " honest" : "") + " profile " +
+                 std::to_string(static_cast<int>(o.profile)) + " idle " +
+                 std::to_string(static_cast<int>(o.idle_policy)));
   }
 
-  stranger* one() { return strangers_.empty() ? nullptr : strangers_[roll_.below(strangers_.size())].get(); }
+  untrusted_peer* one() {
+    return untrusted_.empty() ? nullptr : untrusted_[random_.below(untrusted_.size())].get();
+  }
 
-  void meet() {
-    if (strangers_.size() + leaving_.size() >= plan_.strangers_max) return;
-    const bool local = !roll_.one_in(4);
-    const bool only_stops = roll_.one_in(12);
-    strangers_.push_back(
-        std::make_unique<stranger>(site_, check_, local ? "127.0.0.1:50000" : "10.0.0.7:50000", only_stops));
-    stranger& fresh = *strangers_.back();
-    site_.say(fresh.name() + (local ? " comes" : " comes from elsewhere") + (only_stops ? " to stop" : ""));
-    // What is wrong at once is rare otherwise.
-    if (!roll_.one_in(4)) fresh.say(draw_text(2), 1, false);
+  void connect() {
+    if (untrusted_.size() + leaving_.size() >= plan_.untrusted_max) return;
+    const bool local = !random_.one_in(4);
+    const bool only_stops = random_.one_in(12);
+    untrusted_.push_back(std::make_unique<untrusted_peer>(
+        context_, check_, local ? "127.0.0.1:50000" : "10.0.0.7:50000", only_stops));
+    untrusted_peer& fresh = *untrusted_.back();
+    context_.say(fresh.name() + (local ? " comes" : " comes from elsewhere") +
+                 (only_stops ? " to stop" : ""));
+    // A bad text as the first one is rare otherwise.
+    if (!random_.one_in(4)) fresh.say(choose_text(2), 1, false);
     if (!plan_.crowd) return;
-    if (roll_.one_in(2)) fresh.change_conditions();
-    fresh.say(draw_hoard(), 60, true);
-    if (roll_.one_in(2)) fresh.say(draw_hoard(), 60, true);
+    if (random_.one_in(2)) fresh.change_conditions();
+    fresh.say(choose_greedy(), 60, true);
+    if (random_.one_in(2)) fresh.say(choose_greedy(), 60, true);
   }
-  // Something of which peers can hold much.
-  recipe draw_hoard() {
-    constexpr std::string_view hoards[] = {"subscribe", "advertise", "advertise_service", "call_service",
+  // A request by which a peer can hold much.
+  recipe choose_greedy() {
+    constexpr std::string_view greedy[] = {"subscribe", "advertise", "advertise_service", "call_service",
                                            "invocation"};
-    recipe drawn = draw_recipe(roll_, uses_, operation_named(roll_.one_of(hoards)), 0);
-    if (roll_.one_in(2)) give_value(drawn, "service", "stats"); // large answers, where it calls
-    return drawn;
+    recipe chosen = choose_recipe(random_, uses_, operation_named(random_.one_of(greedy)), 0);
+    if (random_.one_in(2)) give_value(chosen, "service", "stats"); // large answers, where it calls
+    return chosen;
   }
   void leave(std::size_t which, rowe::service::close_cause how) {
-    stranger& gone = *strangers_[which];
+    untrusted_peer& gone = *untrusted_[which];
     if (gone.flooded()) how = rowe::service::close_cause::reset; // else all of it would be read first
-    site_.say(gone.name() + " leaves");
+    context_.say(gone.name() + " leaves");
     if (!gone.link().cut()) gone.end_conditions(); // else its last bytes might never arrive
     gone.link().leave(how);
-    leaving_.push_back(std::move(strangers_[which]));
-    strangers_.erase(strangers_.begin() + static_cast<std::ptrdiff_t>(which));
+    leaving_.push_back(std::move(untrusted_[which]));
+    untrusted_.erase(untrusted_.begin() + static_cast<std::ptrdiff_t>(which));
     cycle();
     cycle();
     forget_those_gone();
   }
-  // What they said before they left is read first, and of one that is parked that may be long after.
+  // What they said before they left is read first; of a peer that is parked, that may be much later.
   void forget_those_gone() {
     std::erase_if(leaving_, [](const auto& one) { return one->link().cut(); });
   }
-  // A place whose connection has ended may be another's already.
+  // The place of a connection that has ended may be another's already.
   void forget_those_cut() {
     forget_those_gone();
-    std::erase_if(strangers_, [&](const auto& one) {
+    std::erase_if(untrusted_, [&](const auto& one) {
       if (!one->link().cut()) return false;
       one->hear(SIZE_MAX);
-      site_.say(one->name() + " was cut");
+      context_.say(one->name() + " was disconnected");
       return true;
     });
   }
-  void part() {
-    if (strangers_.empty() || roll_.one_in(2)) return;
-    const std::size_t which = roll_.below(strangers_.size());
-    leave(which, roll_.one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+  void disconnect() {
+    if (untrusted_.empty() || random_.one_in(2)) return;
+    const std::size_t which = random_.below(untrusted_.size());
+    leave(which, random_.one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
   }
 
-  recipe draw_text() { return draw_text(plan_.bad_in); }
-  recipe draw_text(std::uint64_t bad_in) {
-    std::size_t what = operations_.choose(roll_, 0, operations().size(), 0, [&](std::size_t i) {
-      // What ends the connection, or the sense of it, is rare.
+  recipe choose_text() { return choose_text(plan_.bad_in); }
+  recipe choose_text(std::uint64_t bad_in) {
+    std::size_t what = operations_.choose(random_, 0, operations().size(), 0, [&](std::size_t i) {
+      // What ends the connection, or makes it useless, is rare.
       const form goes = operations()[i].goes;
       const bool ends =
           goes == form::close || goes == form::no_frame || goes == form::binary || goes == form::partial;
-      return !ends || roll_.one_in(4);
+      return !ends || random_.one_in(4);
     });
-    return draw_recipe(roll_, uses_, what, bad_in);
+    return choose_recipe(random_, uses_, what, bad_in);
   }
-  void talk() {
-    stranger* const p = one();
+  void say_something() {
+    untrusted_peer* const p = one();
     if (p == nullptr) return;
-    p->say(draw_text(), 1, false);
-    while (p->closing() && !roll_.one_in(3)) p->say(draw_text(), 1, false); // it does not stop there
+    p->say(choose_text(), 1, false);
+    while (p->closing() && !random_.one_in(3)) p->say(choose_text(), 1, false); // it does not stop there
   }
   void burst() {
-    stranger* const p = one();
-    if (p == nullptr || !roll_.one_in(2)) return;
+    untrusted_peer* const p = one();
+    if (p == nullptr || !random_.one_in(2)) return;
     constexpr std::uint64_t times[] = {2, 3, 17, 40, 100};
-    std::uint64_t count = roll_.one_of(times);
-    if (roll_.one_in(16)) count = 1000;
-    if (flood_left_ && site_.stop_in_use && roll_.one_in(6)) {
+    std::uint64_t count = random_.one_of(times);
+    if (random_.one_in(16)) count = 1000;
+    if (flood_left_ && context_.stop_in_use && random_.one_in(6)) {
       flood_left_ = false;
       const auto stop =
-          static_cast<std::size_t>(roll_.below(3)); // more often than a number of 16 bits counts
+          static_cast<std::size_t>(random_.below(3)); // more often than a number of 16 bits counts
       constexpr std::string_view stops[] = {"stop", "stop_in_bare", "stop_by_publish"};
-      const recipe one = draw_recipe(roll_, uses_, operation_named(stops[stop]), 0);
+      const recipe one = choose_recipe(random_, uses_, operation_named(stops[stop]), 0);
       // Repeats change nothing, so there need not be many.
       const bool differ = value_of(one, "source") == "one_of_many";
       return flood(*p, one, differ ? 70'000 : 2'000);
     }
-    const recipe what = roll_.one_in(2) ? draw_text() : draw_hoard();
+    const recipe what = random_.one_in(2) ? choose_text() : choose_greedy();
     const form goes = operations()[what.operation].goes;
     if (count > 100 && goes != form::stop_call && goes != form::stop_bare && goes != form::stop_publish)
       count = 100;
-    p->say(what, count, roll_.one_in(2) || count > 100);
+    p->say(what, count, random_.one_in(2) || count > 100);
   }
 
-  // As fast as it is read, which takes a good part of a second; nobody else does anything meanwhile.
-  void flood(stranger& by, const recipe& what, std::uint64_t times) {
+  // As fast as it is read, which takes most of a second; nobody else does anything meanwhile.
+  void flood(untrusted_peer& by, const recipe& what, std::uint64_t times) {
     by.end_conditions();
     const std::uint64_t until = on_.count(counter::messages_in) + times;
     by.say(what, times, true);
@@ -434,18 +437,18 @@ class world {
 
   void wait() {
     constexpr duration waits[] = {1us, 50us, 500us, 1ms, 5ms, 20ms};
-    on_.now += roll_.one_of(waits);
-    if (plan_.jumps && roll_.one_in(400)) {
+    on_.now += random_.one_of(waits);
+    if (plan_.jumps && random_.one_in(400)) {
       on_.now += 3s;
-      site_.jumped += 3s;
-      site_.say("3 s pass");
+      context_.jumped += 3s;
+      context_.say("3 s pass");
     }
   }
-  // The service thread does not come to its core; the others go on.
+  // The service thread gets no core; the others go on.
   void freeze() {
     if (!plan_.freezes) return;
-    const std::uint64_t turns = 1 + roll_.below(30);
-    site_.say("the service thread is kept away for " + std::to_string(turns * 5) + " ms");
+    const std::uint64_t turns = 1 + random_.below(30);
+    context_.say("the service thread gets no core for " + std::to_string(turns * 5) + " ms");
     for (std::uint64_t left = turns; left > 0; --left) {
       on_.now += 5ms;
       process_.act();
@@ -454,9 +457,9 @@ class world {
     }
   }
 
-  void calm() {
+  void quiesce() {
     forget_those_cut();
-    for (const auto& p : strangers_) {
+    for (const auto& p : untrusted_) {
       p->end_conditions();
       p->link().answers_pings = true;
       p->hear(SIZE_MAX);
@@ -472,9 +475,9 @@ class world {
     if (broken()) return;
     const std::uint64_t stops = on_.count(counter::stops);
     on_.core.cycle(on_.now);
-    ++site_.cycles;
+    ++context_.cycles;
     if (const auto wrong = on_.core.inconsistency(); !wrong.empty())
-      verdict_.fail("structures", "do not agree: " + std::string{wrong});
+      result_.fail("structures", "do not agree: " + std::string{wrong});
     if (broken()) return;
     process_.look_at_answers();
     honest_.stop.fresh = false;
@@ -502,11 +505,11 @@ class world {
         continue;
       const std::string name{rowe::service::counter_descriptions[i].name};
       if (counts_[i] < before)
-        return verdict_.fail("counters", name + " fell from " + std::to_string(before) + " to " +
-                                             std::to_string(counts_[i]));
+        return result_.fail("counters", name + " fell from " + std::to_string(before) + " to " +
+                                            std::to_string(counts_[i]));
       if (counts_[i] - before > bound)
-        return verdict_.fail("counters",
-                             name + " rose by " + std::to_string(counts_[i] - before) + " in one cycle");
+        return result_.fail("counters",
+                            name + " rose by " + std::to_string(counts_[i] - before) + " in one cycle");
     }
   }
 
@@ -515,18 +518,18 @@ class world {
   void look_of_loops() {
     for (const auto& one : process_.handles()) {
       if (one->kind() != handle_kind::latch || one->phase() != pair_phase::active) continue;
-      if (roll_.one_in(64)) one->looks = !one->looks;
-      if (!one->looks && !roll_.one_in(64)) continue;
+      if (random_.one_in(64)) one->looks = !one->looks;
+      if (!one->looks && !random_.one_in(64)) continue;
       one->acknowledges = true;
       const bool moved = one->moves;
       const bool moves = one->look();
-      if (moves && !may_move_ && site_.cycles > 0)
-        verdict_.fail("stop_holds",
-                      one->name() + (moved ? " goes on" : " begins to move") + " after " + forbidden_);
+      if (moves && !may_move_ && context_.cycles > 0)
+        result_.fail("stop_holds",
+                     one->name() + (moved ? " goes on" : " begins to move") + " after " + forbidden_);
     }
   }
 
-  // A permit, and who may have brought it about.
+  // The permit, and who may have caused it.
   void check_stop(bool stopped) {
     const std::uint64_t word = on_.board.permit.read();
     const bool running = rowe::detail::permit::time_of(word) != 0;
@@ -534,17 +537,17 @@ class world {
     if (honest_.stop.fresh) {
       const std::int64_t number = honest_.stop.number;
       if (number_known_ && number < newest_number_)
-        return verdict_.fail("stop_number", "the number of the stop fell from " +
-                                                std::to_string(newest_number_) + " to " +
-                                                std::to_string(number));
+        return result_.fail("stop_number", "the number of the stop fell from " +
+                                               std::to_string(newest_number_) + " to " +
+                                               std::to_string(number));
       if (number_known_ && number - newest_number_ > 1000)
-        site_.say("the number of the stop rises from " + std::to_string(newest_number_) + " to " +
-                  std::to_string(number));
+        context_.say("the number of the stop rises from " + std::to_string(newest_number_) + " to " +
+                     std::to_string(number));
       if (!number_known_ || number != newest_number_) {
-        site_.known.old_stops.emplace_back(honest_.stop.number, honest_.stop.tick);
-        if (site_.known.old_stops.size() > 12)
-          site_.known.old_stops.erase(site_.known.old_stops.begin() +
-                                      static_cast<std::ptrdiff_t>(site_.known.old_stops.size() / 2));
+        context_.known.old_stops.emplace_back(honest_.stop.number, honest_.stop.tick);
+        if (context_.known.old_stops.size() > 12)
+          context_.known.old_stops.erase(context_.known.old_stops.begin() +
+                                         static_cast<std::ptrdiff_t>(context_.known.old_stops.size() / 2));
       }
       before_number_ = number_known_ ? newest_number_ : number;
       newest_number_ = number;
@@ -552,17 +555,17 @@ class world {
       const std::int64_t since_start =
           std::chrono::floor<std::chrono::milliseconds>(on_.now - start_).count();
       if (!first_tick_) first_tick_ = honest_.stop.tick - since_start;
-      site_.known.stop_number = number;
-      site_.known.tick = honest_.stop.tick;
+      context_.known.stop_number = number;
+      context_.known.tick = honest_.stop.tick;
     } else if (first_tick_) {
-      site_.known.tick =
+      context_.known.tick =
           *first_tick_ + std::chrono::floor<std::chrono::milliseconds>(on_.now - start_).count();
     }
     if (stopped) {
       last_stop_ = on_.now;
       stop_was_asked_ = true;
     }
-    if (running && (!site_.running || stopped) && first_tick_ && honest_.stop.fresh) {
+    if (running && (!context_.running || stopped) && first_tick_ && honest_.stop.fresh) {
       if (!somebody_reset()) {
         may_move_ = false;
         forbidden_ = "a stop at " + std::to_string((last_stop_ - start_) / 1ms) +
@@ -572,14 +575,14 @@ class world {
         may_move_ = true;
       }
     } else if (!running) {
-      may_move_ = !number_known_; // who has no peer to ask knows nothing
+      may_move_ = !number_known_; // without a peer to ask, nothing is known
       forbidden_ = "a stop at " + std::to_string((last_stop_ - start_) / 1ms) + " ms";
     }
-    site_.running = running;
+    context_.running = running;
   }
 
-  // What loops tell stops apart by has 16 bits and rises once a millisecond, so that a whole turn takes
-  // longer than any loop is away; it may pass over those that loops still have.
+  // Loops tell stops apart by a number of 16 bits that rises once a millisecond, so that it wraps around
+  // later than any loop looks again. It may skip numbers that loops still have.
   void check_latch(std::int64_t latch) {
     constexpr std::int64_t turn = rowe::detail::latch_number_max;
     constexpr std::int64_t passed_over_max = 16;
@@ -587,19 +590,19 @@ class world {
       const std::int64_t risen = (latch - latch_ + turn) % turn;
       const std::int64_t most = (on_.now - latch_at_) / 1ms + 1 + passed_over_max;
       if (risen > most)
-        verdict_.fail("stop_number", "the latch number rose by " + std::to_string(risen) + " in " +
-                                         std::to_string((on_.now - latch_at_) / 1ms) + " ms");
+        result_.fail("stop_number", "the latch number rose by " + std::to_string(risen) + " in " +
+                                        std::to_string((on_.now - latch_at_) / 1ms) + " ms");
     }
     latch_ = latch;
     latch_at_ = on_.now;
   }
 
-  // A reset that named a number from between the last cycle and this one, and a tick that may have been
-  // issued after the last stop.
+  // Whether there was a reset that named a number between those of the last cycle and this one, and a tick
+  // that may have been issued after the last stop.
   bool somebody_reset() const {
     const std::int64_t stopped_at =
         std::chrono::floor<std::chrono::milliseconds>(last_stop_ - start_).count();
-    for (const auto& [number, tick] : site_.resets) {
+    for (const auto& [number, tick] : context_.resets) {
       if (number < before_number_ || number > newest_number_ || tick < 0) continue;
       if (!stop_was_asked_ || tick - *first_tick_ >= stopped_at) return true;
     }
@@ -608,21 +611,21 @@ class world {
 
   std::uint64_t seed_;
   plan plan_;
-  seeded_draws roll_;
-  verdict_of_run verdict_;
+  seeded_choices random_;
+  run_result result_;
   harness on_;
-  dialect_check check_;
-  site site_;
+  codec_check check_;
+  context context_;
   process process_;
   honest honest_;
   time_point start_;
   static constexpr unsigned chattiness[] = {0, 4, 100};
   static constexpr unsigned chattiness_of_echo[] = {1, 2, 8};
 
-  weights uses_, operations_, doings_;
+  weights uses_, operations_, actions_;
   bool has_spread_ = false;
   bool flood_left_ = plan_.floods;
-  std::vector<std::unique_ptr<stranger>> strangers_, leaving_;
+  std::vector<std::unique_ptr<untrusted_peer>> untrusted_, leaving_;
   std::array<std::uint64_t, rowe::service::counter_descriptions.size()> counts_{};
   std::uint64_t hash_ = 1469598103934665603U;
 

@@ -1,22 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world of bad network around one core, all of it drawn from one seed: peers that come, go, stall, cut
-// their messages up, break the protocol and read slowly; handles that publish, fall silent and are replaced;
-// time that crawls and jumps. What a world may do is said by its `habits`; what it checks after every step,
-// here:
+// A world with a bad network around one core, all of it from one seed. Peers come, go, stall, send their
+// messages in pieces, break the protocol and read slowly. Handles publish, fall silent and are replaced. Time
+// moves in small steps, and sometimes jumps. `habits` says what a world may do. After every step it checks:
 //
 //   - the core's structures are consistent (core::check)
-//   - what a peer hears of one publisher comes in order, each at most once, and was published
+//   - what a peer receives of one publisher comes in order, each value at most once, and was published
 //   - no frame was begun after its message's time to live
 //   - a peer is never sent anything that breaks the protocol
 //
-// The trace of a run is hashed, so that two runs of one seed can be held against each other.
+// The trace of a run is hashed, so that two runs of one seed can be compared.
 #pragma once
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "ground.hpp"
+#include "sim_base.hpp"
 #include "stream.hpp"
 
 namespace sim {
@@ -50,20 +49,20 @@ inline constexpr auto rowe::schema<sim::tick> =
 
 namespace sim {
 
-class world : public ground {
+class world : public sim_base {
  public:
   world(std::uint64_t seed, const habits& does)
-      : ground{seed, options(), rowe::service::side::server}, does_{does} {
+      : sim_base{seed, options(), rowe::service::side::server}, does_{does} {
     add_source();
   }
 
   void step() {
     ++steps_;
     switch (below(10)) {
-    case 0: meet(); break;
-    case 1: part(); break;
-    case 2: change_weather(); break;
-    case 3: talk(); break;
+    case 0: connect(); break;
+    case 1: disconnect(); break;
+    case 2: change_conditions(); break;
+    case 3: say_something(); break;
     case 4:
     case 5:
     case 6: publish(); break;
@@ -76,8 +75,8 @@ class world : public ground {
     mix(on_.core.slots_in_use());
   }
 
-  // Lets everything that is under way arrive: good weather, everyone reads.
-  void settle() {
+  // Lets everything that is in flight arrive: good link conditions, everyone reads.
+  void drain() {
     for (int i = 0; i < 300; ++i) {
       for (viewer& v : viewers_) on_.net.weather_of(v.link->id()) = {};
       on_.now += 1ms;
@@ -88,7 +87,7 @@ class world : public ground {
   }
   void everyone_leaves() {
     for (viewer& v : viewers_) v.link->leave();
-    settle();
+    drain();
     viewers_.clear();
   }
 
@@ -129,13 +128,13 @@ class world : public ground {
     viewers_.push_back(std::move(fresh));
   }
 
-  void meet() {
+  void connect() {
     if (!does_.peers_leave || viewers_.size() >= 6) return wait();
     open_viewer();
     if (!one_in(4)) subscribe(viewers_.back());
   }
 
-  void part() {
+  void disconnect() {
     if (!does_.peers_leave || viewers_.empty()) return wait();
     const std::size_t who = below(viewers_.size());
     on_.net.weather_of(viewers_[who].link->id()) = {}; // else its last bytes might never arrive
@@ -144,9 +143,9 @@ class world : public ground {
     viewers_.erase(viewers_.begin() + static_cast<std::ptrdiff_t>(who));
   }
 
-  void change_weather() {
+  void change_conditions() {
     if (viewers_.empty()) return wait();
-    ground::change_weather(viewers_[below(viewers_.size())].link->id());
+    sim_base::change_conditions(viewers_[below(viewers_.size())].link->id());
   }
 
   void subscribe(viewer& v) {
@@ -157,7 +156,7 @@ class world : public ground {
     v.link->say(request + "}");
   }
 
-  void talk() {
+  void say_something() {
     if (viewers_.empty()) return wait();
     const std::size_t who = below(viewers_.size());
     stage::peer& p = *viewers_[who].link;
@@ -226,7 +225,7 @@ class world : public ground {
       fail("begun after its time: " + text);
   }
 
-  // When the first byte of this message, the next one that the peer hears, was handed to the network.
+  // When the first byte of this message, the next one that the peer reads, was handed to the network.
   std::int64_t begun_at(viewer& v, const std::string& text) {
     auto& frames = v.written.complete;
     while (!frames.empty() && frames.front().payload != text) frames.pop_front();
@@ -283,7 +282,7 @@ class world : public ground {
     }
   }
 
-  void wait() { ground::wait(does_.peers_leave); }
+  void wait() { sim_base::wait(does_.peers_leave); }
 
   habits does_;
   std::vector<viewer> viewers_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Threads at the front door of a simulated world: they submit and wait, or leave before the outcome is there,
-// receive, reply, and forget to.
+// Ordinary threads of a simulated world, by the submission queue and the shared inbox. They submit and wait,
+// or give up before the outcome is there; they receive, and reply or forget to.
 #pragma once
 #include <string>
 #include <vector>
@@ -9,14 +9,14 @@
 
 namespace sim {
 
-class door_threads {
+class ordinary_threads {
  public:
-  explicit door_threads(scene& in) : in_{in}, number_{in.book.new_actor()} {}
+  explicit ordinary_threads(world_context& in) : in_{in}, number_{in.book.new_actor()} {}
 
-  void act(const std::vector<std::unique_ptr<talking_peer>>& peers) {
-    const talking_peer* const to =
-        !peers.empty() && in_.roll.one_in(4) ? peers[in_.roll.below(peers.size())].get() : nullptr;
-    switch (in_.roll.below(8)) {
+  void act(const std::vector<std::unique_ptr<messaging_peer>>& peers) {
+    const messaging_peer* const to =
+        !peers.empty() && in_.random.one_in(4) ? peers[in_.random.below(peers.size())].get() : nullptr;
+    switch (in_.random.below(8)) {
     case 0:
     case 1: return send(to);
     case 2: return invoke(to);
@@ -27,15 +27,15 @@ class door_threads {
     }
   }
 
-  // Everything that was submitted has its outcome by now.
+  // By now everything that was submitted has its outcome.
   void finish_up() {
     receive_all();
     while (!held_.empty()) answer();
   }
-  // Whoever waits still.
+  // Takes the outcomes of all that still wait.
   void collect() {
     for (const waiting& one : waiting_) {
-      if (!outcome_is_there(one)) in_.book.fail("a thread waits in vain at the front door");
+      if (!outcome_is_there(one)) in_.book.fail("a thread waits in vain for what it submitted");
     }
     waiting_.clear();
   }
@@ -49,14 +49,14 @@ class door_threads {
     std::uint32_t number = 0; // in the ledger
   };
 
-  static rowe::detail::peer_ref ref(const talking_peer* of) {
+  static rowe::detail::peer_ref ref(const messaging_peer* of) {
     return of != nullptr ? rowe::detail::ref_of(of->named()) : rowe::detail::peer_ref{};
   }
 
-  void send(const talking_peer* to) {
-    const duration ttl = some_time(in_.roll);
-    const bool good = !in_.roll.one_in(16);
-    const bool waits = in_.roll.one_in(2);
+  void send(const messaging_peer* to) {
+    const duration ttl = some_time(in_.random);
+    const bool good = !in_.random.one_in(16);
+    const bool waits = in_.random.one_in(2);
     const time_point expires = rowe::detail::expiry_after(in_.on.now, ttl);
     const std::uint32_t n = in_.book.new_message({.sender = number_,
                                                   .to = to != nullptr ? to->number() : 0,
@@ -70,18 +70,19 @@ class door_threads {
                                           .peer = ref(to),
                                           .stamped = in_.on.now,
                                           .expires = expires},
-                                         message_text(in_.roll, n, good));
+                                         message_text(in_.random, n, good));
     if (!slot) return in_.book.take_back_message();
     if (waits) waiting_.push_back({*slot, door_request::message, n});
   }
 
-  void invoke(const talking_peer* to) {
-    const duration timeout = some_time(in_.roll);
+  void invoke(const messaging_peer* to) {
+    const duration timeout = some_time(in_.random);
     const time_point deadline = rowe::rt::deadline_after(in_.on.now, timeout);
     const std::uint32_t k = in_.book.new_call(deadline);
     constexpr const char* services[] = {"/add", "/echo", "/peer0", "/peer1", "nobody's"};
-    const std::string text = R"({"service":")" + std::string{services[in_.roll.below(std::size(services))]} +
-                             R"(","a":)" + std::to_string(k) + R"(,"b":0})";
+    const std::string text = R"({"service":")" +
+                             std::string{services[in_.random.below(std::size(services))]} + R"(","a":)" +
+                             std::to_string(k) + R"(,"b":0})";
     const auto slot = in_.on.door.submit({.what = door_request::invocation,
                                           .wants_outcome = true,
                                           .peer = ref(to),
@@ -92,10 +93,10 @@ class door_threads {
     waiting_.push_back({*slot, door_request::invocation, k});
   }
 
-  // Takes what became of one request, or leaves before it is known.
+  // Takes the outcome of one request, or gives up before it is there.
   void leave() {
     if (waiting_.empty()) return;
-    const auto which = waiting_.begin() + static_cast<std::ptrdiff_t>(in_.roll.below(waiting_.size()));
+    const auto which = waiting_.begin() + static_cast<std::ptrdiff_t>(in_.random.below(waiting_.size()));
     if (!outcome_is_there(*which)) {
       if (which->what == door_request::message) in_.book.message(which->number).waits = false;
       if (which->what == door_request::invocation) in_.book.call(which->number).wanted = false;
@@ -133,12 +134,12 @@ class door_threads {
 
   void answer() {
     if (held_.empty()) return;
-    const auto which = held_.begin() + static_cast<std::ptrdiff_t>(in_.roll.below(held_.size()));
+    const auto which = held_.begin() + static_cast<std::ptrdiff_t>(in_.random.below(held_.size()));
     const auto [call, k] = *which;
     held_.erase(which);
-    if (in_.roll.one_in(8)) return; // forgotten
-    const bool refuses = in_.roll.one_in(8);
-    const bool waits = in_.roll.one_in(2);
+    if (in_.random.one_in(8)) return; // forgotten
+    const bool refuses = in_.random.one_in(8);
+    const bool waits = in_.random.one_in(2);
     const std::uint32_t r = refuses ? 0 : in_.book.new_answer(k);
     const auto slot = in_.on.door.submit({.what = refuses ? door_request::refusal : door_request::reply,
                                           .wants_outcome = waits,
@@ -150,7 +151,7 @@ class door_threads {
     if (waits) waiting_.push_back({*slot, refuses ? door_request::refusal : door_request::reply, k});
   }
 
-  scene& in_;
+  world_context& in_;
   std::uint32_t number_;
   std::vector<waiting> waiting_;
   std::vector<std::pair<rowe::detail::call_ref, std::uint32_t>> held_;

@@ -1,54 +1,56 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world in which everybody talks and calls: lanes, responders, callers and threads at the front door on one
-// side, peers of both dialects on the other, a network between them that stalls, cuts and breaks. As a
-// server, with or without relaying, or as a client whose server goes away and comes back. What is checked
-// after every step, besides the core's own structures:
+// A world of direct messages and calls: lanes, responders, callers and ordinary threads on one side, peers of
+// both codecs on the other, and between them a network that stalls, splits and disconnects. The core is a
+// server, with or without relaying, or a client whose server goes away and comes back. After every step it
+// checks, besides the core's own structures:
 //
-//   - a message is begun within its time and given to a peer once, in its sender's order; whoever waits for
-//     what becomes of it is told the truth, once
-//   - a call is asked of one peer, once; its asker is told its end once: the first answer that was given to
-//     it under its id by the one who was asked, and nobody else's; never a time-out before its time
+//   - a message is begun within its time to live and given to a peer once, in its sender's order; a sender
+//   that
+//     waits for the outcome is told the true one, once
+//   - a call is sent to one callee, once; its caller gets one completion: the first answer that the callee
+//   gave
+//     under the call's id, and nobody else's; never a time-out before its time
 //   - a peer is never answered what it did not ask, nor twice
 //
-// and at the end of a run, when everyone has had time: everyone was told, the counters explain what was lost,
-// and every slot is home.
+// At the end of a run, when everyone has had time: everyone was told, the counters explain what was lost, and
+// every slot is free.
 #pragma once
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "doors.hpp"
-#include "ground.hpp"
 #include "handles.hpp"
 #include "ledger.hpp"
-#include "talking_peer.hpp"
+#include "messaging_peer.hpp"
+#include "ordinary_threads.hpp"
+#include "sim_base.hpp"
 
 namespace sim {
 
 using rowe::service::side;
 
-class talking_world : public ground {
+class messaging_world : public sim_base {
  public:
-  explicit talking_world(std::uint64_t seed)
-      : ground{seed, options(seed), role(seed)},
-        scene_{on_, dice_, book_},
+  explicit messaging_world(std::uint64_t seed)
+      : sim_base{seed, options(seed), role(seed)},
+        context_{on_, random_, book_},
         role_{role(seed)},
-        threads_{scene_} {
+        threads_{context_} {
     opens_all_ = one_in(2);
   }
 
   void step() {
     ++steps_;
     switch (below(20)) {
-    case 0: meet(); break;
-    case 1: part(); break;
+    case 0: connect(); break;
+    case 1: disconnect(); break;
     case 2:
-      if (!peers_.empty() && one_in(2)) ground::change_weather(some_peer().link().id());
+      if (!peers_.empty() && one_in(2)) sim_base::change_conditions(some_peer().link().id());
       break;
     case 3:
     case 4:
     case 5:
-    case 6: talk(); break;
+    case 6: say_something(); break;
     case 7:
     case 8:
     case 9: read(); break;
@@ -68,10 +70,10 @@ class talking_world : public ground {
     cycle();
   }
 
-  // Good weather; everyone reads, takes what has come and answers. Then the peers that have not answered
-  // leave, one stays to whom every message may be sent, and the handles close.
+  // Good link conditions; everyone reads, takes what has come and answers. Then the peers that have not
+  // answered leave, one stays to which every message may be sent, and the handles close.
   void finish() {
-    for (int i = 0; i < 30; ++i) calm(20ms);
+    for (int i = 0; i < 30; ++i) quiesce(20ms);
     using rowe::service::counter;
     const std::uint64_t answers_lost =
         on_.count(counter::no_slot) + on_.count(counter::outbox_full) + on_.count(counter::too_big);
@@ -79,14 +81,14 @@ class talking_world : public ground {
       if (one->well_behaved && !one->link().cut() && one->overdue() > answers_lost)
         fail("a peer was not answered");
     }
-    for (int round = 0; round < 2; ++round) { // what a peer does not answer ends with it
+    for (int round = 0; round < 2; ++round) { // a call that a peer does not answer ends with it
       while (!peers_.empty()) leave(0);
       open_peer();
       peers_.back()->link().say("{}");
-      for (int i = 0; i < 10; ++i) calm(20ms);
+      for (int i = 0; i < 10; ++i) quiesce(20ms);
     }
     while (!peers_.empty()) leave(0);
-    for (int i = 0; i < 5; ++i) calm(20ms);
+    for (int i = 0; i < 5; ++i) quiesce(20ms);
     for (const auto& one : actors_) {
       if (one->open_calls() != 0) fail("a handle was not told what became of something");
       if (!one->all_home()) fail("a handle has not all its slots back");
@@ -95,10 +97,10 @@ class talking_world : public ground {
     actors_.clear();
     threads_.collect();
     while (!peers_.empty()) leave(0);
-    for (int i = 0; i < 5; ++i) calm(20ms);
+    for (int i = 0; i < 5; ++i) quiesce(20ms);
     if (on_.core.slots_in_use() != 0) fail("a slot is lost");
     if (!on_.core.drained()) fail("something waits for nobody");
-    if (!on_.door.all_home()) fail("a slot of the front door is lost");
+    if (!on_.door.all_home()) fail("a slot of the submission queue is lost");
     std::uint64_t explained = 0;
     for (const counter c : {counter::expired, counter::outbox_full, counter::no_slot, counter::lost_with_peer,
                             counter::malformed, counter::too_big})
@@ -113,22 +115,22 @@ class talking_world : public ground {
   static side role(std::uint64_t seed) { return seed % 3 == 0 ? side::client : side::server; }
   static rowe::endpoint_options options(std::uint64_t seed) {
     auto chosen = stage::small_options();
-    dice roll{seed + 77};
-    chosen.relay = roll.one_in(2);
-    chosen.answers_any = roll.one_in(2);
-    chosen.bare_unasked = roll.one_in(4);
-    if (roll.one_in(3)) chosen.inbound_ttl = 200ms;
+    random_source random{seed + 77};
+    chosen.relay = random.one_in(2);
+    chosen.answers_any = random.one_in(2);
+    chosen.bare_unasked = random.one_in(4);
+    if (random.one_in(3)) chosen.inbound_ttl = 200ms;
     auto& bounds = chosen.limits;
-    if (roll.one_in(3)) bounds.small_slots = 8;
-    if (roll.one_in(3)) bounds.large_slots = 1;
-    if (roll.one_in(3)) bounds.queue_depth_max = 4;
-    if (roll.one_in(4)) bounds.queued_max = 12;
-    if (roll.one_in(3)) bounds.calls_max = 6;
-    if (roll.one_in(4)) bounds.door_slots = 2;
+    if (random.one_in(3)) bounds.small_slots = 8;
+    if (random.one_in(3)) bounds.large_slots = 1;
+    if (random.one_in(3)) bounds.queue_depth_max = 4;
+    if (random.one_in(4)) bounds.queued_max = 12;
+    if (random.one_in(3)) bounds.calls_max = 6;
+    if (random.one_in(4)) bounds.door_slots = 2;
     return chosen;
   }
 
-  talking_peer& some_peer() { return *peers_[below(peers_.size())]; }
+  messaging_peer& some_peer() { return *peers_[below(peers_.size())]; }
 
   void cycle() {
     on_.core.cycle(on_.now);
@@ -146,15 +148,15 @@ class talking_world : public ground {
 
   // ---- peers
 
-  void open_peer() { peers_.push_back(std::make_unique<talking_peer>(scene_, role_)); }
+  void open_peer() { peers_.push_back(std::make_unique<messaging_peer>(context_, role_)); }
 
-  void meet() {
+  void connect() {
     if (peers_.size() + leaving_.size() >= (role_ == side::client ? 1 : 5)) return wait(true);
     open_peer();
-    if (one_in(3)) ground::change_weather(peers_.back()->link().id());
+    if (one_in(3)) sim_base::change_conditions(peers_.back()->link().id());
   }
   void leave(std::size_t which) {
-    talking_peer& gone = *peers_[which];
+    messaging_peer& gone = *peers_[which];
     on_.net.weather_of(gone.link().id()) = {}; // else its last bytes might never arrive
     gone.link().leave(one_in(2) || role_ == side::client ? rowe::service::close_cause::reset
                                                          : rowe::service::close_cause::peer);
@@ -162,7 +164,7 @@ class talking_world : public ground {
     peers_.erase(peers_.begin() + static_cast<std::ptrdiff_t>(which));
     cycle();
   }
-  void part() {
+  void disconnect() {
     if (peers_.empty() || !one_in(3)) return wait(true);
     leave(below(peers_.size()));
   }
@@ -172,9 +174,9 @@ class talking_world : public ground {
     some_peer().read(one_in(2) ? SIZE_MAX : below(500));
   }
 
-  void talk() {
+  void say_something() {
     if (peers_.empty()) return wait(true);
-    talking_peer& p = some_peer();
+    messaging_peer& p = some_peer();
     constexpr const char* services[] = {"/add",   "/echo",       "add",     "/peer0",
                                         "/peer1", "/rowe/stats", "nobody's"};
     const std::string provided = "/peer" + std::to_string(below(3));
@@ -199,16 +201,16 @@ class talking_world : public ground {
     default: return misbehave(p);
     }
   }
-  void answer(talking_peer& p) {
+  void answer(messaging_peer& p) {
     if (p.asked().empty()) return p.read(SIZE_MAX);
     const std::size_t which = below(p.asked().size());
-    using manner = talking_peer::manner;
+    using manner = messaging_peer::manner;
     switch (below(10)) {
     case 0: return p.answer(which, manner::refusing);
     case 1: return p.answer(which, manner::twice);
     case 2: return p.answer(which, manner::under_another_id);
     case 3: { // somebody else answers for it
-      talking_peer& other = some_peer();
+      messaging_peer& other = some_peer();
       if (&other != &p) other.answer_for(p.asked()[which]);
       return;
     }
@@ -216,7 +218,7 @@ class talking_world : public ground {
     default: return p.answer(which, manner::well);
     }
   }
-  void misbehave(talking_peer& p) {
+  void misbehave(messaging_peer& p) {
     if (!one_in(4)) return p.link().say("{\"op\":");
     p.well_behaved = false;
     switch (below(3)) {
@@ -241,13 +243,14 @@ class talking_world : public ground {
     switch (below(6)) {
     case 0:
     case 1:
-      made = std::make_unique<talker>(scene_, opens_all_ || one_in(2), static_cast<rowe::priority>(below(3)));
+      made = std::make_unique<lane_user>(context_, opens_all_ || one_in(2),
+                                         static_cast<rowe::priority>(below(3)));
       break;
-    case 2: made = std::make_unique<server<addends, sum>>(scene_, "/add"); break;
-    case 3: made = std::make_unique<server<json_text, json_text>>(scene_, "/echo"); break;
-    case 4: made = std::make_unique<client<addends, sum>>(scene_, one_in(2) ? "/add" : "/peer0"); break;
+    case 2: made = std::make_unique<server<addends, sum>>(context_, "/add"); break;
+    case 3: made = std::make_unique<server<json_text, json_text>>(context_, "/echo"); break;
+    case 4: made = std::make_unique<client<addends, sum>>(context_, one_in(2) ? "/add" : "/peer0"); break;
     default:
-      made = std::make_unique<client<json_text, json_text>>(scene_, one_in(2) ? "/echo" : "/peer1");
+      made = std::make_unique<client<json_text, json_text>>(context_, one_in(2) ? "/echo" : "/peer1");
       break;
     }
     cycle();
@@ -266,7 +269,7 @@ class talking_world : public ground {
 
   // ---- the end
 
-  void calm(duration later) {
+  void quiesce(duration later) {
     for (const auto& one : peers_) {
       on_.net.weather_of(one->link().id()) = {};
       one->read(SIZE_MAX);
@@ -278,13 +281,13 @@ class talking_world : public ground {
   }
 
   ledger book_;
-  scene scene_;
+  world_context context_;
   side role_;
   bool opens_all_ = false;
-  std::vector<std::unique_ptr<talking_peer>> peers_;
-  std::vector<std::unique_ptr<talking_peer>> leaving_; // some of what they said is still to be read
+  std::vector<std::unique_ptr<messaging_peer>> peers_;
+  std::vector<std::unique_ptr<messaging_peer>> leaving_; // some of what they said is still to be read
   std::vector<std::unique_ptr<actor>> actors_;
-  door_threads threads_;
+  ordinary_threads threads_;
   std::uint64_t gone_ = 0; // peers that were there
 };
 

@@ -3,12 +3,12 @@
 
 #include <cstdlib>
 
-#include "talking_world.hpp"
+#include "messaging_world.hpp"
 
-namespace talking_sim_test {
+namespace messaging_sim_test {
 namespace {
 
-using sim::talking_world;
+using sim::messaging_world;
 
 std::uint64_t seeds() {
   const char* const asked = std::getenv("ROWE_SIM_SEEDS");
@@ -18,7 +18,7 @@ std::uint64_t seeds() {
 constexpr int steps = 2000;
 
 // A whole run: how it went is seen by broken().
-void run(talking_world& w, std::uint64_t seed) {
+void run(messaging_world& w, std::uint64_t seed) {
   for (int i = 0; i < steps; ++i) {
     w.step();
     ASSERT_EQ(w.broken(), "") << "seed " << seed;
@@ -27,11 +27,11 @@ void run(talking_world& w, std::uint64_t seed) {
   ASSERT_EQ(w.broken(), "") << "seed " << seed;
 }
 
-TEST(talking_sim, tells_everyone_the_truth_once_whatever_happens) {
+TEST(messaging_sim, tells_everyone_the_truth_once_whatever_happens) {
   std::uint64_t sent = 0;
   std::uint64_t answered = 0;
   for (std::uint64_t seed = 1; seed <= seeds() && !HasFatalFailure(); ++seed) {
-    talking_world w{seed};
+    messaging_world w{seed};
     run(w, seed);
     sent += w.book().messages_sent();
     answered += w.book().calls_answered();
@@ -40,23 +40,23 @@ TEST(talking_sim, tells_everyone_the_truth_once_whatever_happens) {
   EXPECT_GT(answered, 2 * seeds());
 }
 
-TEST(talking_sim, tells_the_truth_for_the_seeds_that_once_broke_it) {
+TEST(messaging_sim, tells_the_truth_for_the_seeds_that_once_broke_it) {
   constexpr std::uint64_t seeds[] = {
-      4523, // a message overtook one of the same sender that waited for room
-      4663, // a call whose time was over went out before its peer's goodbye was answered
-      3206, // one waited to begin a frame, its own ended, and nobody wrote to it any more
-      605,  // one that left while senders were told that it is full was counted so twice
+      4523, // a message overtook a pending one of the same sender
+      4663, // a call was sent after its time, before its peer's close frame was answered
+      3206, // a peer waited to begin a frame, another's ended, and nobody wrote to it any more
+      605,  // a peer that left while senders were told `full` for it was counted twice
   };
   for (const std::uint64_t seed : seeds) {
-    talking_world w{seed};
+    messaging_world w{seed};
     run(w, seed);
   }
 }
 
-TEST(talking_sim, does_the_same_twice_from_one_seed) {
+TEST(messaging_sim, does_the_same_twice_from_one_seed) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    talking_world first{seed};
-    talking_world second{seed};
+    messaging_world first{seed};
+    messaging_world second{seed};
     for (int i = 0; i < steps; ++i) {
       first.step();
       second.step();
@@ -66,4 +66,4 @@ TEST(talking_sim, does_the_same_twice_from_one_seed) {
 }
 
 } // namespace
-} // namespace talking_sim_test
+} // namespace messaging_sim_test

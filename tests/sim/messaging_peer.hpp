@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-// A peer that talks and calls, in both dialects: what it hears is held against the ledger, and what it has
-// been asked and has asked is remembered, so that it can answer well or badly, and be answered once.
+// A peer that sends messages and calls, by both codecs. What it receives is compared with the ledger. It
+// remembers the calls that it got and made, so that it can answer well or badly, and be answered once.
 #pragma once
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include "ground.hpp"
 #include "ledger.hpp"
+#include "sim_base.hpp"
 #include "stream.hpp"
 
 namespace sim {
 
 // What the parts of a world share.
-struct scene {
+struct world_context {
   stage::theatre& on;
-  dice& roll;
+  random_source& random;
   ledger& book;
 };
 
-class talking_peer {
+class messaging_peer {
  public:
   struct request { // that it was asked
     std::string id_raw;
@@ -28,14 +28,14 @@ class talking_peer {
     bool rosbridge = false;
   };
 
-  talking_peer(scene& in, rowe::service::side ours)
+  messaging_peer(world_context& in, rowe::service::side ours)
       : in_{in}, link_{std::make_unique<stage::peer>(in.on, ours)}, number_{in.book.new_actor()} {}
 
   std::uint32_t number() const { return number_; }
   rowe::connection named() const { return {link_->id().index, link_->id().generation}; }
   stage::peer& link() { return *link_; }
   std::vector<request>& asked() { return asked_; }
-  bool well_behaved = true; // else we may have hung up on it
+  bool well_behaved = true; // else we may have disconnected it
   bool answers_pings = true;
 
   // What the core has written since the last look.
@@ -80,9 +80,9 @@ class talking_peer {
         in_.book.new_call(std::min(rowe::rt::deadline_after(in_.on.now, timeout),
                                    rowe::rt::deadline_after(in_.on.now, options.inbound_ttl)));
     in_.book.call(k).by_peer = true;
-    std::string id = in_.roll.one_in(2) ? std::to_string(k) : "\"q" + std::to_string(k) + '"';
-    if (!calls_.empty() && in_.roll.one_in(8)) id = calls_.rbegin()->first;
-    const bool unnamed = rosbridge && in_.roll.one_in(8);
+    std::string id = in_.random.one_in(2) ? std::to_string(k) : "\"q" + std::to_string(k) + '"';
+    if (!calls_.empty() && in_.random.one_in(8)) id = calls_.rbegin()->first;
+    const bool unnamed = rosbridge && in_.random.one_in(8);
     if (id.empty()) id = "17"; // of one that had no name
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(timeout).count();
     std::string text;
@@ -134,7 +134,7 @@ class talking_peer {
       break;
     case manner::under_another_id: {
       request other = r;
-      switch (in_.roll.below(4)) {
+      switch (in_.random.below(4)) {
       case 0: other.id_raw = "17"; break;
       case 1: other.id_raw = "\"\""; break;
       case 2: other.id_raw[1] = other.id_raw[1] == '1' ? '2' : '1'; break;   // of another endpoint
@@ -210,7 +210,7 @@ class talking_peer {
     }
   }
 
-  scene& in_;
+  world_context& in_;
   std::unique_ptr<stage::peer> link_;
   std::uint32_t number_;
   stream written_;

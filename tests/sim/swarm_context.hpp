@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the parts of a swarm world share: the core in its harness, the draws of this step, the coverage table,
-// what went wrong, a trace for people, and who holds which topic and service as far as it is known outside.
+// What the parts of a swarm world share: the core in its harness, the random choices of this step, the
+// coverage table, the first error, a trace for people, and who holds which topic and service, as far as it is
+// known outside.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -12,8 +13,8 @@
 #include <vector>
 
 #include "service/stage.hpp"
+#include "swarm_choices.hpp"
 #include "swarm_coverage.hpp"
-#include "swarm_draws.hpp"
 #include "swarm_grammar.hpp"
 
 namespace swarm {
@@ -25,11 +26,11 @@ using harness = stage::theatre;
 using far_end = stage::peer; // of a connection
 using rowe::service::counter;
 
-// The first thing that went wrong, under the name of the invariant that it breaks. An invariant can be
-// switched off by its name, so that others are seen behind it.
-class verdict_of_run {
+// The first error of a run, under the name of the invariant that it breaks. An invariant can be switched off
+// by its name, so that errors of others are seen.
+class run_result {
  public:
-  explicit verdict_of_run(const std::set<std::string>& without) : without_{without} {}
+  explicit run_result(const std::set<std::string>& without) : without_{without} {}
   void fail(std::string_view invariant, const std::string& what) {
     if (broken() || without_.contains(std::string{invariant})) return;
     invariant_ = invariant;
@@ -48,17 +49,17 @@ class verdict_of_run {
 
 // A message that was published on a topic, by its "n".
 struct publication {
-  std::uint32_t by = 0;     // a stranger's number; 0: this process
+  std::uint32_t by = 0;     // an untrusted peer's number; 0: this process
   bool may_be_kept = false; // for those who subscribe later: its publisher asked for it
   std::uint64_t gone = 0;   // the step in which its publisher left; 0: it is there
-  std::uint64_t heard = 0;  // the step in which it was heard first; 0: not yet
+  std::uint64_t heard = 0;  // the step in which it was received first; 0: not yet
 };
 
-struct site {
+struct context {
   harness& on;
-  draws& roll;
+  choices& random;
   coverage& seen;
-  verdict_of_run& verdict;
+  run_result& result;
   rowe::service::side ours;
   knowledge known;
   bool trace = false; // to the standard output, at once: a run may crash
@@ -67,20 +68,20 @@ struct site {
   std::uint64_t cycles = 0; // of the core
   std::uint32_t message_number = 0;
   std::vector<publication> published{1};
-  std::uint32_t strangers = 0;                     // so far
-  std::map<std::string, std::uint32_t> held{};     // topics, by strangers: subscriptions and advertisements
-  std::map<std::string, std::uint32_t> provided{}; // services, by strangers
-  std::map<std::string, std::uint32_t> own{};      // topics of this process's handles
+  std::uint32_t untrusted = 0;                 // so far
+  std::map<std::string, std::uint32_t> held{}; // topics, by untrusted peers: subscriptions and advertisements
+  std::map<std::string, std::uint32_t> provided{};    // services, by untrusted peers
+  std::map<std::string, std::uint32_t> own{};         // topics of this process's handles
   std::map<std::string, std::uint32_t> own_latched{}; // those of them that are latched
   std::set<std::string> once_latched{};               // by a handle of this process, at any time
   std::map<std::string, std::uint32_t> own_services{};
   std::set<std::pair<std::int64_t, std::int64_t>> resets{}; // asked for so far: number and tick
   bool stop_in_use = false;
   bool running = false;
-  bool takes_rest = false; // the carrier, of large frames
+  bool takes_rest = false; // the transport, of large frames
   rowe::duration jumped{}; // of time: nothing was done in it
 
-  // What the core had time for is counted by this.
+  // The time that the core had for its work.
   rowe::time_point worked_until() const { return on.now - jumped; }
 
   void say(const std::string& line) const {
@@ -88,7 +89,7 @@ struct site {
     std::printf("%llu %s\n", static_cast<unsigned long long>(step), line.c_str());
     std::fflush(stdout);
   }
-  void fail(std::string_view invariant, const std::string& what) { verdict.fail(invariant, what); }
+  void fail(std::string_view invariant, const std::string& what) { result.fail(invariant, what); }
   publication& message(std::uint32_t n) { return published[n < published.size() ? n : 0]; }
   std::uint32_t note_publication(std::uint32_t n, std::uint32_t by, bool may_be_kept) {
     if (published.size() <= n) published.resize(n + 1);
@@ -104,7 +105,7 @@ struct site {
     if (name.starts_with("/rowe/st") && name != "/rowe/stop") return state::topic_own;
     if (in(own_latched, name)) return state::topic_latched;
     if (in(own, name)) return state::topic_own;
-    return in(held, name) ? state::topic_strangers : state::topic_absent;
+    return in(held, name) ? state::topic_peers : state::topic_absent;
   }
   state state_of_service(const std::string& name) const {
     if (name.starts_with("/rowe/") && name != "/rowe/other") return state::service_endpoints;

@@ -10,12 +10,12 @@
 
 namespace swarm {
 
-class draws {
+class choices {
  public:
-  draws() = default;
-  draws(const draws&) = delete;
-  draws& operator=(const draws&) = delete;
-  virtual ~draws() = default;
+  choices() = default;
+  choices(const choices&) = delete;
+  choices& operator=(const choices&) = delete;
+  virtual ~choices() = default;
 
   // 0 to bound - 1; bound is 1 or more.
   virtual std::uint64_t below(std::uint64_t bound) = 0;
@@ -28,9 +28,9 @@ class draws {
 
 // SplitMix64: good enough, and a new seed costs nothing, so each step of a world has one of its own. Leaving
 // a step out then changes no choice of the others, which is what makes failing runs easy to shrink.
-class seeded_draws final : public draws {
+class seeded_choices final : public choices {
  public:
-  explicit seeded_draws(std::uint64_t seed) { restart(seed, 0); }
+  explicit seeded_choices(std::uint64_t seed) { restart(seed, 0); }
   void restart(std::uint64_t seed, std::uint64_t step) {
     state_ = mixed(seed * 0x9e3779b97f4a7c15U) ^ mixed(step + 0x51ed2701U);
   }
@@ -56,7 +56,7 @@ class weights {
   explicit weights(std::size_t count, unsigned each = 1) : of_(count, each) {}
 
   // About half of them stay, and weigh 1 to 8.
-  void draw(draws& from) {
+  void randomise(choices& from) {
     for (unsigned& one : of_) one = from.one_in(2) ? 0 : 1U << from.below(4);
   }
   unsigned& operator[](std::size_t which) { return of_[which]; }
@@ -65,7 +65,7 @@ class weights {
 
   // One of `count` alternatives from `first` on for which `may` holds; `otherwise` when all are left out.
   template <class May>
-  std::size_t choose(draws& from, std::size_t first, std::size_t count, std::size_t otherwise,
+  std::size_t choose(choices& from, std::size_t first, std::size_t count, std::size_t otherwise,
                      May&& may) const {
     std::uint64_t sum = 0;
     for (std::size_t i = 0; i < count; ++i) sum += may(i) ? of_[first + i] : 0;

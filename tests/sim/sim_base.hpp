@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every simulated world stands on: one core on a stage, dice from one seed, a network whose weather
-// changes, time that crawls and jumps, the first thing that went wrong, and a hash of all that happened, so
-// that two runs of one seed can be held against each other.
+// The base of every simulated world: one core in its harness, random numbers from one seed, and a network
+// whose link conditions change. Time moves in small steps, and sometimes jumps. The base keeps the first
+// error, and a hash of all that happened, so that two runs of one seed can be compared.
 #pragma once
 #include <cstdint>
 #include <random>
@@ -18,9 +18,9 @@ using rowe::rt::time_point;
 
 // SplitMix64: as good as a simulation needs, and a seed costs nothing (the state of a Mersenne twister is 312
 // words).
-class dice {
+class random_source {
  public:
-  explicit dice(std::uint64_t seed) : state_{seed * 0x9e3779b97f4a7c15u} {}
+  explicit random_source(std::uint64_t seed) : state_{seed * 0x9e3779b97f4a7c15u} {}
 
   std::uint64_t operator()() {
     state_ += 0x9e3779b97f4a7c15u;
@@ -36,10 +36,10 @@ class dice {
   std::uint64_t state_;
 };
 
-class ground {
+class sim_base {
  public:
-  ground(std::uint64_t seed, const rowe::endpoint_options& options, rowe::service::side ours)
-      : dice_{seed}, on_{options, ours, seed} {}
+  sim_base(std::uint64_t seed, const rowe::endpoint_options& options, rowe::service::side ours)
+      : random_{seed}, on_{options, ours, seed} {}
 
   std::string broken() const {
     if (const auto wrong = on_.core.inconsistency(); !wrong.empty())
@@ -48,23 +48,23 @@ class ground {
   }
   std::uint64_t trace() const { return trace_; }
   std::uint64_t steps() const { return steps_; }
-  stage::theatre& theatre() { return on_; }
+  stage::theatre& on() { return on_; }
 
  protected:
-  std::uint64_t below(std::uint64_t bound) { return dice_.below(bound); }
-  bool one_in(std::uint64_t n) { return dice_.one_in(n); }
+  std::uint64_t below(std::uint64_t bound) { return random_.below(bound); }
+  bool one_in(std::uint64_t n) { return random_.one_in(n); }
   void mix(std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211u + 0x9e3779b97f4a7c15u; }
   void fail(const std::string& what) {
     if (wrong_.empty()) wrong_ = what + " (step " + std::to_string(steps_) + ")";
   }
 
-  void change_weather(stage::connection_id of) {
-    auto& sky = on_.net.weather_of(of);
+  void change_conditions(stage::connection_id of) {
+    auto& conditions = on_.net.weather_of(of);
     constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
     constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
-    sky.room_bytes = rooms[below(std::size(rooms))];
-    sky.chunk_bytes_max = chunks[below(std::size(chunks))];
-    sky.arrive_bytes_max = one_in(3) ? below(40) : SIZE_MAX;
+    conditions.room_bytes = rooms[below(std::size(rooms))];
+    conditions.chunk_bytes_max = chunks[below(std::size(chunks))];
+    conditions.arrive_bytes_max = one_in(3) ? below(40) : SIZE_MAX;
   }
 
   void wait(bool jumps) {
@@ -73,7 +73,7 @@ class ground {
     if (jumps && one_in(200)) on_.now += 3s;
   }
 
-  dice dice_;
+  random_source random_;
   stage::theatre on_;
   std::uint64_t steps_ = 0;
 
