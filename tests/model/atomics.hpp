@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What code under the explorer is given instead of std::atomic and the kernel: the atomics policy, and a bell
-// and a futex to wait on. Usable only between the construction of a scenario and the end of its run.
+// What code under the explorer is given instead of std::atomic and the kernel: the atomics policy, and an
+// eventfd and a futex to wait on. Usable only between the construction of a scenario and the end of its run.
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -73,40 +73,40 @@ struct atomics {
   };
 };
 
-// An eventfd, as far as sleeping goes: ring() ends the next wait(), or the one under way, unless poll() takes
-// it before. A run in which everybody left waits has failed: somebody was not woken.
-class bell {
+// An eventfd, as far as sleeping goes: signal() ends the next wait(), or the one under way, unless poll()
+// takes it before. A run in which everybody left waits has failed: somebody was not woken.
+class event_fd {
  public:
-  void ring() {
+  void signal() {
     explorer& e = *explorer::active();
     e.enter_kernel(this);
-    e.note("rings");
-    rung_ = true;
+    e.note("signals");
+    signalled_ = true;
     e.wake(this);
     e.leave_kernel(this);
   }
   void wait() {
     explorer& e = *explorer::active();
     e.enter_kernel(this);
-    while (!rung_) {
+    while (!signalled_) {
       e.leave_kernel(this);
-      e.note("waits for the bell");
+      e.note("waits for the event_fd");
       (void)e.wait_for(this);
       e.enter_kernel(this);
     }
-    rung_ = false;
+    signalled_ = false;
     e.leave_kernel(this);
   }
-  // Takes a ring that is there, without waiting: as epoll_wait(2) without a time-out, by an edge.
+  // Takes a signal that is there, without waiting: as epoll_wait(2) without a time-out, by an edge.
   void poll() {
     explorer& e = *explorer::active();
     e.enter_kernel(this);
-    rung_ = false;
+    signalled_ = false;
     e.leave_kernel(this);
   }
 
  private:
-  bool rung_ = false;
+  bool signalled_ = false;
 };
 
 // As rowe::rt::futex: compares and begins to wait in one step, and may return early for no reason. A deadline

@@ -20,24 +20,25 @@ namespace axiomatic_test {
 namespace {
 
 // Two of three are seq_cst: what may go wrong is mostly where they meet the others.
-order random_order(operation what, std::mt19937_64& dice) {
-  if (dice() % 3 != 0) return order::seq_cst;
+order random_order(operation what, std::mt19937_64& random) {
+  if (random() % 3 != 0) return order::seq_cst;
   switch (what) {
-  case operation::load: return dice() % 2 == 0 ? order::relaxed : order::acquire;
-  case operation::store: return dice() % 2 == 0 ? order::relaxed : order::release;
-  default: return std::array{order::relaxed, order::acquire, order::release, order::acq_rel}[dice() % 4];
+  case operation::load: return random() % 2 == 0 ? order::relaxed : order::acquire;
+  case operation::store: return random() % 2 == 0 ? order::relaxed : order::release;
+  default: return std::array{order::relaxed, order::acquire, order::release, order::acq_rel}[random() % 4];
   }
 }
 
 // Values differ, so that an outcome tells which store was read.
-program random_program(std::mt19937_64& dice, std::size_t threads, std::size_t instructions,
+program random_program(std::mt19937_64& random, std::size_t threads, std::size_t instructions,
                        std::size_t words) {
   constexpr std::array kinds{operation::load, operation::load, operation::store, operation::store,
                              operation::exchange};
   program p(threads);
   for (std::size_t i = 0; i != instructions; ++i) {
-    const operation what = kinds[dice() % kinds.size()];
-    p[i < threads ? i : dice() % threads].push_back({what, dice() % words, i + 1, random_order(what, dice)});
+    const operation what = kinds[random() % kinds.size()];
+    p[i < threads ? i : random() % threads].push_back(
+        {what, random() % words, i + 1, random_order(what, random)});
   }
   return p;
 }
@@ -72,9 +73,9 @@ const std::vector<program> circles{
     {{store(x, 1, any), store(y, 1, any), store(y, 2, any)}, {load(y, any), load(x, any)}},
 };
 
-program with_random_orders(program p, std::mt19937_64& dice) {
+program with_random_orders(program p, std::mt19937_64& random) {
   for (auto& thread : p) {
-    for (instruction& i : thread) i.asks = random_order(i.what, dice);
+    for (instruction& i : thread) i.asks = random_order(i.what, random);
   }
   return p;
 }
@@ -95,19 +96,19 @@ std::string difference(const program& p) {
 void expect_same_outcomes(std::uint64_t usual_seed, int programs, std::size_t threads,
                           std::size_t instructions, std::size_t words) {
   const std::uint64_t seed = seed_or(usual_seed);
-  std::mt19937_64 dice{seed};
+  std::mt19937_64 random{seed};
   for (int n = 0; n != programs; ++n) {
-    ASSERT_EQ(difference(random_program(dice, threads, instructions, words)), "")
+    ASSERT_EQ(difference(random_program(random, threads, instructions, words)), "")
         << "ROWE_SEED=" << seed << ", program " << n;
   }
 }
 
 TEST(explorer, finds_the_outcomes_the_axioms_allow_whatever_orders_circular_programs_have) {
   const std::uint64_t seed = seed_or(5);
-  std::mt19937_64 dice{seed};
+  std::mt19937_64 random{seed};
   for (std::size_t c = 0; c != circles.size(); ++c) {
     for (int n = 0; n != 100; ++n) {
-      ASSERT_EQ(difference(with_random_orders(circles[c], dice)), "")
+      ASSERT_EQ(difference(with_random_orders(circles[c], random)), "")
           << "ROWE_SEED=" << seed << ", circle " << c;
     }
   }

@@ -110,7 +110,7 @@ class explorer {
   // The first half of a failure; the second is schedule::leave(). Apart, so that no string is alive on a
   // stack that is left for good.
   void record(const std::string& why);
-  order settle(const use& u);
+  order decide(const use& u);
   void require_known(std::size_t word, const site& where);
   void race(const access* earlier, const char* what, const site& where);
 
@@ -225,7 +225,7 @@ inline void explorer::note(const std::string& line) {
 }
 
 // The order the access is to have in this exploration; remembers that it was executed.
-inline order explorer::settle(const use& u) {
+inline order explorer::decide(const use& u) {
   if ((u.what == operation::load && (u.asks == order::release || u.asks == order::acq_rel)) ||
       (u.what == operation::store && acquires(u.asks) && u.asks != order::seq_cst)) {
     record(std::string{"no "} + name_of(u.what) + " can be " + name_of(u.asks) + ": " + text_of(u.where));
@@ -243,7 +243,7 @@ inline void explorer::require_known(std::size_t word, const site& where) {
 }
 
 inline std::uint64_t explorer::load(std::size_t word, order asked, const site& where) {
-  const order o = settle({where, operation::load, asked});
+  const order o = decide({where, operation::load, asked});
   schedule_.point();
   require_known(word, where);
   const std::uint64_t value = memory_.load(schedule_.running(), word, o);
@@ -256,7 +256,7 @@ inline std::uint64_t explorer::load(std::size_t word, order asked, const site& w
 }
 
 inline void explorer::store(std::size_t word, std::uint64_t value, order asked, const site& where) {
-  const order o = settle({where, operation::store, asked});
+  const order o = decide({where, operation::store, asked});
   schedule_.point();
   require_known(word, where);
   memory_.store(schedule_.running(), word, value, o);
@@ -269,7 +269,7 @@ inline void explorer::store(std::size_t word, std::uint64_t value, order asked, 
 
 inline std::uint64_t explorer::exchange(std::size_t word, std::uint64_t value, order asked,
                                         const site& where) {
-  const order o = settle({where, operation::exchange, asked});
+  const order o = decide({where, operation::exchange, asked});
   schedule_.point();
   require_known(word, where);
   const std::uint64_t before = memory_.exchange(schedule_.running(), word, value, o);

@@ -236,13 +236,13 @@ template <order StoreData, order LoadAsleep, order StoreAsleep, order LoadData>
 struct sleeps_and_wakes {
   atomics::variable<int> data;
   atomics::variable<bool> asleep;
-  bell wakes;
+  event_fd wakes;
 
   std::array<actor, 2> actors() {
     return {{{"publisher",
               [this] {
                 data.store(1, StoreData);
-                if (asleep.load(LoadAsleep)) wakes.ring();
+                if (asleep.load(LoadAsleep)) wakes.signal();
               }},
              {"sleeper", [this] {
                 if (data.load(order::acquire) != 0) return;

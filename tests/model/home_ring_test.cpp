@@ -48,14 +48,14 @@ struct lane {
     payloads[*slot].store(++sent);
     require(push_end.try_push(*slot), "a ring with a place for every slot is never full");
   }
-  // As send(), but looks at what came home first: each number is seen once for each time that it was away.
+  // As send(), but looks at what came back first: each number is seen once for each time that it was away.
   void see_and_send() {
     see();
     if (take_end.seen_by_owner() != 0) send();
   }
   void see() {
     take_end.see(take_end.mark_home(), [this](std::uint32_t slot) {
-      require(payloads[slot].load() == 0, "what is seen has come home");
+      require(payloads[slot].load() == 0, "what is seen has come back");
       ++seen;
     });
   }
@@ -74,8 +74,8 @@ struct lane {
     require(take_end.home_at_least() == Slots - (sent - received), "at rest the owner counts right");
     while (pop_end.waiting_at_least() != 0) receive();
     require(received == sent, "what was sent is received in the end");
-    require(take_end.all_home(), "every slot comes home");
-    require(home.check() == nullptr, "no number comes home twice");
+    require(take_end.all_home(), "every slot comes back");
+    require(home.check() == nullptr, "no number comes back twice");
   }
 };
 
@@ -122,7 +122,7 @@ struct looks_before_it_takes : lane<2> {
   void afterwards() {
     lane<2>::afterwards();
     see();
-    require(seen == sent, "each number that came home is seen once");
+    require(seen == sent, "each number that came back is seen once");
   }
 };
 
@@ -147,7 +147,7 @@ struct all_home_again : lane<2> {
 };
 
 // The service thread's way: batches, whose places in the ring out are given back together at the end. Numbers
-// are then home before their places are free, so the owner keeps a number that it could not push.
+// are then back before their places are free, so the owner keeps a number that it could not push.
 struct drained_in_batches : lane<2> {
   std::optional<std::uint32_t> kept;
 
@@ -204,7 +204,7 @@ TEST(home_ring, brings_every_slot_home_in_long_random_runs) {
   expect_passes_at_random<two_slots<14>>(2, 20'000);
 }
 
-TEST(home_ring, brings_every_slot_home_where_the_indices_pass_their_end) {
+TEST(home_ring, brings_every_slot_back_where_the_indices_pass_their_end) {
   expect_passes<two_slots_at_the_end>();
 }
 

@@ -48,19 +48,19 @@ struct modelled_lane {
 
 // open_lane(), with settle_lanes(), find_lane() and build_lane(). Errors: too_many_lanes, and what it was
 // refused with.
-inline status open_lane(modelled_lane& built, bell& service, std::uint32_t life) {
+inline status open_lane(modelled_lane& built, event_fd& service, std::uint32_t life) {
   built.lifecycle.wait_while_closing(built.news, rt::never);
   if (!built.lifecycle.is_free()) return errc::too_many_lanes;
   built.built.store(life);
   built.lifecycle.offer();
-  service.ring();
+  service.signal();
   return built.lifecycle.wait_answer(built.news);
 }
 
 // close_lane()
-inline void close_lane(modelled_lane& gone, bell& service) {
+inline void close_lane(modelled_lane& gone, event_fd& service) {
   gone.lifecycle.close();
-  service.ring();
+  service.signal();
 }
 
 // close(), when the service thread is joined.
@@ -146,7 +146,7 @@ inline void look_at_each(std::span<modelled_lane> lanes, std::span<const bool> a
 
 struct modelled_loop {
   atomics::variable<std::int64_t> drain_until_ns{INT64_MAX};
-  bell wakes;
+  event_fd wakes;
 
   // run(): cycles until it was told to stop. `idle` waits. A cycle begins with transport::poll(), which takes
   // what ended the wait, and whatever was rung since.
@@ -163,7 +163,7 @@ struct modelled_loop {
   // stop()
   void stop() {
     drain_until_ns.store(0, std::memory_order_release);
-    wakes.ring();
+    wakes.signal();
   }
 };
 

@@ -21,7 +21,7 @@ namespace {
 struct two_lives {
   static constexpr std::uint32_t lives = 2;
   modelled_lane lane;
-  bell service;
+  event_fd service;
   std::uint32_t taken = 0;
 
   std::array<actor, 2> actors() {
@@ -49,7 +49,7 @@ struct two_lives {
 struct refused_first {
   static constexpr error why{errc::type_conflict, 7};
   modelled_lane lane;
-  bell service;
+  event_fd service;
 
   std::array<actor, 2> actors() {
     return {{{"handle",
@@ -64,7 +64,7 @@ struct refused_first {
                 for (bool gone = false; !gone;) {
                   service.wait();
                   gone = turn_lane(lane, answer, [](std::uint32_t) {});
-                  answer = {}; // the bell is rung once for each offer
+                  answer = {}; // the eventfd is signalled once for each offer
                 }
               }}}};
   }
@@ -74,21 +74,21 @@ struct refused_first {
 // is only the same memory: it may be taken at any moment, or not yet be free.
 struct two_threads {
   modelled_lane lane;
-  bell service;
-  bell handed_over; // the handle, to its thread
+  event_fd service;
+  event_fd handed_over; // the handle, to its thread
   std::array<atomics::variable<bool>, 2> ended;
   std::uint32_t taken = 0;
 
   void end(std::size_t who) {
     ended[who].store(true, order::seq_cst);
-    service.ring();
+    service.signal();
   }
   std::array<actor, 3> actors() {
     return {{{"set-up",
               [this] {
                 require(open_lane(lane, service, 1).has_value(), "the first lane is free");
-                handed_over.ring();
-                service.ring(); // it turns for many reasons, and finds what it finds
+                handed_over.signal();
+                service.signal(); // it turns for many reasons, and finds what it finds
                 if (open_lane(lane, service, 2)) close_lane(lane, service);
                 end(0);
               }},
@@ -114,13 +114,13 @@ struct two_threads {
 // while the view is looked at.
 struct outlived_by_a_view {
   modelled_lane lane;
-  bell service;
-  bell handed_over;
+  event_fd service;
+  event_fd handed_over;
   std::array<atomics::variable<bool>, 2> ended;
 
   void end(std::size_t who) {
     ended[who].store(true, order::seq_cst);
-    service.ring();
+    service.signal();
   }
   std::array<actor, 3> actors() {
     return {{{"set-up",
@@ -129,7 +129,7 @@ struct outlived_by_a_view {
                 // For the service thread:
                 const auto sent = lane.came_home.try_take();
                 require(sent && lane.to_handle.in.try_push(*sent), "there is a slot, and a place");
-                handed_over.ring();
+                handed_over.signal();
                 if (open_lane(lane, service, 2)) close_lane(lane, service);
                 end(0);
               }},
@@ -158,7 +158,7 @@ struct outlived_by_a_view {
 struct announces_beside_set_up {
   std::array<modelled_lane, 2> lanes;
   std::array<bool, 2> attached{};
-  bell service;
+  event_fd service;
 
   std::array<actor, 2> actors() {
     return {{{"set-up",
@@ -184,7 +184,7 @@ struct announces_beside_set_up {
 struct closes_a_waiter {
   modelled_lane lane;
   modelled_loop loop;
-  bell joined; // the service thread has ended
+  event_fd joined; // the service thread has ended
   bool delivers = true;
 
   explicit closes_a_waiter(bool something = true) : delivers{something} {
@@ -205,7 +205,7 @@ struct closes_a_waiter {
                   require(lane.to_handle.in.try_push(9), "there is a place");
                   lane.news.notify();
                 });
-                joined.ring();
+                joined.signal();
               }},
              {"closer", [this] {
                 loop.stop();
@@ -222,7 +222,7 @@ struct closes_who_gets_nothing : closes_a_waiter {
 struct takes_before_it_ends {
   modelled_lane lane;
   modelled_loop loop;
-  bell joined;
+  event_fd joined;
   std::uint32_t taken = 0;
 
   takes_before_it_ends() { lane.audience.set(audience::somebody); }
@@ -239,7 +239,7 @@ struct takes_before_it_ends {
                 loop.run([this] {
                   while (lane.to_service.out.try_pop()) ++taken;
                 });
-                joined.ring();
+                joined.signal();
               }}}};
   }
   void afterwards() { require(taken == 1, "what was published before the end is taken"); }

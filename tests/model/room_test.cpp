@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A handle that sleeps until there is room in its lane, and the service thread, which gives slots back
-// without a look at whether somebody waits for them: detail::wait_room() and core::tell_of_room(), as far as
-// the two meet. A run in which the handle is left asleep has failed.
+// A handle that sleeps until there is room in its queue, and the service thread, which releases slots without
+// a look at whether somebody waits for them: detail::wait_room() and core::tell_of_room(), as far as the two
+// meet. A run in which the handle is left asleep has failed.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -27,7 +27,7 @@ struct room_comes {
   atomics::variable<std::uint32_t> home{0}; // slots
   atomics::variable<std::uint32_t> woken{0};
   notification news;
-  notification carrier;
+  notification service;
   std::uint32_t told = 0;
   bool gave = false;
 
@@ -46,14 +46,14 @@ struct room_comes {
     return {{{"service",
               [this] {
                 cycle(GivesIn == 0);
-                carrier.wait_until(rt::never, [this] { return woken.load(order::acquire) != 0; });
+                service.wait_until(rt::never, [this] { return woken.load(order::acquire) != 0; });
                 cycle(GivesIn == 1);
                 cycle(GivesIn == 2);
               }},
              {"handle", [this] {
                 room_asked.store(1, order::release);
                 woken.store(1, order::release);
-                carrier.notify();
+                service.notify();
                 require(news.wait_until(rt::never, [this] { return home.load(order::acquire) != 0; }),
                         "without a deadline a wait ends only when there is room");
                 room_asked.store(0, order::release);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a test says to the explorer, and what it hears: actors, options, and the report.
+// What a test gives the explorer, and what it gets back: actors, options, and the report.
 #pragma once
 #include <atomic>
 #include <cstddef>

@@ -20,7 +20,7 @@ class schedule {
   static constexpr std::size_t outside =
       0; // the thread that sets up and looks afterwards; actors are 1 to actors()
 
-  // `fail` hears what is wrong with the schedule itself, on the stack of the running fiber, and may leave()
+  // `fail` is told what is wrong with the schedule itself, on the stack of the running fiber, and may leave()
   // it.
   schedule(choices& by, std::size_t preemptions_max, std::function<void(const char*)> fail)
       : choices_{by}, preemptions_max_{preemptions_max}, fail_{std::move(fail)} {}

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The front door's verdict under the explorer: an asker that waits, with deadlines that may come at any
-// moment, and a settler that comes once for each request. The slot's text is plain, so the explorer reports
-// at once if the slot ever has two holders.
+// The completion of a submission under the explorer: a submitter that waits, with deadlines that may come at
+// any moment, and the service thread, which completes each request once. The slot's text is plain, so the
+// explorer reports at once if the slot ever has two holders.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -26,22 +26,22 @@ using ring = rt::spsc_ring<std::uint32_t, atomics>;
 
 constexpr rt::time_point soon{}; // may come at any moment
 
-// A slot of the front door, the ring through which the settler gets it, and the ring by which the settler
-// gives it back if the asker has left.
+// A slot of the submission queue, the ring through which the service thread gets it, and the ring by which
+// the service thread gives it back if the submitter has left.
 struct one_slot {
   std::array<ring::entry, 2> requests;
   std::array<ring::entry, 2> returns;
   ring out{requests};
-  ring home{returns};
+  ring back{returns};
   ring::producer& out_end{*out.take_producer()};
   ring::consumer& in_end{*out.take_consumer()};
-  ring::producer& return_end{*home.take_producer()};
-  ring::consumer& home_end{*home.take_consumer()};
+  ring::producer& return_end{*back.take_producer()};
+  ring::consumer& returned_end{*back.take_consumer()};
   verdict word;
   atomics::plain<std::uint32_t> text; // the request's, then the reply's
   atomics::plain<std::uint32_t>
-      header;                  // the settler leaves it alone, so the asker may read it before it waits
-  std::uint32_t came_home = 0; // to the asker with its verdict, or by the settler
+      header; // the service thread leaves it alone, so the submitter may read it before it waits
+  std::uint32_t came_back = 0; // to the submitter with its completion, or by the service thread
   std::uint32_t asked = 0;
 
   static constexpr std::uint32_t answer = 100;
@@ -52,11 +52,11 @@ struct one_slot {
     word.arm(waits);
     require(out_end.try_push(asked), "there is a place for the request");
   }
-  // What the asker finds when it is told that the verdict is there; the slot is its own again.
+  // What the submitter finds when it is told that the completion is there; the slot is its own again.
   void read() {
-    require(text.load() == asked + answer, "the verdict comes with its outcome");
+    require(text.load() == asked + answer, "the completion comes with its outcome");
     use_for_something_else();
-    ++came_home;
+    ++came_back;
   }
   void use_for_something_else() {
     text.store(0);
@@ -68,100 +68,100 @@ struct one_slot {
     read();
     return true;
   }
-  // The settler's whole part: nothing is waited for.
-  void settle_one() {
+  // The service thread's whole part: nothing is waited for.
+  void complete_one() {
     const auto request = in_end.try_pop();
     if (!request) return;
-    require(text.load() == *request, "the settler reads what is asked");
+    require(text.load() == *request, "the service thread reads what is asked");
     text.store(*request + answer);
     if (word.settle() == slot_holder::asker) return;
     use_for_something_else();
     require(return_end.try_push(*request), "there is a place for every slot");
   }
-  void bring_home() {
-    while (home_end.try_pop()) {
+  void take_returned() {
+    while (returned_end.try_pop()) {
       require(text.load() == 0, "who gives the slot back had it alone");
-      ++came_home;
+      ++came_back;
     }
   }
   void afterwards() {
-    settle_one();
-    bring_home();
-    require(came_home == asked, "every slot comes home, once for each request");
+    complete_one();
+    take_returned();
+    require(came_back == asked, "every slot comes back, once for each request");
   }
 };
 
-// The settler is told by an own bell, so that a wait without a deadline must end.
+// The service thread has an eventfd of its own, so that a wait without a deadline must end.
 struct waits_for_ever : one_slot {
-  bell asked_for;
+  event_fd asked_for;
   std::array<actor, 2> actors() {
-    return {{{"asker",
+    return {{{"submitter",
               [this] {
                 ask(true);
-                asked_for.ring();
-                require(wait(rt::never), "without a deadline a wait ends only with the verdict");
+                asked_for.signal();
+                require(wait(rt::never), "without a deadline a wait ends only with the completion");
               }},
-             {"settler", [this] {
+             {"service", [this] {
                 asked_for.wait();
-                settle_one();
+                complete_one();
               }}}};
   }
 };
 
 struct runs_out_of_time : one_slot {
   std::array<actor, 2> actors() {
-    return {{{"asker",
+    return {{{"submitter",
               [this] {
                 ask(true);
                 (void)wait(soon);
               }},
-             {"settler", [this] { settle_one(); }}}};
+             {"service", [this] { complete_one(); }}}};
   }
 };
 
 struct leaves_without_waiting : one_slot {
   std::array<actor, 2> actors() {
-    return {{{"asker",
+    return {{{"submitter",
               [this] {
                 ask(true);
                 require(header.load() == asked, "the header stays as it was");
                 if (word.abandon() == slot_holder::asker) read();
               }},
-             {"settler", [this] { settle_one(); }}}};
+             {"service", [this] { complete_one(); }}}};
   }
 };
 
 struct asks_without_waiting : one_slot {
   std::array<actor, 2> actors() {
-    return {{{"asker",
+    return {{{"submitter",
               [this] {
                 ask(false);
-                bring_home();
+                take_returned();
               }},
-             {"settler", [this] { settle_one(); }}}};
+             {"service", [this] { complete_one(); }}}};
   }
 };
 
-// The slot is used again at once, whoever brought it home: a wake of the first use may come in the second.
+// The slot is used again at once, whoever brought it back: a wake of the first use may come in the second.
 struct asks_again : one_slot {
-  bell once;
-  bell again;
+  event_fd once;
+  event_fd again;
   std::array<actor, 2> actors() {
-    return {{{"asker",
+    return {{{"submitter",
               [this] {
                 ask(true);
-                once.ring();
-                if (!wait(soon)) bring_home();
-                if (came_home == 0) return again.ring(); // still on its way
+                once.signal();
+                if (!wait(soon)) take_returned();
+                if (came_back == 0) return again.signal(); // still on its way
                 ask(true);
-                again.ring();
+                again.signal();
                 require(wait(rt::never), "the second wait is not confused by the first");
               }},
-             {"settler", [this] {
+             {"service", [this] {
                 once.wait();
-                settle_one();
+                complete_one();
                 again.wait();
-                settle_one();
+                complete_one();
               }}}};
   }
 };
@@ -172,11 +172,11 @@ TEST(verdict, leaves_the_slot_to_exactly_one_side_when_time_runs_out) {
   expect_passes_in_every_interleaving<runs_out_of_time>();
 }
 
-TEST(verdict, leaves_the_slot_to_exactly_one_side_when_the_asker_leaves_at_once) {
+TEST(verdict, leaves_the_slot_to_exactly_one_side_when_the_submitter_leaves_at_once) {
   expect_passes_in_every_interleaving<leaves_without_waiting>();
 }
 
-TEST(verdict, leaves_the_slot_to_the_settler_when_nobody_waits) {
+TEST(verdict, leaves_the_slot_to_the_service_thread_when_nobody_waits) {
   expect_passes_in_every_interleaving<asks_without_waiting>();
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// rowe::rt::wake_bell under the explorer, in the setting of idle::wake: two handles with a lane and a rope
-// each, a service thread that looks at both lanes and sleeps, an eventfd that keeps a ring. A run in which
-// the service thread is left asleep with something in a lane has failed.
+// rowe::rt::wake_bell under the explorer, in the setting of idle::wake: two handles with a queue pair and
+// a producer epoch each, a service thread that looks at both queues and sleeps, an eventfd that keeps a
+// signal. A run in which the service thread is left asleep with something in a queue has failed.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -19,41 +19,41 @@ namespace rowe::model {
 namespace wake_bell_test {
 namespace {
 
-struct ring_of {
-  bell* heard;
-  void ring() const { heard->ring(); }
+struct waker_of {
+  event_fd* wakes;
+  void ring() const { wakes->signal(); }
 };
-using wake_bell = rt::wake_bell<atomics, ring_of>;
-using rope = rt::bell_rope<atomics>;
+using wake_bell = rt::wake_bell<atomics, waker_of>;
+using epoch = rt::bell_rope<atomics>;
 using ring = rt::spsc_ring<std::uint32_t, atomics>;
 
 struct service {
-  bell eventfd;
-  wake_bell wakes{ring_of{&eventfd}};
+  event_fd eventfd;
+  wake_bell wakes{waker_of{&eventfd}};
 };
 
-// A lane that keeps all.
-struct lane {
+// A queue pair that keeps all values.
+struct queue_pair {
   std::array<ring::entry, 2> entries;
   ring queue{entries};
   ring::producer& in{*queue.take_producer()};
   ring::consumer& out{*queue.take_consumer()};
-  rope pulls;
+  epoch advances;
   std::uint32_t taken = 0;
 
   void hand_over(std::uint32_t value, service& to) {
     require(in.try_push(value), "there is a place for every value");
-    to.wakes.ring(pulls);
+    to.wakes.ring(advances);
   }
   // As core::take_from().
   void take() {
-    pulls.mark();
+    advances.mark();
     while (const auto value = out.try_pop()) require(*value == taken++, "values come in order, each once");
   }
 };
 
 // service_loop::run() with idle::wake, until `until()`: cycles, and sleeps for ever between them, so that
-// nothing but a ring can help whoever did not look.
+// only a signal helps when the service thread did not look.
 template <class Take, class Quiet, class Until>
 void serve(service& s, Take take, Quiet quiet, Until until) {
   for (;;) {
@@ -66,7 +66,7 @@ void serve(service& s, Take take, Quiet quiet, Until until) {
 struct one_handle {
   static constexpr std::uint32_t values = 2;
   service s;
-  lane handed;
+  queue_pair handed;
 
   std::array<actor, 2> actors() {
     return {{{"handle",
@@ -75,7 +75,7 @@ struct one_handle {
               }},
              {"service", [this] {
                 serve(
-                    s, [this] { handed.take(); }, [this] { return handed.pulls.quiet(); },
+                    s, [this] { handed.take(); }, [this] { return handed.advances.quiet(); },
                     [this] { return handed.taken == values; });
               }}}};
   }
@@ -83,86 +83,86 @@ struct one_handle {
 
 struct two_handles {
   service s;
-  std::array<lane, 2> lanes;
+  std::array<queue_pair, 2> pairs;
 
   std::array<actor, 3> actors() {
-    return {{{"one", [this] { lanes[0].hand_over(0, s); }},
-             {"other", [this] { lanes[1].hand_over(0, s); }},
+    return {{{"one", [this] { pairs[0].hand_over(0, s); }},
+             {"other", [this] { pairs[1].hand_over(0, s); }},
              {"service", [this] {
                 serve(
                     s,
                     [this] {
-                      for (lane& one : lanes) one.take();
+                      for (queue_pair& one : pairs) one.take();
                     },
-                    [this] { return lanes[0].pulls.quiet() && lanes[1].pulls.quiet(); },
-                    [this] { return lanes[0].taken + lanes[1].taken == 2; });
+                    [this] { return pairs[0].advances.quiet() && pairs[1].advances.quiet(); },
+                    [this] { return pairs[0].taken + pairs[1].taken == 2; });
               }}}};
   }
 };
 
-// A lane that keeps the newest: no ring has an order to lend, only the rope brings the window's words.
+// A window that keeps the newest: there is no ring, so only the epoch orders the window's words.
 struct newest_value {
   service s;
   rt::window_core<atomics> cell;
   rt::window_core<atomics>::writer& in{*cell.take_writer()};
   rt::window_core<atomics>::reader& out{*cell.take_reader()};
-  rope pulls;
+  epoch advances;
 
   std::array<actor, 2> actors() {
     return {{{"handle",
               [this] {
                 in.end_write(in.begin_write());
-                s.wakes.ring(pulls);
+                s.wakes.ring(advances);
               }},
              {"service", [this] {
                 bool found = false;
                 serve(
                     s,
                     [&] {
-                      pulls.mark();
+                      advances.mark();
                       found = out.begin_read().state == rt::freshness::fresh;
                     },
-                    [this] { return pulls.quiet(); }, [&] { return found; });
+                    [this] { return advances.quiet(); }, [&] { return found; });
               }}}};
   }
 };
 
-// The weakest thing that can be handed over: a word that says nothing of its own. Only the rope orders it.
+// The weakest thing that can be handed over: a word that says nothing of its own. Only the epoch orders it.
 struct bare_word {
   service s;
   atomics::variable<bool> given{false};
-  rope pulls;
+  epoch advances;
 
   std::array<actor, 2> actors() {
     return {{{"handle",
               [this] {
                 given.store(true, order::relaxed);
-                s.wakes.ring(pulls);
+                s.wakes.ring(advances);
               }},
              {"service", [this] {
                 bool found = false;
                 serve(
                     s,
                     [&] {
-                      pulls.mark();
+                      advances.mark();
                       found = given.load(order::relaxed);
                     },
-                    [this] { return pulls.quiet(); }, [&] { return found; });
+                    [this] { return advances.quiet(); }, [&] { return found; });
               }}}};
   }
 };
 
-// Who hands over while the service thread is awake, and has nothing to look for yet, enters no kernel.
+// A handle that hands over while the service thread is awake does not enter the kernel.
 struct awake {
   service s;
-  lane handed;
+  queue_pair handed;
   bool slept = false;
 
   std::array<actor, 2> actors() {
     return {{{"handle", [this] { handed.hand_over(0, s); }}, {"service", [this] { handed.take(); }}}};
   }
   void afterwards() {
-    s.wakes.sleep([this] { return handed.pulls.quiet(); },
+    s.wakes.sleep([this] { return handed.advances.quiet(); },
                   [this] {
                     slept = true;
                     require(handed.taken == 1, "it sleeps only when all was taken that was there");

@@ -72,7 +72,7 @@ struct writes_and_reads : written_and_read {
   }
 };
 
-// The reader hears by another way how many values there are, and must find one at least as new.
+// Another word tells the reader how many values there are; it must find one at least as new.
 struct told_how_many : written_and_read {
   atomics::variable<std::uint64_t> written{0};
   std::array<actor, 2> actors() {

@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0
- * A call from its beginning in a handle to its end there (rowe/detail/calls.hpp, src/service/calls.hpp):
- * the lane's table of places, the service thread's table of calls, a peer that replies when it likes, twice
- * if it likes, and a user who waits, cancels, or gives up. Both tables have one place, so every late thing
- * meets the next call in its predecessor's place, and generations are all that tells them apart.
+ * A call from its start in a handle to its completion there (rowe/detail/calls.hpp, src/service/calls.hpp):
+ * the queue pair's table of pending calls, the service thread's table of calls, a peer that replies at any
+ * time, perhaps twice, and a user who waits, cancels, or gives up. Both tables have one place, so every
+ * late thing meets the next call in its predecessor's place, and generations are all that tells them apart.
  *
- * Only the service thread decides how a call ends. A user's own time-out and cancel mark the place; the end
- * is dropped when it comes, and only then the place is free.
+ * Only the service thread decides how a call ends. A user's own time-out and cancel mark the place; the
+ * completion is dropped when it comes, and only then the place is free.
  *
- * What must hold: each call ends once, with its own reply or without one; the ring of ends always has room;
- * at rest every place is free.
+ * What must hold: each call ends once, with its own reply or without one; the ring of completions always
+ * has room; at rest every place is free.
  *
  * mutants: REPLY_BY_PLACE_ONLY CANCEL_FREES_THE_PLACE TIME_OUT_LEAVES_IT_OPEN
  */
@@ -16,9 +16,9 @@
 
 mtype = { replied, timed_out, peer_lost };
 
-chan out = [1] of { byte, byte };            /* generation of the place, what is asked */
-chan asked = [CALLS] of { byte, byte };      /* to the peer: generation of the call, what is asked */
-chan told = [2 * CALLS] of { byte, byte };           /* from the peer: generation of the call, the reply */
+chan out = [1] of { byte, byte };            /* generation of the place, the request */
+chan asked = [CALLS] of { byte, byte };      /* to the peer: generation of the call, the request */
+chan replies = [2 * CALLS] of { byte, byte };           /* from the peer: generation of the call, the reply */
 chan ends = [1] of { mtype, byte, byte };    /* how, generation of the place, the reply */
 
 byte ended[CALLS + 1];                       /* how often each call has */
@@ -75,7 +75,7 @@ end:
     generation++;
     is_open = true;
     asked!generation, what
-  :: told?id, reply ->                       /* take_reply() */
+  :: replies?id, reply ->                       /* take_reply() */
     if
 #ifdef REPLY_BY_PLACE_ONLY
     :: is_open ->
@@ -88,14 +88,14 @@ end:
       is_open = false
     :: else                                  /* late: counted and dropped */
     fi
-  :: is_open ->                              /* the wheel says that its time is over */
+  :: is_open ->                              /* the wheel says that its deadline has passed */
     assert(nfull(ends));
     ends!timed_out, place, 0;
     ended[what]++;
 #ifndef TIME_OUT_LEAVES_IT_OPEN
     is_open = false
 #endif
-  :: is_open ->                              /* its connection is lost: told so at once */
+  :: is_open ->                              /* its connection is lost */
     assert(nfull(ends));
     ends!peer_lost, place, 0;
     ended[what]++;
@@ -107,15 +107,15 @@ end:
   od
 }
 
-/* Replies late, in any order it is asked in, twice, or never. */
+/* Replies late, in any order, twice, or never. */
 proctype peer() {
   byte id, what;
 end:
   do
   :: asked?id, what ->
     if
-    :: true -> told!id, what
-    :: true -> told!id, what; told!id, what
+    :: true -> replies!id, what
+    :: true -> replies!id, what; replies!id, what
     :: true                                  /* never */
     fi
   :: user_done -> break

@@ -1,30 +1,30 @@
 /* SPDX-License-Identifier: Apache-2.0
  * idle::wake (rowe/rt/wake_bell.hpp) on machines with store buffers: what the explorer shows for the orders
- * of C++, shown again for what such orders become. Each handle puts values into its lane, raises its count,
- * looks whether the service thread sleeps, and rings if so. The service thread marks the counts, takes what
- * is there, says that it sleeps, looks at the counts again, and waits for the bell.
+ * of C++, shown again for what such orders become. Each handle puts values into its queue, advances its
+ * epoch, looks whether the service thread sleeps, and wakes it if so. The service thread marks the epochs,
+ * takes what is there, says that it sleeps, looks at the epochs again, and waits for the eventfd.
  *
  * A store goes into its thread's buffer and leaves it at any later time. Buffers are not first in, first
  * out (as they are on x86): stores to different words leave in any order, but a release store not before
  * those in front of it. A seq_cst store is a release store after which the thread waits until its buffer is
- * empty. The bell is the kernel's: it keeps one ring, and ringing it empties the buffer.
+ * empty. The eventfd is the kernel's: it keeps one signal, and writing it empties the buffer.
  *
- * A lost wake-up is an invalid end state: the service thread waits for ever with something in a lane.
+ * A lost wake-up is an invalid end state: the service thread waits for ever with something in a queue.
  *
- * mutants: HANDLE_DOES_NOT_WAIT SERVICE_DOES_NOT_WAIT COUNT_OVERTAKES SERVICE_LOOKS_ONCE BELL_FORGETS
+ * mutants: HANDLE_DOES_NOT_WAIT SERVICE_DOES_NOT_WAIT EPOCH_OVERTAKES SERVICE_LOOKS_ONCE EVENTFD_FORGETS
  */
 #define HANDLES 2
 #define VALUES 2
 
-byte tail[HANDLES];      /* what is in each lane: values pushed */
-byte count[HANDLES];     /* of its rope */
+byte tail[HANDLES];      /* what is in each queue: values pushed */
+byte epoch[HANDLES];     /* of each producer */
 bool sleeping = false;
-bool rung = false;       /* the eventfd */
+bool signal = false;     /* in the eventfd */
 bool waits = false;      /* the service thread, in the kernel */
 
 /* Buffered: the store is not in memory yet. */
 bool tail_buffered[HANDLES];
-bool count_buffered[HANDLES];
+bool epoch_buffered[HANDLES];
 bool sleeping_buffered = false;
 bool sleeping_next;      /* the value there */
 
@@ -32,10 +32,10 @@ proctype handle_buffer(byte h) {
 end:
   do
   :: atomic { tail_buffered[h] -> tail[h]++; tail_buffered[h] = false }
-#ifdef COUNT_OVERTAKES
-  :: atomic { count_buffered[h] -> count[h]++; count_buffered[h] = false }
+#ifdef EPOCH_OVERTAKES
+  :: atomic { epoch_buffered[h] -> epoch[h]++; epoch_buffered[h] = false }
 #else
-  :: atomic { count_buffered[h] && !tail_buffered[h] -> count[h]++; count_buffered[h] = false }
+  :: atomic { epoch_buffered[h] && !tail_buffered[h] -> epoch[h]++; epoch_buffered[h] = false }
 #endif
   od
 }
@@ -53,18 +53,18 @@ proctype handle(byte h) {
   do
   :: i < VALUES ->
     atomic { !tail_buffered[h] -> tail_buffered[h] = true }      /* publish: release, into the ring */
-    atomic { !count_buffered[h] -> count_buffered[h] = true }    /* pull(): seq_cst */
+    atomic { !epoch_buffered[h] -> epoch_buffered[h] = true }    /* pull(): seq_cst */
 #ifndef HANDLE_DOES_NOT_WAIT
-    !tail_buffered[h] && !count_buffered[h];
+    !tail_buffered[h] && !epoch_buffered[h];
 #endif
     seen = sleeping;                                             /* ring() */
     if
     :: seen ->
-      !tail_buffered[h] && !count_buffered[h];
-#ifdef BELL_FORGETS
-      if :: waits -> rung = true :: else fi;
+      !tail_buffered[h] && !epoch_buffered[h];
+#ifdef EVENTFD_FORGETS
+      if :: waits -> signal = true :: else fi;
 #else
-      rung = true;
+      signal = true;
 #endif
     :: else
     fi;
@@ -84,7 +84,7 @@ proctype service() {
   :: true ->
     h = 0;
     do
-    :: h < HANDLES -> marked[h] = count[h]; taken[h] = tail[h]; h++   /* mark(), then look */
+    :: h < HANDLES -> marked[h] = epoch[h]; taken[h] = tail[h]; h++   /* mark(), then look */
     :: else -> break
     od;
     if
@@ -99,12 +99,12 @@ proctype service() {
 #ifndef SERVICE_LOOKS_ONCE
     h = 0;
     do
-    :: h < HANDLES -> quiet = quiet && (count[h] == marked[h]); h++   /* quiet(): seq_cst */
+    :: h < HANDLES -> quiet = quiet && (epoch[h] == marked[h]); h++   /* quiet(): seq_cst */
     :: else -> break
     od;
 #endif
     if
-    :: quiet -> !sleeping_buffered; waits = true; atomic { rung -> rung = false }; waits = false
+    :: quiet -> !sleeping_buffered; waits = true; atomic { signal -> signal = false }; waits = false
     :: else
     fi;
     SET_SLEEPING(false)                                               /* relaxed */

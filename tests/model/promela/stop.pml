@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
- * The stop (docs/stop.md, src/service/stop_rules.cpp, rowe/detail/stop_permit.hpp): two loops of any speed, a
- * service thread of any speed that may die, a guard whose heartbeats lie in the network as long as it likes
- * and whose connection may end and come again, two sources of stops, and somebody who resets whatever he has
- * seen, stopped or not yet, as late as he likes. Time goes on whenever it likes.
+ * The stop (docs/stop.md, src/service/stop_rules.cpp, rowe/detail/stop_permit.hpp): two loops of any speed;
+ * a service thread of any speed that may die; a guard whose heartbeats the network delays by any time, and
+ * whose connection may end and come again; two sources of stops; and an operator who resets whatever he has
+ * seen, stopped or not yet, at any later time. Time may pass at any step.
  *
  * What must hold whenever a loop decides to move:
  *   no stop was accepted that this loop has not met (also not by a reset that came too soon);
- *   since it last stood, there was a reset;
- *   the guard was there less than a lease ago, by when it sent, not by when that arrived;
- *   the service thread died less than its time-out ago, if it did;
- *   the other loop has looked, but for its time-out and the service thread's.
+ *   since it was last stopped, there was a reset;
+ *   the guard sent something less than a lease ago; when that arrived does not count;
+ *   if the service thread died, it did so less than its time-out ago;
+ *   the other loop has looked less than its time-out plus the service thread's ago.
  * And a reset is accepted only from somebody who has seen every stop.
  *
  * variants: RACES
@@ -71,7 +71,7 @@ byte died = 0;
 
 inline accept_stop() {
   stops_accepted++;
-  must_meet[0] = (own[0] != number);           /* who stands at this number cannot move again at it */
+  must_meet[0] = (own[0] != number);           /* a loop stopped at this number cannot move again at it */
   must_meet[1] = (own[1] != number)
 }
 
@@ -142,7 +142,7 @@ inline take_reset(asked, seen) {               /* reset(), loops_ready(), guarde
   if
   :: !running && NAMED(asked) && LOOPS_READY && guard_until > now ->
     assert(seen == stops_accepted);
-    number++;                                  /* else no loop that stood would ever move again */
+    number++;                                  /* else no stopped loop would ever move again */
     running = true;
     stood[0] = false;
     stood[1] = false;

@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0
- * Receivers asleep at the front door, a service thread that delivers, and an endpoint that closes
- * (src/service/front_door.cpp: receive(), deliver(), close(), wake_receiver()): two receivers, each of which
- * receives until it is told that the door is closed. All accesses there are seq_cst or exchanges of one word,
- * so they are steps here. The kernel compares and begins to wait in one step, and wakes
- * one sleeper at a time.
+ * Receivers asleep at the shared inbox, a service thread that delivers, and an endpoint that closes
+ * (src/service/front_door.cpp: receive(), deliver(), close(), wake_receiver()): two receivers, each of
+ * which receives until it is told that the inbox is closed. All accesses there are seq_cst or exchanges of
+ * one word, so they are steps here. The kernel compares and begins to wait in one step, and wakes one
+ * sleeper at a time.
  *
  * A lost wake-up is an invalid end state: a receiver sleeps for ever. And no message is left behind.
  *
  * variants: CLOSES_WHEN_ALL_IS_RECEIVED
- * mutants: CLOSED_IS_NOT_PASSED_ON CLOSES_AFTER_THE_BELL LOOKS_BEFORE_IT_IS_COUNTED READS_THE_BELL_LAST
- * mutants: BELL_STAYS CLOSES_WHEN_ALL_IS_RECEIVED+DELIVERS_AFTER_THE_BELL
+ * mutants: CLOSED_IS_NOT_PASSED_ON CLOSES_AFTER_THE_WAKE LOOKS_BEFORE_IT_IS_COUNTED READS_THE_WORD_LAST
+ * mutants: WORD_STAYS CLOSES_WHEN_ALL_IS_RECEIVED+DELIVERS_AFTER_THE_WAKE
  */
 #define RECEIVERS 2
 #define MESSAGES 2
@@ -17,7 +17,7 @@
 byte tail = 0;                                 /* delivered */
 byte head = 0;                                 /* received */
 byte sleepers = 0;
-byte rung = 0;                                 /* the bell: even after a delivery, odd after closing */
+byte word = 0;                                 /* the futex: even after a delivery, odd after closing */
 bool closed = false;
 
 bool asleep[RECEIVERS];                        /* in the kernel */
@@ -37,8 +37,8 @@ inline wake_receiver(value) {
   if
   :: sleepers == 0
   :: else ->
-#ifndef BELL_STAYS
-    rung = value;
+#ifndef WORD_STAYS
+    word = value;
 #endif
     wake_one()
   fi
@@ -56,7 +56,7 @@ inline try_pop(found) {                        /* by compare-exchange of the hea
 
 proctype receiver(byte me) {
   bool found, over;
-  byte heard;
+  byte seen;
 next:
   try_pop(found);
   if
@@ -64,7 +64,7 @@ next:
   :: else
   fi;
 #ifdef LOOKS_BEFORE_IT_IS_COUNTED
-  heard = rung;
+  seen = word;
   over = closed;
   try_pop(found);
   sleepers++;
@@ -73,13 +73,13 @@ next:
   sleepers++;
 #endif
 again:
-#ifndef READS_THE_BELL_LAST
-  heard = rung;
+#ifndef READS_THE_WORD_LAST
+  seen = word;
 #endif
   over = closed;
   try_pop(found);
-#ifdef READS_THE_BELL_LAST
-  heard = rung;
+#ifdef READS_THE_WORD_LAST
+  seen = word;
 #endif
 sleep:
   if
@@ -87,7 +87,7 @@ sleep:
   :: else ->
     atomic {                                   /* futex wait */
       if
-      :: rung == heard -> asleep[me] = true
+      :: word == seen -> asleep[me] = true
       :: else
       fi
     }
@@ -112,7 +112,7 @@ active proctype service_and_closer() {
   byte i = 0;
   do
   :: i < MESSAGES ->
-#ifdef DELIVERS_AFTER_THE_BELL
+#ifdef DELIVERS_AFTER_THE_WAKE
     wake_receiver(2 * (i + 1));
     tail++;
 #else
@@ -123,9 +123,9 @@ active proctype service_and_closer() {
   :: else -> break
   od;
 #ifdef CLOSES_WHEN_ALL_IS_RECEIVED
-  head == tail;                                /* so closing wakes nobody whom a delivery did not */
+  head == tail;                                /* so closing wakes nobody that a delivery did not wake */
 #endif
-#ifdef CLOSES_AFTER_THE_BELL
+#ifdef CLOSES_AFTER_THE_WAKE
   wake_receiver(1);
   closed = true
 #else

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A receiver at the front door, deliveries, and closing, as far as threads meet there: what
+// A receiver at the shared inbox, deliveries, and closing, as far as threads meet there: what
 // service/front_door.cpp does with the words they share, statement by statement, for one receiver. With one
-// receiver its fetch_add and compare-exchange are exchanges; several of them are in promela/front_door.pml.
+// receiver its fetch_add and compare-exchange are exchanges; promela/shared_inbox.pml has several.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace rowe::model {
 
-struct modelled_door {
+struct modelled_inbox {
   static constexpr std::uint32_t places_count = 2;
   std::array<atomics::variable<std::uint32_t>, places_count> places;
   std::array<atomics::plain<std::uint32_t>, places_count> texts; // of the slots
@@ -21,13 +21,13 @@ struct modelled_door {
   atomics::variable<std::uint64_t> inbox_tail{0};
   atomics::variable<std::uint32_t> sleepers{0};
   atomics::variable<bool> closed{false};
-  futex::word bell{0};
+  futex::word wake_count{0};
 
   // wake_receiver()
-  void wake_receiver(std::uint32_t rung) {
+  void wake_receiver(std::uint32_t seen) {
     if (sleepers.load(std::memory_order_seq_cst) == 0) return;
-    bell.exchange(rung, std::memory_order_release);
-    futex::wake(bell);
+    wake_count.exchange(seen, std::memory_order_release);
+    futex::wake(wake_count);
   }
   // deliver(): the service thread's, of the `tail`th message.
   void deliver(std::uint64_t tail) {
@@ -57,14 +57,14 @@ struct modelled_door {
     bool over = false;
     std::optional<std::uint32_t> found;
     for (;;) {
-      const std::uint32_t rung = bell.load(std::memory_order_acquire);
+      const std::uint32_t seen = wake_count.load(std::memory_order_acquire);
       over = closed.load(std::memory_order_seq_cst);
       found = pop_inbox();
       if (found || over) break;
-      futex::wait(bell, rung, rt::never);
+      futex::wait(wake_count, seen, rt::never);
     }
     sleepers.exchange(0, std::memory_order_seq_cst);
-    if (over) futex::wake(bell);
+    if (over) futex::wake(wake_count);
     return found;
   }
 };

@@ -1,36 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
-// A receiver asleep at the front door under the explorer: what is delivered wakes it, closing wakes it, and
-// what was delivered before closing is received.
+// A receiver asleep at the shared inbox under the explorer: a delivery wakes it, closing wakes it, and what
+// was delivered before closing is received.
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cstdint>
 
-#include "model/door_receiving.hpp"
 #include "model/expect.hpp"
+#include "model/inbox_receiving.hpp"
 #include "model/mutation.hpp"
 #include "model/source_text.hpp"
 
 namespace rowe::model {
-namespace door_receiving_test {
+namespace inbox_receiving_test {
 namespace {
 
-// The receiver goes on until it is told that the door is closed.
+// The receiver goes on until it is told that the inbox is closed.
 struct receiving {
-  modelled_door door;
+  modelled_inbox inbox;
   std::uint32_t received = 0;
 
   void receive_all() {
-    while (const auto slot = door.receive())
-      require(door.texts[*slot].load() == *slot + 100 && *slot == received++, "each in its order, once");
+    while (const auto slot = inbox.receive())
+      require(inbox.texts[*slot].load() == *slot + 100 && *slot == received++, "each in its order, once");
   }
 };
 
 struct delivered_then_closed : receiving {
   std::array<actor, 2> actors() {
     return {{{"receiver", [this] { receive_all(); }}, {"service", [this] {
-                                                         door.deliver(0);
-                                                         door.close();
+                                                         inbox.deliver(0);
+                                                         inbox.close();
                                                        }}}};
   }
   void afterwards() { require(received == 1, "what came before closing is received"); }
@@ -42,11 +42,11 @@ struct delivered_alone : receiving {
     return {{{"receiver",
               [this] {
                 for (std::uint32_t i = 0; i != 2; ++i)
-                  require(door.receive() == i, "without closing it waits for the message");
+                  require(inbox.receive() == i, "without closing it waits for the message");
               }},
              {"service", [this] {
-                door.deliver(0);
-                door.deliver(1);
+                inbox.deliver(0);
+                inbox.deliver(1);
               }}}};
   }
 };
@@ -54,7 +54,7 @@ struct delivered_alone : receiving {
 // Nothing but closing does, by another thread.
 struct closed_alone : receiving {
   std::array<actor, 2> actors() {
-    return {{{"receiver", [this] { receive_all(); }}, {"closer", [this] { door.close(); }}}};
+    return {{{"receiver", [this] { receive_all(); }}, {"closer", [this] { inbox.close(); }}}};
   }
 };
 
@@ -62,8 +62,8 @@ struct closed_alone : receiving {
 struct closed_meanwhile : receiving {
   std::array<actor, 3> actors() {
     return {{{"receiver", [this] { receive_all(); }},
-             {"service", [this] { door.deliver(0); }},
-             {"closer", [this] { door.close(); }}}};
+             {"service", [this] { inbox.deliver(0); }},
+             {"closer", [this] { inbox.close(); }}}};
   }
 };
 
@@ -74,49 +74,49 @@ report explore_two(options o) {
   return explore<Scenario>(o);
 }
 
-TEST(door_receiving, wakes_for_every_delivery) { expect_passes<delivered_alone>(); }
+TEST(inbox_receiving, wakes_for_every_delivery) { expect_passes<delivered_alone>(); }
 
-TEST(door_receiving, wakes_when_it_is_closed) { expect_passes_in_every_interleaving<closed_alone>(); }
+TEST(inbox_receiving, wakes_when_it_is_closed) { expect_passes_in_every_interleaving<closed_alone>(); }
 
-TEST(door_receiving, gets_what_came_before_it_was_closed) {
+TEST(inbox_receiving, gets_what_came_before_it_was_closed) {
   expect_passes<delivered_then_closed>();
   EXPECT_EQ(explore_two<closed_meanwhile>({}).failure, "");
 }
 
-TEST(door_receiving, has_the_accesses_that_the_source_has) {
-  const std::string door = "src/service/front_door.cpp";
+TEST(inbox_receiving, has_the_accesses_that_the_source_has) {
+  const std::string source = "src/service/front_door.cpp";
   const source_access expected[] = {
-      {door,
+      {source,
        "if(sleepers_.load(std::memory_order_seq_cst)==0)return;bell_.exchange(bell,std::memory_order_"
        "release);rt::futex::wake(bell_);",
        1},
-      {door,
+      {source,
        "places_[tail&(places_.size()-1)].store(slot,std::memory_order_relaxed);inbox_tail_.store(tail+1,"
        "std::memory_order_seq_cst);wake_receiver(static_cast<std::uint32_t>(2*(tail+1)));",
        1},
-      {door, "closed_.store(true,std::memory_order_seq_cst);wake_receiver(1);", 1},
-      {door, "returnclosed_.load(std::memory_order_seq_cst);", 1},
-      {door,
+      {source, "closed_.store(true,std::memory_order_seq_cst);wake_receiver(1);", 1},
+      {source, "returnclosed_.load(std::memory_order_seq_cst);", 1},
+      {source,
        "head=inbox_head_.load(std::memory_order_acquire);while(head!=inbox_tail_.load(std::memory_order_"
        "seq_cst)){",
        1},
-      {door,
+      {source,
        "inbox_head_.compare_exchange_weak(head,head+1,std::memory_order_acq_rel,std::memory_order_"
        "acquire)",
        2},
-      {door, "sleepers_.fetch_add(1,std::memory_order_seq_cst);errcwhy", 1},
-      {door, "rung=bell_.load(std::memory_order_acquire);constboolclosed=is_closed();found=pop_unexpired(",
+      {source, "sleepers_.fetch_add(1,std::memory_order_seq_cst);errcwhy", 1},
+      {source, "rung=bell_.load(std::memory_order_acquire);constboolclosed=is_closed();found=pop_unexpired(",
        1},
-      {door, "sleepers_.fetch_sub(1,std::memory_order_seq_cst);if(why==errc::closed)rt::futex::wake(bell_);",
-       1},
-      {door, "sleepers_.", 4},                   // and check()
-      {door, "rt::futex::wake(room_bell_);", 1}, // of those who send
-      {door, "rt::futex::", 4},
+      {source,
+       "sleepers_.fetch_sub(1,std::memory_order_seq_cst);if(why==errc::closed)rt::futex::wake(bell_);", 1},
+      {source, "sleepers_.", 4},                   // and check()
+      {source, "rt::futex::wake(room_bell_);", 1}, // of those who send
+      {source, "rt::futex::", 4},
   };
   expect_in_sources(expected);
 }
 
-TEST(door_receiving, needs_every_memory_order_it_asks_for) {
+TEST(inbox_receiving, needs_every_memory_order_it_asks_for) {
   const std::array scenarios{named_scenario{"delivered_alone", explore_two<delivered_alone>},
                              named_scenario{"delivered_then_closed", explore_two<delivered_then_closed>},
                              named_scenario{"closed_alone", explore_two<closed_alone>}};
@@ -124,10 +124,10 @@ TEST(door_receiving, needs_every_memory_order_it_asks_for) {
   const std::array listed{stronger_than_needed{"pop_inbox", "inbox_head.load", order::relaxed, several},
                           stronger_than_needed{"pop_inbox", "inbox_head.exchange", order::relaxed, several},
                           stronger_than_needed{"receive", "sleepers.exchange(0", order::relaxed,
-                                               "who still counts it rings in vain"}};
-  EXPECT_EQ((mutation_test{"model/door_receiving.hpp", scenarios, listed}.findings()), "");
+                                               "whoever still counts it wakes in vain"}};
+  EXPECT_EQ((mutation_test{"model/inbox_receiving.hpp", scenarios, listed}.findings()), "");
 }
 
 } // namespace
-} // namespace door_receiving_test
+} // namespace inbox_receiving_test
 } // namespace rowe::model
