@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Endpoints that close in the middle of everything: while one thread waits, without a limit, in each call
-// that waits, and loops go on calling what does not. Nobody is left waiting: each thread gets its results,
-// and then `closed`; and what was written down by the endpoint adds up.
+// Endpoints that close at any moment: while in each call that waits one thread waits without a limit, and
+// loops make the calls that do not wait. Nobody is left waiting: each thread gets its results, and then
+// `closed`; and the endpoint's counters add up.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -23,10 +23,10 @@ using rowe::rt::for_ever;
 using rowe::tests::stressed;
 using rowe::tests::watchdog;
 
-// Calls `once()` on a thread of its own until that says `closed`. Other errors may be those of `possible`.
+// Calls `once()` on a thread of its own until that returns `closed`. Other errors must be among `possible`.
 class until_closed {
  public:
-  until_closed(std::deque<std::thread>& threads, complaints& to) : threads_{threads}, to_{to} {}
+  until_closed(std::deque<std::thread>& threads, failures& to) : threads_{threads}, to_{to} {}
 
   template <class Once>
   void run(const char* what, std::initializer_list<errc> possible, Once once) {
@@ -47,7 +47,7 @@ class until_closed {
 
  private:
   std::deque<std::thread>& threads_;
-  complaints& to_;
+  failures& to_;
   std::atomic<std::size_t> running_{0};
 };
 
@@ -82,7 +82,7 @@ void wait_everywhere(rowe::endpoint& at, const char* own, const char* other, unt
               [provides = at.serve<addends, total>(own, small_service).value()]() mutable -> rowe::status {
                 auto asked = provides.next(for_ever);
                 if (!asked) return asked.error();
-                (void)provides.reply(*asked, {asked->body.a + asked->body.b}); // who asked may be gone
+                (void)provides.reply(*asked, {asked->body.a + asked->body.b}); // the caller may be gone
                 return {};
               });
   threads.run("call", {errc::peer_lost, errc::full, errc::no_service, errc::refused, errc::timed_out},
@@ -102,9 +102,9 @@ TEST(closing_stress, leaves_nobody_waiting) {
   const watchdog dog{"threads that wait while their endpoint closes", 500s};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
-  dice random{seed};
+  random_source random{seed};
   for (std::uint64_t round = 0; round != stressed(4); ++round) {
-    complaints wrong;
+    failures wrong;
     auto robot = rowe::endpoint::listen(0, options()).value();
     auto desk = rowe::endpoint::connect(url_of(robot), options()).value();
     if (random.below(2) == 0) { // else they wait for each other, too
@@ -118,7 +118,7 @@ TEST(closing_stress, leaves_nobody_waiting) {
     for (std::uint64_t turns = random.below(300); turns != 0; --turns) std::this_thread::yield();
     rowe::endpoint& first = random.below(2) == 0 ? robot : desk;
     rowe::endpoint& second = &first == &robot ? desk : robot;
-    (void)first.close(random.time()); // what is under way may take longer than that
+    (void)first.close(random.time()); // what is in flight may take longer than that
     for (std::uint64_t turns = random.below(300); turns != 0; --turns) std::this_thread::yield();
     (void)second.close(random.time());
     for (std::thread& thread : threads) thread.join();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Two endpoints in full use: at each of them a loop with a publisher, a responder, a caller and a lane, which
-// never waits; threads at the front door, which send, receive, invoke and reply and run out of time; one that
-// opens and closes handles with calls in flight; and a third endpoint that comes, talks, and goes. Each call
-// has a number that its reply must carry, and an account (traffic.hpp) that it must leave once.
+// Two endpoints in full use. Each has a loop with a publisher, a responder, a caller and a lane, which never
+// waits; ordinary threads, which send, receive, invoke and reply, and run out of time; and one that opens and
+// closes handles with calls in flight. A third endpoint connects, sends and calls, and leaves. Each call has
+// a number that its reply must carry, and is in an account (traffic.hpp) until it completes, once.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -23,18 +23,18 @@ using rowe::message;
 using rowe::tests::stressed;
 using rowe::tests::watchdog;
 
-// What a call may end with while peers and providers come and go: anything but `closed`.
-void expect_call_error(complaints& to, const char* where, errc code) {
+// A call may end with any error but `closed` while peers and providers come and go.
+void expect_call_error(failures& to, const char* where, errc code) {
   to.expect(
       where, code,
       {errc::timed_out, errc::refused, errc::peer_lost, errc::no_service, errc::full, errc::too_many_calls});
 }
 
-// A loop: every call of it is one that never waits.
+// A loop: none of its calls waits.
 class loop {
  public:
   loop(rowe::endpoint& at, std::string_view provides, std::string_view calls, bool receives,
-       std::uint64_t seed, complaints& to)
+       std::uint64_t seed, failures& to)
       : readings_{at.advertise<reading>("/readings").value()},
         seen_{at.subscribe<reading>("/readings", {.depth = 8}).value()},
         provides_{at.serve<addends, total>(provides, small_service).value()},
@@ -42,7 +42,7 @@ class loop {
         talk_{at.open_lane(small_lane(receives)).value()},
         sums_{to},
         echoes_{to},
-        dice_{seed},
+        random_{seed},
         to_{to} {}
 
   void turn(bool asks) {
@@ -69,8 +69,8 @@ class loop {
   // Answers at once, later, with a refusal or not at all.
   void provide(rowe::time_point now) {
     if (auto asked = provides_.try_next(now)) {
-      switch (dice_.below(8)) {
-      case 0: (void)provides_.refuse(*asked, "not today", now); break; // whoever asked may be gone
+      switch (random_.below(8)) {
+      case 0: (void)provides_.refuse(*asked, "not today", now); break; // the caller may be gone
       case 1: break;
       case 2:
       case 3: held_.push_back(std::move(*asked)); break;
@@ -79,7 +79,7 @@ class loop {
     } else {
       to_.expect("try_next", asked.code(), {errc::empty, errc::full});
     }
-    if (held_.size() > 2 || (!held_.empty() && dice_.below(16) == 0)) {
+    if (held_.size() > 2 || (!held_.empty() && random_.below(16) == 0)) {
       answer(held_.front(), now);
       held_.erase(held_.begin());
     }
@@ -90,8 +90,8 @@ class loop {
   }
   void receive(rowe::time_point now) {
     while (const auto came = talk_.try_receive(now)) {
-      if (!came->wants_reply() || dice_.below(8) == 0) continue;
-      const auto said = dice_.below(8) == 0
+      if (!came->wants_reply() || random_.below(8) == 0) continue;
+      const auto said = random_.below(8) == 0
                             ? talk_.try_refuse(*came, "no", now)
                             : talk_.try_reply(*came, message{"n", number_in(came->text(), "n")}, now);
       if (!said) to_.expect("try_reply", said.code(), {errc::peer_lost, errc::expired, errc::full});
@@ -99,22 +99,22 @@ class loop {
   }
   void ask(rowe::time_point now) {
     const std::int64_t number = ++asked_;
-    if (const auto begun = calls_.start({number, number}, dice_.time(), now)) {
+    if (const auto begun = calls_.start({number, number}, random_.time(), now)) {
       sums_.begin(*begun, 2 * number);
-      if (dice_.below(8) == 0) {
+      if (random_.below(8) == 0) {
         calls_.cancel(*begun);
         sums_.cancel(*begun);
       }
     } else {
       to_.expect("start", begun.code(), {errc::full, errc::too_many_calls});
     }
-    if (const auto begun = talk_.start(message{"service", "echo", "n", number}, dice_.time(), now)) {
+    if (const auto begun = talk_.start(message{"service", "echo", "n", number}, random_.time(), now)) {
       echoes_.begin(*begun, number);
     } else {
       to_.expect("start", begun.code(), {errc::full, errc::too_many_calls});
     }
-    if (dice_.below(4) != 0) return;
-    const auto sent = talk_.try_send(message{"n", number}, dice_.time(), now);
+    if (random_.below(4) != 0) return;
+    const auto sent = talk_.try_send(message{"n", number}, random_.time(), now);
     if (!sent) to_.expect("try_send", sent.code(), {errc::full});
   }
   void finish() {
@@ -141,29 +141,29 @@ class loop {
   std::vector<rowe::request<addends>> held_;
   account sums_;
   account echoes_;
-  dice dice_;
-  complaints& to_;
+  random_source random_;
+  failures& to_;
   std::int64_t turns_ = 0;
   std::int64_t asked_ = 0;
 };
 
-// A thread at the front door.
-class visitor {
+// An ordinary thread.
+class ordinary_thread {
  public:
-  visitor(rowe::endpoint& at, std::string_view asks_for, std::uint64_t seed, complaints& to)
-      : at_{at}, sums_{asks_for}, dice_{seed}, to_{to}, number_{static_cast<std::int64_t>(seed << 20)} {}
+  ordinary_thread(rowe::endpoint& at, std::string_view asks_for, std::uint64_t seed, failures& to)
+      : at_{at}, sums_{asks_for}, random_{seed}, to_{to}, number_{static_cast<std::int64_t>(seed << 20)} {}
 
   void turn() {
     ++number_;
-    switch (dice_.below(8)) {
-    case 0: return expect_sent(at_.send(message{"n", number_}, dice_.time()));
-    case 1: return expect_sent(at_.try_send(message{"n", number_}, dice_.time()));
+    switch (random_.below(8)) {
+    case 0: return expect_sent(at_.send(message{"n", number_}, random_.time()));
+    case 1: return expect_sent(at_.try_send(message{"n", number_}, random_.time()));
     case 2:
     case 3:
-      return check("a sum", at_.invoke(message{"service", sums_, "a", number_, "b", number_}, dice_.time()),
+      return check("a sum", at_.invoke(message{"service", sums_, "a", number_, "b", number_}, random_.time()),
                    "sum", 2 * number_);
-    case 4: return check("an echo", at_.invoke(echo("echo"), dice_.time()), "n", number_);
-    case 5: return check("a passing echo", at_.invoke(echo("passing"), dice_.time()), "n", number_);
+    case 4: return check("an echo", at_.invoke(echo("echo"), random_.time()), "n", number_);
+    case 5: return check("a passing echo", at_.invoke(echo("passing"), random_.time()), "n", number_);
     default: return receive();
     }
   }
@@ -178,31 +178,31 @@ class visitor {
     if (!reply) return expect_call_error(to_, what, reply.code());
     if (number_in(reply->text(), member) != number) to_.add("a call got the reply of another one", what);
   }
-  // Answers, says no, or leaves it.
+  // Answers, refuses, or does not answer.
   void receive() {
-    const auto came = at_.receive(dice_.time());
+    const auto came = at_.receive(random_.time());
     if (!came) return to_.expect("receive", came.code(), {errc::timed_out});
     if (!came->wants_reply()) return;
     const message reply{"n", number_in(came->text(), "n")};
     rowe::status said;
-    switch (dice_.below(8)) {
+    switch (random_.below(8)) {
     case 0: return;
     case 1: said = at_.refuse(*came, "no"); break;
     case 2: said = at_.try_reply(*came, reply); break;
-    default: said = at_.reply(*came, reply, dice_.time());
+    default: said = at_.reply(*came, reply, random_.time());
     }
     if (!said) to_.expect("reply", said.code(), {errc::peer_lost, errc::expired, errc::full});
   }
 
   rowe::endpoint& at_;
   std::string_view sums_;
-  dice dice_;
-  complaints& to_;
+  random_source random_;
+  failures& to_;
   std::int64_t number_;
 };
 
 // Opens handles, uses them a little and gives them up, with calls in flight and requests unanswered.
-void open_and_close(rowe::endpoint& at, dice& random, complaints& to) {
+void open_and_close(rowe::endpoint& at, random_source& random, failures& to) {
   const auto now = rowe::rt::monotonic_clock::now();
   auto talk = at.open_lane(small_lane(false));
   auto passing = at.serve<rowe::json_text, rowe::json_text>("passing", small_service);
@@ -229,7 +229,7 @@ void open_and_close(rowe::endpoint& at, dice& random, complaints& to) {
   }
   if (passing) {
     auto asked = passing->next(random.time());
-    if (asked && random.below(2) == 0) (void)passing->reply(*asked, asked->body); // who asked may be gone
+    if (asked && random.below(2) == 0) (void)passing->reply(*asked, asked->body); // the caller may be gone
   }
   (void)seen->take(random.time()); // likewise
   for (;;) {
@@ -239,10 +239,10 @@ void open_and_close(rowe::endpoint& at, dice& random, complaints& to) {
   }
 }
 
-// A peer that comes, calls and is called, and goes in the middle of it.
-void visit(const rowe::endpoint& host, dice& random, complaints& to) {
+// A peer that connects, calls and is called, and leaves in the middle of it.
+void visit(const rowe::endpoint& host, random_source& random, failures& to) {
   auto guest = rowe::endpoint::connect(url_of(host), options()).value();
-  if (!guest.wait_peer(20s)) return to.add("a guest is not let in");
+  if (!guest.wait_peer(20s)) return to.add("a guest is not accepted");
   auto talk = guest.open_lane(small_lane(random.below(2) == 0)).value();
   auto adds = guest.client<addends, total>("add", small_service).value();
   account calls{to};
@@ -273,7 +273,7 @@ TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
   const watchdog dog{"two endpoints in full use", 500s};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
-  complaints wrong;
+  failures wrong;
   auto robot = rowe::endpoint::listen(0, options()).value();
   auto desk = rowe::endpoint::connect(url_of(robot), options()).value();
   ASSERT_TRUE(desk.wait_peer(20s));
@@ -303,12 +303,14 @@ TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
   run_loop(desk, "mul", "add", false);
   while (looping != 2) std::this_thread::yield();
   for (std::uint64_t i = 0; i != 2; ++i) {
-    run(stressed(300), [one = visitor{robot, "mul", seed + 10 + i, wrong}]() mutable { one.turn(); });
-    run(stressed(300), [one = visitor{desk, "add", seed + 20 + i, wrong}]() mutable { one.turn(); });
+    run(stressed(300), [one = ordinary_thread{robot, "mul", seed + 10 + i, wrong}]() mutable { one.turn(); });
+    run(stressed(300), [one = ordinary_thread{desk, "add", seed + 20 + i, wrong}]() mutable { one.turn(); });
   }
-  run(stressed(30), [&, random = dice{seed + 30}]() mutable { open_and_close(robot, random, wrong); });
-  run(stressed(30), [&, random = dice{seed + 31}]() mutable { open_and_close(desk, random, wrong); });
-  run(stressed(15), [&, random = dice{seed + 32}]() mutable { visit(robot, random, wrong); });
+  run(stressed(30),
+      [&, random = random_source{seed + 30}]() mutable { open_and_close(robot, random, wrong); });
+  run(stressed(30),
+      [&, random = random_source{seed + 31}]() mutable { open_and_close(desk, random, wrong); });
+  run(stressed(15), [&, random = random_source{seed + 32}]() mutable { visit(robot, random, wrong); });
   --busy;
   for (std::thread& thread : threads) thread.join();
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The hand-over structures between two real threads, with payloads that would show a torn or an early read,
-// for longer than tests/model can look. What such a run cannot show, orders that this processor does not use,
-// is tests/model's; what it adds is the real std::atomic, and ThreadSanitizer's eye on every payload byte
-// (preset tsan; planted_race.cpp proves that the eye is open). Each test does a stated amount, times
-// ROWE_STRESS_FACTOR.
+// for longer than tests/model can look. tests/model shows what such a run cannot: orders that this processor
+// does not use. This run adds the real std::atomic, and ThreadSanitizer's check of every payload byte (preset
+// tsan; planted_race.cpp proves that it checks). Each test does a stated amount, times ROWE_STRESS_FACTOR.
 #include <array>
 #include <atomic>
 #include <bit>
@@ -37,7 +36,7 @@ using rowe::rt::spsc_ring;
 using rowe::tests::stressed;
 using rowe::tests::watchdog;
 
-constexpr std::chrono::seconds patience = 500s; // sanitized on one busy core some take a minute
+constexpr std::chrono::seconds run_time_max = 500s; // sanitized on one busy core some take a minute
 constexpr std::uint64_t near_wrap = (std::uint64_t{1} << 32) - 1000;
 
 // Several words that belong together: whoever sees two different ones has read too early or too late.
@@ -71,7 +70,7 @@ class ring_stress : public ::testing::TestWithParam<std::size_t> {};
 INSTANTIATE_TEST_SUITE_P(places, ring_stress, ::testing::Values(1, 2, 64));
 
 TEST_P(ring_stress, brings_every_item_whole_and_in_order) {
-  const watchdog dog{"a ring between two threads", patience};
+  const watchdog dog{"a ring between two threads", run_time_max};
   const std::uint64_t items = stressed(150'000);
   std::vector<spsc_ring<wide>::entry> entries(GetParam());
   spsc_ring<wide> shared{entries, near_wrap};
@@ -86,7 +85,7 @@ TEST_P(ring_stress, brings_every_item_whole_and_in_order) {
           step_aside();
       }
       for (; room > 0 && number < items; --room)
-        ASSERT_TRUE(in->try_push(wide{number++})) << "room was promised";
+        ASSERT_TRUE(in->try_push(wide{number++})) << "there was room";
     }
   }};
   auto* const out = shared.take_consumer();
@@ -112,7 +111,7 @@ class lane_stress : public ::testing::TestWithParam<std::uint32_t> {};
 INSTANTIATE_TEST_SUITE_P(slots, lane_stress, ::testing::Values(1, 3, 16));
 
 TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
-  const watchdog dog{"a ring out and a ring home", patience};
+  const watchdog dog{"a ring out and a free ring", run_time_max};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
   const std::uint64_t items = stressed(150'000);
@@ -120,11 +119,11 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};
   const slab cells{memory.carve_bytes(slab::bytes_for(slots, sizeof(wide))), slots, sizeof(wide)};
   std::vector<spsc_ring<std::uint32_t>::entry> places_out(spsc_ring<std::uint32_t>::places_for(slots));
-  std::vector<home_ring<>::entry> places_home(std::bit_ceil(slots)); // none to spare: the hardest case
+  std::vector<home_ring<>::entry> free_places(std::bit_ceil(slots)); // none to spare: the hardest case
   spsc_ring<std::uint32_t> out{places_out, near_wrap};
-  home_ring<> home{places_home, slots, near_wrap};
+  home_ring<> back_to_owner{free_places, slots, near_wrap};
 
-  std::thread owner{[&, free = home.take_consumer(), in = out.take_producer()] {
+  std::thread owner{[&, free = back_to_owner.take_consumer(), in = out.take_producer()] {
     for (std::uint64_t number = 0; number < items;) {
       const auto slot = free->try_take();
       if (!slot) {
@@ -138,7 +137,7 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   }};
 
   auto* const borrowed = out.take_consumer();
-  auto* const back = home.take_producer();
+  auto* const back = back_to_owner.take_producer();
   std::mt19937_64 random{seed};
   std::vector<std::uint32_t> kept; // given back late and in any order
   ledger seen;
@@ -160,13 +159,13 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   owner.join();
   for (const std::uint32_t slot : kept) back->give(slot);
   EXPECT_EQ(seen.wrong, 0U);
-  EXPECT_EQ(home.check(), nullptr);
+  EXPECT_EQ(back_to_owner.check(), nullptr);
   EXPECT_EQ(out.check(), nullptr);
   EXPECT_EQ(cells.check(), nullptr);
 }
 
 TEST(window_stress, shows_whole_values_that_never_go_back) {
-  const watchdog dog{"a window between two threads", patience};
+  const watchdog dog{"a window between two threads", run_time_max};
   const std::uint64_t writes = stressed(500'000);
   rowe::rt::window<wide> shared;
   std::thread writing{[&, in = shared.take_writer()] {
@@ -190,7 +189,7 @@ TEST(window_stress, shows_whole_values_that_never_go_back) {
 }
 
 TEST(window_stress, leaves_a_slot_alone_for_as_long_as_it_is_read) {
-  const watchdog dog{"a window whose slots are read in place", patience};
+  const watchdog dog{"a window whose slots are read in place", run_time_max};
   const std::uint64_t writes = stressed(500'000);
   using core = rowe::rt::window_core<>;
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};
@@ -224,15 +223,15 @@ TEST(window_stress, leaves_a_slot_alone_for_as_long_as_it_is_read) {
 }
 
 TEST(notification_stress, lets_no_item_lie_while_its_receiver_sleeps) {
-  const watchdog dog{"a receiver that sleeps between items", patience};
+  const watchdog dog{"a receiver that sleeps between items", run_time_max};
   const std::uint64_t items = stressed(200'000);
   std::vector<spsc_ring<wide>::entry> entries(16);
   spsc_ring<wide> shared{entries};
-  notification<> bell;
+  notification<> arrival;
   std::thread pushing{[&, in = shared.take_producer()] {
     for (std::uint64_t number = 0; number < items; ++number) {
       while (!in->try_push(wide{number})) step_aside();
-      bell.notify();
+      arrival.notify();
     }
   }};
   auto* const out = shared.take_consumer();
@@ -241,7 +240,7 @@ TEST(notification_stress, lets_no_item_lie_while_its_receiver_sleeps) {
     // By turns without end and with deadlines so short that they pass in the middle of things.
     const bool for_ever = seen.received % 3 != 0;
     const auto deadline = for_ever ? rowe::rt::never : monotonic_clock::now() + 5us;
-    const bool came = bell.wait_until(deadline, [&] { return out->waiting_at_least() != 0; });
+    const bool came = arrival.wait_until(deadline, [&] { return out->waiting_at_least() != 0; });
     ASSERT_TRUE(came || !for_ever);
     out->drain([&](const wide& item) { seen.enter(item); }, 2);
   }

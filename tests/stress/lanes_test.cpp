@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The life of lanes, free to offered to active to closing to free, with all three paths in use: threads open
-// handles and give them up at once, with calls on their way in either direction, while others are opened at
-// their places. Nothing is left behind: in the end all lanes, all their memory and all places for calls can
-// be had again. What a late end or reply could do to the next user of a place is watched by the accounts.
+// The life of queue pairs, free to offered to active to closing to free, with all three queues in use.
+// Threads open handles and give them up at once, with calls in flight in either direction, while others are
+// opened at their places. Nothing is left behind: in the end all pairs, all their memory and all places for
+// calls are free again. The accounts show it if a late completion or reply reaches the next user of a place.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -38,25 +38,25 @@ rowe::endpoint_options narrow() {
 
 // Two of each thread's handles are there at a time; all of them ask "sum", which one of them provides, now
 // and then.
-class fickle {
+class short_lived {
  public:
-  fickle(rowe::endpoint& at, std::uint64_t seed, complaints& to, std::atomic<std::uint64_t>& answered)
-      : at_{at}, dice_{seed}, to_{to}, answered_{answered} {}
+  short_lived(rowe::endpoint& at, std::uint64_t seed, failures& to, std::atomic<std::uint64_t>& answered)
+      : at_{at}, random_{seed}, to_{to}, answered_{answered} {}
 
   void turn() {
     const auto now = rowe::rt::monotonic_clock::now();
     auto asks = at_.client<addends, total>("sum", small_service);
     if (!asks) return to_.add("client", asks.error().name());
-    auto other = at_.open_lane(small_lane(dice_.below(2) == 0));
+    auto other = at_.open_lane(small_lane(random_.below(2) == 0));
     if (!other) return to_.add("open_lane", other.error().name());
     account sums{to_};
-    for (std::uint64_t left = dice_.below(6); left != 0; --left) {
+    for (std::uint64_t left = random_.below(6); left != 0; --left) {
       ++number_;
-      if (const auto begun = asks->start({number_, 1}, dice_.time(), now)) sums.begin(*begun, number_ + 1);
-      (void)other->start(message{"service", "sum", "a", number_, "b", 1}, dice_.time(), now); // to be lost
+      if (const auto begun = asks->start({number_, 1}, random_.time(), now)) sums.begin(*begun, number_ + 1);
+      (void)other->start(message{"service", "sum", "a", number_, "b", 1}, random_.time(), now); // to be lost
     }
-    if (dice_.below(2) == 0) provide();
-    for (std::uint64_t left = dice_.below(4); left != 0; --left) std::this_thread::yield();
+    if (random_.below(2) == 0) provide();
+    for (std::uint64_t left = random_.below(4); left != 0; --left) std::this_thread::yield();
     for (;;) {
       const auto ended = asks->try_finish();
       if (!ended) break;
@@ -69,15 +69,15 @@ class fickle {
   void provide() {
     auto provides = at_.serve<addends, total>("sum", small_service);
     if (!provides) return to_.expect("serve", provides.code(), {errc::service_taken});
-    for (std::uint64_t left = dice_.below(4); left != 0; --left) {
-      auto asked = provides->next(dice_.time());
-      if (asked && dice_.below(2) == 0) (void)provides->reply(*asked, {asked->body.a + asked->body.b});
+    for (std::uint64_t left = random_.below(4); left != 0; --left) {
+      auto asked = provides->next(random_.time());
+      if (asked && random_.below(2) == 0) (void)provides->reply(*asked, {asked->body.a + asked->body.b});
     }
   }
 
   rowe::endpoint& at_;
-  dice dice_;
-  complaints& to_;
+  random_source random_;
+  failures& to_;
   std::atomic<std::uint64_t>& answered_;
   std::int64_t number_ = 0;
 };
@@ -110,12 +110,12 @@ TEST(lanes_stress, leave_nothing_behind) {
   const watchdog dog{"threads that open handles and give them up", 500s};
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
-  complaints wrong;
+  failures wrong;
   std::atomic<std::uint64_t> answered{0};
   auto endpoint = rowe::endpoint::listen(0, narrow()).value();
   std::deque<std::thread> all;
   for (std::uint32_t i = 0; i != threads; ++i) {
-    all.emplace_back([one = fickle{endpoint, seed + i, wrong, answered}]() mutable {
+    all.emplace_back([one = short_lived{endpoint, seed + i, wrong, answered}]() mutable {
       for (std::uint64_t turn = 0; turn != stressed(800); ++turn) one.turn();
     });
   }

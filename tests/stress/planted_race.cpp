@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // A window that is wrong on purpose: its four seq_cst accesses are relaxed, so nothing orders the writing of
 // a payload before its reading. ThreadSanitizer must report the payload's bytes; if it does not, it does not
-// see how they are copied, and its silence about the real window means nothing. gcc expands a memcpy of known
-// size to instructions that TSan does not see, unless told not to (-fno-builtin-memcpy); so there are two
-// plants, one for each way of copying, chosen by the argument `assign` or `memcpy`. Built and run in TSan
+// see how they are copied, and then no report about the real window means nothing. gcc expands a memcpy of
+// known size to instructions that TSan does not see, unless told not to (-fno-builtin-memcpy); so there are
+// two plants, one for each way of copying, chosen by the argument `assign` or `memcpy`. Built and run in TSan
 // builds only; a test passes when the report names copy_payload.
 #include <array>
 #include <atomic>

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The front door with eight threads in front of it and the service thread behind: they submit, wait, run out
-// of time, leave messages behind and receive, while it settles at once, late or in any order, replies,
-// delivers and closes in the middle of it all. Each request has a number, and a text made of it, so that a
-// slot with two holders shows. What this run cannot show, orders that this processor does not use, is
-// tests/model's; what it adds are the real words, moodycamel's queue, and ThreadSanitizer's eye on all of it.
+// The submission queue and the shared inbox between eight ordinary threads and the service thread. The
+// threads submit, wait, run out of time, leave messages behind and receive. The service thread completes at
+// once, late or in any order, replies, delivers and closes in the middle of it all. Each request has a
+// number, and a text made of it, so that a slot with two holders shows. tests/model shows what this run
+// cannot: orders that this processor does not use. This run adds the real words, moodycamel's queue, and
+// ThreadSanitizer.
 #include "service/front_door.hpp"
 
 #include <array>
@@ -29,7 +30,7 @@ using service::front_door;
 using tests::stressed;
 using tests::watchdog;
 
-constexpr std::chrono::seconds patience = 500s; // sanitized on one busy core some take a minute
+constexpr std::chrono::seconds run_time_max = 500s; // sanitized on one busy core some take a minute
 constexpr std::uint32_t users = 8;
 constexpr std::size_t text_bytes = 48;
 
@@ -40,8 +41,8 @@ limits bounds_with(std::uint32_t slots) {
   return bounds;
 }
 
-struct house {
-  explicit house(std::uint32_t slots)
+struct fixture {
+  explicit fixture(std::uint32_t slots)
       : memory{rt::arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds_with(slots)),
                rt::page_lock::none},
         door{*memory.make<front_door>(memory, bounds_with(slots))} {}
@@ -49,7 +50,7 @@ struct house {
   front_door& door;
 };
 
-// The number and then one letter that goes with it, so that a torn text shows.
+// The number and then one character that goes with it, so that a torn text shows.
 std::string text_of(std::uint64_t number) {
   std::string text = std::to_string(number);
   text.resize(text_bytes, static_cast<char>('a' + number % 26));
@@ -61,18 +62,18 @@ std::uint64_t number_of(std::string_view text) {
   return number;
 }
 // A request is numbered by its thread and its place in that thread; a reply has the request's number and one
-// letter more.
+// character more.
 constexpr std::uint64_t number(std::uint32_t user, std::uint64_t place) { return place * users + user; }
 
 struct tally {
   std::atomic<std::uint64_t> submitted{0};
-  std::atomic<std::uint64_t> answered{0};  // outcomes that their askers saw
-  std::atomic<std::uint64_t> abandoned{0}; // waits that were told to leave
+  std::atomic<std::uint64_t> answered{0};  // outcomes that their submitters saw
+  std::atomic<std::uint64_t> abandoned{0}; // waits that were given up
   std::atomic<std::uint64_t> received{0};
   std::atomic<std::uint64_t> wrong{0};
 };
 
-// One thread in front of the door. Ends after so many requests, or when the door is closed.
+// One ordinary thread. Ends after so many requests, or when the endpoint is closed.
 void use(front_door& door, std::uint32_t user, std::uint64_t requests, std::uint64_t seed, tally& count) {
   std::mt19937_64 random{seed + user};
   for (std::uint64_t place = 0; place != requests; ++place) {
@@ -109,7 +110,7 @@ void use(front_door& door, std::uint32_t user, std::uint64_t requests, std::uint
   }
 }
 
-// The service thread: takes, keeps some for later, settles in any order. Looks at the order of each thread.
+// The service thread: takes, keeps some for later, completes in any order. Checks the order of each thread.
 class server {
  public:
   server(front_door& door, std::uint64_t seed, tally& count) : door_{door}, random_{seed}, count_{count} {}
@@ -125,7 +126,7 @@ class server {
           held_.push_back(slot);
         },
         1 + random_() % 7);
-    while (!held_.empty() && random_() % 3 != 0) settle_one();
+    while (!held_.empty() && random_() % 3 != 0) complete_one();
     if (random_() % 4 == 0) {
       const std::uint64_t number = delivered;
       // Some are expired when they come.
@@ -135,14 +136,14 @@ class server {
     if (held_.empty()) std::this_thread::yield();
   }
   void settle_all() {
-    while (!held_.empty()) settle_one();
+    while (!held_.empty()) complete_one();
   }
 
   std::uint64_t taken = 0;
   std::uint64_t delivered = 0;
 
  private:
-  void settle_one() {
+  void complete_one() {
     std::swap(held_.back(), held_[random_() % held_.size()]);
     const std::uint32_t slot = held_.back();
     held_.pop_back();
@@ -175,14 +176,14 @@ void empty_inbox(front_door& door, tally& count) {
   }
 }
 
-class front_door_stress : public ::testing::TestWithParam<std::uint32_t> {};
-INSTANTIATE_TEST_SUITE_P(slots, front_door_stress, ::testing::Values(1, 3, 32));
+class submissions_stress : public ::testing::TestWithParam<std::uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(slots, submissions_stress, ::testing::Values(1, 3, 32));
 
-TEST_P(front_door_stress, settles_each_request_once_and_brings_every_slot_home) {
-  const watchdog dog{"eight threads at the front door", patience};
+TEST_P(submissions_stress, completes_each_request_once_and_frees_every_slot) {
+  const watchdog dog{"eight threads that submit", run_time_max};
   const std::uint64_t seed = tests::seed();
   ROWE_TRACE_SEED(seed);
-  house h{GetParam()};
+  fixture h{GetParam()};
   tally count;
   std::atomic<std::uint32_t> inside;
   auto threads = send_users(h.door, stressed(3'000), seed, count, inside);
@@ -201,13 +202,13 @@ TEST_P(front_door_stress, settles_each_request_once_and_brings_every_slot_home) 
   EXPECT_TRUE(h.door.all_home());
 }
 
-TEST_P(front_door_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) {
-  const watchdog dog{"a front door that closes", patience};
+TEST_P(submissions_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) {
+  const watchdog dog{"a submission queue that closes", run_time_max};
   const std::uint64_t seed = tests::seed();
   ROWE_TRACE_SEED(seed);
   std::mt19937_64 random{seed};
   for (std::uint64_t round = 0; round != stressed(60); ++round) {
-    house h{GetParam()};
+    fixture h{GetParam()};
     tally count;
     std::atomic<std::uint32_t> inside;
     auto threads = send_users(h.door, UINT64_MAX, seed + round, count, inside);
@@ -217,7 +218,7 @@ TEST_P(front_door_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) 
     if (round % 2 == 0) h.door.close();
     h.door.finish();
     for (std::thread& thread : threads) thread.join();
-    h.door.finish(); // brings home what was submitted while it finished
+    h.door.finish(); // completes what was submitted while it finished
     empty_inbox(h.door, count);
     ASSERT_EQ(count.wrong, 0U);
     ASSERT_LE(serves.taken, count.submitted);
@@ -227,12 +228,12 @@ TEST_P(front_door_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) 
   }
 }
 
-// Nobody waits, so that each thread has several messages on their way while they are taken.
-TEST_P(front_door_stress, keeps_the_order_of_each_thread) {
-  const watchdog dog{"threads that only send", patience};
+// Nobody waits, so that each thread has several messages in flight while they are taken.
+TEST_P(submissions_stress, keeps_the_order_of_each_thread) {
+  const watchdog dog{"threads that only send", run_time_max};
   constexpr std::uint32_t senders = 2;
   const std::uint64_t messages = stressed(GetParam() == 1 ? 1'000 : 20'000); // one slot keeps any order
-  house h{GetParam()};
+  fixture h{GetParam()};
   std::vector<std::thread> threads;
   for (std::uint32_t sender = 0; sender != senders; ++sender)
     threads.emplace_back([&, sender] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the stress tests of whole endpoints share: what is asked, what a right reply is, and an account of
-// every call, so that one that ends twice, never, or with another's reply shows.
+// What the stress tests of whole endpoints share: the requests, the right replies, and an account of every
+// call, so that a call that ends twice, never, or with another's reply shows.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -70,8 +70,8 @@ inline std::int64_t number_in(std::string_view text, std::string_view name) {
   return at == std::string_view::npos ? -1 : std::stoll(std::string{text.substr(at + key.size(), 20)});
 }
 
-// What went wrong, by its name, from any thread. The first of each name is enough.
-class complaints {
+// Failures by name, from any thread. The first of each name is enough.
+class failures {
  public:
   void add(std::string_view what, std::string_view detail = {}) {
     const std::lock_guard lock{mutex_};
@@ -94,17 +94,17 @@ class complaints {
   std::map<std::string, std::uint64_t> all_;
 };
 
-// The calls that one handle has started and whose end it waits for: each with the number that its reply must
-// have. A call that was cancelled is struck off, and must not end any more.
+// The calls that one handle has started and that are pending, each with the number that its reply must have.
+// A call that was cancelled is removed, and must not complete any more.
 class account {
  public:
-  explicit account(complaints& to) : to_{to} {}
+  explicit account(failures& to) : to_{to} {}
 
   void begin(rowe::call_id call, std::int64_t number) {
     if (!open_.emplace(key(call), number).second) to_.add("a call has the id of another one");
   }
   void cancel(rowe::call_id call) {
-    if (open_.erase(key(call)) == 0) to_.add("a call ended without a word");
+    if (open_.erase(key(call)) == 0) to_.add("a call ended unnoticed");
   }
   // `number`: the reply's, nothing where there is none.
   void end(rowe::call_id call, std::optional<std::int64_t> number) {
@@ -121,15 +121,15 @@ class account {
   static std::pair<std::uint32_t, std::uint32_t> key(rowe::call_id call) {
     return {call.index, call.generation};
   }
-  complaints& to_;
+  failures& to_;
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::int64_t> open_;
   std::uint64_t answered_ = 0;
 };
 
-// Random things of one thread.
-class dice {
+// Random numbers and times of one thread.
+class random_source {
  public:
-  explicit dice(std::uint64_t seed) : random_{seed} {}
+  explicit random_source(std::uint64_t seed) : random_{seed} {}
   std::uint64_t below(std::uint64_t bound) { return random_() % bound; }
   // Some that are over at once, some that are over on the way, some that suffice as a rule.
   rowe::duration time() {
