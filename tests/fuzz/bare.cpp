@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare codec under arbitrary texts. What is required: a text that is valid JSON is decoded or refused
-// with a whole sentence; what was decoded keeps its limits and points into the text or the scratch buffer;
-// and the text itself, as the body of an invocation, a call, a reply, an error or a delivered call, gives
-// JSON that is decoded with the same meaning, in a room of any size or not at all. A text that is not valid
+// The bare codec under arbitrary texts. What is required: a text that is valid JSON is decoded, or refused
+// with a whole diagnostic; what was decoded keeps its limits and points into the text or the scratch buffer.
+// The text itself, as the body of an invocation, a call, a reply, an error or a delivered call, gives JSON
+// that is decoded with the same meaning, in a buffer of any size, or does not fit. A text that is not valid
 // JSON is decoded, too, for the sanitizers: nobody does so, but nothing may be read that is not there.
 #include <algorithm>
 #include <array>
@@ -43,7 +43,7 @@ std::size_t members_of(std::string_view object) {
   return count;
 }
 
-// What `write` writes, validated; in less room it must write the same or say that it does not fit.
+// What `write` writes, validated. In a smaller buffer it must write the same, or say that it does not fit.
 template <class Write>
 std::string written(reader& validator, Write write, std::size_t less) {
   std::vector<char> block(written_bytes_max);
@@ -87,7 +87,7 @@ void check_envelope(const envelope& e, std::string_view text, std::string_view s
   }
 }
 
-// The valid text as a body of all that can be written around it.
+// The valid text as a body of every kind of message.
 void write_around(reader& validator, std::string_view text, const envelope& from, std::size_t less) {
   const bool object = json::root(text).type == json::kind::object;
   const std::size_t members = members_of(text);
@@ -160,7 +160,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::array<char, refusal::text_bytes_max> room;
     std::array<char, 2 * refusal::text_bytes_max> plenty;
     const std::string_view sentence = wrong->text(room);
-    require(!sentence.empty() && sentence == wrong->text(plenty), "a sentence is whole");
+    require(!sentence.empty() && sentence == wrong->text(plenty), "a diagnostic is whole");
     require(lies_in(out.id_raw, text) && lies_in(out.in_reply_to_raw, text), "an answer has a good id");
   } else {
     check_envelope(out, text, {scratch.data(), scratch.size()});

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core under arbitrary scripts: connections that open and break, raw bytes and texts made of the input's
 // bytes, texts of the simulation's grammar (a byte for the operation and each class), handles that are
-// opened, used and closed, threads at the front door, time. Input: one byte of set-up (bit 0 the role, bit 1
+// opened, used and closed, ordinary threads, time. Input: one byte of set-up (bit 0 the role, bit 1
 // relaying, bits 2 and 3 the profile), then commands of one byte each with their arguments. What is required:
 // the core's structures agree after every cycle, peers are sent nothing but WebSocket frames, and when
-// everyone has left every slot is home.
+// everyone has left every slot is free.
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -61,7 +61,7 @@ class script {
   std::size_t size_;
 };
 
-// A script's bytes as input_choices.
+// A script's bytes as choices.
 class input_choices final : public swarm::choices {
  public:
   explicit input_choices(script& from) : from_{from} {}
@@ -89,9 +89,9 @@ rowe::endpoint_options options_of(std::uint8_t setup) {
 }
 
 // Lives for one input.
-class play {
+class script_run {
  public:
-  explicit play(std::uint8_t setup)
+  explicit script_run(std::uint8_t setup)
       : ours_{(setup & 1) != 0 ? side::client : side::server},
         on_{options_of(setup), ours_},
         lanes_{offer_lanes((setup & 16) != 0)} {
@@ -139,7 +139,7 @@ class play {
     for (auto& p : peers_) p->leave(rowe::service::close_cause::reset);
     peers_.clear();
     for (int i = 0; i < 4; ++i) cycle(1ms);
-    // What was to wait for ever for a peer finds one.
+    // A message that would be pending for ever finds a peer.
     open();
     for (int i = 0; i < 30; ++i) {
       peers_.back()->say("{}");
@@ -149,16 +149,16 @@ class play {
     peers_.back()->leave();
     for (int i = 0; i < 4; ++i) cycle(1ms);
     for (const std::uint32_t slot : waiting_) {
-      require(on_.door.wait(slot, rowe::time_point{1ns}), "whoever waits is told");
+      require(on_.door.wait(slot, rowe::time_point{1ns}), "whoever waits gets an outcome");
       on_.door.give_back(slot);
     }
-    for (int i = 0; i < 30; ++i) { // a peer that waits to be heard is gone only when it was
+    for (int i = 0; i < 30; ++i) { // a peer with a backlog is gone only when that was processed
       while (const auto slot = on_.door.try_receive(on_.now)) on_.door.give_back_inbound(*slot);
       cycle(1ms);
     }
-    require(on_.core.slots_in_use() == 0, "every slot is home");
-    require(on_.door.all_home(), "every slot of the front door is home");
-    require(on_.board.peers() == 0, "nobody is there any more");
+    require(on_.core.slots_in_use() == 0, "every slot is free");
+    require(on_.door.all_home(), "every slot of the submission queue is free");
+    require(on_.board.peers() == 0, "no peer is left");
   }
 
  private:
@@ -203,7 +203,7 @@ class play {
     const bool unmasked = ours_ == side::client && on_.options.profile == rowe::peer_profile::hop_2014;
     require(unmasked || p.violated.empty(), "a peer is sent WebSocket frames");
   }
-  // Answers something that was heard, whoever heard it.
+  // Answers something that was received, by whichever peer.
   void reply(std::size_t which) {
     stage::peer* const p = one(which);
     if (p == nullptr || heard_.empty()) return;
@@ -220,7 +220,7 @@ class play {
     }
   }
 
-  // Something of either dialect, as the simulated strangers say it.
+  // A text of either codec, as the simulated untrusted peers send it.
   void speak(script& s, std::size_t which) {
     stage::peer* const p = one(which);
     if (p == nullptr) return;
@@ -340,7 +340,7 @@ class play {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0 || size > 4096) return 0;
   script s{data + 1, size - 1};
-  play on{data[0]};
+  script_run on{data[0]};
   while (!s.over()) on.act(s);
   on.end();
   return 0;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The handshake filter under arbitrary bytes. Input: one byte that chooses the policy, then the header. What
-// is required: the end of the header is found wherever the reads are cut; a refusal is printable, complete
-// and fits its room; what is accepted is a whole header, and written anew it is accepted with the same
+// is required: the end of the header is found wherever the reads end; a rejection is printable, complete
+// and fits its buffer; what is accepted is a whole header, and written anew it is accepted with the same
 // meaning; only the hosts and origins that the policy names pass.
 #include <algorithm>
 #include <array>
@@ -31,17 +31,17 @@ handshake_policy policy_of(std::uint8_t choice) {
 }
 
 void check_refusal(const http_refusal& refusal) {
-  require(refusal.status >= 400 && refusal.status < 600, "a refusal has a status");
-  require(!refusal.what().empty() && !refusal.remedy().empty(), "a refusal says what and the remedy");
+  require(refusal.status >= 400 && refusal.status < 600, "a rejection has a status");
+  require(!refusal.what().empty() && !refusal.remedy().empty(), "a rejection says what and the remedy");
   std::array<char, http_refusal_bytes_max> room;
   const std::string_view answer = write_refusal(room, refusal);
-  require(!answer.empty(), "a refusal fits its room");
+  require(!answer.empty(), "a rejection fits its buffer");
   for (const char c : answer)
-    require(c == '\r' || c == '\n' || (c >= 0x20 && c < 0x7f), "a refusal is printable");
+    require(c == '\r' || c == '\n' || (c >= 0x20 && c < 0x7f), "a rejection is printable");
   const std::size_t end = find_header_end(answer);
   require(end > 0, "an answer has a header");
   const std::string length = "Content-Length: " + std::to_string(answer.size() - end) + "\r\n";
-  require(refusal.to_head || answer.find(length) != std::string_view::npos, "its length is told");
+  require(refusal.to_head || answer.find(length) != std::string_view::npos, "its length is stated");
 }
 
 void check_acceptance(std::string_view header, const http_judgement& j, const handshake_policy& policy) {
@@ -49,7 +49,7 @@ void check_acceptance(std::string_view header, const http_judgement& j, const ha
   require(j.path.starts_with('/') && j.target.starts_with(j.path), "a path is a path");
   std::array<char, http_clean_bytes_max> room;
   const std::string_view clean = write_clean_request(room, j);
-  require(!clean.empty(), "the clean request fits its room");
+  require(!clean.empty(), "the clean request fits its buffer");
   const http_judgement again = judge_request(clean, policy);
   require(again.verdict == j.verdict && again.target == j.target && again.host == j.host &&
               again.key == j.key && again.subprotocol == j.subprotocol && again.head == j.head &&
@@ -78,8 +78,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (std::size_t seen = 0; seen < std::min<std::size_t>(header.size(), 256); ++seen) {
     const std::size_t early = find_header_end(header.substr(0, seen));
     require(early == (end != 0 && end <= seen ? end : 0), "the end is found when it has come, not before");
-    require(early != 0 || find_header_end(header, seen) == end,
-            "the end is found wherever the reads are cut");
+    require(early != 0 || find_header_end(header, seen) == end, "the end is found wherever the reads end");
   }
 
   const http_judgement j = judge_request(header, policy);

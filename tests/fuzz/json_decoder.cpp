@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The typed decoder under arbitrary bytes. Input: one byte that chooses the struct and the spelling, then the
-// text. What is required: the decoder stays inside any text, validated or not; on a valid one it says what a
-// plain reference says, the error with its place included, and finds the same values; what it has read can be
-// written, and reads back the same; and another spelling of the same text reads the same, too.
+// text. What is required: the decoder stays inside any text, validated or not; on a valid one it returns what
+// a plain reference returns, the error with its place included, and finds the same values; what it has read
+// can be written, and reads back the same; and another spelling of the same text reads the same, too.
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -60,7 +60,7 @@ class subject {
     if (!valid) return;
     const rowe::status expected = slow_decoder::decode(rowe::describe<T>(), text, &other);
     require(verdict.has_value() == expected.has_value(), "the reference agrees");
-    require(verdict || verdict.error() == expected.error(), "what it says is what the reference says");
+    require(verdict || verdict.error() == expected.error(), "its error is the reference's");
     if (!verdict) return;
     require(found == encoded(other), "it reads what the reference reads");
 

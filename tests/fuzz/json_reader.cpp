@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The JSON reader under arbitrary bytes. The input is the text. What is required: the walkers stay inside any
-// text, validated or not; the reader's verdict is that of its own scan, and of simdjson's two parsers
-// wherever these have a say; the byte that it blames lies in the text; in a valid text the walkers find,
+// text, validated or not; the reader's result is that of its own scan, and of simdjson's two parsers
+// wherever these can decide; the byte that it reports lies in the text; in a valid text the walkers find,
 // value by value, what those parsers find, and the reader has noted the same members; and a string or number
 // of it, written by the writer, reads back the same.
 #include <array>
@@ -29,7 +29,7 @@ constexpr std::size_t bytes_max = 64 * 1024;
 constexpr std::size_t depth_max = 16; // low, so that it is reached
 constexpr std::size_t compared_depth_max = 128;
 
-// Visits everything that can be reached.
+// Visits every value.
 void visit(const value& v, std::size_t& steps, std::size_t steps_max) {
   require(++steps <= steps_max, "a walk ends");
   std::array<char, 32> scratch;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fuzzer checks: a claim that fails ends the process with its words, where libFuzzer keeps the input.
+// What a fuzzer checks: a claim that fails ends the process and prints its text, and libFuzzer keeps the
+// input.
 #pragma once
 #include <cstdio>
 #include <cstdlib>

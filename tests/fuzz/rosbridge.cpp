@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The rosbridge codec under arbitrary texts. What is required: a text that is valid JSON is decoded or
-// refused with a whole sentence, and the status that carries it is JSON again; what was decoded keeps its
+// refused with a whole diagnostic, and the status that carries it is JSON again; what was decoded keeps its
 // limits, points into the text or the scratch buffer, and what is encoded from it is decoded with the same
 // meaning. A text that is not valid JSON is decoded, too, for the sanitizers: nobody does so, but nothing may
 // be read that is not there.
@@ -47,7 +47,7 @@ void check_refusal(reader& validator, const refusal& why, const request& asked) 
   std::array<char, refusal::text_bytes_max> room;
   std::array<char, 2 * refusal::text_bytes_max> plenty;
   const std::string_view sentence = why.text(room);
-  require(!sentence.empty() && sentence == why.text(plenty), "a sentence is whole");
+  require(!sentence.empty() && sentence == why.text(plenty), "a diagnostic is whole");
   std::array<char, 6 * refusal::text_bytes_max + 512> status;
   request again;
   scratch_buffer scratch;

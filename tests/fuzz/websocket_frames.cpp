@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The frame parser under arbitrary bytes. Input: one byte of set-up (bit 0 the role, bits 1 and 2 the limits,
-// of which one is lax about masks, the rest a seed for the cuts), then the stream. What is required: whole,
-// byte by byte and in random reads the stream gives the same events; the parser's state stays one of its own;
-// texts are UTF-8 by a decoder that shares nothing with it; what was delivered, written as a frame, is
-// delivered again; nothing follows a close or a violation.
+// of which one is lax about masks, the rest a seed for the sizes of reads), then the stream. What is
+// required: whole, byte by byte and in random reads the stream gives the same events; the parser's state
+// stays one of its own; texts are UTF-8 by a decoder that shares nothing with it; what was delivered, written
+// as a frame, is delivered again; nothing follows a close or a violation.
 #include <algorithm>
 #include <cstdint>
 #include <random>
