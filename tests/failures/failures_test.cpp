@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What becomes of an endpoint when one call fails: memory cannot be had, a descriptor, a thread, a place in
-// an epoll. Allowed are an error as a value, a peer that is refused or loses its connection where it was that
-// connection's call, and success; and the next attempt succeeds. Not allowed is everything else (trial.hpp),
-// and that another connection notices.
+// What becomes of an endpoint when one call fails: there is no memory, no descriptor, no thread, no place in
+// an epoll. Allowed are: an error as a value; a peer that is refused, or loses its connection if the call was
+// made for that connection; and success. The next attempt succeeds. Everything else is not allowed
+// (trial.hpp), nor that another connection notices.
 #include <rowe/rowe.hpp>
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 using rowe::endpoint;
 using rowe::errc;
 
-constexpr std::chrono::milliseconds patience = 10s;
+constexpr std::chrono::milliseconds time_max = 10s;
 
 rowe::endpoint_options small() {
   rowe::endpoint_options options;
@@ -58,11 +58,11 @@ bool is_clean(errc code) {
          code == errc::address_in_use;
 }
 
-// A newcomer gets everything there is.
+// A new peer is served everything.
 void expect_in_order(trial& t, const endpoint& server) {
   peer newcomer{server.port()};
-  t.expect(newcomer.upgrade() == answer::right, "a newcomer was not let in afterwards");
-  t.expect(newcomer.echo("afterwards") == answer::right, "a newcomer heard nothing afterwards");
+  t.expect(newcomer.upgrade() == answer::right, "a new peer was not accepted afterwards");
+  t.expect(newcomer.echo("afterwards") == answer::right, "a new peer received nothing afterwards");
   peer reader{server.port()};
   t.expect(reader.get("/") == answer::right, "the page was not served afterwards");
 }
@@ -74,7 +74,7 @@ void open_a_server(trial& t) {
     const in_the_library here;
     made.emplace(endpoint::listen(0, small()));
   }
-  t.calm();
+  t.end();
   if (!*made) {
     t.expect(t.failed() && is_clean(made->code()), "not opened: " + std::string{made->error().name()});
     made.emplace(endpoint::listen(0, small()));
@@ -103,7 +103,7 @@ void open_handles(trial& t) {
   };
   t.begin();
   all();
-  t.calm();
+  t.end();
   auto after = server.advertise<pose>("/pose");
   t.expect(after.has_value(), "no handle afterwards");
   expect_in_order(t, server);
@@ -113,10 +113,10 @@ void open_handles(trial& t) {
 // C library cannot look up names any more.
 bool reaches(const trial& t, endpoint& client) {
   constexpr auto step = 100ms;
-  for (auto left = patience; left > 0ms; left -= t.spoilt() ? 10 * step : step) {
+  for (auto left = time_max; left > 0ms; left -= t.unrecoverable() ? 10 * step : step) {
     if (client.wait_peer(step)) return true;
   }
-  return t.spoilt();
+  return t.unrecoverable();
 }
 
 void open_a_client(trial& t, const std::string& host) {
@@ -133,7 +133,7 @@ void open_a_client(trial& t, const std::string& host) {
     made.emplace(endpoint::connect(url, small()));
     if (*made) t.expect(reaches(t, **made), "it never connects");
   }
-  t.calm();
+  t.end();
   if (!*made) {
     t.expect(t.failed() && is_clean(made->code()), "not opened: " + std::string{made->error().name()});
     made.emplace(endpoint::connect(url, small()));
@@ -146,7 +146,7 @@ void open_a_client(trial& t, const std::string& host) {
 void open_a_client_by_name(trial& t) { open_a_client(t, "localhost"); }
 
 // Connect, upgrade, echo, and a page, by peers outside; a connection that was there before stays.
-void be_visited(trial& t) {
+void accept_peers(trial& t) {
   auto server = endpoint::listen(0, small()).value();
   peer other{server.port()};
   t.expect(other.upgrade() == answer::right && other.echo("before") == answer::right,
@@ -154,15 +154,15 @@ void be_visited(trial& t) {
   spare_connection_of(other.port());
   t.begin();
   {
-    peer visitor{server.port()};
-    answer got = visitor.upgrade();
-    if (got == answer::right) got = visitor.echo("visit");
-    t.expect(got != answer::none, "a visitor waits in vain");
+    peer newcomer{server.port()};
+    answer got = newcomer.upgrade();
+    if (got == answer::right) got = newcomer.echo("visit");
+    t.expect(got != answer::none, "a new peer waits in vain");
     peer reader{server.port()};
     got = reader.get("/");
     t.expect(got != answer::none, "a page is waited for in vain");
   }
-  t.calm();
+  t.end();
   t.expect(other.echo("meanwhile") == answer::right, "another connection is lost");
   expect_in_order(t, server);
 }
@@ -174,42 +174,43 @@ void be_reached_again(trial& t) {
   std::optional<endpoint> server{endpoint::listen(0, options).value()};
   const std::uint16_t port = server->port();
   auto client = endpoint::connect(url_of(*server), small()).value();
-  t.expect(client.wait_peer(patience).has_value(), "it does not even begin");
+  t.expect(client.wait_peer(time_max).has_value(), "it does not even begin");
   server.reset();
   t.begin();
   auto again = endpoint::listen(port, options);
   if (!t.expect(again.has_value(), "the port is not free again")) return;
-  t.expect(again->wait_peer(patience).has_value() && client.wait_peer(patience).has_value(),
+  t.expect(again->wait_peer(time_max).has_value() && client.wait_peer(time_max).has_value(),
            "it is never reached again");
-  t.calm();
+  t.end();
   expect_in_order(t, *again);
 }
 
-// Values from one endpoint to another, and whatever is between them.
-void converse(trial& t) {
+// Values from one endpoint to another, through all that is between them.
+void exchange_messages(trial& t) {
   auto server = endpoint::listen(0, small()).value();
   auto client = endpoint::connect(url_of(server), small()).value();
   auto here = server.subscribe<pose>("/pose").value();
   auto there = client.advertise<pose>("/pose").value();
   double sent = 0;
   double heard = -1;
-  const auto say_until_heard = [&] {
-    const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto publish_until_received = [&] {
+    const auto until = rowe::rt::monotonic_clock::now() + time_max;
     ++sent;
     while (heard != sent && rowe::rt::monotonic_clock::now() < until) {
-      (void)there.publish({sent, 0}); // full or without a peer: said again below
+      (void)there.publish({sent, 0}); // full or without a peer: published again below
       if (auto value = here.take(1ms)) heard = value->value().x;
     }
     return heard == sent;
   };
-  for (int i = 0; i < 20; ++i) t.expect(say_until_heard(), "it does not even begin");
+  for (int i = 0; i < 20; ++i) t.expect(publish_until_received(), "it does not even begin");
   t.begin();
   {
     const in_the_library all;
-    for (int i = 0; i < 100; ++i) t.expect(say_until_heard(), "what is said is not heard any more");
+    for (int i = 0; i < 100; ++i)
+      t.expect(publish_until_received(), "what is published is not received any more");
   }
-  t.calm();
-  t.expect(say_until_heard(), "what is said is not heard any more");
+  t.end();
+  t.expect(publish_until_received(), "what is published is not received any more");
 }
 
 // ---- memory
@@ -221,24 +222,24 @@ TEST(no_memory, is_an_error_of_opening_a_client_or_of_an_attempt) {
   EXPECT_GT(fail_each(kind::heap, [](trial& t) { open_a_client(t, "127.0.0.1"); }), 25U);
 }
 TEST(no_memory, is_an_error_of_a_look_up) { EXPECT_GT(fail_each(kind::heap, open_a_client_by_name), 40U); }
-TEST(no_memory, is_nothing_that_visitors_need) { EXPECT_EQ(fail_each(kind::heap, be_visited), 0U); }
-TEST(no_memory, is_nothing_that_a_conversation_needs) { EXPECT_EQ(fail_each(kind::heap, converse), 0U); }
+TEST(no_memory, is_nothing_that_new_peers_need) { EXPECT_EQ(fail_each(kind::heap, accept_peers), 0U); }
+TEST(no_memory, is_nothing_that_messages_need) { EXPECT_EQ(fail_each(kind::heap, exchange_messages), 0U); }
 #endif
 
 // ---- libwebsockets' memory. Not while an endpoint opens: there always is enough then
-// (tests/net/memory_test.cpp), and 4.1.6 does not look at all it allocates.
+// (tests/net/memory_test.cpp), and 4.1.6 does not check all its allocations.
 
-TEST(no_memory_for_libwebsockets, refuses_a_visitor) {
+TEST(no_memory_for_libwebsockets, refuses_a_peer) {
   watch_libwebsockets();
-  EXPECT_GT(fail_each(kind::libwebsockets, be_visited), 8U);
+  EXPECT_GT(fail_each(kind::libwebsockets, accept_peers), 8U);
 }
 TEST(no_memory_for_libwebsockets, ends_an_attempt) {
   watch_libwebsockets();
   EXPECT_GT(fail_each(kind::libwebsockets, be_reached_again), 8U);
 }
-TEST(no_memory_for_libwebsockets, is_nothing_that_a_conversation_needs) {
+TEST(no_memory_for_libwebsockets, is_nothing_that_messages_need) {
   watch_libwebsockets();
-  EXPECT_EQ(fail_each(kind::libwebsockets, converse), 0U);
+  EXPECT_EQ(fail_each(kind::libwebsockets, exchange_messages), 0U);
 }
 
 // ---- the kernel
@@ -246,18 +247,18 @@ TEST(no_memory_for_libwebsockets, is_nothing_that_a_conversation_needs) {
 TEST(a_failing_system_call, is_an_error_of_opening_a_server) {
   EXPECT_GT(fail_each(kind::system_calls, open_a_server), 15U);
 }
-TEST(a_failing_system_call, is_no_matter_for_handles) {
+TEST(a_failing_system_call, does_not_concern_handles) {
   (void)fail_each(kind::system_calls, open_handles); // the service thread's calls, of which there may be few
 }
 TEST(a_failing_system_call, is_an_error_of_opening_a_client_or_of_an_attempt) {
   EXPECT_GT(fail_each(kind::system_calls, open_a_client_by_name), 20U);
 }
-TEST(a_failing_system_call, refuses_a_visitor) { EXPECT_GT(fail_each(kind::system_calls, be_visited), 20U); }
+TEST(a_failing_system_call, refuses_a_peer) { EXPECT_GT(fail_each(kind::system_calls, accept_peers), 20U); }
 TEST(a_failing_system_call, ends_an_attempt) {
   EXPECT_GT(fail_each(kind::system_calls, be_reached_again), 20U);
 }
-TEST(a_failing_system_call, interrupts_a_conversation) {
-  EXPECT_GT(fail_each(kind::system_calls, converse), 100U);
+TEST(a_failing_system_call, interrupts_messages) {
+  EXPECT_GT(fail_each(kind::system_calls, exchange_messages), 100U);
 }
 
 } // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Failures on demand: the n-th call of a kind fails, counted over all threads of the process from the moment
-// in which it was armed. The calls are those that this executable defines in front of the C library
+// Failures on demand: the n-th call of a kind fails, counted over all threads of the process since it was
+// armed. The calls are those that this executable defines in front of the C library
 // (heap.cpp, system_calls.cpp), so that every library in the process makes them here; and libwebsockets'
 // allocator (libwebsockets.cpp).
 //
@@ -26,15 +26,15 @@ struct failure {
 };
 void keep_failure_in(failure& place) noexcept;
 
-// What does not survive a failing allocation, and cannot be made to from outside: the beginning of the name
-// of a library's file or of a function.
+// What does not recover from a failed allocation, and cannot be made to from outside: the beginning of the
+// name of a library's file or of a function.
 //
 // simdjson 3.0.1 terminates: its first use in a process chooses a kernel and allocates that one's name.
 // glibc 2.36 crashes, or finds no name for the rest of the process and forgets a descriptor: its first
 // look-up reads nsswitch.conf.
 inline constexpr const char* libraries_that_do_not_recover[] = {"libsimdjson.so", "getaddrinfo"};
 
-// The connection to this local port of the peer is left alone: what happens to others must not touch it.
+// The connection to this local port of the peer is left alone: failures of others must not concern it.
 void spare_connection_of(std::uint16_t peer_port) noexcept;
 
 struct in_the_library {
@@ -49,7 +49,7 @@ struct in_the_library {
 // Whether this is the call that fails.
 bool fails(kind which, const char* call) noexcept;
 bool spared(int descriptor) noexcept;
-// Has libwebsockets allocate where a failure can be put in its way.
+// Lets libwebsockets allocate by a function that can fail.
 void watch_libwebsockets() noexcept;
 
 } // namespace failures

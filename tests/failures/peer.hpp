@@ -23,8 +23,8 @@ class peer {
  public:
   explicit peer(std::uint16_t server) : server_{server} {
     fd_.reset(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    const timeval patience{10, 0};
-    ::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    const timeval time_max{10, 0};
+    ::setsockopt(fd_.get(), SOL_SOCKET, SO_RCVTIMEO, &time_max, sizeof time_max);
     sockaddr_in there{};
     there.sin_family = AF_INET;
     there.sin_port = htons(server);

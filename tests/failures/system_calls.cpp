@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The functions by which rowe and libwebsockets enter the kernel, defined in the executable; each fails as
 // its manual page says that it may when something runs out, and else passes on to the C library. Calls that
-// cannot fail so are not here: reading clocks, changing the watches of a descriptor, ringing an eventfd.
+// cannot fail so are not here: reading clocks, changing the watches of a descriptor, signalling an eventfd.
 #include "failures/injection.hpp"
 
 #include <dlfcn.h>

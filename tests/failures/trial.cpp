@@ -61,9 +61,9 @@ std::size_t open_descriptors() noexcept {
     disarm();
     tried.expect(false, std::string{"an exception came out: "} + typeid(thrown).name());
   }
-  tried.calm();
+  tried.end();
   const std::size_t after = open_descriptors();
-  tried.expect(after == before || tried.spoilt(),
+  tried.expect(after == before || tried.unrecoverable(),
                "descriptors before and after: " + std::to_string(before) + ", " + std::to_string(after));
   ::_exit(0);
 }
@@ -104,13 +104,13 @@ std::string_view wanted() {
 
 } // namespace
 
-void trial::calm() noexcept {
+void trial::end() noexcept {
   calls_ = std::max(calls_, disarm());
   written->calls = calls_;
 }
 
 bool trial::failed() const noexcept { return written->failed.call != nullptr; }
-bool trial::spoilt() const noexcept { return written->failed.within != nullptr; }
+bool trial::unrecoverable() const noexcept { return written->failed.within != nullptr; }
 
 bool trial::expect(bool right, std::string_view what) noexcept {
   if (!right && !written->wrong[0]) copy(written->wrong, sizeof written->wrong, what);
@@ -131,8 +131,7 @@ std::uint64_t fail_each(kind which, const scenario& run) {
   } else {
     run_with(which, never, run);
     calls = written->calls;
-    // How many calls a run makes depends a little on chance: in the end one does not come to the call meant
-    // for it.
+    // How many calls a run makes varies a little: in the end a run does not reach the call meant for it.
     const bool all = wanted() == "all";
     const std::uint64_t step = all ? 1 : std::max<std::uint64_t>(1, calls / runs_usually);
     const std::uint64_t most = all ? never : calls;
@@ -140,7 +139,7 @@ std::uint64_t fail_each(kind which, const scenario& run) {
     }
   }
   for (const auto& [library, times] : ended_by)
-    std::cout << "ended or spoilt by " << library << " itself: " << times << " times\n";
+    std::cout << "ended or made useless by " << library << " itself: " << times << " times\n";
   ended_by.clear();
   ::munmap(shared, sizeof(report));
   return calls;

@@ -16,15 +16,15 @@ class trial {
  public:
   trial(kind which, std::uint64_t n) noexcept : which_{which}, n_{n} {}
 
-  // From here on a call may fail; until calm().
+  // From here on a call may fail, until end().
   void begin() noexcept { arm(which_, n_); }
-  void calm() noexcept;
+  void end() noexcept;
   // Whether one has failed since begin().
   bool failed() const noexcept;
   // Whether it was one of libraries_that_do_not_recover, after which nothing can be said.
-  bool spoilt() const noexcept;
+  bool unrecoverable() const noexcept;
 
-  // Notes what is wrong, if it is; the first one is what is told. False if it is.
+  // Notes what is wrong, if something is; the first such thing is reported. False if something is wrong.
   bool expect(bool right, std::string_view what) noexcept;
 
   std::uint64_t calls() const noexcept { return calls_; }
@@ -37,7 +37,7 @@ class trial {
 
 using scenario = std::function<void(trial&)>;
 
-// A gtest failure for each call whose failing ends badly. By default some calls, evenly chosen; with
+// A gtest failure for each call whose failure is not handled. By default some calls, evenly chosen; with
 // ROWE_FAILURES=all in the environment every one, until a run comes to its end without meeting it; with
 // ROWE_FAILURES=22 the 22nd. Returns how many calls a run makes in which nothing fails.
 std::uint64_t fail_each(kind which, const scenario& run);
