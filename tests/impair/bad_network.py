@@ -11,8 +11,8 @@ here = os.path.dirname(os.path.abspath(__file__))
 
 
 def why_not():
-    """Why there can be no network here; empty when there can. An ordinary user's script starts again in a
-    user namespace of its own, if it may."""
+    """Why there can be no network here; empty where there can be one. An ordinary user's script starts again
+    in a user namespace of its own, if it may."""
     try:
         link.permitted()
         return ""

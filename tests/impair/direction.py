@@ -2,8 +2,8 @@
 """One direction of a link: what becomes of each packet, and when it leaves.
 
 A function of its settings, its seed, the times and the sizes it is given: it reads no clock and moves no
-byte. Every packet draws the same number of random numbers whatever the settings are, so that of two runs with
-one seed in which one setting differs, the others have the same effect on the same packets.
+byte. Every packet takes the same number of random numbers, whatever the settings are. So where two runs
+with one seed differ in one setting, the other settings have the same effect on the same packets.
 """
 import dataclasses
 import random
@@ -99,7 +99,7 @@ class counts:
         return ", ".join(f"{value} {name}" for name, value in dataclasses.asdict(self).items())
 
 
-class way:
+class direction:
     def __init__(self, seed):
         self.settings, self.counts = settings(), counts()
         self.random = random.Random(seed)

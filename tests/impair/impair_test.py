@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The program as a user runs it, and packets through it. Times have lower ends only."""
+"""The program as a user runs it, and packets through it. Times are bounded from below only."""
 import os
 import signal
 import socket
@@ -10,22 +10,22 @@ import time
 import unittest
 
 import link
-import stand
-import way
+import bad_network
+import direction
 
-impair = [sys.executable, os.path.join(stand.here, "impair")]
+impair = [sys.executable, os.path.join(bad_network.here, "impair")]
 packets = 100  # fewer than a device or a socket holds until they are read
-patience = 30  # seconds; far above what anything here takes
+seconds_max = 30  # far above what anything here takes
 
 
 def run(*arguments, before=()):
     return subprocess.run([*before, *impair, *arguments], stdin=subprocess.PIPE, capture_output=True,
-                          text=True, timeout=patience, check=False)
+                          text=True, timeout=seconds_max, check=False)
 
 
 def udp(side):
     s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-    s.settimeout(patience)
+    s.settimeout(seconds_max)
     s.bind((link.address[side], 7000))
     return s
 
@@ -43,7 +43,7 @@ class arguments(unittest.TestCase):
     def test_help_shows_what_to_type(self):
         said = run("--help")
         self.assertEqual((said.returncode, said.stderr), (0, ""))
-        for words in ("usage: impair", "ip netns exec impair-a", *(each for each in way.settings().__dict__)):
+        for words in ("usage: impair", "ip netns exec impair-a", *direction.settings().__dict__):
             self.assertIn(words, said.stdout)
 
     def test_wrong_ones_are_refused_by_name(self):
@@ -56,7 +56,7 @@ class arguments(unittest.TestCase):
             self.assertIn(wanted, said.stderr)
 
 
-why_not = stand.why_not() if __name__ == "__main__" else ""
+why_not = bad_network.why_not() if __name__ == "__main__" else ""
 
 
 @unittest.skipIf(why_not, why_not)
@@ -72,20 +72,20 @@ class refusals(unittest.TestCase):
         self.assertIn("/dev/net/tun: No such file", said.stderr)
 
     def test_a_second_one_of_its_name(self):
-        with stand.network() as first:
+        with bad_network.network() as first:
             said = run("--name", first.name)
             self.assertEqual(said.returncode, 1)
             self.assertIn("exists", said.stderr)
-            self.assertIn("loss=1%", first.tell("loss=1%"))  # it took nothing of the first one's
+            self.assertIn("loss=1%", first.tell("loss=1%"))  # it left the first one's alone
 
 
 @unittest.skipIf(why_not, why_not)
 class endings(unittest.TestCase):
     def ends(self, how):
-        between = stand.network()
+        between = bad_network.network()
         self.assertTrue(os.path.exists(f"/run/netns/{between.namespace('a')}"))
         how(between.process)
-        said, _ = between.process.communicate(timeout=patience)
+        said, _ = between.process.communicate(timeout=seconds_max)
         self.assertEqual(between.process.returncode, 0)
         self.assertTrue(said.startswith("ab 0 packets"), said)
         for side in link.sides:
@@ -102,7 +102,7 @@ class endings(unittest.TestCase):
             one = subprocess.Popen([*impair, "--name", f"half{os.getpid()}"], stdin=subprocess.PIPE,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             threading.Timer(after / 1000, one.terminate).start()
-            one.wait(timeout=patience)
+            one.wait(timeout=seconds_max)
             one.communicate()
             left = os.listdir("/run/netns") if os.path.exists("/run/netns") else []
             self.assertEqual([name for name in left if name.startswith(f"half{os.getpid()}")], [])
@@ -111,13 +111,13 @@ class endings(unittest.TestCase):
 @unittest.skipIf(why_not, why_not)
 class packets_through_it(unittest.TestCase):
     def setUp(self):
-        self.between = self.enterContext(stand.network(seed=7))
+        self.between = self.enterContext(bad_network.network(seed=7))
         self.end = {side: self.between.call(side, udp, side) for side in link.sides}
         for one in self.end.values():
             self.addCleanup(one.close)
 
     def send_all(self):
-        """From a to b; returns when their fate is decided."""
+        """From a to b; returns when it is decided which arrive, and when."""
         send(self.end["a"], range(packets), "b")
         while not self.between.tell("counts").startswith(f"ab {packets} packets"):
             pass
@@ -132,16 +132,16 @@ class packets_through_it(unittest.TestCase):
             receive(self.end["a"], 1)
             self.assertGreaterEqual(time.monotonic() - begin, least)
 
-    def test_meet_the_fate_that_the_seed_has_for_them(self):
-        foretold = way.way("7 a")
+    def test_leave_when_the_seed_says(self):
+        expected = direction.direction("7 a")
         for setting in ("loss=20%", "duplicate=10%"):
             self.between.tell("ab." + setting)
-            foretold.settings.set(*setting.split("="))
+            expected.settings.set(*setting.split("="))
         self.send_all()
-        expected = [number for number in range(packets) for _ in foretold.take(0, 100)]
+        expected = [number for number in range(packets) for _ in expected.take(0, 100)]
         self.assertNotEqual(expected, list(range(packets)))
         self.between.tell("ab.loss=0% ab.duplicate=0%")
-        send(self.end["a"], [packets])  # what comes up to this one is all that comes
+        send(self.end["a"], [packets])  # all that arrives has come before this one
         self.assertEqual(receive(self.end["b"], len(expected) + 1), [*expected, packets])
 
     def test_do_not_arrive_through_a_black_hole_and_the_other_way_they_do(self):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Two network namespaces, `a` and `b`, each with a TUN device, and packets carried between them.
 
-What one side's kernel sends is read from its device, held for as long as its way says, and written into the
-other device. One thread; needs CAP_SYS_ADMIN and CAP_NET_ADMIN, of the machine or of a user namespace.
+What one side's kernel sends is read from its device, held for as long as its direction says, and written into
+the other device. One thread; needs CAP_SYS_ADMIN and CAP_NET_ADMIN, of the machine or of a user namespace.
 """
 import ctypes
 import fcntl
@@ -15,7 +15,7 @@ import struct
 import subprocess
 import time
 
-import way
+import direction
 
 sides = ("a", "b")
 address = {"a": "10.98.76.1", "b": "10.98.76.2"}
@@ -25,7 +25,7 @@ burst_max = 64  # packets from one side before the other has its turn
 
 
 class cannot(Exception):
-    """The machine does not let us; says why, and what would help."""
+    """The machine does not permit it; says why, and what would help."""
 
 
 def _ip(*arguments):
@@ -42,7 +42,7 @@ _libc = ctypes.CDLL(None, use_errno=True)
 
 
 def permitted():
-    """Raises `cannot` when the machine does not let us. Asks in a child, so nothing is left behind."""
+    """Raises `cannot` when the machine does not permit it. Tries in a child, so nothing is left behind."""
     if shutil.which("ip") is None:
         raise cannot("there is no command ip (package iproute2)")
     child = os.fork()
@@ -63,7 +63,7 @@ class link:
     def __init__(self, name, seed):
         self.namespace = {side: f"{name}-{side}" for side in sides}
         # By the side that sends. A seed for each: what one direction carries must not change the other.
-        self.ways = {side: way.way(f"{seed} {side}") for side in sides}
+        self.directions = {side: direction.direction(f"{seed} {side}") for side in sides}
         self.tun = {}
         self.made = []
         self.held = []  # a heap of (when, number, to, packet)
@@ -107,7 +107,7 @@ class link:
         while True:
             wait = None
             if self.held:
-                wait = max(0.0, (self.held[0][0] - time.monotonic_ns()) / way.ns_per_second)
+                wait = max(0.0, (self.held[0][0] - time.monotonic_ns()) / direction.ns_per_second)
             ready, _, _ = select.select(descriptors, [], [], wait)
             for side in sides:
                 if self.tun[side] in ready:
@@ -124,7 +124,7 @@ class link:
                 packet = os.read(self.tun[side], packet_bytes_max)
             except BlockingIOError:
                 return
-            for when in self.ways[side].take(time.monotonic_ns(), len(packet)):
+            for when in self.directions[side].take(time.monotonic_ns(), len(packet)):
                 self.number += 1
                 heapq.heappush(self.held, (when, self.number, to, packet))
 

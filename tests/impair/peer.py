@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """peer.py HOST PORT: a peer in a process of its own, to be stopped, killed and cut off. Answers pings; to
 each line of input it makes a round trip and says `heard`; says `open PORT` first and `over WHY` when cut.
-The line `reset` makes it vanish as a host does that starts again: no close frame, a reset, nothing that it
-remembers."""
+The line `reset` makes it vanish as a host does that restarts: no close frame, a reset, and no memory of the
+connection."""
 import contextlib
 import select
 import socket

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How an endpoint notices that a peer is gone, each way one can go, and that the others do not notice.
+"""How an endpoint notices that a peer is gone, for each way to go, and that other peers do not notice.
 
 The endpoint is on side a of a bad network, its peers, each a process, on side b; one is on the endpoint's own
-host. Times have lower ends only."""
+host. Times are bounded from below only."""
 import contextlib
 import os
 import re
@@ -13,10 +13,10 @@ import unittest
 
 import link
 import program
-import stand
+import bad_network
 
 here = os.path.dirname(os.path.abspath(__file__))
-why_not = stand.why_not()
+why_not = bad_network.why_not()
 
 
 class process(program.program):
@@ -44,7 +44,7 @@ class peer:
         return self.process.line(r"^open (\d+)", "stdout")[1]
 
     def round_trip(self):
-        """Returns the time before it: from then on the endpoint has heard of this peer at some time."""
+        """Returns the time before it: since then the endpoint has received something of this peer."""
         begin = time.monotonic()
         self.trips += 1
         self.process.say("trip")
@@ -57,14 +57,14 @@ class peer:
 
 @unittest.skipIf(why_not, why_not)
 class gone(unittest.TestCase):
-    """`patient` endpoints never cut for silence: what they notice, they were told."""
+    """`patient` endpoints never disconnect for silence: they notice only what they are told."""
 
     silence_max = 3.0  # seconds
 
     def watch(self, patient):
         """An endpoint, a peer on its own host, two that stay and one that goes."""
         everything = self.enterContext(contextlib.ExitStack())
-        self.between = everything.enter_context(stand.network("delay=1ms"))
+        self.between = everything.enter_context(bad_network.network("delay=1ms"))
         silence = "600000" if patient else f"{self.silence_max * 1000:.0f}"
         self.endpoint = process(self.between, "a", os.environ["ROWE_WATCHED"], "300", silence)
         everything.enter_context(self.endpoint)
@@ -95,7 +95,7 @@ class gone(unittest.TestCase):
         for name in ("violations", "stalled_peers", "unfinished_messages", "events_lost"):
             self.assertEqual(counted[name], 0, name)
 
-    def test_stopped_it_is_cut_for_its_silence_and_told_why(self):
+    def test_stopped_it_is_disconnected_for_its_silence_and_told_why(self):
         self.watch(patient=False)
         begin = self.victim.round_trip()
         self.victim.signal(signal.SIGSTOP)
@@ -119,7 +119,7 @@ class gone(unittest.TestCase):
         self.assertEqual(self.left(self.victim), "the connection was reset")
         self.others_stay(self.local, *self.steady)
 
-    def test_behind_a_black_hole_all_are_cut_but_those_who_are_not(self):
+    def test_behind_a_black_hole_all_are_disconnected_and_no_others(self):
         self.watch(patient=False)
         begins = [one.round_trip() for one in self.peers]
         self.between.tell("black_hole=on")
@@ -128,8 +128,8 @@ class gone(unittest.TestCase):
             self.assertGreaterEqual(time.monotonic() - begin, self.silence_max)
         self.others_stay(self.local, silent=3)
 
-    def test_deaf_in_one_direction_it_is_as_silent(self):
-        """What it says arrives nowhere, and it still hears us."""
+    def test_cut_off_in_one_direction_it_is_as_silent(self):
+        """What it sends does not arrive, and it still receives."""
         self.watch(patient=False)
         begin = self.victim.round_trip()
         self.between.tell("ba.black_hole=on")
@@ -137,7 +137,7 @@ class gone(unittest.TestCase):
         self.assertGreaterEqual(time.monotonic() - begin, self.silence_max)
         self.local.round_trip()
 
-    def test_half_open_it_is_found_out_by_the_next_ping(self):
+    def test_half_open_it_is_noticed_by_the_next_ping(self):
         """Its host starts again behind a black hole, and knows nothing of the connection when it is back."""
         self.watch(patient=True)
         self.victim.round_trip()

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// impair_watched PING_MS SILENCE_MS: an endpoint that listens on every address and tells what happens to it,
-// until its input ends. A line for each event: what, with whom, and why; to each line of input the counters,
-// on one.
+// impair_watched PING_MS SILENCE_MS: an endpoint that listens on every address and prints what happens to it,
+// until its input ends. It prints a line for each event: what, which peer, and why. To each line of input it
+// prints the counters, on one line.
 #include <poll.h>
 #include <unistd.h>
 
