@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A loop that answers calls: its speed is set by whoever asks, in any dialect, while the loop never waits.
+// A loop that answers calls: its speed is set by whoever asks, by any codec, while the loop never waits.
 #include <cstdio>
 #include <optional>
 

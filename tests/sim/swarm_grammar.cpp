@@ -55,7 +55,7 @@ const std::vector<std::vector<value_class>>& all_classes() {
        {"no_text", bad},
        {"absent", bad}},
       /* stop_service */
-      {{"plain"}, {"no_slash"}, {"escaped_slash"}, {"escaped_letters"}, {"with_id"}, {"with_long_id"}},
+      {{"plain"}, {"no_slash"}, {"escaped_slash"}, {"escaped_characters"}, {"with_id"}, {"with_long_id"}},
       /* id */
       {{"absent"},
        {"short"},
@@ -645,7 +645,7 @@ class writing {
     std::string written = name;
     if (how == "no_slash") written = name.substr(1);
     if (how == "escaped_slash") written = "\\/rowe\\/stop" + name.substr(10);
-    if (how == "escaped_letters") written = "/rowe/" + escaped("st") + "op" + name.substr(10);
+    if (how == "escaped_characters") written = "/rowe/" + escaped("st") + "op" + name.substr(10);
     const bool with_id = how == "with_id" || how == "with_long_id";
     if (with_id && of_.goes == form::stop_call) {
       const std::string id = how == "with_id" ? "st" + std::to_string(from_.below(4)) : std::string(60, 's');

@@ -470,7 +470,7 @@ class process {
     for (const auto& one : handles_) {
       if (!one->honest) one->finish_up();
     }
-    collect_door();
+    collect_outcomes();
     while (const auto slot = in_.on.door.try_receive(in_.on.now)) in_.on.door.give_back_inbound(*slot);
     held_.clear();
   }
@@ -479,11 +479,11 @@ class process {
     for (const auto& one : closing_) one->let_go();
   }
   bool all_closed() const { return closing_.empty() && handles_.empty(); }
-  std::size_t waiting_at_door() const { return waiting_.size(); }
+  std::size_t waiting_submissions() const { return waiting_.size(); }
 
   // ---- ordinary threads
 
-  void use_door() {
+  void use_submissions() {
     in_.say("an ordinary thread of the process acts");
     using rowe::service::door_request;
     auto& door = in_.on.door;
@@ -533,10 +533,10 @@ class process {
       if (slot && waits) waiting_.push_back(*slot);
       return;
     }
-    default: return collect_door();
+    default: return collect_outcomes();
     }
   }
-  void collect_door() {
+  void collect_outcomes() {
     auto& door = in_.on.door;
     std::erase_if(waiting_, [&](std::uint32_t slot) {
       // Long past, so it does not sleep; a thread that gives up before the end may not look again.

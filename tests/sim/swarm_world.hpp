@@ -235,7 +235,7 @@ class world {
     case action::act:
     case action::act_too: process_.act(); break;
     case action::ordinary_thread:
-      if (process_.receives) process_.use_door();
+      if (process_.receives) process_.use_submissions();
       break;
     case action::freeze: freeze(); return;
     case action::burst: burst(); break;
