@@ -334,13 +334,47 @@ def links_lead_somewhere(t):
                     yield finding(path, number, "link", f"{target} has no heading #{anchor}")
 
 
+# ---- words
+
+# Whose words are the field's (docs/concepts.md). To be widened to the whole tree.
+worded = ("CONTRIBUTING.md", "README.md", "docs/", "tests/failures/", "tests/fuzz/", "tests/impair/",
+          "tests/model/", "tests/sim/", "tests/stress/")
+# A word that is gone, also as a part of a name, in the plural, and in capitals: what is said instead.
+replaced = {
+    "bell": "waker", "carrier": "transport", "dialect": "codec", "dice": "random", "farewell": "close reason",
+    "front door": "submission queue, shared inbox", "goodbye": "close frame", "letter": "direct message",
+    "nap": "yield", "patience": "time_max, timeout", "phase plan": "publish predictor",
+    "rope": "producer epoch", "settler": "service thread", "theatre": "harness",
+    "weather": "link conditions"}
+# Names that folders beyond `worded` give; `dialect` is a member on the wire.
+named_elsewhere = (
+    "`dialect`", "bell_", "bell_rope", "carrier_", "detail::letter", "exchange(bell", "front_door",
+    "phase_plan", "phase_plan_test", "room_bell_", "stage::theatre", "start_letter", "wake_bell",
+    "wake_bell_test", "weather_of")
+
+
+def words_are_the_fields(t):
+    gone = "|".join(word.replace(" ", "[ _]") for word in replaced)
+    pattern = re.compile(rf"(?<![a-z])({gone})s?(?![a-z])", re.IGNORECASE)
+    names = re.compile(rf"(?<!\w)({'|'.join(map(re.escape, named_elsewhere))})(?!\w)")
+    met = set()
+    for path in t.texts():
+        for number, line in enumerate(t.lines(path) if path.startswith(worded) else (), 1):
+            met.update(names.findall(line))
+            for word in pattern.findall(names.sub("", line)):
+                instead = replaced[word.lower().replace("_", " ")]
+                yield finding(path, number, "word", f"{word}: {instead}")
+    for name in sorted(set(named_elsewhere) - met):
+        yield finding("tests/tidy/tidy.py", 1, "word", f"nothing is called {name} any more")
+
+
 rules = (
     libraries_stay_in_their_room, rooms_include_along_the_arrows, outsiders_include_the_interface_only,
     no_fences_and_no_volatile, the_library_neither_prints_nor_ends_the_program,
     the_core_has_no_clock_and_no_chance, tests_do_not_sleep, errors_are_not_swallowed,
     orders_name_their_partner, a_pairs_words_have_one_home, sources_name_their_licence, lines_fit,
     white_space_is_plain, nothing_is_left_open, no_machine_is_named, named_files_exist,
-    documented_code_is_compiled, links_lead_somewhere)
+    documented_code_is_compiled, links_lead_somewhere, words_are_the_fields)
 
 
 def check(root):

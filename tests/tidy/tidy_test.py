@@ -84,6 +84,10 @@ plants = [
     ("docs/plant_5.md", "```cmake\ninclude(FetchContent)\nfind_package(nothing)\n```\n", [(3, "example")]),
     ("tests/rt/plant_2.cpp", spdx + "// as tests/rt/nowhere_test.cpp shows\n", [(2, "named-file")]),
     ("bench/plant_3.cmake", hash_spdx + "# see docs/nowhere.md\n", [(2, "named-file")]),
+    ("docs/plant_6.md", "Letters go by the front door.\nA carrier and a `dialect`, or dialects.\n",
+     [(1, "word"), (1, "word"), (2, "word"), (2, "word")]),
+    ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
+     [(2, "word"), (3, "word"), (4, "word")]),
 ]
 
 # What comes close and is right.
@@ -103,6 +107,8 @@ innocent = [
      spdx + "#include <sys/socket.h>\n#include <rowe/rowe.hpp>\nstd::printf(\"x\");\n"),
     ("tests/bench_innocent_e.cpp", spdx + "#include <simdjson.h>\n// " + "http://x.example/" + "x" * 120 + "\n"),
     ("tests/service/innocent_h.cpp", spdx + "audience_word<atomics> audience;\nstd::span<audience> all;\n"),
+    ("tests/sim/innocent_h.cpp", spdx + "net.weather_of(id); // europe, a snapshot, rt::wake_bell\n"),
+    ("src/net/innocent_i.cpp", spdx + "// the weather of a folder that is not worded yet\n"),
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
     ("docs/innocent_g.md",
      "`tests/ROOM/CMakeLists.txt`, `src/*/*.cpp`, `include/rowe/{result,event}.hpp`, and/or\n"
@@ -156,6 +162,11 @@ class tidy_test(unittest.TestCase):
         with unittest.mock.patch.dict(tidy.exempt, stale):
             found = [(one.path, one.rule) for one in tidy.check(self.root)]
         self.assertIn(("src/api/endpoint.cpp", "exempt"), found)
+
+    def test_a_name_that_is_given_nowhere_any_more_is_found(self):
+        with unittest.mock.patch.object(tidy, "named_elsewhere", (*tidy.named_elsewhere, "old_rope")):
+            found = [one.what for one in tidy.words_are_the_fields(tree(self.root))]
+        self.assertIn("nothing is called old_rope any more", found)
 
     def test_an_exemption_excuses_its_own_file_and_rule_only(self):
         path, _, offences = plants[0]
