@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The schedule, what a stall is charged to, and what is kept of it, on a clock that moves only when told to.
-#include "bench/pump.hpp"
+#include "tools/bench/pump.hpp"
 
 #include <deque>
 #include <string>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is said of a run: percentiles, verdict, JSON, the .hgrm file, the comparison, the drawing, and the
 // line of the machine.
-#include "bench/compare.hpp"
-#include "bench/plot.hpp"
-#include "bench/report.hpp"
+#include "tools/bench/compare.hpp"
+#include "tools/bench/plot.hpp"
+#include "tools/bench/report.hpp"
 
 #include <filesystem>
 #include <fstream>
@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "json_check.hpp"
-#include "json_values.hpp"
+#include "tools/rowe/text/json_check.hpp"
+#include "tools/rowe/text/json_values.hpp"
 
 namespace rowe::tools::bench {
 namespace bench_report_test {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "doctor/cpu_list.hpp"
+#include "tools/doctor/cpu_list.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "json_check.hpp"
+#include "tools/rowe/text/json_check.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "message_format.hpp"
+#include "tools/rowe/text/message_format.hpp"
 
 #include <gtest/gtest.h>
 
-#include "message_source.hpp"
+#include "tools/rowe/text/message_source.hpp"
 
 namespace rowe::tools {
 namespace message_format_test {

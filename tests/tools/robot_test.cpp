@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "robot.hpp"
+#include "tools/demo_robot/robot.hpp"
 
 #include <gtest/gtest.h>
 

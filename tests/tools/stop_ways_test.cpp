@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "stop_ways.hpp"
+#include "tools/rowe/verbs/stop_ways.hpp"
 
 namespace rowe::tools {
 namespace stop_ways_test {

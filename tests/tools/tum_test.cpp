@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tum.hpp"
+#include "tools/rowe/text/tum.hpp"
 
 #include <gtest/gtest.h>
 

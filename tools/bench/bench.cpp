@@ -7,10 +7,10 @@
 #include <cerrno>
 #include <string>
 
-#include "../console.hpp"
-#include "../limit_options.hpp"
-#include "../remote.hpp"
-#include "../verbs.hpp"
+#include "../rowe/arguments/limit_options.hpp"
+#include "../rowe/console.hpp"
+#include "../rowe/network/remote.hpp"
+#include "../rowe/verbs/verbs.hpp"
 #include "compare.hpp"
 #include "modes.hpp"
 

@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <csignal>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::bench {
 namespace {

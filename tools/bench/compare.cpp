@@ -8,9 +8,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "../console.hpp"
-#include "../json_check.hpp"
-#include "../json_values.hpp"
+#include "../rowe/console.hpp"
+#include "../rowe/text/json_check.hpp"
+#include "../rowe/text/json_values.hpp"
 
 namespace rowe::tools::bench {
 namespace {

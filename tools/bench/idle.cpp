@@ -15,8 +15,8 @@
 
 #include <rowe/endpoint.hpp>
 
-#include "../interrupt.hpp"
-#include "../remote.hpp"
+#include "../rowe/interrupt.hpp"
+#include "../rowe/network/remote.hpp"
 #include "modes.hpp"
 #include "session.hpp"
 

@@ -8,8 +8,8 @@
 
 #include <rowe/rt/clock.hpp>
 
-#include "../console.hpp"
 #include "../doctor/facts.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::bench {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The modes of `rowe bench`; each lives in the file of its name, and is listed in bench.cpp.
 #pragma once
-#include "../command_line.hpp"
-#include "../exit_code.hpp"
+#include "../rowe/arguments/command_line.hpp"
+#include "../rowe/exit_code.hpp"
 #include "settings.hpp"
 
 namespace rowe::tools::bench {

@@ -12,9 +12,9 @@
 
 #include <rowe/endpoint.hpp>
 
-#include "../host_addresses.hpp"
-#include "../interrupt.hpp"
-#include "../remote.hpp"
+#include "../rowe/interrupt.hpp"
+#include "../rowe/network/host_addresses.hpp"
+#include "../rowe/network/remote.hpp"
 #include "modes.hpp"
 #include "probe.hpp"
 #include "session.hpp"

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::bench {
 namespace {
@@ -323,8 +323,8 @@ std::string svg_of(const report& r, const earlier* before) {
   draw_percentiles(to, first_top, r, now, was, times);
   draw_histogram(to, second_top, r, now, was, times);
   const std::string height = fixed(second_top + plot_height + 60);
-  return joined("<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 ", fixed(picture_width), " ",
-                height, "\" width=\"", fixed(picture_width), "\" height=\"", height, "\">\n<title>",
+  return joined("<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" viewBox=\"0 0 ", fixed(picture_width),
+                " ", height, "\" width=\"", fixed(picture_width), "\" height=\"", height, "\">\n<title>",
                 escaped(r.where.line()), "</title>\n<desc>", escaped(about), "</desc>\n", style, to.take(),
                 "</svg>\n");
 }

@@ -10,7 +10,7 @@
 
 #include <rowe/schema.hpp>
 
-#include "../json_values.hpp"
+#include "../rowe/text/json_values.hpp"
 
 namespace rowe::tools::bench {
 

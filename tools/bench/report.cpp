@@ -5,7 +5,7 @@
 #include <array>
 #include <cstdio>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::bench {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "../exit_code.hpp"
+#include "../rowe/exit_code.hpp"
 #include "machine.hpp"
 #include "pump.hpp"
 #include "recording.hpp"

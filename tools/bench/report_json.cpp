@@ -3,8 +3,8 @@
 #include <array>
 #include <charconv>
 
-#include "../console.hpp"
-#include "../json_values.hpp"
+#include "../rowe/console.hpp"
+#include "../rowe/text/json_values.hpp"
 #include "report.hpp"
 
 namespace rowe::tools::bench {

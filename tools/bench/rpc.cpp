@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "../json_check.hpp"
-#include "../remote.hpp"
+#include "../rowe/network/remote.hpp"
+#include "../rowe/text/json_check.hpp"
 #include "modes.hpp"
 #include "probe.hpp"
 #include "session.hpp"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "../remote.hpp"
+#include "../rowe/network/remote.hpp"
 #include "modes.hpp"
 #include "probe.hpp"
 #include "session.hpp"

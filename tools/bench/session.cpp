@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdio>
 
-#include "../json_values.hpp"
-#include "../remote.hpp"
+#include "../rowe/network/remote.hpp"
+#include "../rowe/text/json_values.hpp"
 #include "compare.hpp"
 #include "plot.hpp"
 #include "probe.hpp"

@@ -12,8 +12,8 @@
 #include <rowe/rt/periodic.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "../console.hpp"
-#include "../interrupt.hpp"
+#include "../rowe/console.hpp"
+#include "../rowe/interrupt.hpp"
 #include "child.hpp"
 #include "pump.hpp"
 #include "report.hpp"

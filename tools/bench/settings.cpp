@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "../values.hpp"
+#include "../rowe/arguments/values.hpp"
 #include "schedule.hpp"
 
 namespace rowe::tools::bench {

@@ -12,8 +12,8 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "../command_line.hpp"
-#include "../console.hpp"
+#include "../rowe/arguments/command_line.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::bench {
 

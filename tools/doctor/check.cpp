@@ -7,7 +7,7 @@
 #include <charconv>
 #include <cstdio>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::fitness {
 namespace {

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <utility>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::fitness {
 namespace {

@@ -11,11 +11,11 @@
 #include <optional>
 #include <string>
 
-#include "../command_line.hpp"
-#include "../console.hpp"
-#include "../interrupt.hpp"
-#include "../json_values.hpp"
-#include "../verbs.hpp"
+#include "../rowe/arguments/command_line.hpp"
+#include "../rowe/console.hpp"
+#include "../rowe/interrupt.hpp"
+#include "../rowe/text/json_values.hpp"
+#include "../rowe/verbs/verbs.hpp"
 #include "check.hpp"
 #include "report.hpp"
 

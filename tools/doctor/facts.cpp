@@ -11,8 +11,8 @@
 #include <cerrno>
 #include <climits>
 
-#include "../console.hpp"
-#include "../values.hpp"
+#include "../rowe/arguments/values.hpp"
+#include "../rowe/console.hpp"
 
 namespace rowe::tools::fitness {
 namespace {

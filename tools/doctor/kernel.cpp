@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 #include "check.hpp"
 
 namespace rowe::tools::fitness {

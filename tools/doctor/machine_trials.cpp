@@ -17,7 +17,7 @@
 #include <rowe/rt/periodic.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "../interrupt.hpp"
+#include "../rowe/interrupt.hpp"
 #include "trials.hpp"
 
 namespace rowe::tools::fitness {

@@ -2,7 +2,7 @@
 // What moves memory about while a loop runs.
 #include <array>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 #include "check.hpp"
 
 namespace rowe::tools::fitness {

@@ -4,7 +4,7 @@
 #include <array>
 #include <cerrno>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 #include "check.hpp"
 
 namespace rowe::tools::fitness {

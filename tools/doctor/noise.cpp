@@ -5,7 +5,7 @@
 #include <cerrno>
 #include <charconv>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 #include "check.hpp"
 
 namespace rowe::tools::fitness {

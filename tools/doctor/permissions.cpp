@@ -7,8 +7,8 @@
 
 #include <rowe/limits.hpp>
 
-#include "../console.hpp"
-#include "../values.hpp"
+#include "../rowe/arguments/values.hpp"
+#include "../rowe/console.hpp"
 #include "check.hpp"
 
 namespace rowe::tools::fitness {

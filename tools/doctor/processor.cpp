@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "../console.hpp"
+#include "../rowe/console.hpp"
 #include "check.hpp"
 
 namespace rowe::tools::fitness {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cerrno>
 
-#include "../values.hpp"
+#include "../rowe/arguments/values.hpp"
 #include "trials.hpp"
 
 namespace rowe::tools::fitness {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "../console.hpp"
-#include "../json_values.hpp"
+#include "../rowe/console.hpp"
+#include "../rowe/text/json_values.hpp"
 
 namespace rowe::tools::fitness {
 namespace {

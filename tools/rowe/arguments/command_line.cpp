@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "command_line.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "../console.hpp"
+#include "values.hpp"
+
+namespace rowe::tools {
+namespace {
+
+// What is wrong, as a sentence; empty when nothing is.
+using complaint = std::string;
+
+// Reads one value for each kind of target.
+struct store {
+  std::string_view name;
+  std::string_view text;
+  double number; // that the name ends in
+
+  complaint operator()(bool* into) const {
+    *into = true;
+    return {};
+  }
+  complaint operator()(std::string* into) const {
+    if (text.empty()) return joined(name, " needs a value that is not empty");
+    *into = text;
+    return {};
+  }
+  complaint operator()(std::vector<std::string>* into) const {
+    into->emplace_back();
+    return (*this)(&into->back());
+  }
+  complaint operator()(const integer& to) const {
+    const auto value = integer_of(text);
+    const std::string range = joined(to.min, " to ", to.max);
+    if (!value) return joined(name, " needs a whole number of ", range, ", not ", quoted(text));
+    if (*value < to.min || *value > to.max) return joined(name, " ", *value, " is out of range: ", range);
+    *to.into = *value;
+    return {};
+  }
+  complaint operator()(const choice& to) const {
+    const auto found = std::find(to.names.begin(), to.names.end(), text);
+    if (found != to.names.end()) {
+      *to.into = static_cast<std::size_t>(found - to.names.begin());
+      return {};
+    }
+    std::string known;
+    for (const std::string_view one : to.names) known.append(known.empty() ? "" : " or ").append(one);
+    return joined(name, " is ", known, ", not ", quoted(text));
+  }
+  complaint operator()(const time_span& to) const {
+    const auto value = duration_of(text);
+    if (!value || *value <= rt::duration{0}) {
+      return joined(name, " needs a time above 0 such as 50ms, 2s or 10m, not ", quoted(text));
+    }
+    *to.into = value;
+    return {};
+  }
+  complaint operator()(const numbered_times& to) const {
+    std::optional<rt::duration> time;
+    if (complaint wrong = (*this)(time_span{&time}); !wrong.empty()) return wrong;
+    to.into->push_back({number, *time});
+    return {};
+  }
+  complaint operator()(const rate& to) const {
+    const auto value = rate_of(text);
+    if (!value) return joined(name, " needs a rate above 0 such as 50Hz or 1kHz, not ", quoted(text));
+    if (*value > to.max) {
+      const auto limit = static_cast<std::int64_t>(to.max);
+      return joined(name, " ", printable(text), " is out of range: at most ", limit, " Hz");
+    }
+    *to.into = value;
+    return {};
+  }
+};
+
+// The number at the end of an option's name; nothing where `o` is not called so.
+std::optional<double> number_in(std::string_view name, const option& o) noexcept {
+  const auto* const kind = std::get_if<numbered_times>(&o.into);
+  if (kind == nullptr || !name.starts_with(o.name)) return std::nullopt;
+  const auto number = rate_of(name.substr(o.name.size()));
+  const bool plain = name.find_first_not_of("0123456789.", o.name.size()) == name.npos;
+  return plain && number && *number <= kind->number_max ? number : std::nullopt;
+}
+
+// The option that `name` is the name of.
+bool is_called(const option& o, std::string_view name) noexcept {
+  if (std::holds_alternative<numbered_times>(o.into)) return number_in(name, o).has_value();
+  return o.name == name || o.letter == name;
+}
+
+bool takes_value(const option& o) noexcept { return !std::holds_alternative<bool*>(o.into); }
+
+complaint unknown_option(const command& table, std::string_view name) {
+  std::vector<std::string_view> names{"--help"};
+  for (const option& o : table.options) names.push_back(o.name);
+  const std::string_view meant = nearest(name, names);
+  return joined("unknown option ", quoted(name), meant.empty() ? "" : joined("; did you mean ", meant, "?"));
+}
+
+// Reads the option at arguments[at] and moves `at` past its value.
+complaint read_option(const command& table, argument_list arguments, std::size_t& at) {
+  std::string_view name = arguments[at];
+  std::optional<std::string_view> value;
+  if (const auto equals = name.find('='); name.starts_with("--") && equals != std::string_view::npos) {
+    value = name.substr(equals + 1);
+    name = name.substr(0, equals);
+  }
+  const auto found = std::find_if(table.options.begin(), table.options.end(),
+                                  [&](const option& o) { return is_called(o, name); });
+  if (found == table.options.end()) return unknown_option(table, name);
+  if (!takes_value(*found) && value) return joined(name, " takes no value");
+  if (takes_value(*found) && !value) {
+    if (++at == arguments.size()) {
+      return joined(name, " needs a value: ", name, " ", found->value);
+    }
+    value = arguments[at];
+  }
+  return std::visit(store{name, value.value_or(""), number_in(name, *found).value_or(0)}, found->into);
+}
+
+const char* from_environment(const operand& o) noexcept {
+  if (o.variable == nullptr) return nullptr;
+  const char* const value = std::getenv(o.variable);
+  return value != nullptr && *value != '\0' ? value : nullptr;
+}
+
+bool is_left_out(const operand& o) noexcept { return o.left_out != nullptr && *o.left_out; }
+
+// The environment's value for `o`, if it is to be used: when there are fewer words than arguments that must
+// be given, or the next word is none of its kind.
+const char* instead_of_word(const operand& o, std::span<const std::string_view> words, std::size_t needed) {
+  const char* const known = from_environment(o);
+  if (known == nullptr || words.size() < needed) return known;
+  const bool other_kind = !words.empty() && o.reads_like_it != nullptr && !o.reads_like_it(words.front());
+  return other_kind ? known : nullptr;
+}
+
+complaint place(const operand& o, std::span<const std::string_view>& words, std::size_t needed) {
+  const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
+  if (const char* const known = instead_of_word(o, words, needed); known != nullptr) {
+    *std::get<std::string*>(o.into) = known;
+  } else if (words.empty()) {
+    return o.optional ? complaint{} : joined("the argument ", o.name, " is missing");
+  } else if (repeated) {
+    std::get<std::vector<std::string>*>(o.into)->assign(words.begin(), words.end());
+    words = {};
+  } else {
+    *std::get<std::string*>(o.into) = words.front();
+    words = words.subspan(1);
+  }
+  return {};
+}
+
+// Gives each operand its word.
+complaint place_operands(const command& table, std::span<const std::string_view> words) {
+  std::size_t needed = 0;
+  for (const operand& o : table.operands) needed += o.optional || is_left_out(o) ? 0U : 1U;
+  for (const operand& o : table.operands) {
+    if (is_left_out(o)) continue;
+    if (complaint wrong = place(o, words, needed); !wrong.empty()) return wrong;
+    needed -= o.optional ? 0U : 1U;
+  }
+  return words.empty() ? complaint{} : joined("one argument too many: ", quoted(words.front()));
+}
+
+complaint read_all(const command& table, argument_list arguments) {
+  std::vector<std::string_view> words;
+  bool options_end = false;
+  for (std::size_t at = 0; at < arguments.size(); ++at) {
+    const std::string_view word = arguments[at];
+    if (options_end || word == "-" || !word.starts_with('-')) {
+      words.push_back(word);
+    } else if (word == "--") {
+      options_end = true;
+    } else if (complaint wrong = read_option(table, arguments, at); !wrong.empty()) {
+      return wrong;
+    }
+  }
+  return place_operands(table, words);
+}
+
+bool asks_for_help(argument_list arguments) noexcept {
+  for (const std::string_view word : arguments) {
+    if (word == "--") return false;
+    if (word == "--help" || word == "-h") return true;
+  }
+  return false;
+}
+
+std::string spelling_of(const option& o) {
+  const std::string_view number = std::holds_alternative<numbered_times>(o.into) ? "N" : "";
+  return joined(o.letter, o.letter.empty() ? "" : ", ", o.name, number, o.value.empty() ? "" : " ", o.value);
+}
+
+std::string spelling_of(const operand& o) {
+  const bool repeated = std::holds_alternative<std::vector<std::string>*>(o.into);
+  const bool brackets = o.optional || o.left_out != nullptr;
+  return joined(brackets ? "[" : "", o.name, repeated ? "..." : "", brackets ? "]" : "");
+}
+
+// Rows of two columns.
+class columns {
+ public:
+  void add(std::string left, std::string_view right) {
+    width_ = std::max(width_, left.size());
+    rows_.push_back({std::move(left), right});
+  }
+  void write(std::string& to) const {
+    for (const row& r : rows_) {
+      to.append("  ").append(r.left).append(width_ - r.left.size() + 2, ' ').append(r.right).append("\n");
+    }
+  }
+
+ private:
+  struct row {
+    std::string left;
+    std::string_view right;
+  };
+  std::vector<row> rows_;
+  std::size_t width_ = 0;
+};
+
+} // namespace
+
+std::optional<exit_code> read(const command& table, argument_list arguments) {
+  if (asks_for_help(arguments)) return emit(help_of(table)) ? exit_code::done : exit_code::failed;
+  const complaint wrong = read_all(table, arguments);
+  if (wrong.empty()) return std::nullopt;
+  return usage_error(table.verb, wrong);
+}
+
+std::string help_of(const command& table) {
+  std::string text = "examples:\n";
+  columns examples;
+  for (const example& e : table.examples) examples.add(std::string{e.line}, e.meaning);
+  examples.write(text);
+
+  text.append("\nusage: ").append(typed(table.verb)).append(table.options.empty() ? "" : " [options]");
+  for (const operand& o : table.operands) text.append(" ").append(spelling_of(o));
+  text.append("\n\n").append(table.description);
+
+  if (!table.operands.empty()) {
+    text.append("\narguments:\n");
+    columns operands;
+    for (const operand& o : table.operands) operands.add(std::string{o.name}, o.meaning);
+    operands.write(text);
+  }
+  text.append("\noptions:\n");
+  columns options;
+  for (const option& o : table.options) options.add(spelling_of(o), o.meaning);
+  options.add("-h, --help", "this text");
+  options.write(text);
+  return text;
+}
+
+exit_code usage_error(std::string_view verb, std::string_view text) {
+  const console to{verb};
+  to.error(text);
+  to.error("`", typed(verb), " --help` says what it takes");
+  return exit_code::usage;
+}
+
+std::string_view nearest(std::string_view word, std::span<const std::string_view> known) noexcept {
+  std::string_view best;
+  std::size_t fewest = word.size() / 3 + 2; // a word with more slips than this is another word
+  for (const std::string_view candidate : known) {
+    const std::size_t slips = slips_between(word, candidate);
+    if (slips < fewest) {
+      fewest = slips;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+} // namespace rowe::tools

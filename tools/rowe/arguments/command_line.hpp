@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a verb accepts, as a table: its arguments are read by it and its help is written from it, so neither
+// can say what the other does not know. A verb fills in a `command` whose entries point to its own variables,
+// which hold the defaults, and calls read().
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include <rowe/rt/clock.hpp>
+
+#include "../exit_code.hpp"
+
+namespace rowe::tools {
+
+// What follows the verb.
+using argument_list = std::span<char* const>;
+
+// Where a value goes, and what it may be. A bool is set by naming the option; a vector gathers repeated ones.
+struct integer {
+  std::int64_t* into;
+  std::int64_t min;
+  std::int64_t max;
+};
+struct choice {
+  std::size_t* into; // the index of the chosen name
+  std::span<const std::string_view> names;
+};
+struct time_span { // above 0
+  std::optional<rt::duration>* into;
+};
+struct rate { // in hertz, above 0
+  std::optional<double>* into;
+  double max;
+};
+// An option whose name ends in a number of the user's, above 0: "--p" with it is --p50, --p99.9 and so on.
+struct numbered_time {
+  double number;
+  rt::duration time;
+};
+struct numbered_times { // gathers them
+  std::vector<numbered_time>* into;
+  double number_max;
+};
+using target = std::variant<bool*, std::string*, std::vector<std::string>*, integer, choice, time_span, rate,
+                            numbered_times>;
+
+struct option {
+  std::string_view name;    // "--port", or "-n" where there is only a letter
+  std::string_view letter;  // "-q", or empty
+  std::string_view value;   // what stands behind it, for the help: "N"; empty for a bool
+  std::string_view meaning; // a phrase
+  target into;
+};
+
+// An argument that is known by its place.
+struct operand {
+  std::string_view name; // "URL"
+  std::string_view meaning;
+  std::variant<std::string*, std::vector<std::string>*> into; // a vector takes all that follow, at least one
+  const char* variable = nullptr;                             // the environment's name for it: "ROWE_URL"
+  // Where the environment has a value, what does not read like this one is the argument behind it already.
+  bool (*reads_like_it)(std::string_view) = nullptr;
+  bool optional = false;
+  const bool* left_out = nullptr; // an option that does away with it
+};
+
+struct example {
+  std::string_view line;
+  std::string_view meaning;
+};
+
+struct command {
+  std::string_view verb;
+  std::array<example, 2> examples;
+  std::string_view description; // some lines, each ended by a newline
+  std::vector<operand> operands;
+  std::vector<option> options; // --help is always among them
+};
+
+// Reads the arguments into the table's targets. Nothing: they are read. Otherwise the verb ends with this:
+// help was asked for and is on stdout (done), or what was wrong is on stderr, with the value and what it may
+// be (usage).
+std::optional<exit_code> read(const command& table, argument_list arguments);
+
+// The text of --help.
+std::string help_of(const command& table);
+
+// Says on stderr what is wrong with the arguments of `verb`, and where the help is.
+exit_code usage_error(std::string_view verb, std::string_view text);
+
+// The word of `known` that `word` is most likely a slip of; empty when none is near.
+std::string_view nearest(std::string_view word, std::span<const std::string_view> known) noexcept;
+
+} // namespace rowe::tools

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "remote.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "../interrupt.hpp"
+
+namespace rowe::tools {
+namespace {
+
+// Connections on one machine are there within this; who waits longer is told.
+constexpr rt::duration unremarkable = std::chrono::milliseconds{200};
+
+constexpr std::array<std::string_view, 3> profile_names{"standard", "hop", "hop_2014"};
+static_assert(static_cast<std::size_t>(peer_profile::hop) == 1 &&
+              static_cast<std::size_t>(peer_profile::hop_2014) == 2);
+
+} // namespace
+
+spelled_url read_url(std::string_view text) {
+  constexpr std::string_view socket = "ws://";
+  constexpr std::string_view page = "http://";
+  if (text.starts_with(socket)) return {std::string{text}, {}};
+  if (text.starts_with(page)) return {joined(socket, text.substr(page.size())), {}};
+  if (text.starts_with("wss://") || text.starts_with("https://")) {
+    return {{}, joined(quoted(text), " asks for TLS, which this version does not speak: use ws://")};
+  }
+  if (text.find("://") == std::string_view::npos && text.find(':') != std::string_view::npos) {
+    return {joined(socket, text), {}};
+  }
+  if (text.find("://") == std::string_view::npos)
+    return {{}, joined(quoted(text), " is missing ws://: a URL reads ws://HOST[:PORT][/PATH] or HOST:PORT")};
+  return {{}, joined(quoted(text), " is no URL: it must read ws://HOST[:PORT][/PATH] or HOST:PORT")};
+}
+
+bool reads_like_url(std::string_view word) noexcept {
+  const bool names_port = word.find(':') != word.npos && word.find_first_of("/{\"") != 0;
+  return names_port || word.find("://") != word.npos;
+}
+
+operand url_operand(std::string& into) noexcept {
+  return {.name = "URL",
+          .meaning = "ws://HOST[:PORT][/PATH] or HOST:PORT (default $ROWE_URL)",
+          .into = &into,
+          .variable = "ROWE_URL",
+          .reads_like_it = reads_like_url};
+}
+
+option profile_option(std::size_t& into) noexcept {
+  return {"--profile", "", "standard|hop|hop_2014",
+          "who is at the other end: hop for Hop's programs (default standard)", choice{&into, profile_names}};
+}
+
+peer_profile profile_of(std::size_t index) noexcept { return static_cast<peer_profile>(index); }
+
+std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
+  const auto begin = rt::monotonic_clock::now();
+  const auto end = rt::deadline_after(begin, patience.value_or(rt::for_ever));
+  bool told = false;
+  for (;;) {
+    const auto now = rt::monotonic_clock::now();
+    const bool connected =
+        via_.wait_peer(std::min<rt::duration>(interrupt::slice, end - std::min(now, end))).has_value();
+    report();
+    if (connected) return std::nullopt;
+    if (interrupt::seen()) return exit_code::interrupted;
+    if (rt::monotonic_clock::now() >= end) break;
+    if (!told && rt::monotonic_clock::now() - begin >= unremarkable) {
+      to_.note("waiting for ", url_, " (Ctrl-C to stop)");
+      told = true;
+    }
+  }
+  to_.error("could not connect to ", url_, " within ", seconds_text(*patience), ": ",
+            failure_.empty() ? "no answer" : failure_);
+  return exit_code::no_connection;
+}
+
+void remote::report() {
+  while (const auto happened = via_.try_event()) {
+    const std::string text = sentence_of(*happened);
+    switch (happened->what_kind) {
+    case event::kind::cannot_connect:
+      if (text != failure_) to_.note(text);
+      failure_ = text;
+      break;
+    case event::kind::peer_joined:
+      if (connected_before_) to_.note("connected again to ", url_);
+      connected_before_ = true;
+      failure_.clear();
+      break;
+    case event::kind::status_from_peer:
+      ++complaints_;
+      to_.error(text);
+      break;
+    default: to_.note(text); break;
+    }
+  }
+}
+
+void remote::close() {
+  (void)via_.close(); // with nothing to drain there is nothing to report
+}
+
+watcher::~watcher() {
+  set(phase::over);
+  thread_.join();
+}
+
+// Wakes the thread at the end only: a wait may be one whose time is measured.
+void watcher::set(phase now) {
+  const std::lock_guard guard{mutex_};
+  phase_ = now;
+  if (now == phase::over) over_.notify_one();
+}
+
+void watcher::watch() {
+  std::unique_lock guard{mutex_};
+  while (!over_.wait_for(guard, interrupt::slice, [this] { return phase_ == phase::over; })) {
+    if (phase_ != phase::waiting) continue;
+    if (interrupt::seen()) return hub_.close();
+    hub_.report();
+  }
+}
+
+exit_code cannot_open(const std::string& url, const error& reason, const console& to) {
+  to.error(printable(url), ": ", sentence_of(reason));
+  return exit_code_of(reason);
+}
+
+exit_code exit_code_of(const error& reason) noexcept {
+  switch (reason.code) {
+  case errc::bad_url:
+  case errc::bad_argument:
+  case errc::reserved_topic: return exit_code::usage;
+  default: return exit_code::failed;
+  }
+}
+
+std::uint64_t lost_here(const endpoint& closed) {
+  std::uint64_t lost = 0;
+  for (const count& one : closed.counts()) {
+    const bool of_calls = one.name.starts_with("calls_") || one.name.starts_with("replies_");
+    if (one.group == "loss" && one.name != "full" && !of_calls) lost += one.value;
+  }
+  return lost;
+}
+
+} // namespace rowe::tools

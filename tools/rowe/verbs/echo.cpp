@@ -1,0 +1,426 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe echo: prints the messages of topics, or plain messages, as they come.
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <rowe/endpoint.hpp>
+
+#include "../arguments/command_line.hpp"
+#include "../arguments/limit_options.hpp"
+#include "../console.hpp"
+#include "../interrupt.hpp"
+#include "../network/remote.hpp"
+#include "../text/json_scanner.hpp"
+#include "../text/json_values.hpp"
+#include "../text/message_format.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+// Between the socket and us: room for a burst while the reader of our output is slow. 512 bodies of the
+// largest size that a peer may send are 30 MiB; several topics share them.
+constexpr std::uint32_t queue_depth = 512;
+constexpr std::size_t topics_max = 16;
+constexpr rt::duration goodbye_time = 250ms;
+constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
+
+struct echo_options {
+  std::string url;
+  std::vector<std::string> topics;
+  bool bare = false;
+  bool pretty = false;
+  bool json = false;
+  bool csv = false;
+  std::string field;
+  bool once = false;
+  std::int64_t count = 0; // 0: no end
+  std::optional<rt::duration> timeout;
+  std::size_t profile = 0;
+  bool quiet = false;
+
+  message_format::kind format() const noexcept {
+    return json ? message_format::kind::json : csv ? message_format::kind::csv : message_format::kind::pretty;
+  }
+};
+
+command table_of(echo_options& o) {
+  return {
+      .verb = "echo",
+      .examples = {{{"rowe echo ws://127.0.0.1:8080 /odom", "until Ctrl-C"},
+                    {"rowe echo 127.0.0.1:8080", "the topics there are"}}},
+      .description =
+          "Prints the bodies of the topics' messages, each followed by a line `---`. Of several topics each\n"
+          "message says which one it is of; with --json it is {\"topic\":NAME,\"msg\":BODY} then. Without a\n"
+          "topic it prints the topics there are, with their types. It ends at once (4) when --timeout\n"
+          "passes without a message, and with 1 when a message has no such --field. What is below /rowe/\n"
+          "is the server's.\n",
+      .operands = {url_operand(o.url),
+                   {.name = "TOPIC",
+                    .meaning = "their names, such as /odom; without any they are listed",
+                    .into = &o.topics,
+                    .optional = true,
+                    .left_out = &o.bare}},
+      .options = {
+          {"--pretty", "", "", "for people: indented (the default)", &o.pretty},
+          {"--json", "", "", "the JSON text as it came, one message a line", &o.json},
+          {"--csv", "", "", "a header, then a row for each message; of one topic", &o.csv},
+          {"--field", "", "PATH", "only this part, such as pose.x or ranges[0]", &o.field},
+          {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
+          {"--once", "", "", "end after one message", &o.once},
+          {"--timeout", "", "TIME", "for the connection and for each message (default: until Ctrl-C)",
+           time_span{&o.timeout}},
+          {"--bare", "", "", "plain messages in place of a topic's", &o.bare},
+          profile_option(o.profile),
+          {"--quiet", "-q", "", "print errors only on stderr", &o.quiet},
+      }};
+}
+
+// What is wrong with the options together; empty when nothing is.
+std::string contradiction(const echo_options& o) {
+  if (o.once && o.count > 1) return "--once and -n exclude each other";
+  if (o.pretty + o.json + o.csv > 1) return "--pretty, --json and --csv exclude each other";
+  if (!o.bare && o.topics.empty() && (o.csv || o.pretty || o.once || o.count > 0 || !o.field.empty()))
+    return "a TOPIC is missing; without one the topics are listed, as text or with --json";
+  if (o.csv && o.topics.size() > 1)
+    return joined("--csv makes a table of one topic, not of ", o.topics.size());
+  if (o.topics.size() > topics_max) {
+    return joined(o.topics.size(), " topics are too many: at most ", topics_max);
+  }
+  return {};
+}
+
+std::uint32_t depth_for(const echo_options& o) noexcept {
+  return queue_depth / static_cast<std::uint32_t>(std::max<std::size_t>(o.topics.size(), 1));
+}
+
+// A message, and the topic it is of.
+struct incoming {
+  std::string_view topic; // empty: a plain message
+  message_view body;
+};
+
+// Several subscribers as one: of what has arrived, the earliest first.
+class subscriptions {
+ public:
+  // Subscribes to all of them; otherwise says why not.
+  static std::optional<subscriptions> open(endpoint& hub, const echo_options& o, const console& to,
+                                           exit_code& otherwise) {
+    subscriptions all;
+    for (const std::string& topic : o.topics) {
+      auto one = hub.subscribe<json_text>(
+          topic, {.depth = depth_for(o), .text_bytes_max = limits{}.message_bytes_max});
+      if (!one) {
+        to.error("cannot subscribe to ", quoted(topic), ": ", sentence_of(one.error()));
+        otherwise = exit_code_of(one.error());
+        return std::nullopt;
+      }
+      all.all_.push_back({topic, std::move(one).value(), std::nullopt});
+    }
+    return all;
+  }
+
+  result<incoming> take(rt::duration patience) {
+    if (all_.size() == 1) {
+      auto taken = all_.front().from.take(patience);
+      if (!taken) return taken.error();
+      return incoming{all_.front().topic, std::move(*taken)};
+    }
+    const auto end = rt::deadline_after(rt::monotonic_clock::now(), patience);
+    for (;;) {
+      if (auto taken = try_take(); taken || taken.code() != errc::empty) return taken;
+      const auto now = rt::monotonic_clock::now();
+      if (now >= end || interrupt::seen()) return errc::timed_out;
+      interrupt::sleep_until(std::min(end, now + look_period));
+    }
+  }
+
+ private:
+  struct one {
+    std::string topic;
+    subscriber<json_text> from;
+    std::optional<message_view> next; // taken, and not the earliest so far
+  };
+
+  result<incoming> try_take() {
+    one* earliest = nullptr;
+    for (one& o : all_) {
+      if (!o.next) {
+        auto taken = o.from.try_take();
+        if (!taken && taken.code() != errc::empty) return taken.error();
+        if (!taken) continue;
+        o.next.emplace(std::move(*taken));
+      }
+      if (earliest == nullptr || o.next->arrived() < earliest->next->arrived()) earliest = &o;
+    }
+    if (earliest == nullptr) return errc::empty;
+    incoming taken{earliest->topic, std::move(*earliest->next)};
+    earliest->next.reset();
+    return taken;
+  }
+
+  std::vector<one> all_;
+};
+
+// Plain messages. A call among them is printed as well, and refused: nobody here has an answer.
+class letters {
+ public:
+  static std::optional<letters> open(endpoint& hub, const echo_options&, const console& to,
+                                     exit_code& otherwise) {
+    auto opened = hub.open_lane(
+        {.depth = 16, .inbox_depth = queue_depth, .calls = 1, .text_bytes_max = limits{}.message_bytes_max});
+    if (!opened) {
+      to.error("cannot receive: ", sentence_of(opened.error()));
+      otherwise = exit_code_of(opened.error());
+      return std::nullopt;
+    }
+    return letters{std::move(*opened)};
+  }
+
+  result<incoming> take(rt::duration patience) {
+    auto taken = from_.receive(patience);
+    if (!taken) return taken.error();
+    if (taken->wants_reply()) {
+      // If it cannot be sent the peer has to wait for its own time-out.
+      (void)from_.try_refuse(*taken, "rowe echo only listens", rt::monotonic_clock::now());
+    }
+    return incoming{{}, std::move(*taken)};
+  }
+
+ private:
+  explicit letters(lane from) noexcept : from_{std::move(from)} {}
+
+  lane from_;
+};
+
+// Says which of the topics nobody publishes, as far as the server tells: what is misspelt looks like what is
+// silent. Asked once, and not waited for.
+class missing_publishers {
+ public:
+  missing_publishers(endpoint& hub, const remote& at, const echo_options& o, const console& to)
+      : at_{at}, to_{to} {
+    if (o.bare || profile_of(o.profile) != peer_profile::standard) return; // Hop's programs know no topics
+    auto opened = hub.client<json_text, json_text>("/rosapi/publishers",
+                                                   {.depth = static_cast<std::uint32_t>(o.topics.size())});
+    if (!opened) return;
+    from_ = std::move(*opened);
+    const auto now = rt::monotonic_clock::now();
+    for (const std::string& topic : o.topics) {
+      const std::string request = joined(R"({"topic":)", json_string_of(topic), "}");
+      if (const auto started = from_.start(request, answer_time, now)) asked_.push_back({*started, topic});
+    }
+  }
+
+  void report() {
+    while (!asked_.empty()) {
+      const auto end = from_.try_finish();
+      if (!end) return;
+      const auto about =
+          std::find_if(asked_.begin(), asked_.end(), [&](const one& o) { return o.call == end->id; });
+      if (about == asked_.end()) return;
+      if (end->value && says_nobody(end->value->text())) {
+        to_.note("nobody publishes ", printable(about->topic), " at ", at_.url(),
+                 " yet; waiting for it (Ctrl-C to stop)");
+      }
+      asked_.erase(about);
+    }
+  }
+
+ private:
+  struct one {
+    call_id call;
+    std::string topic;
+  };
+  static constexpr rt::duration answer_time = 10s;
+
+  static bool says_nobody(std::string_view answer) {
+    const auto publishers = value_at(answer, "publishers");
+    if (!publishers || publishers->front() != '[') return false;
+    bool nobody = true;
+    for_each_element(*publishers, [&](std::string_view) { nobody = false; });
+    return nobody;
+  }
+
+  const remote& at_;
+  const console& to_;
+  caller<json_text, json_text> from_;
+  std::vector<one> asked_; // and not answered yet
+};
+
+template <class Source>
+class printer {
+ public:
+  printer(Source from, missing_publishers& missing, remote& hub, const echo_options& chosen,
+          const console& to)
+      : from_{std::move(from)},
+        missing_{missing},
+        hub_{hub},
+        chosen_{chosen},
+        to_{to},
+        format_{chosen.format(), chosen.field, chosen.topics.size() > 1} {}
+
+  exit_code run() {
+    while (chosen_.count == 0 || printed_ < chosen_.count) {
+      if (const auto end = wait()) return *end;
+      const auto text = format_.text_of(taken_->topic, taken_->body.text());
+      if (!text) {
+        to_.error("there is no ", quoted(chosen_.field), " in ", printable(taken_->body.text()));
+        return exit_code::failed;
+      }
+      taken_.reset();
+      if (!emit(*text)) {
+        unread_ = true;
+        break;
+      }
+      ++printed_;
+    }
+    return exit_code::done;
+  }
+
+  std::int64_t printed() const noexcept { return printed_; }
+  std::size_t odd_rows() const noexcept { return format_.odd_rows(); }
+  // The reader of our output has gone: it has what it wanted.
+  bool unread() const noexcept { return unread_; }
+
+ private:
+  // Waits for the next message. Nothing: it is in taken_.
+  std::optional<exit_code> wait() {
+    const auto end = rt::deadline_after(rt::monotonic_clock::now(), chosen_.timeout.value_or(rt::for_ever));
+    for (;;) {
+      if (interrupt::seen()) return printed_ > 0 ? exit_code::done : exit_code::interrupted;
+      const auto now = rt::monotonic_clock::now();
+      auto message = from_.take(std::min<rt::duration>(interrupt::slice, end - std::min(now, end)));
+      hub_.report();
+      missing_.report();
+      if (message) {
+        taken_.emplace(std::move(*message));
+        return std::nullopt;
+      }
+      if (message.code() != errc::timed_out) {
+        to_.error(sentence_of(message.error()));
+        return exit_code::failed;
+      }
+      if (rt::monotonic_clock::now() >= end) {
+        to_.error("no ", what(), " within ", seconds_text(*chosen_.timeout));
+        return exit_code::timed_out;
+      }
+    }
+  }
+
+  std::string what() const {
+    if (chosen_.bare) return "plain message";
+    std::string text = "message on ";
+    for (const std::string& topic : chosen_.topics) {
+      text.append(&topic == &chosen_.topics.front() ? "" : " or ").append(printable(topic));
+    }
+    return text;
+  }
+
+  Source from_;
+  missing_publishers& missing_;
+  remote& hub_;
+  const echo_options& chosen_;
+  const console& to_;
+  message_format format_;
+  std::optional<incoming> taken_;
+  std::int64_t printed_ = 0;
+  bool unread_ = false;
+};
+
+// The topics there are, by name and type.
+std::string list_of_topics(std::string_view answer) {
+  const auto texts_at = [&](std::string_view member) {
+    std::vector<std::string> texts;
+    if (const auto list = value_at(answer, member); list && list->front() == '[')
+      for_each_element(*list, [&](std::string_view one) { texts.push_back(plain_text_of(one)); });
+    return texts;
+  };
+  const std::vector<std::string> names = texts_at("topics");
+  std::vector<std::string> types = texts_at("types");
+  types.resize(names.size());
+  std::size_t width = 0;
+  for (const std::string& name : names) width = std::max(width, name.size());
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string gap = types[i].empty() ? "" : std::string(width - names[i].size() + 2, ' ');
+    lines.push_back(joined(names[i], gap, types[i], "\n"));
+  }
+  std::sort(lines.begin(), lines.end());
+  std::string text;
+  for (const std::string& line : lines) text += line;
+  return text;
+}
+
+exit_code list_topics(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
+  auto topics = hub.client<json_text, json_text>("/rosapi/topics",
+                                                 {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
+  if (!topics) {
+    to.error("cannot ask for the topics: ", sentence_of(topics.error()));
+    return exit_code_of(topics.error());
+  }
+  remote connection{hub, url, to};
+  if (const auto end = connection.wait(o.timeout)) return *end;
+  const rt::duration timeout = o.timeout.value_or(2s);
+  watcher waits{connection};
+  const auto answer = waits.during([&] { return topics->call("{}", timeout); });
+  if (!answer) {
+    if (interrupt::seen()) return exit_code::interrupted;
+    to.error(url, " does not say what topics it has: ",
+             answer.code() == errc::refused ? printable(topics->refusal()) : sentence_of(answer.error()));
+    return answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
+  }
+  (void)emit(o.json ? on_one_line(answer->text()) : list_of_topics(answer->text()));
+  to.note("rowe echo ", url, " TOPIC prints the messages of one");
+  return exit_code::done;
+}
+
+template <class Source>
+exit_code print_from(endpoint hub, const std::string& url, const echo_options& o, const console& to) {
+  exit_code otherwise = exit_code::failed;
+  auto source = Source::open(hub, o, to, otherwise);
+  if (!source) return otherwise;
+  remote connection{hub, url, to};
+  if (const auto end = connection.wait(o.timeout)) return *end;
+  missing_publishers missing{hub, connection, o, to};
+  printer<Source> printing{std::move(*source), missing, connection, o, to};
+  const exit_code end = printing.run();
+  (void)hub.close(goodbye_time); // what a refused call is told; who does not read in that time goes without
+  if (printing.unread()) return exit_code::done;
+  const std::uint64_t lost = lost_here(hub);
+  if (printing.odd_rows() > 0)
+    to.note(counted(printing.odd_rows(), "message"), " had other members than the table");
+  if (interrupt::seen() || lost > 0)
+    to.note(counted(printing.printed(), "message"), lost == 0 ? std::string{} : joined(", lost ", lost));
+  if (lost > 0 && end == exit_code::done) return exit_code::lost;
+  return end;
+}
+
+} // namespace
+
+exit_code echo(argument_list arguments) {
+  echo_options chosen;
+  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  console to{"echo"};
+  to.be_quiet(chosen.quiet);
+  if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("echo", wrong);
+  if (chosen.once) chosen.count = 1;
+  const spelled_url url = read_url(chosen.url);
+  if (url.url.empty()) return usage_error("echo", url.wrong);
+
+  const auto bounds =
+      limits_for("echo", (std::size_t{queue_depth} + 64) * (limits{}.message_bytes_max + 1024));
+  if (!bounds) return exit_code::usage;
+  auto hub = endpoint::connect(url.url, {.limits = *bounds, .profile = profile_of(chosen.profile)});
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  if (!chosen.bare && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
+  return chosen.bare ? print_from<letters>(std::move(hub).value(), url.url, chosen, to)
+                     : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
+}
+
+} // namespace rowe::tools

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+// rowe pub: publishes one message or many, on a topic or as plain messages. Deadlines are absolute, so a rate
+// does not drift. Every message is sent: where there is no room, or no connection for a while, it waits, but
+// no longer than its time to live.
+#include <algorithm>
+#include <cstdint>
+#include <ctime>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include <rowe/endpoint.hpp>
+
+#include "../arguments/command_line.hpp"
+#include "../arguments/limit_options.hpp"
+#include "../console.hpp"
+#include "../interrupt.hpp"
+#include "../network/remote.hpp"
+#include "../text/json_check.hpp"
+#include "../text/message_source.hpp"
+#include "sending.hpp"
+#include "verbs.hpp"
+
+namespace rowe::tools {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr std::uint32_t queue_depth = 64;
+constexpr std::uint32_t text_bytes_max = limits{}.message_bytes_max;
+// How long the server may take to say what it thinks of the messages.
+constexpr rt::duration answer_time = 1s;
+
+struct pub_options {
+  std::string url;
+  std::string topic;
+  std::string json;
+  std::optional<double> rate;
+  std::int64_t count = 0; // 0: as many as there are
+  bool once = false;
+  std::optional<rt::duration> ttl;
+  bool stamp = false;
+  std::string type;
+  bool latch = false;
+  bool bare = false;
+  std::optional<rt::duration> timeout;
+  std::size_t profile = 0;
+  bool quiet = false;
+
+  bool from_stdin() const noexcept { return json == "-"; }
+};
+
+command table_of(pub_options& o) {
+  return {
+      .verb = "pub",
+      .examples = {{{"rowe pub ws://127.0.0.1:8080 /chatter '{\"data\":\"hello\"}'", "once"},
+                    {"rowe pub 127.0.0.1:8080 /cmd_vel '{\"linear\":{\"x\":0.1,\"y\":0,\"z\":0},"
+                     "\"angular\":{\"x\":0,\"y\":0,\"z\":0}}' -r 10Hz --ttl 50ms",
+                     "until Ctrl-C"}}},
+      .description =
+          "Publishes a JSON object on a topic: once, or with -r again and again; with - each line of stdin\n"
+          "is one. With --bare it is sent as a plain message. The summary is on stderr, behind what the "
+          "server\n"
+          "says of messages that nobody there can take: then it ends with 1. It ends with 6 when a message "
+          "was\n"
+          "not sent within its time to live, or was dropped.\n",
+      .operands = {url_operand(o.url),
+                   {.name = "TOPIC",
+                    .meaning = "its name, such as /chatter; none with --bare",
+                    .into = &o.topic,
+                    .left_out = &o.bare},
+                   {.name = "JSON|-",
+                    .meaning = "the message, or - for the lines of stdin",
+                    .into = &o.json}},
+      .options = {
+          {"--rate", "-r", "HZ", "so often (10Hz, 1kHz); without -n until Ctrl-C", rate{&o.rate, rate_max}},
+          {"-n", "", "N", "end after so many messages", integer{&o.count, 1, INT64_MAX}},
+          {"--once", "", "", "end after one message", &o.once},
+          {"--ttl", "", "TIME",
+           "what is older is not sent; for a plain message this includes waiting for the connection",
+           time_span{&o.ttl}},
+          {"--stamp", "", "", "set header.stamp to the time of sending", &o.stamp},
+          {"--type", "", "TYPE", "the topic's type, such as std_msgs/String", &o.type},
+          {"--latch", "", "", "late subscribers get the last message; stay for them until Ctrl-C", &o.latch},
+          {"--bare", "", "", "a plain message in place of a topic's", &o.bare},
+          {"--timeout", "", "TIME", "how long to wait for the connection (default: until Ctrl-C)",
+           time_span{&o.timeout}},
+          profile_option(o.profile),
+          {"--quiet", "-q", "", "print errors only", &o.quiet},
+      }};
+}
+
+// What is wrong with the options together; empty when nothing is.
+std::string contradiction(const pub_options& o) {
+  if (o.once && o.count > 1) return "--once and -n exclude each other";
+  if (o.once && o.rate) return "--once and -r exclude each other";
+  if (o.bare && o.latch) return "--latch is for topics, not for plain messages";
+  if (o.bare && !o.type.empty()) return "--type is for topics, not for plain messages";
+  if (o.bare && o.ttl && o.timeout) {
+    return "--timeout and --ttl exclude each other: the time to live of a plain message includes waiting for "
+           "the connection";
+  }
+  if (o.from_stdin()) return {};
+  if (const auto fault = object_fault(o.json)) return joined(quoted(o.json), " ", sentence_of(*fault));
+  if (o.json.size() > text_bytes_max) {
+    return joined("the message has ", o.json.size(), " bytes, at most ", text_bytes_max, " can be sent");
+  }
+  if (o.stamp && !stamped(o.json, {})) return "--stamp needs a message whose `header` is an object";
+  return {};
+}
+
+rt::duration since_1970() noexcept {
+  timespec wall;
+  ::clock_gettime(CLOCK_REALTIME, &wall);
+  return std::chrono::seconds{wall.tv_sec} + std::chrono::nanoseconds{wall.tv_nsec};
+}
+
+// Publishes on a topic. What is not written in time is counted by the endpoint.
+class on_topic {
+ public:
+  static result<on_topic> open(endpoint& hub, const pub_options& o) {
+    auto topic = hub.advertise<json_text>(o.topic, {.ttl = o.ttl.value_or(rt::for_ever),
+                                                    .keep = keep::all,
+                                                    .depth = queue_depth,
+                                                    .latched = o.latch,
+                                                    .type = o.type,
+                                                    .text_bytes_max = text_bytes_max});
+    if (!topic) return topic.error();
+    return on_topic{std::move(*topic)};
+  }
+  status send(std::string_view json, watcher&) noexcept { return to_.publish(json); }
+
+  // Waits until the server has dealt with all that was published, and has said what was wrong with it.
+  // Nothing answers a publish; but a server carries out what it is sent in its order, so its answer to any
+  // call that comes behind the last message proves it, even an answer that says no. False: there was none in
+  // time.
+  bool handled(endpoint& hub, const pub_options& o, watcher& wait) {
+    // What several handles have is written side by side, so the call is opened when this one is done with:
+    // that waits until its values are written. Another one keeps the topic advertised, and so its last
+    // message.
+    result<publisher<json_text>> keeps = errc::misuse;
+    if (o.latch) keeps = hub.advertise<json_text>(o.topic, {.depth = 1, .latched = true, .type = o.type});
+    to_ = {};
+    auto asks = hub.client<json_text, json_text>("/rosapi/topic_type", {.depth = 1});
+    if (keeps) to_ = std::move(*keeps);
+    if (!asks) return false;
+    const auto answer = wait.during([&] {
+      return asks->call(message{"topic", std::string_view{o.topic}}, answer_time);
+    });
+    return answer || answer.code() == errc::refused || answer.code() == errc::no_service;
+  }
+
+ private:
+  explicit on_topic(publisher<json_text> to) noexcept : to_{std::move(to)} {}
+
+  publisher<json_text> to_;
+};
+
+// Sends plain messages, and waits until each has left.
+class as_letters {
+ public:
+  static result<as_letters> open(endpoint& hub, const pub_options& o) {
+    auto opened = hub.open_lane(
+        {.depth = 4, .inbox_depth = 1, .calls = 4, .text_bytes_max = text_bytes_max, .receive = false});
+    if (!opened) return opened.error();
+    return as_letters{std::move(*opened), o.ttl.value_or(rt::for_ever)};
+  }
+  status send(std::string_view json, watcher& wait) {
+    return wait.during([&] { return to_.send(json, ttl_); });
+  }
+
+ private:
+  as_letters(lane to, rt::duration ttl) noexcept : to_{std::move(to)}, ttl_{ttl} {}
+
+  lane to_;
+  rt::duration ttl_;
+};
+
+template <class Target>
+class sender {
+ public:
+  sender(Target target, remote& hub, const pub_options& chosen, const console& to)
+      : target_{std::move(target)}, hub_{hub}, waits_{hub}, chosen_{chosen}, to_{to} {}
+
+  // Sends all there is. Nothing: to its end.
+  std::optional<exit_code> run() {
+    const std::int64_t ordinary = chosen_.rate || chosen_.from_stdin() ? INT64_MAX : 1;
+    const std::int64_t count = chosen_.once ? 1 : chosen_.count > 0 ? chosen_.count : ordinary;
+    const auto begin = rt::monotonic_clock::now();
+    for (std::int64_t i = 0; i < count; ++i) {
+      if (chosen_.rate) interrupt::sleep_until(begin + period_times(i));
+      if (interrupt::seen()) return exit_code::interrupted;
+      if (chosen_.from_stdin()) {
+        if (const auto end = read_line()) return *end == exit_code::done ? std::nullopt : end;
+      }
+      if (const auto end = send(chosen_.from_stdin() ? line_ : chosen_.json)) return end;
+    }
+    return std::nullopt;
+  }
+
+  // Whether the other side is known to have dealt with what was sent.
+  bool handled(endpoint& via) {
+    if constexpr (requires { target_.handled(via, chosen_, waits_); }) {
+      if (profile_of(chosen_.profile) == peer_profile::standard && via.peers() != 0)
+        return target_.handled(via, chosen_, waits_);
+    }
+    return true;
+  }
+
+  std::uint64_t sent() const noexcept { return sent_; }
+  std::uint64_t expired() const noexcept { return expired_; }
+
+ private:
+  rt::duration period_times(std::int64_t i) const noexcept {
+    return rt::duration{static_cast<std::int64_t>(static_cast<double>(i) * 1e9 / *chosen_.rate)};
+  }
+
+  // Reads the next line that is not blank. Nothing: it is in line_. `done`: there are no more.
+  std::optional<exit_code> read_line() {
+    for (;;) {
+      const auto outcome = lines_.read(line_, rt::monotonic_clock::now() + interrupt::slice);
+      hub_.report();
+      if (interrupt::seen()) return exit_code::interrupted;
+      if (outcome == line_reader::outcome::end) return exit_code::done;
+      if (outcome == line_reader::outcome::too_long) {
+        to_.error("line ", lines_.number(), " of stdin is longer than ", text_bytes_max, " bytes");
+        return exit_code::failed;
+      }
+      if (outcome == line_reader::outcome::line && line_.find_first_not_of(" \t") != line_.npos) break;
+    }
+    const auto fault = object_fault(line_);
+    if (!fault && (!chosen_.stamp || stamped(line_, {}))) return std::nullopt;
+    to_.error("line ", lines_.number(), " of stdin ",
+              fault ? sentence_of(*fault) : "has a `header` that is no object, which --stamp needs");
+    return exit_code::failed;
+  }
+
+  // Sends one message, whatever it takes. Nothing: it was sent, or has expired and was counted.
+  std::optional<exit_code> send(const std::string& json) {
+    for (;;) {
+      if (interrupt::seen()) return exit_code::interrupted;
+      const status done =
+          target_.send(chosen_.stamp ? stamped(json, since_1970()).value_or(json) : json, waits_);
+      hub_.report();
+      if (done) {
+        ++sent_;
+        return std::nullopt;
+      }
+      if (interrupt::seen()) return exit_code::interrupted;
+      if (done.code() == errc::expired) {
+        ++expired_;
+        return std::nullopt;
+      }
+      if (done.code() == errc::full) {
+        interrupt::sleep_until(rt::monotonic_clock::now() + room_period);
+      } else if (done.code() == errc::no_peer) {
+        if (const auto end = hub_.wait(chosen_.timeout)) return end;
+      } else {
+        to_.error(sentence_of(done.error()));
+        // An argument to blame is one that object_fault() cannot know of.
+        const bool reserved = done.code() == errc::reserved_member && !chosen_.from_stdin();
+        return reserved ? exit_code::usage : exit_code::failed;
+      }
+    }
+  }
+
+  Target target_;
+  remote& hub_;
+  watcher waits_;
+  const pub_options& chosen_;
+  const console& to_;
+  line_reader lines_{text_bytes_max};
+  std::string line_;
+  std::uint64_t sent_ = 0;
+  std::uint64_t expired_ = 0; // that the target told us of
+};
+
+// What is the verdict once `lost` of the messages were, and the server has complained of some?
+exit_code verdict(std::optional<exit_code> end, std::uint64_t sent, std::uint64_t lost,
+                  std::uint64_t complaints, bool endless) noexcept {
+  if (end && *end != exit_code::interrupted) return *end;
+  if (complaints > 0) return exit_code::failed;
+  if (lost > 0) return exit_code::lost;
+  // The one way that what is endless ends.
+  if (end && !(endless && sent > 0)) return exit_code::interrupted;
+  return exit_code::done;
+}
+
+template <class Target>
+exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, const console& to) {
+  auto target = Target::open(hub, o);
+  if (!target) {
+    to.error("cannot publish", o.bare ? "" : joined(" on ", quoted(o.topic)), ": ",
+             sentence_of(target.error()));
+    return exit_code_of(target.error());
+  }
+  remote connection{hub, url, to};
+  if (!(o.bare && o.ttl)) {
+    if (const auto end = connection.wait(o.timeout)) return *end;
+  }
+  sender<Target> sending{std::move(*target), connection, o, to};
+  const auto begin = rt::monotonic_clock::now();
+  const auto end = sending.run();
+  if (sending.sent() != 0 && !interrupt::seen()) {
+    const bool handled = sending.handled(hub);
+    connection.report();
+    if (!handled && !interrupt::seen())
+      to.note("the server did not answer within ", seconds_text(answer_time),
+              ", so whether it took all is not known");
+  }
+  if (o.latch && !end && !interrupt::seen()) {
+    to.note("the last message stays for late subscribers (Ctrl-C to stop)");
+    while (!interrupt::seen()) {
+      interrupt::sleep_until(rt::monotonic_clock::now() + interrupt::slice);
+      connection.report();
+    }
+  }
+  connection.report();
+  const status drained = hub.close(o.timeout.value_or(drain_time));
+  const auto elapsed = rt::monotonic_clock::now() - begin;
+  if (!drained) to.error("at the end: ", sentence_of(drained.error()));
+
+  // The endpoint tells of plain messages one by one.
+  const std::uint64_t lost = o.bare ? sending.expired() : lost_here(hub);
+  const std::uint64_t sent = sending.sent() - std::min(sending.sent(), o.bare ? 0 : lost);
+  to.note("sent ", counted(sent, "message"), " in ", seconds_text(elapsed),
+          lost == 0 ? std::string{} : joined(", not sent ", lost));
+  if (!drained && !end) return exit_code::lost;
+  const bool endless = (o.rate || o.from_stdin()) && !o.once && o.count == 0;
+  return verdict(end, sent, lost, connection.complaints(), endless);
+}
+
+} // namespace
+
+exit_code pub(argument_list arguments) {
+  pub_options chosen;
+  if (const auto end = read(table_of(chosen), arguments)) return *end;
+  console to{"pub"};
+  to.be_quiet(chosen.quiet);
+  if (const std::string wrong = contradiction(chosen); !wrong.empty()) return usage_error("pub", wrong);
+  const spelled_url url = read_url(chosen.url);
+  if (url.url.empty()) return usage_error("pub", url.wrong);
+
+  const auto bounds = limits_for("pub", (std::size_t{queue_depth} + 64) * (text_bytes_max + 1024));
+  if (!bounds) return exit_code::usage;
+  const endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
+  auto hub = endpoint::connect(url.url, options);
+  if (!hub) return cannot_open(url.url, hub.error(), to);
+  return chosen.bare ? send_to<as_letters>(std::move(hub).value(), url.url, chosen, to)
+                     : send_to<on_topic>(std::move(hub).value(), url.url, chosen, to);
+}
+
+} // namespace rowe::tools

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// The verbs of the program, as main.cpp lists them. Each lives in the file of its name beside this one, but
+// for doctor and bench, which have folders of theirs in tools/.
+#pragma once
+#include "../arguments/command_line.hpp"
+#include "../exit_code.hpp"
+
+namespace rowe::tools {
+
+exit_code serve(argument_list arguments);
+exit_code pub(argument_list arguments);
+exit_code echo(argument_list arguments);
+exit_code call(argument_list arguments);
+exit_code stop(argument_list arguments);
+exit_code reset(argument_list arguments);
+exit_code peers(argument_list arguments);
+exit_code replay(argument_list arguments);
+exit_code doctor(argument_list arguments);
+exit_code version(argument_list arguments);
+namespace bench {
+exit_code run(argument_list arguments);
+}
+
+} // namespace rowe::tools
