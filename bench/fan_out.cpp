@@ -59,7 +59,7 @@ class audience {
   bool first_trip() {
     order_.clear();
     clients_.front().send(frame_);
-    const time_point until = monotonic_clock::now() + patience;
+    const time_point until = monotonic_clock::now() + timeout;
     while (order_.size() != clients_.size() && monotonic_clock::now() < until) {
       std::array<epoll_event, 64> ready;
       const int count = ::epoll_wait(polled_.get(), ready.data(), static_cast<int>(ready.size()), 0);
@@ -76,7 +76,7 @@ class audience {
     clients_.front().send(frame_);
     for (const std::size_t which : order_) {
       peer_client& one = clients_[which];
-      const time_point until = monotonic_clock::now() + patience;
+      const time_point until = monotonic_clock::now() + timeout;
       for (int i = 1; !take(one); ++i)
         if (!one.ok || (i % 1024 == 0 && monotonic_clock::now() > until)) return false;
     }

@@ -28,7 +28,7 @@ namespace rowe::bench {
 
 using namespace std::chrono_literals;
 
-inline constexpr auto patience = 10s; // with a server that must answer
+inline constexpr auto timeout = 10s; // with a server that must answer
 
 // A client's frame around a text, masked by a key that is not zero.
 inline std::string frame_around(std::string_view text, wire::opcode what = wire::opcode::text) {
@@ -115,7 +115,7 @@ class peer_client {
   // The next text; empty when there is none for too long.
   std::string next() {
     std::string text;
-    const auto until = rt::monotonic_clock::now() + patience;
+    const auto until = rt::monotonic_clock::now() + timeout;
     for (int i = 0; ok && text.empty(); ++i) {
       receive([&](std::string_view came) { text = came; });
       if (i % 1024 == 0 && rt::monotonic_clock::now() > until) ok = false;
@@ -133,7 +133,7 @@ class peer_client {
     to.sin_family = AF_INET;
     to.sin_port = htons(port);
     to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const auto until = rt::monotonic_clock::now() + patience;
+    const auto until = rt::monotonic_clock::now() + timeout;
     do {
       socket_.reset(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
       ok = ::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;

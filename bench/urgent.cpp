@@ -70,8 +70,8 @@ class reader {
     if (beside) beside->application_ = this;
     const sockaddr_in to = loopback(port);
     ok = ::connect(socket_.get(), reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
-    const timeval patience{.tv_sec = 1, .tv_usec = 0};
-    (void)::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience); // else it blocks
+    const timeval timeout{.tv_sec = 1, .tv_usec = 0};
+    (void)::setsockopt(socket_.get(), SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout); // else it blocks
     parser_.reset(wire::role::client, {.message_bytes_max = 4096, .fragments_max = 1}, assembly_);
   }
 

@@ -100,9 +100,9 @@ endpoint::~endpoint() {
   if (tokener_ != nullptr) json_tokener_free(tokener_);
 }
 
-bool endpoint::wait_peer(clock::duration patience) {
+bool endpoint::wait_peer(clock::duration timeout) {
   std::unique_lock lock{mutex_};
-  return peer_came_.wait_until(lock, after(patience), [&] { return has_peer_; });
+  return peer_came_.wait_until(lock, after(timeout), [&] { return has_peer_; });
 }
 
 // ---- user threads

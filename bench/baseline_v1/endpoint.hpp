@@ -94,7 +94,7 @@ class endpoint {
   endpoint& operator=(const endpoint&) = delete;
 
   int port() const { return port_; }
-  bool wait_peer(clock::duration patience);
+  bool wait_peer(clock::duration timeout);
 
   // Any thread. A message that found no peer within `ttl` is discarded. send() and reply() wait for one or
   // the other; the others return at once.

@@ -148,8 +148,8 @@ int serve_frames(const peer_arguments& how) {
     (*carrier)->poll(now, server);
     const bool more = server.turn();
     if (how.idle == "spin" || more) continue;
-    const duration patience = how.idle == "poll" ? endpoint_options{}.poll_period : rt::for_ever;
-    (*carrier)->wait(now, rt::deadline_after(now, patience));
+    const duration timeout = how.idle == "poll" ? endpoint_options{}.poll_period : rt::for_ever;
+    (*carrier)->wait(now, rt::deadline_after(now, timeout));
   }
 }
 

@@ -22,7 +22,7 @@ const { values: options, positionals: [program] } = parseArgs({
 });
 const frame_bytes = 300;  // bench/urgent_servers.hpp
 const warm_ms = 2000;
-const patience_ms = 180_000;
+const timeout_ms = 180_000;
 
 const sorted = (list) => [...list].sort((a, b) => a - b);
 const middle = (list) => sorted(list)[list.length >> 1];
@@ -101,9 +101,9 @@ for (let round = 0; round < Number(options.rounds); ++round) {
       const what = `round ${round + 1}: ${row.reader}, ${row.spend_us} us, ${server}`;
       console.error(what);
       const bark = setTimeout(() => {
-        console.error(`${what}: too few urgent messages within ${patience_ms / 1000} s`);
+        console.error(`${what}: too few urgent messages within ${timeout_ms / 1000} s`);
         process.exit(1);
-      }, patience_ms);
+      }, timeout_ms);
       const said = await row.run({
         url: `ws://127.0.0.1:${ports[server]}/`, spend_us: row.spend_us, warm_ms,
         throttle_rate: Number(options.throttle), wanted: Number(options.messages),

@@ -94,14 +94,14 @@ class endpoint {
   // process that knows of a danger. Needs no free slot, queue or call, and works while the endpoint closes.
   // Returns when the loops have acknowledged. Errors: no_service (there is no latch); all others mean that
   // they are stopped, and that it is not known whether they have acknowledged: timed_out (not within
-  // `patience` or the option observe_timeout), full, too_many_calls, too_big (the source), closed.
-  status stop(std::string_view source, duration patience);
+  // `timeout` or the option observe_timeout), full, too_many_calls, too_big (the source), closed.
+  status stop(std::string_view source, duration timeout);
 
   // Lets the loops go again, as a person at the robot would; for a program that has a button of its own, or
   // whose option `unguarded` says that it moves from the start. Waits until the loops have acknowledged the
-  // stop, at most `patience`. Errors: refused (a guard is missing, or somebody stopped again meanwhile),
+  // stop, at most `timeout`. Errors: refused (a guard is missing, or somebody stopped again meanwhile),
   // timed_out (a loop does not look, or has not acknowledged), no_service, closed.
-  status reset_stop(duration patience);
+  status reset_stop(duration timeout);
 
   // ---- plain messages, from ordinary threads. Messages as in rowe/lane.hpp; of up to `door_slot_bytes`.
   // Errors of all: closed; too_big; full: all `door_slots` are taken; or what waits for `to`, which does not
@@ -115,15 +115,15 @@ class endpoint {
   // already.
   status try_send(body object, duration ttl, connection to = everyone);
 
-  // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `patience`
+  // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `timeout`
   // (negative: for ever; 0: does not wait, only looks); other threads may be faster. Errors: timed_out,
   // peer_lost, closed.
-  status wait_room(duration patience, connection to = everyone);
+  status wait_room(duration timeout, connection to = everyone);
 
-  // Waits for the next message, or call that no handle serves, at most `patience` (negative: for ever; 0:
+  // Waits for the next message, or call that no handle serves, at most `timeout` (negative: for ever; 0:
   // does not wait). From the first call on, calls that no handle serves wait here instead of being refused
   // (see the option `answers_any`). Errors: timed_out.
-  result<received> receive(duration patience);
+  result<received> receive(duration timeout);
 
   // Sends an invocation and waits for its reply at most `timeout` (negative: for ever). Errors: as
   // lane::invoke(). Where it was refused, or nobody provides it, and `why` is given, the sentence that says
@@ -143,9 +143,9 @@ class endpoint {
 
   // ---- peers and what happens
 
-  // Waits until at least one peer is connected, at most `patience` (negative: for ever). Errors: timed_out,
+  // Waits until at least one peer is connected, at most `timeout` (negative: for ever). Errors: timed_out,
   // closed.
-  status wait_peer(duration patience);
+  status wait_peer(duration timeout);
   std::uint32_t peers() const noexcept;
   // The established connections at the moment, with the peers' addresses.
   std::vector<peer> connections() const;

@@ -58,11 +58,11 @@ class lane {
   // went away before), malformed, not_an_object, reserved_member. Not for real-time loops.
   status send(body object, duration ttl, connection to = everyone) noexcept;
 
-  // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `patience`
+  // Waits until a message to `to`, or to everyone, would not be refused with `full`, at most `timeout`
   // (negative: for ever; 0: does not wait, only looks). Errors: timed_out, peer_lost. Not for real-time
   // loops.
-  status wait_room(duration patience, connection to = everyone) noexcept {
-    return lane_ ? detail::wait_room(lane_, detail::ref_of(to), patience) : status{errc::misuse};
+  status wait_room(duration timeout, connection to = everyone) noexcept {
+    return lane_ ? detail::wait_room(lane_, detail::ref_of(to), timeout) : status{errc::misuse};
   }
 
   // ---- receiving
@@ -80,9 +80,9 @@ class lane {
   }
   ROWE_RT result<message_view> try_receive() noexcept { return try_receive(rt::monotonic_clock::now()); }
 
-  // Waits for the next one at most `patience` (negative: for ever). Errors: timed_out. Not for real-time
+  // Waits for the next one at most `timeout` (negative: for ever). Errors: timed_out. Not for real-time
   // loops.
-  result<message_view> receive(duration patience) noexcept;
+  result<message_view> receive(duration timeout) noexcept;
 
   // ---- invoking
 
@@ -192,8 +192,8 @@ inline status lane::send(body object, duration ttl, connection to) noexcept {
   return detail::wait_sent(*lane_, *call);
 }
 
-inline result<message_view> lane::receive(duration patience) noexcept {
-  return detail::wait_next(lane_, patience, [this] { return try_receive(); });
+inline result<message_view> lane::receive(duration timeout) noexcept {
+  return detail::wait_next(lane_, timeout, [this] { return try_receive(); });
 }
 
 inline result<message_view> lane::invoke(body object, duration timeout, connection to) noexcept {

@@ -180,12 +180,12 @@ ROWE_RT bool rowe_stop_engaged(struct rowe_stop_latch* latch, int64_t now_ns);
 ROWE_RT void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns);
 
 // For threads without a loop: stops all loops of this endpoint, and waits until they have acknowledged, at
-// most `patience_ms`. Errors: no_service (there is no latch); all others mean that they are stopped, and that
+// most `timeout_ms`. Errors: no_service (there is no latch); all others mean that they are stopped, and that
 // it is not known whether they have acknowledged.
-int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long patience_ms);
+int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long timeout_ms);
 // Lets them go again, as a person at the robot would. Errors: refused (a guard is missing, or somebody
 // stopped again), timed_out (a loop does not look, or has not acknowledged), no_service, closed.
-int rowe_reset_stop(const struct rowe_endpoint* endpoint, long patience_ms);
+int rowe_reset_stop(const struct rowe_endpoint* endpoint, long timeout_ms);
 
 // ---- JSON text in place
 

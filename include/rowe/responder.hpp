@@ -66,10 +66,10 @@ class responder {
   // The same with the time read here.
   ROWE_RT result<request<Q>> try_next() noexcept { return try_next(rt::monotonic_clock::now()); }
 
-  // Waits for the next call at most `patience` (negative: for ever). Errors: as try_next(), but timed_out in
+  // Waits for the next call at most `timeout` (negative: for ever). Errors: as try_next(), but timed_out in
   // place of empty. Not for real-time loops.
-  result<request<Q>> next(duration patience) noexcept {
-    return detail::wait_next(lane_, patience, [this] { return try_next(); });
+  result<request<Q>> next(duration timeout) noexcept {
+    return detail::wait_next(lane_, timeout, [this] { return try_next(); });
   }
 
   // Answers. Errors: peer_lost (who asked is gone), expired (it does not wait any more), closed: there is
@@ -112,8 +112,8 @@ class responder<json_text, json_text> {
     return request<json_text>{*lane_, *slot, asked};
   }
   ROWE_RT result<request<json_text>> try_next() noexcept { return try_next(rt::monotonic_clock::now()); }
-  result<request<json_text>> next(duration patience) noexcept {
-    return detail::wait_next(lane_, patience, [this] { return try_next(); });
+  result<request<json_text>> next(duration timeout) noexcept {
+    return detail::wait_next(lane_, timeout, [this] { return try_next(); });
   }
 
   // As responder<Q, A>; also too_big (the option `text_bytes_max`): the request can still be answered.

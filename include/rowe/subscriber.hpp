@@ -50,10 +50,10 @@ class subscriber {
     return newest;
   }
 
-  // Waits for the next value at most `patience` (negative: for ever). Errors: as try_take(), but timed_out in
+  // Waits for the next value at most `timeout` (negative: for ever). Errors: as try_take(), but timed_out in
   // place of empty. Not for real-time loops: sleeps in the kernel.
-  result<value_view<T>> take(duration patience) noexcept {
-    return detail::wait_next(lane_, patience, [this] { return try_take(); });
+  result<value_view<T>> take(duration timeout) noexcept {
+    return detail::wait_next(lane_, timeout, [this] { return try_take(); });
   }
 
  private:
@@ -88,10 +88,10 @@ class subscriber<json_text> {
     return newest;
   }
 
-  // Waits for the next message at most `patience` (negative: for ever). Errors: as try_take(), but timed_out
+  // Waits for the next message at most `timeout` (negative: for ever). Errors: as try_take(), but timed_out
   // in place of empty. Not for real-time loops: sleeps in the kernel.
-  result<message_view> take(duration patience) noexcept {
-    return detail::wait_next(lane_, patience, [this] { return try_take(); });
+  result<message_view> take(duration timeout) noexcept {
+    return detail::wait_next(lane_, timeout, [this] { return try_take(); });
   }
 
  private:

@@ -86,7 +86,7 @@ status endpoint::try_send(body object, duration ttl, connection to) {
   return submit_only(*state_, letter_to(to, ttl), object);
 }
 
-status endpoint::wait_room(duration patience, connection to) {
+status endpoint::wait_room(duration timeout, connection to) {
   service::front_door& door = state_->door();
   const detail::peer_ref whom = detail::ref_of(to);
   status known = errc::full;
@@ -95,18 +95,18 @@ status endpoint::wait_room(duration patience, connection to) {
     if (known && !door.has_room(whom.generation == 0)) known = errc::full;
     return known || known.code() != errc::full;
   };
-  if (door.wait_room(rt::deadline_after(rt::monotonic_clock::now(), patience), ready)) return known;
-  return error{errc::timed_out, 0, patience.count()};
+  if (door.wait_room(rt::deadline_after(rt::monotonic_clock::now(), timeout), ready)) return known;
+  return error{errc::timed_out, 0, timeout.count()};
 }
 
-result<received> endpoint::receive(duration patience) {
+result<received> endpoint::receive(duration timeout) {
   service::front_door& door = state_->door();
   const time_point now = rt::monotonic_clock::now();
   const auto slot =
-      patience == duration::zero() ? door.try_receive(now) : door.receive(rt::deadline_after(now, patience));
+      timeout == duration::zero() ? door.try_receive(now) : door.receive(rt::deadline_after(now, timeout));
   if (!slot) {
     if (slot.code() == errc::closed) return errc::closed;
-    return error{errc::timed_out, 0, patience.count()};
+    return error{errc::timed_out, 0, timeout.count()};
   }
   const door_header& header = door.inbound_header(*slot);
   return received{state_,

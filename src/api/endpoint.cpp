@@ -113,7 +113,7 @@ result<rowe::stop_latch> endpoint::stop_latch(const latch_options& options) {
   return rowe::stop_latch{std::move(*handle)};
 }
 
-status endpoint::wait_peer(duration patience) { return state_->wait_peer(patience); }
+status endpoint::wait_peer(duration timeout) { return state_->wait_peer(timeout); }
 std::uint32_t endpoint::peers() const noexcept { return state_->peers(); }
 std::vector<peer> endpoint::connections() const { return state_->connections(); }
 std::uint16_t endpoint::port() const noexcept { return state_->port(); }

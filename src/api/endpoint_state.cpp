@@ -350,14 +350,14 @@ void endpoint_state::count_left(const lane& in) noexcept {
   board_->counts.add(counter::lost_at_close, left);
 }
 
-status endpoint_state::wait_peer(duration patience) noexcept {
+status endpoint_state::wait_peer(duration timeout) noexcept {
   const std::lock_guard one_waiter{peer_waiter_};
-  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), patience);
+  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), timeout);
   const auto over = [&] { return door_->is_closed() || board_->peers() > 0; };
   if (board_->peers_changed.wait_until(deadline, over)) {
     return door_->is_closed() ? status{errc::closed} : status{};
   }
-  return error{errc::timed_out, 0, patience.count()};
+  return error{errc::timed_out, 0, timeout.count()};
 }
 
 std::optional<event> endpoint_state::try_event() noexcept {

@@ -56,7 +56,7 @@ class endpoint_state {
   void wake_service() noexcept { carrier_->wake(); }
 
   status close(duration drain) noexcept;
-  status wait_peer(duration patience) noexcept;
+  status wait_peer(duration timeout) noexcept;
   std::optional<event> try_event() noexcept;
   std::vector<count> counts() const;
   std::uint32_t peers() const noexcept { return board_->peers(); }

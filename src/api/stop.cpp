@@ -32,16 +32,16 @@ bool is_null(std::string_view answer, std::string_view member) noexcept {
 
 } // namespace
 
-status endpoint::stop(std::string_view source, duration patience) {
+status endpoint::stop(std::string_view source, duration timeout) {
   state_->ask_to_stop(); // first, and without any room; what follows is for the source and the answer
-  const auto answer = invoke(message{"service", "/rowe/stop", "source", source}, patience);
+  const auto answer = invoke(message{"service", "/rowe/stop", "source", source}, timeout);
   if (!answer) return answer.error();
   if (!is_null(answer->text(), "observed_ns")) return {};
-  return error{errc::timed_out, 0, patience.count()};
+  return error{errc::timed_out, 0, timeout.count()};
 }
 
-status endpoint::reset_stop(duration patience) {
-  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), patience);
+status endpoint::reset_stop(duration timeout) {
+  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), timeout);
   const auto left = [&] {
     if (deadline == rt::never) return rt::for_ever;
     return std::max(deadline - rt::monotonic_clock::now(), look_again_after);
@@ -61,7 +61,7 @@ status endpoint::reset_stop(duration patience) {
     if (is_null(answer->text(), "refused")) return {};
     if (says(answer->text(), "refused", "number") || says(answer->text(), "refused", "guards"))
       return errc::refused;
-    if (rt::monotonic_clock::now() >= deadline) return error{errc::timed_out, 0, patience.count()};
+    if (rt::monotonic_clock::now() >= deadline) return error{errc::timed_out, 0, timeout.count()};
     std::this_thread::sleep_for(look_again_after);
   }
 }

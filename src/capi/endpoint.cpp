@@ -320,14 +320,14 @@ struct rowe_object* rowe_stats(const struct rowe_endpoint* endpoint) {
   });
 }
 
-int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long patience_ms) {
+int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long timeout_ms) {
   if (endpoint == nullptr || source == nullptr) return fail(errc::misuse);
-  const rowe::status done = endpoint->inside->stop(source, duration_of(patience_ms));
+  const rowe::status done = endpoint->inside->stop(source, duration_of(timeout_ms));
   return done ? rowe_ok : fail(done.error());
 }
 
-int rowe_reset_stop(const struct rowe_endpoint* endpoint, long patience_ms) {
+int rowe_reset_stop(const struct rowe_endpoint* endpoint, long timeout_ms) {
   if (endpoint == nullptr) return fail(errc::misuse);
-  const rowe::status done = endpoint->inside->reset_stop(duration_of(patience_ms));
+  const rowe::status done = endpoint->inside->reset_stop(duration_of(timeout_ms));
   return done ? rowe_ok : fail(done.error());
 }

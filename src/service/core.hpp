@@ -102,7 +102,7 @@ class core final : public transport_sink, private frame_handler {
   // How long the next cycle may be put off when nothing else calls for it: a handle of this process may have
   // something that a peer waits for, or something that must not be left lying when its time is over. Handles
   // that tell leave only what waits in a lane for room further on; so do those that phases() looks after.
-  rt::duration patience(rt::duration poll_period) const noexcept {
+  rt::duration idle_time_max(rt::duration poll_period) const noexcept {
     const bool lanes_talk = talking_lanes_ != 0 && peers_.count() != 0;
     if (lanes_wait_ && (wanted_lanes_ != 0 || lanes_talk)) return poll_period;
     if (!options_.lanes_tell && (wanted_lanes_ > phases_.listened() || lanes_talk)) return poll_period;

@@ -71,7 +71,7 @@ void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
       return naps_.slept_until(now_);
     }
   }
-  const rt::time_point until = std::min(next, now_ + core_.patience(poll_period_));
+  const rt::time_point until = std::min(next, now_ + core_.idle_time_max(poll_period_));
   switch (policy_) {
   case idle::poll: carrier_.wait(now_, until); break;
   case idle::wake:

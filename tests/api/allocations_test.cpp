@@ -34,7 +34,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr auto patience = 20s;
+constexpr auto timeout = 20s;
 constexpr int warm_up = 500;
 constexpr int measured = 5000;
 
@@ -48,8 +48,8 @@ TEST(allocations, are_none_for_a_message_from_publisher_to_subscriber_over_socke
   auto seen = viewer.subscribe<rowe::json_text>("/odom").value();
   auto command = viewer.advertise<rowe::json_text>("/cmd").value();
   auto commanded = robot.subscribe<rowe::json_text>("/cmd").value();
-  ASSERT_TRUE(viewer.wait_peer(patience));
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  ASSERT_TRUE(viewer.wait_peer(timeout));
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   while (!odom.wanted()) ASSERT_LT(rowe::rt::monotonic_clock::now(), until);
 
   int went = 0;
@@ -57,10 +57,10 @@ TEST(allocations, are_none_for_a_message_from_publisher_to_subscriber_over_socke
   const auto exchange = [&](int count) {
     for (int i = 0; i < count; ++i) {
       if (!odom.publish({0.001 * i, 1e-9 * i, 3.0 / (i + 1)})) break;
-      if (!seen.take(patience)) break;
+      if (!seen.take(timeout)) break;
       ++went;
       if (!command.publish(R"({"linear":0.5})")) break;
-      if (!commanded.take(patience)) break;
+      if (!commanded.take(timeout)) break;
       ++came;
     }
   };
@@ -92,7 +92,7 @@ struct two_ends {
   rowe::endpoint another() const {
     auto made =
         rowe::endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port()), options_of_calls()).value();
-    EXPECT_TRUE(made.wait_peer(patience));
+    EXPECT_TRUE(made.wait_peer(timeout));
     return made;
   }
 };
@@ -130,8 +130,8 @@ void expect_no_allocation(Exchange exchange) {
 // Until a service that another endpoint offers is known where it is called.
 template <class Caller>
 bool answered(Caller& caller) {
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
-  while (!caller.call({1, 2}, patience)) {
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
+  while (!caller.call({1, 2}, timeout)) {
     if (rowe::rt::monotonic_clock::now() > until) return false;
   }
   return true;
@@ -152,8 +152,8 @@ TEST(allocations, are_none_for_a_call_with_structs_from_either_end) {
   ASSERT_TRUE(answered(from_desk));
   ASSERT_TRUE(answered(from_robot));
   expect_no_allocation([&](int i) {
-    const auto one = from_desk.call({1.0 * i, 1}, patience);
-    const auto other = from_robot.call({1.0 * i, 2}, patience);
+    const auto one = from_desk.call({1.0 * i, 1}, timeout);
+    const auto other = from_robot.call({1.0 * i, 2}, timeout);
     return one && one->sum == i + 1 && other && other->sum == i + 2;
   });
 }
@@ -165,7 +165,7 @@ TEST(allocations, are_none_for_a_call_that_a_hub_passes_on) {
   auto asks = e.desk.client<addends, total>("/passed/add").value();
   ASSERT_TRUE(answered(asks));
   expect_no_allocation([&](int i) {
-    const auto sum = asks.call({1.0 * i, 1}, patience);
+    const auto sum = asks.call({1.0 * i, 1}, timeout);
     return sum && sum->sum == i + 1;
   });
 }
@@ -179,7 +179,7 @@ TEST(allocations, are_none_for_a_call_that_is_refused_or_runs_out_of_time) {
   auto asks = e.desk.client<addends, total>("/never").value();
   auto waits = e.desk.client<addends, total>("/silent").value();
   expect_no_allocation([&](int) {
-    const bool refused = asks.call({1, 2}, patience).code() == rowe::errc::refused;
+    const bool refused = asks.call({1, 2}, timeout).code() == rowe::errc::refused;
     const bool timed_out = waits.call({1, 2}, 100us).code() == rowe::errc::timed_out;
     while (silent.try_next()) continue; // dropped
     return refused && timed_out;
@@ -191,14 +191,14 @@ TEST(allocations, are_none_for_what_lanes_send_receive_and_invoke) {
   const auto echoes = beside{[talk = e.robot.open_lane().value()]() mutable {
     const auto came = talk.receive(1ms);
     if (!came) return;
-    came->wants_reply() ? (void)talk.reply(*came, rowe::message{"sum", 3}, patience)
-                        : (void)talk.try_send(came->text(), patience);
+    came->wants_reply() ? (void)talk.reply(*came, rowe::message{"sum", 3}, timeout)
+                        : (void)talk.try_send(came->text(), timeout);
   }};
   auto talk = e.desk.open_lane().value();
   expect_no_allocation([&](int i) {
-    if (!talk.send(rowe::message{"n", i, "text", "a text"}, patience)) return false;
-    if (!talk.receive(patience)) return false;
-    return talk.invoke(rowe::message{"service", "add", "a", 1, "b", 2}, patience).has_value();
+    if (!talk.send(rowe::message{"n", i, "text", "a text"}, timeout)) return false;
+    if (!talk.receive(timeout)) return false;
+    return talk.invoke(rowe::message{"service", "add", "a", 1, "b", 2}, timeout).has_value();
   });
 }
 
@@ -208,12 +208,12 @@ TEST(allocations, are_none_for_what_threads_send_receive_and_invoke_at_the_front
     const auto came = e.robot.receive(1ms);
     if (!came) return;
     came->wants_reply() ? (void)e.robot.reply(*came, rowe::message{"sum", 3})
-                        : (void)e.robot.try_send(came->text(), patience);
+                        : (void)e.robot.try_send(came->text(), timeout);
   }};
   expect_no_allocation([&](int i) {
-    if (!e.desk.send(rowe::message{"n", i, "text", "a text"}, patience)) return false;
-    if (!e.desk.receive(patience)) return false;
-    return e.desk.invoke(rowe::message{"service", "add", "a", 1, "b", 2}, patience).has_value();
+    if (!e.desk.send(rowe::message{"n", i, "text", "a text"}, timeout)) return false;
+    if (!e.desk.receive(timeout)) return false;
+    return e.desk.invoke(rowe::message{"service", "add", "a", 1, "b", 2}, timeout).has_value();
   });
 }
 
@@ -222,11 +222,11 @@ TEST(allocations, are_none_for_values_that_a_subscriber_has_decoded) {
   for (const rowe::keep kept : {rowe::keep::all, rowe::keep::newest}) {
     auto odom = e.desk.advertise<pose>("/odom").value();
     auto seen = e.robot.subscribe<pose>("/odom", {.keep = kept}).value();
-    const auto until = rowe::rt::monotonic_clock::now() + patience;
+    const auto until = rowe::rt::monotonic_clock::now() + timeout;
     while (!odom.wanted()) ASSERT_LT(rowe::rt::monotonic_clock::now(), until);
     expect_no_allocation([&](int i) {
       if (!odom.publish({0.001 * i, 1e-9 * i, 3.0})) return false;
-      const auto taken = seen.take(patience);
+      const auto taken = seen.take(timeout);
       return taken && taken->value().x == 0.001 * i;
     });
   }

@@ -32,17 +32,17 @@ auto adding(endpoint& at) {
 TEST(door, carries_messages_both_ways) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
-  ASSERT_TRUE(viewer.send(R"({"from":"viewer"})", patience));
-  const auto heard = robot.receive(patience);
+  ASSERT_TRUE(viewer.send(R"({"from":"viewer"})", timeout));
+  const auto heard = robot.receive(timeout);
   ASSERT_TRUE(heard) << heard.error().name();
   EXPECT_EQ(heard->text(), R"({"from":"viewer"})");
   EXPECT_FALSE(heard->wants_reply());
   ASSERT_TRUE(heard->from());
   // The viewer has spoken bare, so the robot may send to it, alone or as one of all.
-  ASSERT_TRUE(robot.send(R"({"to":"you"})", patience, heard->from()));
-  ASSERT_TRUE(robot.send(R"({"to":"all"})", patience));
-  EXPECT_EQ(viewer.receive(patience)->text(), R"({"to":"you"})");
-  EXPECT_EQ(viewer.receive(patience)->text(), R"({"to":"all"})");
+  ASSERT_TRUE(robot.send(R"({"to":"you"})", timeout, heard->from()));
+  ASSERT_TRUE(robot.send(R"({"to":"all"})", timeout));
+  EXPECT_EQ(viewer.receive(timeout)->text(), R"({"to":"you"})");
+  EXPECT_EQ(viewer.receive(timeout)->text(), R"({"to":"all"})");
 }
 
 TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
@@ -51,13 +51,13 @@ TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
   const answering_thread at_robot{robot, adding(robot)};
   const answering_thread at_viewer{viewer, adding(viewer)};
   ASSERT_TRUE(eventually([&] { // refused until the answering thread has called receive()
-    const auto reply = viewer.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), patience);
+    const auto reply = viewer.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
     return reply && says(reply->text(), sum_of_the_paper);
   }));
   const auto peers = robot.connections();
   ASSERT_EQ(peers.size(), 1U);
   ASSERT_TRUE(eventually([&] {
-    const auto reply = robot.invoke(message("service", "add-two-numbers"), patience, peers[0].id);
+    const auto reply = robot.invoke(message("service", "add-two-numbers"), timeout, peers[0].id);
     return reply && says(reply->text(), sum_of_the_paper);
   }));
 }
@@ -68,7 +68,7 @@ TEST(door, shows_who_is_connected) {
   connection first;
   {
     const auto viewer = connected(robot);
-    ASSERT_TRUE(robot.wait_peer(patience));
+    ASSERT_TRUE(robot.wait_peer(timeout));
     const auto peers = robot.connections();
     ASSERT_EQ(peers.size(), 1U);
     first = peers[0].id;
@@ -79,9 +79,9 @@ TEST(door, shows_who_is_connected) {
   const auto viewer = connected(robot);
   ASSERT_TRUE(eventually([&] { return robot.connections().size() == 1; }));
   EXPECT_NE(robot.connections()[0].id, first);
-  EXPECT_EQ(robot.send("{}", patience, first).code(), errc::peer_lost);
-  EXPECT_EQ(robot.try_send("{}", patience, first).code(), errc::peer_lost);
-  EXPECT_EQ(robot.invoke("{}", patience, first).code(), errc::peer_lost);
+  EXPECT_EQ(robot.send("{}", timeout, first).code(), errc::peer_lost);
+  EXPECT_EQ(robot.try_send("{}", timeout, first).code(), errc::peer_lost);
+  EXPECT_EQ(robot.invoke("{}", timeout, first).code(), errc::peer_lost);
 }
 
 TEST(door, waits_for_a_peer_as_long_as_the_time_to_live) {
@@ -93,21 +93,21 @@ TEST(door, waits_for_a_peer_as_long_as_the_time_to_live) {
 
   auto talker = endpoint::connect(url_of(robot), quick()).value();
   ASSERT_TRUE(talker.send(R"({"early":true})", -1ns)); // before the connection stands
-  EXPECT_EQ(robot.receive(patience)->text(), R"({"early":true})");
+  EXPECT_EQ(robot.receive(timeout)->text(), R"({"early":true})");
 }
 
 TEST(door, says_what_is_no_message) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
-  EXPECT_EQ(viewer.send("[1]", patience).code(), errc::not_an_object);
-  EXPECT_EQ(viewer.send("{", patience).code(), errc::malformed);
-  EXPECT_EQ(viewer.send(R"({"op":"publish"})", patience).code(), errc::reserved_member);
-  EXPECT_EQ(viewer.invoke("1", patience).code(), errc::not_an_object);
-  EXPECT_EQ(viewer.invoke("nothing", patience).code(), errc::malformed);
-  EXPECT_EQ(viewer.invoke(R"({"message_id":1})", patience).code(), errc::reserved_member);
-  EXPECT_EQ(viewer.invoke(R"({"in_reply_to":1})", patience).code(), errc::reserved_member);
+  EXPECT_EQ(viewer.send("[1]", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(viewer.send("{", timeout).code(), errc::malformed);
+  EXPECT_EQ(viewer.send(R"({"op":"publish"})", timeout).code(), errc::reserved_member);
+  EXPECT_EQ(viewer.invoke("1", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(viewer.invoke("nothing", timeout).code(), errc::malformed);
+  EXPECT_EQ(viewer.invoke(R"({"message_id":1})", timeout).code(), errc::reserved_member);
+  EXPECT_EQ(viewer.invoke(R"({"in_reply_to":1})", timeout).code(), errc::reserved_member);
   const std::string deep = R"({"a":)" + std::string(100, '[') + std::string(100, ']') + "}";
-  EXPECT_EQ(viewer.send(deep, patience).code(), errc::too_deep);
+  EXPECT_EQ(viewer.send(deep, timeout).code(), errc::too_deep);
 }
 
 TEST(door, says_what_does_not_fit) {
@@ -116,12 +116,12 @@ TEST(door, says_what_does_not_fit) {
   options.limits.door_slot_bytes = 200;
   auto robot = endpoint::listen(0, options).value();
   const std::string text = R"({"a":")" + std::string(200, 'x') + "\"}";
-  EXPECT_EQ(robot.send(text, patience).error(),
+  EXPECT_EQ(robot.send(text, timeout).error(),
             (error{errc::too_big, static_cast<std::int64_t>(text.size()), 200}));
   const rowe::message_of<8> overflowed{"name", "value"};
-  EXPECT_EQ(robot.send(overflowed, patience).error(), (error{errc::too_big, 9, 8}));
-  EXPECT_EQ(robot.try_send(overflowed, patience).code(), errc::too_big);
-  EXPECT_EQ(robot.invoke(overflowed, patience).code(), errc::too_big);
+  EXPECT_EQ(robot.send(overflowed, timeout).error(), (error{errc::too_big, 9, 8}));
+  EXPECT_EQ(robot.try_send(overflowed, timeout).code(), errc::too_big);
+  EXPECT_EQ(robot.invoke(overflowed, timeout).code(), errc::too_big);
 }
 
 TEST(door, says_full_when_all_its_slots_are_taken) {
@@ -147,9 +147,9 @@ TEST(door, says_full_when_all_its_slots_are_taken) {
 TEST(door, refuses_calls_while_nobody_receives_and_says_so) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
-  const auto refused = viewer.invoke(message("service", "nobody-knows"), patience);
+  const auto refused = viewer.invoke(message("service", "nobody-knows"), timeout);
   EXPECT_EQ(refused.code(), errc::no_service);
-  EXPECT_EQ(robot.invoke(message("service", "nobody-knows"), patience).code(), errc::no_service);
+  EXPECT_EQ(robot.invoke(message("service", "nobody-knows"), timeout).code(), errc::no_service);
 }
 
 TEST(door, keeps_calls_for_receive_from_the_start_by_option) {
@@ -158,11 +158,11 @@ TEST(door, keeps_calls_for_receive_from_the_start_by_option) {
   auto robot = endpoint::listen(0, options).value();
   auto viewer = connected(robot);
   std::thread asks{[&] {
-    const auto reply = viewer.invoke(message("service", "anything"), patience);
+    const auto reply = viewer.invoke(message("service", "anything"), timeout);
     ASSERT_TRUE(reply) << reply.error().name();
     EXPECT_TRUE(says(reply->text(), R"({"done":true})")) << reply->text();
   }};
-  const auto call = robot.receive(patience);
+  const auto call = robot.receive(timeout);
   ASSERT_TRUE(call);
   EXPECT_TRUE(call->wants_reply());
   EXPECT_TRUE(call->text().find(R"("anything")") != std::string_view::npos) << call->text();
@@ -178,7 +178,7 @@ TEST(door, hands_on_the_sentence_of_a_refusal) {
   const answering_thread refusing{robot,
                                   [&](const rowe::received& call) { (void)robot.refuse(call, "not today"); }};
   std::string why;
-  EXPECT_EQ(viewer.invoke(message("service", "x"), patience, everyone, &why).code(), errc::refused);
+  EXPECT_EQ(viewer.invoke(message("service", "x"), timeout, everyone, &why).code(), errc::refused);
   EXPECT_EQ(why, "not today");
 }
 
@@ -191,7 +191,7 @@ TEST(door, times_out_where_no_reply_comes_and_drops_the_late_one) {
     const auto late = viewer.invoke(message("service", "slow"), 20ms);
     EXPECT_EQ(late.error(), (error{errc::timed_out, 0, 20'000'000}));
   }));
-  const auto call = robot.receive(patience);
+  const auto call = robot.receive(timeout);
   ASSERT_TRUE(call);
   (void)robot.reply(*call, "{}"); // expired, where the viewer's time-out came along; else dropped there
   EXPECT_EQ(viewer.receive(20ms).code(), errc::timed_out);
@@ -203,9 +203,9 @@ TEST(door, tells_a_lost_peer_from_a_time_out) {
   std::optional<endpoint> robot{endpoint::listen(0, options).value()};
   auto viewer = connected(*robot);
   std::thread asks{
-      [&] { EXPECT_EQ(viewer.invoke(message("service", "slow"), patience).code(), errc::peer_lost); }};
+      [&] { EXPECT_EQ(viewer.invoke(message("service", "slow"), timeout).code(), errc::peer_lost); }};
   {
-    const auto call = robot->receive(patience);
+    const auto call = robot->receive(timeout);
     ASSERT_TRUE(call);
   }
   robot.reset();
@@ -215,8 +215,8 @@ TEST(door, tells_a_lost_peer_from_a_time_out) {
 TEST(door, does_not_reply_to_what_is_no_call_of_its_own) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
-  ASSERT_TRUE(viewer.send("{}", patience));
-  const auto plain = robot.receive(patience);
+  ASSERT_TRUE(viewer.send("{}", timeout));
+  const auto plain = robot.receive(timeout);
   ASSERT_TRUE(plain);
   EXPECT_EQ(robot.reply(*plain, "{}").code(), errc::misuse);
   EXPECT_EQ(robot.try_reply(*plain, "{}").code(), errc::misuse);
@@ -229,8 +229,8 @@ TEST(door, says_peer_lost_to_replies_whose_asker_is_gone) {
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();
   std::optional<endpoint> viewer{connected(robot)};
-  std::thread asks{[&] { (void)viewer->invoke(message("service", "slow"), patience); }};
-  const auto call = robot.receive(patience);
+  std::thread asks{[&] { (void)viewer->invoke(message("service", "slow"), timeout); }};
+  const auto call = robot.receive(timeout);
   ASSERT_TRUE(call);
   (void)viewer->close();
   asks.join();
@@ -250,10 +250,10 @@ TEST(door, says_closed_to_everybody_once_it_is) {
   EXPECT_TRUE(eventually([&] { return count_of(robot, "cycles") > 3; }));
   (void)robot.close();
   for (auto& one : waiting) one.join();
-  EXPECT_EQ(robot.send("{}", patience).code(), errc::closed);
-  EXPECT_EQ(robot.try_send("{}", patience).code(), errc::closed);
-  EXPECT_EQ(robot.invoke("{}", patience).code(), errc::closed);
-  EXPECT_EQ(robot.receive(patience).code(), errc::closed);
+  EXPECT_EQ(robot.send("{}", timeout).code(), errc::closed);
+  EXPECT_EQ(robot.try_send("{}", timeout).code(), errc::closed);
+  EXPECT_EQ(robot.invoke("{}", timeout).code(), errc::closed);
+  EXPECT_EQ(robot.receive(timeout).code(), errc::closed);
   EXPECT_EQ(robot.receive(0ns).code(), errc::closed);
 }
 
@@ -262,8 +262,8 @@ TEST(door, lets_what_was_received_outlive_the_endpoint) {
   {
     auto robot = endpoint::listen(0, quick()).value();
     auto viewer = connected(robot);
-    ASSERT_TRUE(viewer.send(R"({"n":1})", patience));
-    auto heard = robot.receive(patience);
+    ASSERT_TRUE(viewer.send(R"({"n":1})", timeout));
+    auto heard = robot.receive(timeout);
     ASSERT_TRUE(heard);
     kept.emplace(std::move(*heard));
   }
@@ -275,7 +275,7 @@ TEST(door, drops_what_was_not_received_in_time) {
   options.inbound_ttl = 1ms;
   auto robot = endpoint::listen(0, options).value();
   auto viewer = connected(robot);
-  ASSERT_TRUE(viewer.send(R"({"n":1})", patience));
+  ASSERT_TRUE(viewer.send(R"({"n":1})", timeout));
   ASSERT_TRUE(eventually([&] { return count_of(robot, "messages_in") > 0; }));
   const auto arrived = rowe::rt::monotonic_clock::now();
   ASSERT_TRUE(eventually([&] { return rowe::rt::monotonic_clock::now() > arrived + 2ms; }));
@@ -305,7 +305,7 @@ TEST(door, serves_many_threads_at_once) {
     asking.emplace_back([&, t] {
       for (int i = 0; i < 200; ++i) {
         const int n = 1000 * t + i;
-        const auto reply = viewer.invoke(message("service", "echo", "n", n), patience);
+        const auto reply = viewer.invoke(message("service", "echo", "n", n), timeout);
         ASSERT_TRUE(reply) << reply.error().name();
         ASSERT_TRUE(says(reply->text(), message("n", n).text())) << reply->text();
         ++answered;

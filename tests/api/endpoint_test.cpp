@@ -29,7 +29,7 @@ using rowe::endpoint;
 using rowe::errc;
 using rowe::json_text;
 
-constexpr auto patience = 20s; // a watchdog: nothing here takes a thousandth of it
+constexpr auto timeout = 20s; // a watchdog: nothing here takes a thousandth of it
 
 rowe::endpoint_options hub() {
   rowe::endpoint_options options;
@@ -48,7 +48,7 @@ std::string numbered(int n) { return R"({"n":)" + std::to_string(n) + "}"; }
 // made.
 template <class Publish, class Heard>
 bool publish_until(Publish&& publish, Heard&& heard) {
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   while (rowe::rt::monotonic_clock::now() < until) {
     publish();
     if (heard()) return true;
@@ -65,7 +65,7 @@ std::uint64_t count_of(const endpoint& of, std::string_view name) {
 }
 
 std::optional<rowe::event> wait_event(endpoint& of, rowe::event::kind kind) {
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   while (rowe::rt::monotonic_clock::now() < until) {
     const auto what = of.try_event();
     if (what && what->what_kind == kind) return what;
@@ -79,7 +79,7 @@ TEST(endpoint, carries_a_struct_from_one_process_end_to_the_other) {
   auto odom = robot.advertise<pose>("/odom").value();
   auto viewer = endpoint::connect(url_of(robot), hub()).value();
   auto seen = viewer.subscribe<json_text>("/odom").value();
-  ASSERT_TRUE(viewer.wait_peer(patience));
+  ASSERT_TRUE(viewer.wait_peer(timeout));
   std::string text;
   EXPECT_TRUE(publish_until(
       [&] {
@@ -100,7 +100,7 @@ TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_its_handle) {
   auto robot = endpoint::listen(0, one_lane).value();
   auto talker = endpoint::connect(url_of(robot), hub()).value();
   auto says = talker.advertise<json_text>("/words").value();
-  ASSERT_TRUE(talker.wait_peer(patience));
+  ASSERT_TRUE(talker.wait_peer(timeout));
   const rowe::topic_options how{.depth = 16, .text_bytes_max = 4096};
   std::optional seen{robot.subscribe<json_text>("/words", how).value()};
   std::optional<rowe::message_view> view;
@@ -144,8 +144,8 @@ TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
   auto listener = endpoint::connect(url_of(server), hub()).value();
   auto heard = listener.subscribe<json_text>("/count", {.depth = 256}).value();
   auto said = talker.advertise<json_text>("/count", {.depth = 16}).value();
-  ASSERT_TRUE(talker.wait_peer(patience));
-  ASSERT_TRUE(listener.wait_peer(patience));
+  ASSERT_TRUE(talker.wait_peer(timeout));
+  ASSERT_TRUE(listener.wait_peer(timeout));
   // Until the newest of these has come, and so none of them is on its way any more.
   int newest = 0;
   ASSERT_TRUE(publish_until(
@@ -161,7 +161,7 @@ TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
   std::atomic<int> next = 0;
   std::thread taker{[&] {
     while (next < 5000) {
-      const auto message = heard.take(patience);
+      const auto message = heard.take(timeout);
       ASSERT_TRUE(message) << next.load() << " " << message.error().name();
       ASSERT_EQ(message->text(), numbered(next.load()));
       ++next;
@@ -176,7 +176,7 @@ TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
     }
     // What is on its way never exceeds the smallest queue, so nothing may be lost.
     if (i % 100 == 99) {
-      const auto until = rowe::rt::monotonic_clock::now() + patience;
+      const auto until = rowe::rt::monotonic_clock::now() + timeout;
       while (next < i && rowe::rt::monotonic_clock::now() < until) std::this_thread::yield();
     }
   }
@@ -189,7 +189,7 @@ TEST(endpoint, delivers_to_a_subscriber_of_its_own) {
   auto odom = robot.advertise<pose>("/odom").value();
   auto seen = robot.subscribe<json_text>("/odom").value();
   ASSERT_TRUE(odom.publish({1, 2}));
-  const auto message = seen.take(patience);
+  const auto message = seen.take(timeout);
   ASSERT_TRUE(message);
   EXPECT_EQ(message->text(), R"({"x":1,"y":2})");
 }
@@ -201,7 +201,7 @@ TEST(endpoint, gives_the_newest_message_and_frees_the_older_ones) {
   for (int round = 0; round < 4; ++round) {
     for (int i = 0; i < 8; ++i) ASSERT_TRUE(odom.publish({1.0 * i, 0}));
     std::string newest;
-    const auto until = rowe::rt::monotonic_clock::now() + patience;
+    const auto until = rowe::rt::monotonic_clock::now() + timeout;
     while (newest != R"({"x":7,"y":0})" && rowe::rt::monotonic_clock::now() < until) {
       if (const auto message = seen.latest()) newest = message->text();
     }
@@ -216,7 +216,7 @@ TEST(endpoint, writes_what_was_published_before_it_closes) {
   {
     auto talker = endpoint::connect(url_of(server), hub()).value();
     auto said = talker.advertise<json_text>("/last", {.depth = 128}).value();
-    ASSERT_TRUE(talker.wait_peer(patience));
+    ASSERT_TRUE(talker.wait_peer(timeout));
     ASSERT_TRUE(
         publish_until([&] { (void)said.publish(numbered(0)); }, [&] { return said.published() > 0; }));
     const auto before = said.published();
@@ -224,11 +224,11 @@ TEST(endpoint, writes_what_was_published_before_it_closes) {
       while (!said.publish(numbered(i))) std::this_thread::yield();
     }
     EXPECT_EQ(said.published(), before + 100);
-    EXPECT_TRUE(talker.close(patience));
+    EXPECT_TRUE(talker.close(timeout));
   }
   int last = 0;
   while (last != 100) {
-    const auto message = heard.take(patience);
+    const auto message = heard.take(timeout);
     ASSERT_TRUE(message) << "after " << last;
     last = std::stoi(std::string{message->text().substr(5)});
   }
@@ -238,14 +238,14 @@ TEST(endpoint, sends_what_a_handle_published_before_it_was_destroyed) {
   auto server = endpoint::listen(0, hub()).value();
   auto heard = server.subscribe<json_text>("/burst", {.depth = 2048, .text_bytes_max = 64}).value();
   auto talker = endpoint::connect(url_of(server), hub()).value();
-  ASSERT_TRUE(talker.wait_peer(patience));
+  ASSERT_TRUE(talker.wait_peer(timeout));
   constexpr int burst = 1500;
   {
     auto said = talker.advertise<json_text>("/burst", {.depth = 2048, .text_bytes_max = 64}).value();
     for (int i = 0; i < burst; ++i) ASSERT_TRUE(said.publish(numbered(i))) << i;
   }
   for (int i = 0; i < burst; ++i) {
-    const auto message = heard.take(patience);
+    const auto message = heard.take(timeout);
     ASSERT_TRUE(message) << i;
     ASSERT_EQ(message->text(), numbered(i));
   }
@@ -274,7 +274,7 @@ TEST(endpoint, says_closed_to_handles_that_outlive_it) {
   }
   EXPECT_EQ(odom.publish({1, 2}).code(), errc::closed);
   EXPECT_EQ(seen.try_take().code(), errc::closed);
-  EXPECT_EQ(seen.take(patience).code(), errc::closed);
+  EXPECT_EQ(seen.take(timeout).code(), errc::closed);
   EXPECT_FALSE(odom.wanted());
 }
 
@@ -319,7 +319,7 @@ TEST(endpoint, connects_again_after_its_server_was_away) {
   const std::uint16_t port = server->port();
   auto viewer = endpoint::connect("ws://" + options.address + ":" + std::to_string(port), hub()).value();
   auto seen = viewer.subscribe<json_text>("/odom").value();
-  ASSERT_TRUE(viewer.wait_peer(patience));
+  ASSERT_TRUE(viewer.wait_peer(timeout));
   server.reset();
   ASSERT_TRUE(wait_event(viewer, rowe::event::kind::peer_left));
   ASSERT_TRUE(wait_event(viewer, rowe::event::kind::cannot_connect));
@@ -344,7 +344,7 @@ TEST(endpoint, counts_what_its_handshakes_take_and_that_messages_take_nothing) {
   auto commands = robot.subscribe<json_text>("/cmd").value();
   auto viewer = endpoint::connect(url_of(robot), hub()).value();
   auto command = viewer.advertise<json_text>("/cmd").value();
-  ASSERT_TRUE(viewer.wait_peer(patience));
+  ASSERT_TRUE(viewer.wait_peer(timeout));
   ASSERT_TRUE(publish_until([&] { (void)command.publish(R"({"n":1})"); },
                             [&] { return static_cast<bool>(commands.try_take()); }));
   const auto used = count_of(robot, "handshake_bytes_used");
@@ -563,7 +563,7 @@ TEST(endpoint_errors, tell_what_could_not_be_written_in_time) {
   auto server = endpoint::listen(0, hub()).value();
   auto talker = endpoint::connect(url_of(server), hub()).value();
   auto said = talker.advertise<json_text>("/big", {.depth = 2048, .text_bytes_max = 16}).value();
-  ASSERT_TRUE(talker.wait_peer(patience));
+  ASSERT_TRUE(talker.wait_peer(timeout));
   ASSERT_TRUE(publish_until([&] { (void)said.publish(numbered(0)); }, [&] { return said.published() > 0; }));
   for (int i = 0; i < 2000; ++i) (void)said.publish(numbered(1)); // full at some point: enough is waiting
   const auto closed = talker.close(0ns);
@@ -580,7 +580,7 @@ TEST(waking, brings_every_value_and_every_call_without_looking_for_them) {
   options.idle_policy = rowe::idle::wake;
   auto robot = endpoint::listen(0, options).value();
   auto viewer = endpoint::connect(url_of(robot), options).value();
-  ASSERT_TRUE(viewer.wait_peer(patience));
+  ASSERT_TRUE(viewer.wait_peer(timeout));
   auto odom = robot.advertise<pose>("/odom").value();
   auto newest = robot.advertise<pose>("/newest", {.keep = rowe::keep::newest}).value();
   auto seen = viewer.subscribe<pose>("/odom").value();
@@ -589,7 +589,7 @@ TEST(waking, brings_every_value_and_every_call_without_looking_for_them) {
   auto asks = viewer.client<pose, pose>("/same").value();
   while (!odom.wanted() || !newest.wanted()) std::this_thread::yield();
   const auto expect_next = [](auto& from, double x) {
-    const auto came = from.take(patience);
+    const auto came = from.take(timeout);
     ASSERT_TRUE(came);
     EXPECT_EQ(came->value().x, x);
   };
@@ -599,8 +599,8 @@ TEST(waking, brings_every_value_and_every_call_without_looking_for_them) {
     expect_next(seen, x);
     ASSERT_TRUE(newest.publish({x, 1}));
     expect_next(newest_seen, x);
-    ASSERT_TRUE(asks.start({x, 2}, patience, rowe::rt::monotonic_clock::now()));
-    auto asked = answers.next(patience);
+    ASSERT_TRUE(asks.start({x, 2}, timeout, rowe::rt::monotonic_clock::now()));
+    auto asked = answers.next(timeout);
     ASSERT_TRUE(asked);
     ASSERT_TRUE(answers.reply(*asked, asked->body));
     auto ended = asks.try_finish();
@@ -617,7 +617,7 @@ TEST(phase, brings_every_value_and_watches_for_those_that_come_by_their_period) 
   options.idle_policy = rowe::idle::phase;
   auto robot = endpoint::listen(0, options).value();
   auto viewer = endpoint::connect(url_of(robot), options).value();
-  ASSERT_TRUE(viewer.wait_peer(patience));
+  ASSERT_TRUE(viewer.wait_peer(timeout));
   auto odom = robot.advertise<pose>("/odom", {.period = 2ms}).value();
   auto odd = robot.advertise<pose>("/odd").value(); // of no known period
   auto seen = viewer.subscribe<pose>("/odom").value();
@@ -631,8 +631,8 @@ TEST(phase, brings_every_value_and_watches_for_those_that_come_by_their_period) 
     ASSERT_TRUE(now);
     ASSERT_TRUE(odom.publish({++x, 0}, *now));
     ASSERT_TRUE(odd.publish({x, 1}, *now));
-    const auto came = seen.take(patience);
-    const auto odd_came = odd_seen.take(patience);
+    const auto came = seen.take(timeout);
+    const auto odd_came = odd_seen.take(timeout);
     ASSERT_TRUE(came && odd_came);
     EXPECT_EQ(came->value().x, x);
     EXPECT_EQ(odd_came->value().x, x);

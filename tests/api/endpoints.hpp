@@ -16,7 +16,7 @@ namespace endpoints {
 
 using namespace std::chrono_literals;
 
-inline constexpr auto patience = 20s; // a watchdog: nothing here takes a thousandth of it
+inline constexpr auto timeout = 20s; // a watchdog: nothing here takes a thousandth of it
 
 inline std::string url_of(const rowe::endpoint& of) { return "ws://127.0.0.1:" + std::to_string(of.port()); }
 
@@ -30,7 +30,7 @@ inline rowe::endpoint_options quick() {
 
 inline rowe::endpoint connected(const rowe::endpoint& to, const rowe::endpoint_options& options = quick()) {
   auto made = rowe::endpoint::connect(url_of(to), options).value();
-  EXPECT_TRUE(made.wait_peer(patience));
+  EXPECT_TRUE(made.wait_peer(timeout));
   return made;
 }
 
@@ -50,7 +50,7 @@ inline bool says(std::string_view reply, std::string_view object) {
 // Whether `ready` comes true before the watchdog barks.
 template <class Ready>
 bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   while (!ready()) {
     if (rowe::rt::monotonic_clock::now() > until) return false;
     std::this_thread::yield();

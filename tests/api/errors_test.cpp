@@ -69,8 +69,8 @@ error of_reading(std::string_view reply) {
   auto endpoint = alone();
   auto provides = endpoint.serve<json_text, json_text>("/n").value();
   auto calls = endpoint.client<errors_test_request, errors_test_reply>("/n").value();
-  (void)calls.start({1}, patience, rowe::rt::monotonic_clock::now()).value();
-  auto asked = provides.next(patience);
+  (void)calls.start({1}, timeout, rowe::rt::monotonic_clock::now()).value();
+  auto asked = provides.next(timeout);
   (void)provides.reply(*asked, reply); // an object: what is wrong with it is the caller's to say
   for (;;) {
     if (const auto ended = calls.try_finish()) return of(ended->value);
@@ -122,7 +122,7 @@ error no_peer() {
 error closed() {
   auto endpoint = alone();
   (void)endpoint.close(); // nothing is there to be written
-  return of(endpoint.send("{}", patience));
+  return of(endpoint.send("{}", timeout));
 }
 error timed_out() {
   auto endpoint = alone();
@@ -191,18 +191,18 @@ error no_thread() {
 error expired() { return of_sending("{}"); }
 error peer_lost() {
   auto endpoint = alone();
-  return of(endpoint.send("{}", patience, {0, 1}));
+  return of(endpoint.send("{}", timeout, {0, 1}));
 }
 error no_service() {
   auto endpoint = alone();
-  return of(endpoint.client<errors_test_request, errors_test_reply>("/none").value().call({1}, patience));
+  return of(endpoint.client<errors_test_request, errors_test_reply>("/none").value().call({1}, timeout));
 }
 error refused() {
   auto endpoint = alone();
   auto provides = endpoint.serve<errors_test_request, errors_test_reply>("/n").value();
   auto calls = endpoint.client<errors_test_request, errors_test_reply>("/n").value();
-  (void)calls.start({1}, patience, rowe::rt::monotonic_clock::now()).value();
-  (void)provides.next(patience).value(); // which refuses what is dropped
+  (void)calls.start({1}, timeout, rowe::rt::monotonic_clock::now()).value();
+  (void)provides.next(timeout).value(); // which refuses what is dropped
   for (;;) {
     if (const auto ended = calls.try_finish()) return of(ended->value);
     std::this_thread::yield();
@@ -212,8 +212,8 @@ error too_many_calls() {
   auto endpoint = alone();
   auto lane = endpoint.open_lane({.calls = 1}).value();
   const auto now = rowe::rt::monotonic_clock::now();
-  (void)lane.start("{}", patience, now).value();
-  return of(lane.start("{}", patience, now));
+  (void)lane.start("{}", timeout, now).value();
+  return of(lane.start("{}", timeout, now));
 }
 error too_many_services() {
   auto endpoint = with([](rowe::limits& l) { l.services_max = 1; });

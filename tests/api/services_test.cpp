@@ -65,13 +65,13 @@ TEST(services, are_called_with_structs_within_a_process_and_across) {
   auto provides = robot.serve<two_numbers, one_number>("/add").value();
   const serving_thread serving{provides, add};
   auto inside = robot.client<two_numbers, one_number>("add").value(); // the same name
-  const auto near = inside.call({38, 4}, patience);
+  const auto near = inside.call({38, 4}, timeout);
   ASSERT_TRUE(near) << near.error().name();
   EXPECT_EQ(near->sum, 42);
   auto viewer = connected(robot);
   auto outside = viewer.client<two_numbers, one_number>("/add").value();
   for (int i = 0; i < 100; ++i) {
-    const auto far = outside.call({1.0 * i, 0.5}, patience);
+    const auto far = outside.call({1.0 * i, 0.5}, timeout);
     ASSERT_TRUE(far) << i << " " << far.error().name();
     EXPECT_EQ(far->sum, i + 0.5);
   }
@@ -84,12 +84,12 @@ TEST(services, are_called_with_text_and_by_lanes_too) {
   auto viewer = connected(robot);
   auto texts = viewer.client<json_text, json_text>("/add-two-numbers").value();
   {
-    const auto reply = texts.call(R"({"a":38,"b":4})", patience);
+    const auto reply = texts.call(R"({"a":38,"b":4})", timeout);
     ASSERT_TRUE(reply) << reply.error().name();
     EXPECT_EQ(reply->text(), R"({"sum":42})");
   }
   auto lane = viewer.open_lane().value();
-  const auto reply = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), patience);
+  const auto reply = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
   ASSERT_TRUE(reply) << reply.error().name();
   EXPECT_TRUE(says(reply->text(), R"({"sum":42})")) << reply->text();
 }
@@ -101,11 +101,11 @@ TEST(services, answer_with_text) {
       provides, [](auto& with, auto& asked) { (void)with.reply(asked, std::string{asked.body}); }};
   auto viewer = connected(robot);
   auto echo = viewer.client<json_text, json_text>("/echo").value();
-  const auto reply = echo.call(R"({"text":"hello"})", patience);
+  const auto reply = echo.call(R"({"text":"hello"})", timeout);
   ASSERT_TRUE(reply) << reply.error().name();
   EXPECT_EQ(reply->text(), R"({"text":"hello"})");
-  EXPECT_EQ(echo.call("[1]", patience).code(), errc::not_an_object);
-  EXPECT_EQ(echo.call("{", patience).code(), errc::malformed);
+  EXPECT_EQ(echo.call("[1]", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(echo.call("{", timeout).code(), errc::malformed);
 }
 
 TEST(services, refuse_with_a_sentence) {
@@ -116,7 +116,7 @@ TEST(services, refuse_with_a_sentence) {
   auto viewer = connected(robot);
   for (endpoint* of : {&robot, &viewer}) {
     auto divide = of->client<two_numbers, one_number>("/divide").value();
-    EXPECT_EQ(divide.call({1, 0}, patience).code(), errc::refused);
+    EXPECT_EQ(divide.call({1, 0}, timeout).code(), errc::refused);
     EXPECT_EQ(divide.refusal(), "b must not be 0");
   }
 }
@@ -126,7 +126,7 @@ TEST(services, refuse_for_requests_that_are_dropped_unanswered) {
   auto provides = robot.serve<two_numbers, one_number>("/drop").value();
   const serving_thread serving{provides, [](auto&, auto&) {}};
   auto drop = robot.client<two_numbers, one_number>("/drop").value();
-  EXPECT_EQ(drop.call({1, 0}, patience).code(), errc::refused);
+  EXPECT_EQ(drop.call({1, 0}, timeout).code(), errc::refused);
   EXPECT_EQ(drop.refusal(), "the service did not answer");
 }
 
@@ -136,7 +136,7 @@ TEST(services, refuse_requests_that_are_not_what_the_schema_says) {
   auto viewer = connected(robot);
   auto texts = viewer.client<json_text, json_text>("/add").value();
   for (const char* wrong : {R"({"a":1})", R"({"a":1,"b":"two"})", R"({"a":1,"a":2,"b":3})"}) {
-    EXPECT_EQ(texts.call(wrong, patience).code(), errc::refused) << wrong;
+    EXPECT_EQ(texts.call(wrong, timeout).code(), errc::refused) << wrong;
     EXPECT_FALSE(texts.refusal().empty());
   }
 }
@@ -152,21 +152,21 @@ TEST(services, tell_what_is_wrong_with_a_reply) {
   auto whole = viewer.client<two_numbers, whole_number>("/any").value();
   auto name = viewer.client<two_numbers, short_name>("/any").value();
   answer = R"({"other":1})";
-  EXPECT_EQ(number.call({}, patience).code(), errc::missing_member);
+  EXPECT_EQ(number.call({}, timeout).code(), errc::missing_member);
   answer = R"({"sum":1,"sum":2})";
-  EXPECT_EQ(number.call({}, patience).code(), errc::duplicate_member);
+  EXPECT_EQ(number.call({}, timeout).code(), errc::duplicate_member);
   answer = R"({"sum":"one"})";
-  EXPECT_EQ(number.call({}, patience).code(), errc::wrong_type);
+  EXPECT_EQ(number.call({}, timeout).code(), errc::wrong_type);
   answer = R"({"sum":1000})";
-  EXPECT_EQ(whole.call({}, patience).code(), errc::out_of_range);
+  EXPECT_EQ(whole.call({}, timeout).code(), errc::out_of_range);
   answer = R"({"sum":"a long text"})";
-  EXPECT_EQ(name.call({}, patience).code(), errc::too_long);
+  EXPECT_EQ(name.call({}, timeout).code(), errc::too_long);
 }
 
 TEST(services, that_nobody_provides_are_told_apart_from_time_outs) {
   auto robot = endpoint::listen(0, quick()).value();
   auto missing = robot.client<two_numbers, one_number>("/missing").value();
-  EXPECT_EQ(missing.call({}, patience).code(), errc::no_service);
+  EXPECT_EQ(missing.call({}, timeout).code(), errc::no_service);
   const auto provides = robot.serve<two_numbers, one_number>("/silent").value();
   auto silent = robot.client<two_numbers, one_number>("/silent").value();
   EXPECT_EQ(silent.call({}, 10ms).error(), (rowe::error{errc::timed_out, 0, 10'000'000}));
@@ -180,7 +180,7 @@ TEST(services, are_answered_without_waiting_by_a_loop) {
   int answered = 0;
   ASSERT_TRUE(eventually([&] {
     const auto now = rowe::rt::monotonic_clock::now();
-    (void)calls.start({1, 1}, patience, now); // too_many_calls at times
+    (void)calls.start({1, 1}, timeout, now); // too_many_calls at times
     if (auto asked = provides.try_next(now)) (void)provides.reply(*asked, {asked->body.a + 1}, now);
     while (auto ended = calls.try_finish()) {
       EXPECT_TRUE(ended->value) << ended->value.error().name();
@@ -216,13 +216,13 @@ TEST(services, end_with_their_responder) {
   auto calls = robot.client<two_numbers, one_number>("/add").value();
   {
     auto provides = robot.serve<two_numbers, one_number>("/add").value();
-    ASSERT_TRUE(calls.start({}, patience, rowe::rt::monotonic_clock::now()));
-    ASSERT_TRUE(provides.next(patience)); // dropped unanswered
+    ASSERT_TRUE(calls.start({}, timeout, rowe::rt::monotonic_clock::now()));
+    ASSERT_TRUE(provides.next(timeout)); // dropped unanswered
   }
   std::optional<rowe::result<rowe::caller<two_numbers, one_number>::answer>> ended;
   ASSERT_TRUE(eventually([&] { return ended.emplace(calls.try_finish()).has_value(); }));
   EXPECT_FALSE((*ended)->value);
-  EXPECT_EQ(calls.call({}, patience).code(), errc::no_service);
+  EXPECT_EQ(calls.call({}, timeout).code(), errc::no_service);
 }
 
 TEST(services, are_refused_where_a_name_or_an_option_is_wrong) {
@@ -249,7 +249,7 @@ TEST(services, of_the_endpoint_itself_are_there) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   auto stats = viewer.client<json_text, json_text>("/rowe/stats", {.text_bytes_max = 32 * 1024}).value();
-  const auto reply = stats.call("{}", patience);
+  const auto reply = stats.call("{}", timeout);
   ASSERT_TRUE(reply) << reply.error().name();
   EXPECT_TRUE(reply->text().starts_with('{'));
 }
@@ -274,7 +274,7 @@ TEST(typed_subscribers, read_what_peers_and_their_own_process_publish) {
     if (const auto seen = newest.latest()) latest = seen->value().b == -2;
     return far && latest;
   }));
-  const auto near = here.take(patience);
+  const auto near = here.take(timeout);
   ASSERT_TRUE(near);
   EXPECT_EQ(near->value().b, -2);
   EXPECT_FALSE(near->from());
@@ -286,7 +286,7 @@ TEST(typed_subscribers, drop_and_count_what_is_not_what_their_schema_says) {
   auto seen = robot.subscribe<two_numbers>("/pair").value();
   ASSERT_TRUE(says.publish(R"({"a":1})"));
   ASSERT_TRUE(says.publish(R"({"a":1,"b":2})"));
-  const auto first = seen.take(patience);
+  const auto first = seen.take(timeout);
   ASSERT_TRUE(first) << first.error().name();
   EXPECT_EQ(first->value().b, 2);
   EXPECT_EQ(count_of(robot, "undecodable"), 1U);

@@ -17,7 +17,7 @@ using namespace std::chrono_literals;
 using rowe::endpoint;
 using rowe::errc;
 
-using endpoints::patience;
+using endpoints::timeout;
 
 // A loop that obeys, in a thread of its own.
 class obedient {
@@ -39,7 +39,7 @@ class obedient {
   bool moving() const { return moving_; }
   bool has_moved() const { return has_moved_; }
   bool becomes(bool moving) const {
-    const auto until = rowe::rt::monotonic_clock::now() + patience;
+    const auto until = rowe::rt::monotonic_clock::now() + timeout;
     while (moving_ != moving && rowe::rt::monotonic_clock::now() < until) std::this_thread::yield();
     return moving_ == moving;
   }
@@ -72,29 +72,29 @@ TEST(stop, holds_at_the_start_until_it_is_reset) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
   EXPECT_TRUE(loop.becomes(false));
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   EXPECT_TRUE(loop.becomes(true));
 }
 
 TEST(stop, asked_for_in_this_process_is_acknowledged) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   ASSERT_TRUE(loop.becomes(true));
-  ASSERT_TRUE(robot.stop("a button", patience));
+  ASSERT_TRUE(robot.stop("a button", timeout));
   EXPECT_TRUE(loop.becomes(false));
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   EXPECT_TRUE(loop.becomes(true));
 }
 
 TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   ASSERT_TRUE(loop.becomes(true));
   auto peer = endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port())).value();
-  ASSERT_TRUE(peer.wait_peer(patience));
-  const auto answer = peer.invoke(rowe::message{"service", "/rowe/stop", "source", "test"}, patience);
+  ASSERT_TRUE(peer.wait_peer(timeout));
+  const auto answer = peer.invoke(rowe::message{"service", "/rowe/stop", "source", "test"}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
   EXPECT_NE(answer->text().find(R"("state":"stopped")"), std::string::npos) << answer->text();
   EXPECT_NE(answer->text().find(R"("source":"test")"), std::string::npos) << answer->text();
@@ -107,7 +107,7 @@ TEST(stop, nobody_acknowledges_is_said_to_be_so) {
   options.stop.observe_timeout = 50ms;
   auto robot = endpoint::listen(0, options).value();
   obedient loop{latch(robot), false};
-  const auto done = robot.stop("a button", patience);
+  const auto done = robot.stop("a button", timeout);
   EXPECT_EQ(done.code(), errc::timed_out);
   EXPECT_EQ(robot.reset_stop(20ms).code(), errc::timed_out);
 }
@@ -115,7 +115,7 @@ TEST(stop, nobody_acknowledges_is_said_to_be_so) {
 TEST(stop, without_guards_is_not_reset) {
   auto robot = endpoint::listen(0).value();
   obedient loop{latch(robot)};
-  EXPECT_EQ(robot.reset_stop(patience).code(), errc::refused);
+  EXPECT_EQ(robot.reset_stop(timeout).code(), errc::refused);
   EXPECT_FALSE(loop.moving());
 }
 
@@ -124,13 +124,13 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
   options.limits.door_slots = 4;
   auto robot = endpoint::listen(0, options).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   ASSERT_TRUE(loop.becomes(true));
   const auto done = robot.stop("no time", 0ms); // or a cycle that has begun before takes it in time
   EXPECT_TRUE(done || done.code() == errc::timed_out) << done.error().name();
   EXPECT_TRUE(loop.becomes(false));
 
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   ASSERT_TRUE(loop.becomes(true));
   // All slots, for good: what the service thread has room for further on leaves its slot in the next cycle.
   const auto cycles = [&] { return endpoints::count_of(robot, "cycles"); };
@@ -149,7 +149,7 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
 TEST(stop, comes_when_the_endpoint_begins_to_close) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(
       robot.try_send(rowe::message{"waits", "for a peer"}, rowe::rt::for_ever)); // so it drains for long
@@ -163,8 +163,8 @@ TEST(stop, comes_when_the_endpoint_begins_to_close) {
 
 TEST(stop, of_a_robot_without_a_latch_is_no_service) {
   auto robot = endpoint::listen(0).value();
-  EXPECT_EQ(robot.stop("test", patience).code(), errc::no_service);
-  EXPECT_EQ(robot.reset_stop(patience).code(), errc::no_service);
+  EXPECT_EQ(robot.stop("test", timeout).code(), errc::no_service);
+  EXPECT_EQ(robot.reset_stop(timeout).code(), errc::no_service);
 }
 
 TEST(stop, comes_when_a_loop_goes) {
@@ -172,7 +172,7 @@ TEST(stop, comes_when_a_loop_goes) {
   obedient base{latch(robot, "base")};
   {
     obedient arm{latch(robot, "arm")};
-    ASSERT_TRUE(robot.reset_stop(patience));
+    ASSERT_TRUE(robot.reset_stop(timeout));
     ASSERT_TRUE(base.becomes(true));
   }
   EXPECT_TRUE(base.becomes(false));
@@ -181,7 +181,7 @@ TEST(stop, comes_when_a_loop_goes) {
 TEST(stop, comes_when_the_endpoint_closes_and_stays) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(patience));
+  ASSERT_TRUE(robot.reset_stop(timeout));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(robot.close());
   EXPECT_TRUE(loop.becomes(false));
@@ -192,10 +192,10 @@ TEST(stop, comes_when_a_loop_does_not_look_in_time) {
   obedient base{latch(robot, "base")};
   auto slow = robot.stop_latch({.name = "slow", .loop_timeout = 1s}).value();
   // Again, should the machine keep `slow` from looking before `base` has moved.
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   const auto waits = [&] { return !base.has_moved() && rowe::rt::monotonic_clock::now() < until; };
   std::thread resets{[&] {
-    while (waits()) (void)robot.reset_stop(patience);
+    while (waits()) (void)robot.reset_stop(timeout);
   }};
   while (waits()) {
     if (slow.engaged()) slow.acknowledge();
@@ -203,7 +203,7 @@ TEST(stop, comes_when_a_loop_does_not_look_in_time) {
   resets.join();
   ASSERT_TRUE(base.has_moved());
   EXPECT_TRUE(base.becomes(false)); // `slow` is not asked any more
-  const auto state = robot.invoke(rowe::message{"service", "/rowe/stop/state"}, patience).value();
+  const auto state = robot.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout).value();
   EXPECT_NE(state.text().find(R"("cause":"loop","source":"slow")"), std::string::npos) << state.text();
 }
 

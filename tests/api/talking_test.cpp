@@ -24,14 +24,14 @@ TEST(lanes, invoke_as_in_the_paper) {
   auto robot = connected(hop);
   auto lane = robot.open_lane().value();
   std::thread provider{[&] {
-    const auto call = answers.receive(patience);
+    const auto call = answers.receive(timeout);
     ASSERT_TRUE(call) << call.error().name();
     ASSERT_TRUE(call->wants_reply());
     EXPECT_TRUE(call->from());
-    EXPECT_TRUE(answers.reply(*call, message("sum", 42), patience));
+    EXPECT_TRUE(answers.reply(*call, message("sum", 42), timeout));
   }};
   {
-    const auto sum = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), patience);
+    const auto sum = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
     ASSERT_TRUE(sum) << sum.error().name();
     EXPECT_TRUE(says(sum->text(), R"({"sum":42})")) << sum->text();
   }
@@ -45,21 +45,21 @@ TEST(lanes, have_several_calls_in_flight_without_waiting) {
   auto lane = robot.open_lane({.calls = 4}).value();
   rowe::call_id started[4];
   for (int i = 0; i < 4; ++i) {
-    const auto begun = lane.start(message("service", "x", "n", i), patience, clock_now());
+    const auto begun = lane.start(message("service", "x", "n", i), timeout, clock_now());
     ASSERT_TRUE(begun);
     started[i] = *begun;
   }
-  EXPECT_EQ(lane.start("{}", patience, clock_now()).code(), errc::too_many_calls);
+  EXPECT_EQ(lane.start("{}", timeout, clock_now()).code(), errc::too_many_calls);
   lane.cancel(started[1]);
   // Answered backwards, between unrelated messages.
   std::vector<rowe::message_view> calls;
   while (calls.size() < 4) {
-    auto call = answers.receive(patience);
+    auto call = answers.receive(timeout);
     ASSERT_TRUE(call);
     calls.push_back(std::move(*call));
   }
   for (std::size_t i = 4; i-- > 0;) {
-    ASSERT_TRUE(answers.try_send(message("unrelated", i), patience, calls[i].from()));
+    ASSERT_TRUE(answers.try_send(message("unrelated", i), timeout, calls[i].from()));
     const std::string_view text = calls[i].text();
     ASSERT_TRUE(answers.try_reply(calls[i], message("n", text[text.find(R"("n":)") + 4] - '0'), clock_now()));
   }
@@ -71,7 +71,7 @@ TEST(lanes, have_several_calls_in_flight_without_waiting) {
     EXPECT_TRUE(says((*ended)->reply->text(), message("n", expected).text()));
   }
   EXPECT_EQ(lane.try_finish().code(), errc::empty);
-  for (std::size_t i = 4; i-- > 0;) EXPECT_EQ(lane.receive(patience)->text(), message("unrelated", i).text());
+  for (std::size_t i = 4; i-- > 0;) EXPECT_EQ(lane.receive(timeout)->text(), message("unrelated", i).text());
 }
 
 TEST(lanes, send_to_everyone_and_to_one) {
@@ -82,18 +82,18 @@ TEST(lanes, send_to_everyone_and_to_one) {
   auto first = connected(robot);
   auto second = connected(robot);
   ASSERT_TRUE(eventually([&] { return robot.peers() == 2; }));
-  ASSERT_TRUE(lane.send(R"({"to":"all"})", patience));
-  EXPECT_EQ(first.receive(patience)->text(), R"({"to":"all"})");
-  EXPECT_EQ(second.receive(patience)->text(), R"({"to":"all"})");
-  ASSERT_TRUE(lane.try_send(R"({"to":"one"})", patience, robot.connections()[0].id));
-  ASSERT_TRUE(lane.try_send(R"({"to":"both"})", patience));
+  ASSERT_TRUE(lane.send(R"({"to":"all"})", timeout));
+  EXPECT_EQ(first.receive(timeout)->text(), R"({"to":"all"})");
+  EXPECT_EQ(second.receive(timeout)->text(), R"({"to":"all"})");
+  ASSERT_TRUE(lane.try_send(R"({"to":"one"})", timeout, robot.connections()[0].id));
+  ASSERT_TRUE(lane.try_send(R"({"to":"both"})", timeout));
   std::size_t alone = 0;
   for (endpoint* one : {&first, &second}) {
-    auto heard = one->receive(patience);
+    auto heard = one->receive(timeout);
     ASSERT_TRUE(heard);
     if (heard->text() == R"({"to":"one"})") {
       ++alone;
-      heard = one->receive(patience);
+      heard = one->receive(timeout);
     }
     EXPECT_EQ(heard->text(), R"({"to":"both"})");
   }
@@ -108,20 +108,20 @@ TEST(lanes, wait_for_a_peer_as_long_as_the_time_to_live) {
   auto talker = endpoint::connect(url_of(robot), quick()).value();
   auto said = talker.open_lane().value();
   EXPECT_TRUE(said.send(R"({"early":true})", -1ns));
-  EXPECT_EQ(lane.receive(patience)->text(), R"({"early":true})");
+  EXPECT_EQ(lane.receive(timeout)->text(), R"({"early":true})");
 }
 
 TEST(lanes, tell_what_is_no_message_to_who_waits) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   auto lane = viewer.open_lane().value();
-  EXPECT_EQ(lane.send("[1]", patience).code(), errc::not_an_object);
-  EXPECT_EQ(lane.send("{", patience).code(), errc::malformed);
-  EXPECT_EQ(lane.send(R"({"in_reply_to":1})", patience).code(), errc::reserved_member);
-  EXPECT_EQ(lane.invoke("[1]", patience).code(), errc::not_an_object);
-  EXPECT_EQ(lane.invoke("{", patience).code(), errc::malformed);
-  EXPECT_EQ(lane.invoke(R"({"op":1})", patience).code(), errc::reserved_member);
-  ASSERT_TRUE(lane.try_send("{", patience));
+  EXPECT_EQ(lane.send("[1]", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(lane.send("{", timeout).code(), errc::malformed);
+  EXPECT_EQ(lane.send(R"({"in_reply_to":1})", timeout).code(), errc::reserved_member);
+  EXPECT_EQ(lane.invoke("[1]", timeout).code(), errc::not_an_object);
+  EXPECT_EQ(lane.invoke("{", timeout).code(), errc::malformed);
+  EXPECT_EQ(lane.invoke(R"({"op":1})", timeout).code(), errc::reserved_member);
+  ASSERT_TRUE(lane.try_send("{", timeout));
   EXPECT_TRUE(eventually([&] { return count_of(viewer, "malformed") > 0; }));
 }
 
@@ -129,16 +129,16 @@ TEST(lanes, tell_lost_peers_time_outs_and_missing_services_apart) {
   std::optional<endpoint> hop{endpoint::listen(0, quick()).value()};
   auto robot = connected(*hop);
   auto lane = robot.open_lane().value();
-  const auto nobody = lane.invoke(message("service", "x"), patience);
+  const auto nobody = lane.invoke(message("service", "x"), timeout);
   EXPECT_EQ(nobody.code(), errc::no_service);
   auto silent = hop->open_lane().value();
   ASSERT_TRUE(goes_out(robot, [&] {
     EXPECT_EQ(lane.invoke(message("service", "x"), 20ms).error(),
               (rowe::error{errc::timed_out, 0, 20'000'000}));
   }));
-  ASSERT_TRUE(lane.start(message("service", "x"), patience, clock_now()));
-  ASSERT_TRUE(silent.receive(patience));
-  ASSERT_TRUE(silent.receive(patience)); // both calls came
+  ASSERT_TRUE(lane.start(message("service", "x"), timeout, clock_now()));
+  ASSERT_TRUE(silent.receive(timeout));
+  ASSERT_TRUE(silent.receive(timeout)); // both calls came
   hop.reset();
   std::optional<rowe::result<rowe::call_end>> ended;
   ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
@@ -150,9 +150,9 @@ TEST(lanes, refuse_with_a_sentence) {
   auto answers = hop.open_lane().value();
   auto robot = connected(hop);
   auto lane = robot.open_lane().value();
-  ASSERT_TRUE(lane.start(message("service", "x"), patience, clock_now()));
+  ASSERT_TRUE(lane.start(message("service", "x"), timeout, clock_now()));
   {
-    const auto call = answers.receive(patience);
+    const auto call = answers.receive(timeout);
     ASSERT_TRUE(call);
     ASSERT_TRUE(answers.try_refuse(*call, "not today", clock_now()));
   }
@@ -167,8 +167,8 @@ TEST(lanes, that_do_not_receive_leave_it_to_others) {
   auto mute = robot.open_lane({.receive = false}).value();
   auto open = robot.open_lane().value();
   auto viewer = connected(robot);
-  ASSERT_TRUE(viewer.send(R"({"n":1})", patience));
-  EXPECT_EQ(open.receive(patience)->text(), R"({"n":1})");
+  ASSERT_TRUE(viewer.send(R"({"n":1})", timeout));
+  EXPECT_EQ(open.receive(timeout)->text(), R"({"n":1})");
   EXPECT_EQ(mute.try_receive().code(), errc::empty);
 }
 
@@ -183,7 +183,7 @@ TEST(lanes, say_closed_when_the_endpoint_closes_while_they_wait) {
   (void)robot.close();
   first.join();
   second.join();
-  EXPECT_EQ(invokes.invoke("{}", patience).code(), errc::closed);
+  EXPECT_EQ(invokes.invoke("{}", timeout).code(), errc::closed);
 }
 
 TEST(lanes, are_refused_where_an_option_is_out_of_its_range) {
@@ -238,7 +238,7 @@ void send_all(Handle& by, int count) {
       const rowe::status done = by.try_send(message("n", i), rowe::rt::for_ever);
       if (done) break;
       ASSERT_EQ(done.code(), errc::full);
-      ASSERT_TRUE(by.wait_room(patience)) << "at " << i;
+      ASSERT_TRUE(by.wait_room(timeout)) << "at " << i;
     }
   }
 }
@@ -246,7 +246,7 @@ void send_all(Handle& by, int count) {
 template <class Handle>
 void take_all(Handle& from, int count) {
   for (int i = 0; i < count; ++i) {
-    const auto got = from.receive(patience);
+    const auto got = from.receive(timeout);
     ASSERT_TRUE(got) << i << ": " << got.error().name();
     ASSERT_TRUE(says(got->text(), R"({"n":)" + std::to_string(i) + "}")) << got->text();
   }
@@ -288,19 +288,19 @@ TEST(room, is_there_at_once_where_nothing_waits) {
   auto robot = connected(hop);
   EXPECT_TRUE(lane.wait_room(0ns));
   EXPECT_TRUE(hop.wait_room(0ns));
-  ASSERT_TRUE(hop.wait_peer(patience));
+  ASSERT_TRUE(hop.wait_peer(timeout));
   const auto peers = hop.connections();
   ASSERT_EQ(peers.size(), 1U);
   EXPECT_TRUE(lane.wait_room(0ns, peers[0].id));
   EXPECT_TRUE(hop.wait_room(0ns, peers[0].id));
   (void)robot.close();
   EXPECT_TRUE(eventually([&] { return hop.peers() == 0; }));
-  EXPECT_EQ(lane.wait_room(patience, peers[0].id).code(), errc::peer_lost);
-  EXPECT_EQ(hop.wait_room(patience, peers[0].id).code(), errc::peer_lost);
+  EXPECT_EQ(lane.wait_room(timeout, peers[0].id).code(), errc::peer_lost);
+  EXPECT_EQ(hop.wait_room(timeout, peers[0].id).code(), errc::peer_lost);
   (void)hop.close();
-  EXPECT_EQ(lane.wait_room(patience).code(), errc::closed);
-  EXPECT_EQ(hop.wait_room(patience).code(), errc::closed);
-  EXPECT_EQ(rowe::lane{}.wait_room(patience).code(), errc::misuse);
+  EXPECT_EQ(lane.wait_room(timeout).code(), errc::closed);
+  EXPECT_EQ(hop.wait_room(timeout).code(), errc::closed);
+  EXPECT_EQ(rowe::lane{}.wait_room(timeout).code(), errc::misuse);
 }
 
 // Nobody takes what these send.

@@ -23,7 +23,7 @@ static void* answer(void* of) {
       CHECK_EQUAL(rowe_get_int(request, "a", &a), rowe_ok);
       CHECK_EQUAL(rowe_get_int(request, "b", &b), rowe_ok);
       struct rowe_object* const reply = rowe_message("result", rowe_type_int, a + b, NULL);
-      CHECK_EQUAL(waiting ? rowe_reply(by, request, reply, patience_ms)
+      CHECK_EQUAL(waiting ? rowe_reply(by, request, reply, timeout_ms)
                           : rowe_async_reply(by, request, reply),
                   rowe_ok);
       waiting = !waiting;
@@ -37,7 +37,7 @@ static void* answer(void* of) {
 static void expect_sum(const struct rowe_endpoint* by, int a, int b) {
   struct rowe_object* const question = rowe_message("service", rowe_type_string, "add-two-numbers", "a",
                                                     rowe_type_int, a, "b", rowe_type_int, b, NULL);
-  struct rowe_object* const reply = rowe_invoke(by, question, patience_ms);
+  struct rowe_object* const reply = rowe_invoke(by, question, timeout_ms);
   int result = 0;
   CHECK_EQUAL(rowe_get_int(reply, "result", &result), rowe_ok);
   CHECK_EQUAL(result, a + b);
@@ -51,9 +51,9 @@ static void a_client_asks_its_server(void) {
   CHECK(pthread_create(&answering, NULL, answer, p.server) == 0);
   expect_sum(p.client, 38, 4);
   expect_sum(p.client, -1, 1);
-  CHECK_NULL(invoke_text(p.client, "{\"service\":\"divide\"}", patience_ms), rowe_error_refused);
+  CHECK_NULL(invoke_text(p.client, "{\"service\":\"divide\"}", timeout_ms), rowe_error_refused);
   CHECK(strstr(rowe_last_error_text(), "I only add") != NULL);
-  CHECK_EQUAL(send_text(p.client, "{}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.client, "{}", timeout_ms), rowe_ok);
   CHECK(pthread_join(answering, NULL) == 0);
   close_pair(p);
 }
@@ -63,7 +63,7 @@ static void a_server_asks_its_client(void) {
   pthread_t answering;
   CHECK(pthread_create(&answering, NULL, answer, p.client) == 0);
   expect_sum(p.server, 38, 4);
-  CHECK_EQUAL(send_text(p.server, "{}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.server, "{}", timeout_ms), rowe_ok);
   CHECK(pthread_join(answering, NULL) == 0);
   close_pair(p);
 }
@@ -103,23 +103,23 @@ static void* ask(void* of) {
 static void an_invocation_shows_its_id_and_is_answered_once(void) {
   const struct pair p = open_pair();
   struct question q = {
-      .by = p.client, .text = "{\"service\":\"x\",\"deep\":{\"op\":1}}", .timeout_ms = patience_ms};
+      .by = p.client, .text = "{\"service\":\"x\",\"deep\":{\"op\":1}}", .timeout_ms = timeout_ms};
   pthread_t asking;
   CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
-  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   CHECK(rowe_get_string(invocation, "message_id") != NULL);
   CHECK_TEXT(rowe_get_string(invocation, "service"), "x");
   CHECK(rowe_sender(invocation).generation != 0);
 
   struct rowe_object* const reply = rowe_message("done", rowe_type_boolean, true, NULL);
   struct rowe_object* const big = long_object();
-  CHECK_CODE(rowe_reply(p.client, invocation, reply, patience_ms), rowe_error_misuse); // not of this endpoint
-  CHECK_CODE(rowe_reply(p.server, invocation, big, patience_ms), rowe_error_too_big);
-  CHECK_EQUAL(rowe_reply(p.server, invocation, reply, patience_ms), rowe_ok);
-  CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_misuse);
+  CHECK_CODE(rowe_reply(p.client, invocation, reply, timeout_ms), rowe_error_misuse); // not of this endpoint
+  CHECK_CODE(rowe_reply(p.server, invocation, big, timeout_ms), rowe_error_too_big);
+  CHECK_EQUAL(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_ok);
+  CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_error_misuse);
   CHECK_CODE(rowe_async_reply(p.server, invocation, reply), rowe_error_misuse);
   CHECK_CODE(rowe_refuse(p.server, invocation, "no"), rowe_error_misuse);
-  CHECK_CODE(rowe_reply(p.server, reply, reply, patience_ms), rowe_error_misuse); // it was never received
+  CHECK_CODE(rowe_reply(p.server, reply, reply, timeout_ms), rowe_error_misuse); // it was never received
   CHECK(pthread_join(asking, NULL) == 0);
   bool done = false;
   CHECK_EQUAL(rowe_get_boolean(q.reply, "done", &done), rowe_ok);
@@ -136,13 +136,13 @@ static void what_can_be_no_reply_refuses_the_call(void) {
   const char* const replies[] = {"[]", "{\"in_reply_to\":1}", "{\"op\":1}"};
   const int codes[] = {rowe_error_not_an_object, rowe_error_reserved_member, rowe_error_reserved_member};
   for (size_t i = 0; i < sizeof replies / sizeof *replies; ++i) {
-    struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = patience_ms};
+    struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = timeout_ms};
     pthread_t asking;
     CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
-    struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+    struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
     struct rowe_object* const reply = rowe_from_text(replies[i]);
-    CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), codes[i]);
-    CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_misuse);
+    CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), codes[i]);
+    CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_error_misuse);
     CHECK(pthread_join(asking, NULL) == 0);
     CHECK(q.reply == NULL);
     CHECK_EQUAL(q.error, rowe_error_refused);
@@ -154,9 +154,9 @@ static void what_can_be_no_reply_refuses_the_call(void) {
 
 static void a_plain_message_cannot_be_answered(void) {
   const struct pair p = open_pair();
-  CHECK_EQUAL(send_text(p.client, "{}", patience_ms), rowe_ok);
-  struct rowe_object* const message = rowe_receive(p.server, patience_ms);
-  CHECK_CODE(rowe_reply(p.server, message, message, patience_ms), rowe_error_misuse);
+  CHECK_EQUAL(send_text(p.client, "{}", timeout_ms), rowe_ok);
+  struct rowe_object* const message = rowe_receive(p.server, timeout_ms);
+  CHECK_CODE(rowe_reply(p.server, message, message, timeout_ms), rowe_error_misuse);
   CHECK_CODE(rowe_refuse(p.server, message, "no"), rowe_error_misuse);
   rowe_object_free(message);
   close_pair(p);
@@ -165,13 +165,13 @@ static void a_plain_message_cannot_be_answered(void) {
 static void who_waits_no_longer_hears_of_the_time(void) {
   const struct pair p = open_pair();
   time_out(p.client, "{\"service\":\"slow\"}", 30);
-  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   CHECK(invocation != NULL);
   struct rowe_object* const late = rowe_message("late", rowe_type_boolean, true, NULL);
   // The server cannot know that nobody waits: the reply goes, and is dropped where it arrives.
-  CHECK_EQUAL(rowe_reply(p.server, invocation, late, patience_ms), rowe_ok);
-  CHECK_EQUAL(send_text(p.server, "{\"after\":1}", patience_ms), rowe_ok);
-  struct rowe_object* const next = rowe_receive(p.client, patience_ms);
+  CHECK_EQUAL(rowe_reply(p.server, invocation, late, timeout_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.server, "{\"after\":1}", timeout_ms), rowe_ok);
+  struct rowe_object* const next = rowe_receive(p.client, timeout_ms);
   int after = 0;
   CHECK_EQUAL(rowe_get_int(next, "after", &after), rowe_ok);
   rowe_object_free(next);
@@ -185,7 +185,7 @@ static void who_asked_and_left_is_lost(void) {
   struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = -1};
   pthread_t asking;
   CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
-  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   const int closed = rowe_close(p.client, 0); // with a call open, which is not drained
   CHECK(closed == rowe_ok || closed == rowe_error_timed_out);
   CHECK(pthread_join(asking, NULL) == 0);
@@ -197,7 +197,7 @@ static void who_asked_and_left_is_lost(void) {
     }
   } while (event.kind != rowe_event_peer_left);
   struct rowe_object* const reply = rowe_from_text("{}");
-  CHECK_CODE(rowe_reply(p.server, invocation, reply, patience_ms), rowe_error_peer_lost);
+  CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_error_peer_lost);
   rowe_object_free(reply);
   rowe_object_free(invocation);
   close_pair(p);
@@ -205,10 +205,10 @@ static void who_asked_and_left_is_lost(void) {
 
 static void a_lost_peer_is_told_from_a_timeout(void) {
   const struct pair p = open_pair();
-  struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = patience_ms};
+  struct question q = {.by = p.client, .text = "{\"service\":\"x\"}", .timeout_ms = timeout_ms};
   pthread_t asking;
   CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
-  struct rowe_object* const invocation = rowe_receive(p.server, patience_ms);
+  struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
   CHECK(invocation != NULL);
   const int closed = rowe_close(p.server, 0); // with a call open, which is not drained
   CHECK(closed == rowe_ok || closed == rowe_error_timed_out);
@@ -224,13 +224,13 @@ static void a_lost_peer_is_told_from_a_timeout(void) {
 
 static void only_objects_without_reserved_members_are_sent(void) {
   const struct pair p = open_pair();
-  CHECK_CODE(send_text(p.client, "[]", patience_ms), rowe_error_not_an_object);
-  CHECK_CODE(send_text(p.client, "1", patience_ms), rowe_error_not_an_object);
-  CHECK_CODE(send_text(p.client, "{\"op\":\"x\"}", patience_ms), rowe_error_reserved_member);
-  CHECK_CODE(send_text(p.client, "{\"message_id\":1}", patience_ms), rowe_error_reserved_member);
-  CHECK_CODE(send_text(p.client, "{\"in_reply_to\":1}", patience_ms), rowe_error_reserved_member);
-  CHECK_NULL(invoke_text(p.client, "[]", patience_ms), rowe_error_not_an_object);
-  CHECK_NULL(invoke_text(p.client, "{\"message_id\":1}", patience_ms), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "[]", timeout_ms), rowe_error_not_an_object);
+  CHECK_CODE(send_text(p.client, "1", timeout_ms), rowe_error_not_an_object);
+  CHECK_CODE(send_text(p.client, "{\"op\":\"x\"}", timeout_ms), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "{\"message_id\":1}", timeout_ms), rowe_error_reserved_member);
+  CHECK_CODE(send_text(p.client, "{\"in_reply_to\":1}", timeout_ms), rowe_error_reserved_member);
+  CHECK_NULL(invoke_text(p.client, "[]", timeout_ms), rowe_error_not_an_object);
+  CHECK_NULL(invoke_text(p.client, "{\"message_id\":1}", timeout_ms), rowe_error_reserved_member);
   close_pair(p);
 }
 

@@ -41,4 +41,4 @@ static inline void check_text(const char* file, int line, const char* what, cons
           rowe_last_error_text());
 }
 
-enum { patience_ms = 30000 }; // for what will happen; the test fails when it is over
+enum { timeout_ms = 30000 }; // for what will happen; the test fails when it is over

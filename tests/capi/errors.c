@@ -120,7 +120,7 @@ static void errors_of_loops(void) {
 }
 
 static void* refuse_one(void* of) {
-  struct rowe_object* const asked = rowe_receive(of, patience_ms);
+  struct rowe_object* const asked = rowe_receive(of, timeout_ms);
   CHECK_EQUAL(rowe_refuse(of, asked, "for a reason"), rowe_ok);
   rowe_object_free(asked);
   return NULL;
@@ -145,7 +145,7 @@ static void errors_of_messages_and_calls(void) {
 
   pthread_t refusing;
   CHECK(pthread_create(&refusing, NULL, refuse_one, p.server) == 0);
-  MEET_NULL(invoke_text(p.client, "{\"service\":\"x\"}", patience_ms), rowe_error_refused);
+  MEET_NULL(invoke_text(p.client, "{\"service\":\"x\"}", timeout_ms), rowe_error_refused);
   CHECK_TEXT(rowe_last_error_text(), "the service answered with an error: for a reason");
   CHECK(pthread_join(refusing, NULL) == 0);
 

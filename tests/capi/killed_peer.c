@@ -20,12 +20,12 @@ static int be_a_peer(int port) {
   printf("%d\n", rowe_endpoint_port(endpoint));
   fflush(stdout);
   struct rowe_object* request;
-  while ((request = rowe_receive(endpoint, patience_ms)) != NULL) {
+  while ((request = rowe_receive(endpoint, timeout_ms)) != NULL) {
     const char* const say = rowe_get_string(request, "say");
     if (say != NULL && strcmp(say, "nothing") == 0) {
-      CHECK_EQUAL(send_text(endpoint, "{\"heard\":true}", patience_ms), rowe_ok);
+      CHECK_EQUAL(send_text(endpoint, "{\"heard\":true}", timeout_ms), rowe_ok);
     } else {
-      CHECK_EQUAL(rowe_reply(endpoint, request, rowe_get(request, "with"), patience_ms), rowe_ok);
+      CHECK_EQUAL(rowe_reply(endpoint, request, rowe_get(request, "with"), timeout_ms), rowe_ok);
     }
     rowe_object_free(request);
   }
@@ -73,7 +73,7 @@ static void expect_answer(const struct rowe_endpoint* by, int number) {
   struct rowe_object* const with = rowe_message("n", rowe_type_int, number, NULL);
   struct rowe_object* const ask =
       rowe_message("service", rowe_type_string, "echo", "with", rowe_type_object, with, NULL);
-  struct rowe_object* const reply = rowe_invoke(by, ask, patience_ms);
+  struct rowe_object* const reply = rowe_invoke(by, ask, timeout_ms);
   int n = 0;
   CHECK_EQUAL(rowe_get_int(reply, "n", &n), rowe_ok);
   CHECK_EQUAL(n, number);
@@ -94,7 +94,7 @@ int main(int count, char** arguments) {
   // Three times: killed while a call is open, which fails; back on the same port, where all goes on.
   for (int round = 2; round < 5; ++round) {
     time_out(client, "{\"service\":\"echo\",\"say\":\"nothing\"}", 50);
-    struct rowe_object* const heard = rowe_receive(client, patience_ms); // so it has the call, unanswered
+    struct rowe_object* const heard = rowe_receive(client, timeout_ms); // so it has the call, unanswered
     const struct rowe_peer before = rowe_sender(heard);
     CHECK(before.generation != 0);
 

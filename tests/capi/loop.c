@@ -7,9 +7,9 @@
 
 #include <rowe/loop.h>
 
-static int64_t deadline_ns(void) { return rowe_now_ns() + patience_ms * INT64_C(1000000); }
+static int64_t deadline_ns(void) { return rowe_now_ns() + timeout_ms * INT64_C(1000000); }
 
-// Asks until something is there, or patience is over.
+// Asks until something is there, or timeout is over.
 #define UNTIL_THERE(code, call)                                                                              \
   do {                                                                                                       \
     const int64_t until = deadline_ns();                                                                     \
@@ -87,7 +87,7 @@ static void who_sends_too_much_waits_for_room(void) {
   while (try_send(theirs, "{\"x\":1}") == rowe_ok) ++sent; // until the service thread is too slow, or more
   for (int i = 0; i < 1000; ++i) {
     while (try_send(theirs, "{\"x\":1}") != rowe_ok)
-      CHECK_CODE(rowe_lane_wait_room(theirs, everyone, patience_ms), rowe_ok);
+      CHECK_CODE(rowe_lane_wait_room(theirs, everyone, timeout_ms), rowe_ok);
     ++sent;
     struct rowe_view view = receive(ours);
     rowe_view_release(&view);
@@ -98,10 +98,10 @@ static void who_sends_too_much_waits_for_room(void) {
     rowe_view_release(&view);
   }
   CHECK_EQUAL(rowe_wait_room(p.client, everyone, 0), rowe_ok);
-  CHECK_EQUAL(rowe_wait_room(p.client, (struct rowe_peer){0, 77}, patience_ms), rowe_error_peer_lost);
+  CHECK_EQUAL(rowe_wait_room(p.client, (struct rowe_peer){0, 77}, timeout_ms), rowe_error_peer_lost);
   CHECK_EQUAL(rowe_close(p.client, 0), rowe_ok);
-  CHECK_CODE(rowe_lane_wait_room(theirs, everyone, patience_ms), rowe_error_closed);
-  CHECK_EQUAL(rowe_wait_room(p.client, everyone, patience_ms), rowe_error_closed);
+  CHECK_CODE(rowe_lane_wait_room(theirs, everyone, timeout_ms), rowe_error_closed);
+  CHECK_EQUAL(rowe_wait_room(p.client, everyone, timeout_ms), rowe_error_closed);
   rowe_lane_free(ours);
   rowe_lane_free(theirs);
   close_pair(p);
@@ -113,7 +113,7 @@ static void a_loop_answers_calls(void) {
   struct rowe_lane* const page = rowe_lane_open(p.client, NULL);
   const char* const question = "{\"service\":\"add-two-numbers\",\"a\":38,\"b\":4}";
   struct rowe_call call = {0, 0};
-  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &call), rowe_ok);
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), timeout_ms, rowe_now_ns(), &call), rowe_ok);
   CHECK(call.generation != 0);
   struct rowe_view asked = receive(robot);
   CHECK(asked.wants_reply);
@@ -142,7 +142,7 @@ static void a_loop_answers_calls(void) {
   CHECK_CODE(rowe_lane_try_finish(page, &end), rowe_error_empty);
 
   // Refused, out of time, and not wanted any more.
-  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &call), rowe_ok);
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), timeout_ms, rowe_now_ns(), &call), rowe_ok);
   asked = receive(robot);
   CHECK_EQUAL(rowe_lane_try_refuse(robot, &asked, "not now", rowe_now_ns()), rowe_ok);
   rowe_view_release(&asked);
@@ -159,13 +159,13 @@ static void a_loop_answers_calls(void) {
   asked = receive(robot);
   rowe_view_release(&asked);
 
-  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &call), rowe_ok);
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), timeout_ms, rowe_now_ns(), &call), rowe_ok);
   rowe_lane_cancel(page, call);
   asked = receive(robot);
   CHECK_EQUAL(rowe_lane_try_reply(robot, &asked, "{}", 2, rowe_now_ns()), rowe_ok);
   rowe_view_release(&asked);
   struct rowe_call last;
-  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), patience_ms, rowe_now_ns(), &last), rowe_ok);
+  CHECK_EQUAL(rowe_lane_start(page, question, strlen(question), timeout_ms, rowe_now_ns(), &last), rowe_ok);
   asked = receive(robot);
   CHECK_EQUAL(rowe_lane_try_reply(robot, &asked, "{\"last\":true}", 13, rowe_now_ns()), rowe_ok);
   rowe_view_release(&asked);
@@ -207,7 +207,7 @@ static void a_lane_has_its_limits(void) {
 static void what_a_loop_publishes_arrives(void) {
   const struct pair p = open_pair();
   const struct rowe_topic_options latched = {.bytes = sizeof latched,
-                                             .ttl_ms = patience_ms,
+                                             .ttl_ms = timeout_ms,
                                              .newest = true,
                                              .latched = true,
                                              .type = "std_msgs/String",

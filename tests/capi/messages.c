@@ -6,7 +6,7 @@
 #include <stdlib.h>
 
 static void expect_text(const struct rowe_endpoint* on, const char* text) {
-  struct rowe_object* const arrived = rowe_receive(on, patience_ms);
+  struct rowe_object* const arrived = rowe_receive(on, timeout_ms);
   char* const arrived_text = rowe_to_text(arrived);
   CHECK_TEXT(arrived_text, text);
   free(arrived_text);
@@ -15,9 +15,9 @@ static void expect_text(const struct rowe_endpoint* on, const char* text) {
 
 static void the_server_may_speak_first(void) {
   const struct pair p = open_pair();
-  CHECK_EQUAL(send_text(p.server, "{\"say\":\"hello\"}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.server, "{\"say\":\"hello\"}", timeout_ms), rowe_ok);
   expect_text(p.client, "{\"say\":\"hello\"}");
-  CHECK_EQUAL(send_text(p.client, "{\"say\":\"and back\"}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.client, "{\"say\":\"and back\"}", timeout_ms), rowe_ok);
   expect_text(p.server, "{\"say\":\"and back\"}");
   close_pair(p);
 }
@@ -26,9 +26,9 @@ static void one_that_speaks_only_when_spoken_to_waits(void) {
   const struct rowe_options shy = {.bytes = sizeof shy, .only_when_spoken_to = true};
   const struct rowe_options plain = {.bytes = sizeof plain};
   const struct pair p = open_pair_with(&shy, &plain);
-  CHECK_EQUAL(send_text(p.client, "{\"say\":\"hello\"}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.client, "{\"say\":\"hello\"}", timeout_ms), rowe_ok);
   expect_text(p.server, "{\"say\":\"hello\"}");
-  CHECK_EQUAL(send_text(p.server, "{\"say\":\"hello yourself\"}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.server, "{\"say\":\"hello yourself\"}", timeout_ms), rowe_ok);
   expect_text(p.client, "{\"say\":\"hello yourself\"}");
   close_pair(p);
 }
@@ -43,9 +43,9 @@ static void values_of_all_kinds_arrive_as_they_were_sent(void) {
       "{\"s\":\"quote \\\" backslash \\\\ tab \\t nul \\u0000 bell \\u0007\"}",
   };
   for (size_t i = 0; i < sizeof texts / sizeof *texts; ++i) {
-    CHECK_EQUAL(send_text(p.client, texts[i], patience_ms), rowe_ok);
+    CHECK_EQUAL(send_text(p.client, texts[i], timeout_ms), rowe_ok);
     expect_text(p.server, texts[i]);
-    CHECK_EQUAL(send_text(p.server, texts[i], patience_ms), rowe_ok);
+    CHECK_EQUAL(send_text(p.server, texts[i], timeout_ms), rowe_ok);
     expect_text(p.client, texts[i]);
   }
   close_pair(p);
@@ -54,19 +54,19 @@ static void values_of_all_kinds_arrive_as_they_were_sent(void) {
 static void a_message_can_go_to_the_one_who_wrote(void) {
   const struct pair p = open_pair();
   struct rowe_endpoint* const other = rowe_open_remote_endpoint("localhost", rowe_endpoint_port(p.server));
-  CHECK_EQUAL(rowe_wait_peer(other, patience_ms), rowe_ok);
-  CHECK_EQUAL(send_text(other, "{\"who\":\"other\"}", patience_ms), rowe_ok);
-  struct rowe_object* const letter = rowe_receive(p.server, patience_ms);
+  CHECK_EQUAL(rowe_wait_peer(other, timeout_ms), rowe_ok);
+  CHECK_EQUAL(send_text(other, "{\"who\":\"other\"}", timeout_ms), rowe_ok);
+  struct rowe_object* const letter = rowe_receive(p.server, timeout_ms);
   CHECK_TEXT(rowe_get_string(letter, "who"), "other");
   const struct rowe_peer peer = rowe_sender(letter);
   CHECK(peer.generation != 0);
   struct rowe_object* const mine = rowe_message("n", rowe_type_int, 1, NULL);
   CHECK_EQUAL(rowe_sender(mine).generation, 0);
-  CHECK_EQUAL(rowe_send_to(p.server, peer, mine, patience_ms), rowe_ok);
-  CHECK_EQUAL(rowe_async_send_to(p.server, peer, mine, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_send_to(p.server, peer, mine, timeout_ms), rowe_ok);
+  CHECK_EQUAL(rowe_async_send_to(p.server, peer, mine, timeout_ms), rowe_ok);
   expect_text(other, "{\"n\":1}");
   expect_text(other, "{\"n\":1}");
-  CHECK_EQUAL(send_text(p.server, "{\"to\":\"all\"}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.server, "{\"to\":\"all\"}", timeout_ms), rowe_ok);
   expect_text(other, "{\"to\":\"all\"}");
   expect_text(p.client, "{\"to\":\"all\"}"); // the first thing that reaches it
 
@@ -121,7 +121,7 @@ static void* send_numbers(void* of) {
     struct rowe_object* const numbered =
         rowe_message("sender", rowe_type_int, which, "number", rowe_type_int, i, NULL);
     int code;
-    while ((code = rowe_send(by, numbered, patience_ms)) == rowe_error_full) {
+    while ((code = rowe_send(by, numbered, timeout_ms)) == rowe_error_full) {
     } // more senders than slots
     CHECK_EQUAL(code, rowe_ok);
     rowe_object_free(numbered);
@@ -135,7 +135,7 @@ static int arrived_count;
 
 static void* receive_numbers(void* of) {
   for (;;) {
-    struct rowe_object* const numbered = rowe_receive(of, patience_ms);
+    struct rowe_object* const numbered = rowe_receive(of, timeout_ms);
     if (numbered == NULL) {
       CHECK_EQUAL(rowe_last_error(), rowe_error_closed); // the main thread has seen them all
       return NULL;
@@ -186,8 +186,8 @@ static void each_message_of_many_threads_arrives_once(void) {
 
 static void everything_says_closed_after_closing(void) {
   const struct pair p = open_pair();
-  CHECK_EQUAL(rowe_close(p.client, patience_ms), rowe_ok);
-  CHECK_EQUAL(rowe_close(p.client, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_close(p.client, timeout_ms), rowe_ok);
+  CHECK_EQUAL(rowe_close(p.client, timeout_ms), rowe_ok);
   struct rowe_object* const object = rowe_from_text("{}");
   CHECK_CODE(rowe_send(p.client, object, -1), rowe_error_closed);
   CHECK_CODE(rowe_async_send(p.client, object, -1), rowe_error_closed);
@@ -215,7 +215,7 @@ static void what_was_sent_is_written_before_closing(void) {
   const struct pair p = open_pair();
   struct rowe_object* const last = rowe_message("last", rowe_type_boolean, true, NULL);
   CHECK_EQUAL(rowe_async_send(p.client, last, -1), rowe_ok);
-  CHECK_EQUAL(rowe_close(p.client, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_close(p.client, timeout_ms), rowe_ok);
   expect_text(p.server, "{\"last\":true}");
   rowe_object_free(last);
   close_pair(p);
@@ -234,7 +234,7 @@ static void events_and_counters_tell_what_happened(void) {
   }
   CHECK_EQUAL(code, rowe_error_empty);
   CHECK_EQUAL(rowe_peers(p.server), 1);
-  CHECK_EQUAL(send_text(p.client, "{}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.client, "{}", timeout_ms), rowe_ok);
   expect_text(p.server, "{}");
   struct rowe_object* const counters = rowe_stats(p.server);
   int64_t in = 0;
@@ -248,7 +248,7 @@ static void events_and_counters_tell_what_happened(void) {
 static void a_message_out_of_date_is_not_received(void) {
   const struct rowe_options hasty = {.bytes = sizeof hasty, .inbound_ttl_ms = 1};
   const struct pair p = open_pair_with(&hasty, NULL);
-  CHECK_EQUAL(send_text(p.client, "{\"old\":true}", patience_ms), rowe_ok);
+  CHECK_EQUAL(send_text(p.client, "{\"old\":true}", timeout_ms), rowe_ok);
   // Received within the millisecond or never: both are right, waiting for it for ever is not.
   struct rowe_object* const maybe = rowe_receive(p.server, 50);
   if (maybe == NULL) CHECK_EQUAL(rowe_last_error(), rowe_error_timed_out);

@@ -17,8 +17,8 @@ static inline struct pair open_pair_with(const struct rowe_options* server_optio
   CHECK(of.server != NULL);
   of.client = rowe_open_remote_endpoint_with("127.0.0.1", rowe_endpoint_port(of.server), client_options);
   CHECK(of.client != NULL);
-  CHECK_EQUAL(rowe_wait_peer(of.client, patience_ms), rowe_ok);
-  CHECK_EQUAL(rowe_wait_peer(of.server, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_wait_peer(of.client, timeout_ms), rowe_ok);
+  CHECK_EQUAL(rowe_wait_peer(of.server, timeout_ms), rowe_ok);
   return of;
 }
 static inline struct pair open_pair(void) { return open_pair_with(NULL, NULL); }

@@ -35,7 +35,7 @@ static const char printed_invocation[] = ""
 static void* serve(void* of) {
   const struct rowe_endpoint* const endpoint = of;
   struct json_object* request;
-  while ((request = rowe_receive(endpoint, patience_ms)) != NULL) {
+  while ((request = rowe_receive(endpoint, timeout_ms)) != NULL) {
     const char* const service = rowe_get_string(request, "service");
     if (service == NULL) {
       CHECK_TEXT(rowe_get_string(request, "say"), "enough");
@@ -48,9 +48,9 @@ static void* serve(void* of) {
     CHECK_EQUAL(rowe_get_int(request, "b", &b), rowe_ok);
     CHECK(rowe_get_string(request, "message_id") != NULL);
     struct json_object* const status = rowe_message("x", json_type_double, 0.5, NULL);
-    CHECK_EQUAL(rowe_async_send(endpoint, status, patience_ms), rowe_ok); // unrelated, before the reply
+    CHECK_EQUAL(rowe_async_send(endpoint, status, timeout_ms), rowe_ok); // unrelated, before the reply
     struct json_object* const reply = rowe_message("result", json_type_int, a + b, NULL);
-    CHECK_EQUAL(rowe_reply(endpoint, request, reply, patience_ms), rowe_ok);
+    CHECK_EQUAL(rowe_reply(endpoint, request, reply, timeout_ms), rowe_ok);
     json_object_put(status);
     json_object_put(reply);
     json_object_put(request);
@@ -92,18 +92,18 @@ invocation = rowe_message ("service",
   free(built);
   free(shown);
 
-  struct json_object* const reply = rowe_invoke(endpoint, invocation, patience_ms);
+  struct json_object* const reply = rowe_invoke(endpoint, invocation, timeout_ms);
   int result = 0;
   CHECK_EQUAL(rowe_get_int(reply, "result", &result), rowe_ok);
   CHECK_EQUAL(result, 42);
 
   double x = 0;
-  struct json_object* const status = rowe_receive(endpoint, patience_ms); // it came before, and is still here
+  struct json_object* const status = rowe_receive(endpoint, timeout_ms); // it came before, and is still here
   CHECK_EQUAL(rowe_get_double(status, "x", &x), rowe_ok);
   CHECK(x == 0.5);
 
   struct json_object* const enough = rowe_message("say", json_type_string, "enough", NULL);
-  CHECK_EQUAL(rowe_send(endpoint, enough, patience_ms), rowe_ok);
+  CHECK_EQUAL(rowe_send(endpoint, enough, timeout_ms), rowe_ok);
   CHECK(pthread_join(serving, NULL) == 0);
 
   json_object_put(enough);

@@ -301,7 +301,7 @@ def client_hello():
     return outgoing.read()
 
 
-class patience(unittest.TestCase):
+class timeouts(unittest.TestCase):
     def test_who_does_not_come_to_the_point_is_cut(self):
         """All at the same time, because it takes seconds by the clock. What is demanded is a lower end."""
         half = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"

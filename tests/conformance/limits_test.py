@@ -215,7 +215,7 @@ class time_limits(unittest.TestCase):
                 s = serving.connect()
                 with s.socket:
                     s.send(*script)
-                    s.socket.settimeout(0.5 if drip else programs.patience)
+                    s.socket.settimeout(0.5 if drip else programs.timeout)
                     while True:
                         try:
                             opcode, payload = s.event()

@@ -21,7 +21,7 @@ import frames
 
 ROWE = os.environ["ROWE_BIN"]
 ECHO = os.environ["ROWE_TRANSPORT_ECHO"]
-patience = 60.0  # seconds a socket or a program may take; far above what anything here does
+timeout = 60.0  # seconds a socket or a program may take; far above what anything here does
 GUID = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"
 
 running = set()  # processes that must not outlive this one
@@ -41,7 +41,7 @@ watchdog.start()
 
 
 def within(seconds):
-    """A test with which the server must not lose patience: tried again where it took longer than `seconds`,
+    """A test with which the server must not be kept waiting: tried again where it took longer than `seconds`,
     what the server bears, and skipped where it always does."""
     def decorated(test):
         @functools.wraps(test)
@@ -85,14 +85,14 @@ class program:
 
     def line(self):
         """The next line of its output."""
-        said = self.output.get(timeout=patience)
+        said = self.output.get(timeout=timeout)
         if said is None:
             raise AssertionError(f"it ended: {self.errors}")
         return said
 
     def wait(self):
         """Waits for its end; returns the exit code."""
-        code = self.process.wait(timeout=patience)
+        code = self.process.wait(timeout=timeout)
         for reader in self.readers:
             reader.join()
         return code
@@ -131,7 +131,7 @@ class server(program):
 
     def dial(self):
         """A bare TCP connection to it."""
-        s = socket.create_connection(("127.0.0.1", self.port), timeout=patience)
+        s = socket.create_connection(("127.0.0.1", self.port), timeout=timeout)
         s.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         return s
 
@@ -206,14 +206,14 @@ class listener:
 
     def __init__(self):
         self.socket = socket.create_server(("127.0.0.1", 0))
-        self.socket.settimeout(patience)
+        self.socket.settimeout(timeout)
         self.port = self.socket.getsockname()[1]
         self.url = f"ws://127.0.0.1:{self.port}/"
 
     def accept(self):
         """The next client and its request, as lines."""
         s, _ = self.socket.accept()
-        s.settimeout(patience)
+        s.settimeout(timeout)
         s.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         request, rest = read_header(s)
         if rest:

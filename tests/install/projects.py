@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bare projects, copied to a folder outside the tree, so that only what is installed, or asked for, can be
-found. Every command has an end (`patience`)."""
+found. Every command has an end (`timeout`)."""
 import os
 import pathlib
 import shutil
@@ -12,7 +12,7 @@ cmake = os.environ["ROWE_CMAKE"]
 version = os.environ["ROWE_VERSION"]
 libraries = os.environ["ROWE_LIBDIR"]  # below a prefix
 compilers = {"C": os.environ["ROWE_CC"], "CXX": os.environ["ROWE_CXX"]}
-patience = 250  # seconds; far above what anything here takes
+timeout = 250  # seconds; far above what anything here takes
 
 # What a user's environment could add to a build is not these tests' affair.
 swayed_by = ("CFLAGS", "CXXFLAGS", "LDFLAGS", "CPATH", "LIBRARY_PATH", "DESTDIR", "PKG_CONFIG_PATH",
@@ -24,7 +24,7 @@ environment = {name: value for name, value in os.environ.items()
 def run(*command, **more):
     """Its exit code and its lines, of both streams."""
     ended = subprocess.run([str(one) for one in command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                           encoding="utf-8", timeout=patience, check=False,
+                           encoding="utf-8", timeout=timeout, check=False,
                            env={**environment, **{name: str(value) for name, value in more.items()}})
     return ended.returncode, ended.stdout
 

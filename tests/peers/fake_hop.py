@@ -16,7 +16,7 @@ import os
 import socket
 import struct
 
-from server import accept_value, answer, gone, patience, server, stream
+from server import accept_value, answer, gone, server, stream, timeout
 from websocket import read_answer, refused
 
 later, may_2014 = "later", "May 2014"
@@ -145,7 +145,7 @@ class hop_client:
         elif protocol:
             fields += [("Sec-WebSocket-Protocol", protocol)]
         lines = "".join(f"{name}: {value}\r\n" for name, value in [("Host", at), *fields])
-        connected = socket.create_connection(("127.0.0.1", port), timeout=patience)
+        connected = socket.create_connection(("127.0.0.1", port), timeout=timeout)
         try:
             connected.sendall(f"GET {path} HTTP/1.1\r\n{lines}\r\n".encode())
             status, self.fields, body, behind = read_answer(connected)
@@ -166,7 +166,7 @@ class hop_client:
     def send(self, text):
         self.stream.send(frame(text, self.period, self.masks))
 
-    def receive(self, wait=patience):
+    def receive(self, wait=timeout):
         """The next text. Raises dropped when it is not one, gone at the end, TimeoutError."""
         self.stream.socket.settimeout(wait)
         try:

@@ -6,7 +6,7 @@ import time
 import unittest
 
 from fake_hop import dropped, frame, hop_client, hop_server, later, may_2014, read_text
-from server import accept_value, answer, gone, patience, server
+from server import accept_value, answer, gone, server, timeout
 from websocket import CLOSE, PING, PONG, TEXT, closed, connect, peer, read_answer, refused, request
 
 
@@ -71,7 +71,7 @@ class serving(unittest.TestCase):
             self.assertEqual(p.receive_frame()[2], b"x" * 65535)
             hop.send("x" * 70000)
             wanted = head + b"\x70\x11\x01\0\0\0\0\0\0" + b"xxx"
-            self.assertEqual(p.exactly(len(wanted), time.monotonic() + patience), wanted)
+            self.assertEqual(p.exactly(len(wanted), time.monotonic() + timeout), wanted)
 
     def test_chooses_a_subprotocol_it_knows_or_none(self):
         with hop_server(protocols=("foo", "bar")) as hop, hop_server(period=may_2014) as early:

@@ -14,7 +14,7 @@ import socket
 import threading
 import time
 
-patience = 60.0  # seconds; the end of every wait
+timeout = 60.0  # seconds; the end of every wait
 
 
 class gone(Exception):
@@ -116,10 +116,10 @@ class server:
         self.closing = True
         with socket.socket() as knock:  # a thread that waits in accept() is woken by nothing else
             knock.connect(("127.0.0.1", self.port))
-        self.threads[0].join(patience)
+        self.threads[0].join(timeout)
         self.cut()
         for thread in self.threads:
-            thread.join(patience)
+            thread.join(timeout)
         self.listener.close()
         for one in self.streams:
             one.socket.close()
@@ -169,7 +169,7 @@ class server:
             diary.append(entry)
             self.changed.notify_all()
 
-    def wait(self, condition, what, seconds=patience):
+    def wait(self, condition, what, seconds=timeout):
         """Waits until condition() is true, and returns what it returned."""
         end = time.monotonic() + seconds
         with self.changed:

@@ -9,7 +9,7 @@ import json
 import signal
 import unittest
 
-from program import hub, patience, run
+from program import hub, run, timeout
 from robot_test import robot
 
 try:
@@ -26,7 +26,7 @@ def setUpModule():
 
 
 async def in_time(something):
-    return await asyncio.wait_for(something, patience)
+    return await asyncio.wait_for(something, timeout)
 
 
 async def rowe(*arguments):

@@ -31,7 +31,7 @@ class conversation : public testing::TestWithParam<std::tuple<where, who_listens
               .value());
     }
     if (!ours) here_.emplace(endpoint::connect(url_of(there_->port()), part::quick_options()).value());
-    ASSERT_TRUE(here_->wait_peer(patience));
+    ASSERT_TRUE(here_->wait_peer(timeout));
   }
 
   endpoint& here() { return *here_; }
@@ -53,7 +53,7 @@ TEST_P(conversation, calls_with_types_in_both_directions) {
   }
   for (std::size_t i = 1; i <= 5; ++i) {
     ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-    auto asked = ours.next(patience);
+    auto asked = ours.next(timeout);
     ASSERT_TRUE(asked) << asked.error().name();
     EXPECT_EQ(asked->body.a + asked->body.b, 42);
     ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
@@ -66,7 +66,7 @@ TEST_P(conversation, publishes_in_both_directions) {
   auto orders = here().advertise<json_text>("/orders").value();
   std::int64_t last = 0;
   for (int i = 0; i < 50; ++i) {
-    const auto beat = beats.take(patience);
+    const auto beat = beats.take(timeout);
     ASSERT_TRUE(beat);
     EXPECT_EQ(beat->value().process, there().process());
     EXPECT_GT(beat->value().n, last);
@@ -89,7 +89,7 @@ TEST_P(conversation, sends_messages_in_both_directions_and_in_order) {
     for (int i = first; i < first + 20; ++i) {
       const std::string text{message("echo", i).text()};
       EXPECT_EQ(there().line("letter ", static_cast<std::size_t>(i) + 1), "letter " + text);
-      const auto back = mail.receive(patience);
+      const auto back = mail.receive(timeout);
       ASSERT_TRUE(back) << back.error().name();
       EXPECT_EQ(back->text(), text);
     }
@@ -106,7 +106,7 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
     const bool answered = i % 2 == 0;
     const auto begun =
         lane.start(message("service", answered ? "/something" : "/actor/mute", "n", i),
-                   answered ? rowe::duration{patience} : 500ms, rowe::rt::monotonic_clock::now());
+                   answered ? rowe::duration{timeout} : 500ms, rowe::rt::monotonic_clock::now());
     ASSERT_TRUE(begun);
     open[{begun->index, begun->generation}] = answered;
   }
@@ -128,11 +128,11 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
 }
 
 TEST_P(conversation, serves_threads_at_the_front_door) {
-  const auto reply = here().invoke(message("service", "/something", "n", 1), patience);
+  const auto reply = here().invoke(message("service", "/something", "n", 1), timeout);
   ASSERT_TRUE(reply) << reply.error().name();
   EXPECT_NE(reply->text().find(std::to_string(there().process())), std::string_view::npos);
   ASSERT_TRUE(here().send(R"({"echo":"door"})", rowe::rt::for_ever));
-  const auto back = here().receive(patience);
+  const auto back = here().receive(timeout);
   ASSERT_TRUE(back) << back.error().name();
   EXPECT_EQ(back->text(), R"({"echo":"door"})");
 }

@@ -22,7 +22,7 @@ void lose_calls(endpoint& here, process_side& there) {
   EXPECT_EQ(lane.invoke(message("service", "/actor/mute", "early", 2), 20ms).code(), errc::timed_out);
   const std::uint64_t timed_out = count_of(here, "calls_timed_out");
 
-  ASSERT_TRUE(mute.start(R"({"last":1})", patience, clock_now()));
+  ASSERT_TRUE(mute.start(R"({"last":1})", timeout, clock_now()));
   ASSERT_TRUE(lane.start(message("service", "/actor/mute", "last", 2), rowe::rt::for_ever, clock_now()));
   rowe::result<rowe::received> at_the_door{errc::empty};
   std::thread waits{[&] { at_the_door = here.invoke(message("service", "/actor/mute", "last", 3), -1ns); }};
@@ -49,7 +49,7 @@ void lose_calls(endpoint& here, process_side& there) {
 TEST(killed_server, ends_calls_with_peer_lost) {
   process_side there{"listen", "0"};
   auto here = endpoint::connect(url_of(there.port()), part::quick_options()).value();
-  ASSERT_TRUE(here.wait_peer(patience));
+  ASSERT_TRUE(here.wait_peer(timeout));
   lose_calls(here, there);
 }
 
@@ -58,7 +58,7 @@ TEST(killed_client, ends_calls_with_peer_lost_and_takes_its_services_along) {
   process_side there{"connect", url_of(here.port())};
   lose_calls(here, there);
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
-  EXPECT_EQ(add.call({1, 2}, patience).code(), errc::no_service);
+  EXPECT_EQ(add.call({1, 2}, timeout).code(), errc::no_service);
 }
 
 TEST(killed_asker, needs_no_answer) {
@@ -67,7 +67,7 @@ TEST(killed_asker, needs_no_answer) {
   auto mail = here.open_lane().value();
   process_side there{"connect", url_of(here.port())};
   ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-  auto asked = ours.next(patience);
+  auto asked = ours.next(timeout);
   ASSERT_TRUE(asked);
   const rowe::connection who = asked->from();
   ASSERT_TRUE(who);
@@ -86,7 +86,7 @@ TEST(killed_peer, leaves_others_untouched) {
     process_side goes{"connect", url_of(here.port())};
     ASSERT_TRUE(eventually([&] { return here.peers() == 2; }));
     goes.kill();
-    const auto answer = add.call({38, 4}, patience);
+    const auto answer = add.call({38, 4}, timeout);
     ASSERT_TRUE(answer) << answer.error().name();
     EXPECT_EQ(answer->sum, 42);
     ASSERT_TRUE(eventually([&] { return here.peers() == 1; }));

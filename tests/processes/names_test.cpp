@@ -42,11 +42,11 @@ namespace {
 using namespace std::chrono_literals;
 using rowe::endpoint;
 
-constexpr auto patience = 60s;
+constexpr auto timeout = 60s;
 
 template <class Ready>
 bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   while (!ready()) {
     if (rowe::rt::monotonic_clock::now() > until) return false;
     (void)::poll(nullptr, 0, 1);
@@ -76,7 +76,7 @@ TEST(server_by_name, is_looked_up_beside_the_service_thread) {
   EXPECT_EQ(lane->invoke(rowe::message("service", "/x"), 5ms).code(), rowe::errc::timed_out);
   EXPECT_EQ(here.peers(), 0U);
   held.store(false);
-  EXPECT_TRUE(here.wait_peer(patience));
+  EXPECT_TRUE(here.wait_peer(timeout));
   EXPECT_TRUE(by_the_helper.load());
 }
 

@@ -108,13 +108,13 @@ class deaf_neighbour {
 TEST(neighbours, have_their_answers_beside_one_that_reads_nothing) {
   const echo_process echo;
   auto client = endpoint::connect("ws://127.0.0.1:" + std::to_string(echo.port()), {}).value();
-  ASSERT_TRUE(client.wait_peer(patience));
+  ASSERT_TRUE(client.wait_peer(timeout));
   auto mail = client.open_lane().value();
   deaf_neighbour neighbour{echo.port()};
   const auto round = [&](int n) {
     const std::string text = R"({"n":)" + std::to_string(n) + "}";
     ASSERT_TRUE(mail.send(text, rowe::rt::for_ever)) << n;
-    const auto back = mail.receive(patience);
+    const auto back = mail.receive(timeout);
     ASSERT_TRUE(back) << n << ": " << back.error().name();
     ASSERT_EQ(back->text(), text);
   };

@@ -21,7 +21,7 @@ class restarted_server : public testing::Test {
     there_.emplace("listen", "0");
     port_ = there_->port();
     here_.emplace(endpoint::connect(url_of(port_), part::quick_options()).value());
-    ASSERT_TRUE(here_->wait_peer(patience));
+    ASSERT_TRUE(here_->wait_peer(timeout));
   }
   endpoint& here() { return *here_; }
   process_side& there() { return *there_; }
@@ -49,7 +49,7 @@ TEST_F(restarted_server, is_subscribed_to_and_told_of_our_services_again) {
       start();
     }
     ASSERT_TRUE(eventually([&] {
-      const auto beat = beats.take(patience);
+      const auto beat = beats.take(timeout);
       return beat && beat->value().process == there().process();
     }));
     ASSERT_TRUE(eventually([&] {
@@ -57,11 +57,11 @@ TEST_F(restarted_server, is_subscribed_to_and_told_of_our_services_again) {
       return !there().told("order ").empty();
     }));
     EXPECT_EQ(there().line("order "), "order " + std::string{message("round", round).text()});
-    const auto answer = add.call({38, 4}, patience);
+    const auto answer = add.call({38, 4}, timeout);
     ASSERT_TRUE(answer) << answer.error().name();
     EXPECT_EQ(answer->sum, 42);
     ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-    auto asked = ours.next(patience);
+    auto asked = ours.next(timeout);
     ASSERT_TRUE(asked) << asked.error().name();
     ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
     EXPECT_EQ(there().line("sum "), "sum 42");
@@ -75,7 +75,7 @@ TEST_F(restarted_server, gets_the_messages_that_waited_but_for_those_that_are_ou
   ASSERT_TRUE(mail.try_send(R"({"n":1})", rowe::rt::for_ever, clock_now()));
   ASSERT_TRUE(mail.try_send(R"({"stale":1})", 20ms, clock_now()));
   ASSERT_TRUE(mail.try_send(R"({"stale":2})", 0ns, clock_now()));
-  ASSERT_TRUE(mail.try_send(R"({"n":2})", patience, clock_now()));
+  ASSERT_TRUE(mail.try_send(R"({"n":2})", timeout, clock_now()));
   EXPECT_EQ(mail.send(R"({"stale":3})", 20ms).code(), errc::expired);
   ASSERT_TRUE(eventually([&] { return count_of(here(), "expired") == 3; }));
   start();
@@ -93,12 +93,12 @@ TEST_F(restarted_server, gets_the_calls_that_wait_for_it_and_none_that_gave_up) 
   kill();
   EXPECT_EQ(mute.call(R"({"stale":1})", 20ms).code(), errc::timed_out);
   EXPECT_EQ(lane.invoke(message("service", "/something", "stale", 2), 20ms).code(), errc::timed_out);
-  ASSERT_TRUE(lane.start(message("service", "/something", "fresh", 3), patience, clock_now()));
+  ASSERT_TRUE(lane.start(message("service", "/something", "fresh", 3), timeout, clock_now()));
   start();
   const auto ended = next_end(lane);
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->reply) << ended->reply.error().name();
-  ASSERT_TRUE(mute.start(R"({"fresh":4})", patience, clock_now())); // behind all the others
+  ASSERT_TRUE(mute.start(R"({"fresh":4})", timeout, clock_now())); // behind all the others
   EXPECT_EQ(there().line("mute "), R"(mute {"fresh":4})");
   EXPECT_EQ(there().told("mute ").size(), 1U);
   EXPECT_EQ(there().told("call ").size(), 1U);
@@ -112,9 +112,9 @@ TEST_F(restarted_server, is_another_connection) {
   kill();
   EXPECT_EQ(mail.send(R"({"to":"the dead"})", rowe::rt::for_ever, before).code(), errc::peer_lost);
   start();
-  ASSERT_TRUE(here().wait_peer(patience));
+  ASSERT_TRUE(here().wait_peer(timeout));
   EXPECT_EQ(mail.send(R"({"to":"the dead"})", rowe::rt::for_ever, before).code(), errc::peer_lost);
-  EXPECT_EQ(mail.invoke(message("service", "/something"), patience, before).code(), errc::peer_lost);
+  EXPECT_EQ(mail.invoke(message("service", "/something"), timeout, before).code(), errc::peer_lost);
   ASSERT_TRUE(mail.send(R"({"to":"the second"})", rowe::rt::for_ever));
   EXPECT_EQ(there().line("letter "), R"(letter {"to":"the second"})");
 }
@@ -130,18 +130,18 @@ TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
     ASSERT_TRUE(mail.try_send(message("echo", round), rowe::rt::for_ever, clock_now())); // nobody is there
     process_side there{"connect", url_of(here.port())};
     EXPECT_EQ(there.line("letter "), "letter " + std::string{message("echo", round).text()});
-    const auto back = mail.receive(patience);
+    const auto back = mail.receive(timeout);
     ASSERT_TRUE(back) << back.error().name();
     EXPECT_EQ(back->text(), message("echo", round).text());
     const auto answer = call_when_there(add, {38, 4});
     ASSERT_TRUE(answer) << answer.error().name();
     EXPECT_EQ(answer->sum, 42);
     ASSERT_TRUE(eventually([&] {
-      const auto beat = beats.take(patience);
+      const auto beat = beats.take(timeout);
       return beat && beat->value().process == there.process();
     }));
     ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
-    auto asked = ours.next(patience);
+    auto asked = ours.next(timeout);
     ASSERT_TRUE(asked) << asked.error().name();
     ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
     EXPECT_EQ(there.line("sum "), "sum 42");

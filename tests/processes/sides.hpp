@@ -29,12 +29,12 @@ namespace sides {
 
 using namespace std::chrono_literals;
 
-inline constexpr auto patience = 60s; // a watchdog: far above what anything here takes, sanitizers included
+inline constexpr auto timeout = 60s; // a watchdog: far above what anything here takes, sanitizers included
 
 // Whether `ready` comes true before the watchdog barks.
 template <class Ready>
 bool eventually(Ready&& ready) {
-  const auto until = rowe::rt::monotonic_clock::now() + patience;
+  const auto until = rowe::rt::monotonic_clock::now() + timeout;
   while (!ready()) {
     if (rowe::rt::monotonic_clock::now() > until) return false;
     (void)::poll(nullptr, 0, 1); // other processes want the core, too
@@ -215,9 +215,9 @@ auto next_end(Handle& of) {
 // Calls until somebody provides it: a service that was just advertised may still be on its way.
 inline rowe::result<part::total> call_when_there(rowe::caller<part::numbers, part::total>& add,
                                                  const part::numbers& what) {
-  auto answer = add.call(what, patience);
+  auto answer = add.call(what, timeout);
   EXPECT_TRUE(eventually([&] {
-    if (!answer && answer.code() == rowe::errc::no_service) answer = add.call(what, patience);
+    if (!answer && answer.code() == rowe::errc::no_service) answer = add.call(what, timeout);
     return answer || answer.code() != rowe::errc::no_service;
   }));
   return answer;

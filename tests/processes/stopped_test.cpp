@@ -15,7 +15,7 @@ using rowe::message;
 
 endpoint connected(side& there, const rowe::endpoint_options& options = part::quick_options()) {
   auto here = endpoint::connect(url_of(there.port()), options).value();
-  EXPECT_TRUE(here.wait_peer(patience));
+  EXPECT_TRUE(here.wait_peer(timeout));
   return here;
 }
 
@@ -23,14 +23,14 @@ TEST(stopped_server, makes_calls_time_out_and_its_late_answers_are_dropped) {
   process_side there{"listen", "0"};
   auto here = connected(there);
   auto add = here.client<part::numbers, part::total>("/actor/add").value();
-  ASSERT_TRUE(add.call({1, 2}, patience));
+  ASSERT_TRUE(add.call({1, 2}, timeout));
   there.stop();
   ASSERT_TRUE(go_out(here, 3, [&] { return add.call({1, 100}, 30ms); }));
   EXPECT_EQ(count_of(here, "calls_lost"), 0U);
   there.go_on();
   ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 3; }));
   EXPECT_EQ(add.try_finish().code(), errc::empty);
-  const auto answer = add.call({38, 4}, patience);
+  const auto answer = add.call({38, 4}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
   EXPECT_EQ(answer->sum, 42);
 }
@@ -47,7 +47,7 @@ TEST(stopped_server, is_cut_when_it_is_silent_too_long_and_met_again) {
   const auto expect_answer = [&] {
     rowe::result<part::total> answer{errc::peer_lost};
     ASSERT_TRUE(eventually([&] {
-      return (answer = add.call({38, 4}, patience)).has_value() || answer.code() != errc::peer_lost;
+      return (answer = add.call({38, 4}, timeout)).has_value() || answer.code() != errc::peer_lost;
     }));
     ASSERT_TRUE(answer) << answer.error().name();
     EXPECT_EQ(answer->sum, 42);
@@ -76,7 +76,7 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
   const std::uint64_t before = count_of(here, "calls_out");
   ASSERT_TRUE(go_out(here, 5, [&] { return mute.call(R"({"stale":1})", 20ms); }));
   for (int i = 0; i < 5; ++i) {
-    ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), patience,
+    ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), timeout,
                            rowe::rt::monotonic_clock::now()));
   }
   // All of them are on their way: one that is taken up later would wait for the next server.
@@ -88,10 +88,10 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
     EXPECT_EQ(ended->reply.code(), errc::peer_lost);
   }
   there.emplace("listen", std::to_string(port));
-  ASSERT_TRUE(mute.start(R"({"fresh":1})", patience, rowe::rt::monotonic_clock::now()));
+  ASSERT_TRUE(mute.start(R"({"fresh":1})", timeout, rowe::rt::monotonic_clock::now()));
   EXPECT_EQ(there->line("mute "), R"(mute {"fresh":1})");
   ASSERT_TRUE(
-      lane.start(message("service", "/actor/mute", "fresh", 2), patience, rowe::rt::monotonic_clock::now()));
+      lane.start(message("service", "/actor/mute", "fresh", 2), timeout, rowe::rt::monotonic_clock::now()));
   EXPECT_EQ(there->line("mute ", 2), R"(mute {"fresh":2})");
   EXPECT_EQ(there->told("mute ").size(), 2U);
   EXPECT_EQ(lane.try_finish().code(), errc::empty);
@@ -106,7 +106,7 @@ TEST(stopped_client, makes_calls_of_its_services_time_out) {
   ASSERT_TRUE(go_out(here, 1, [&] { return add.call({1, 2}, 30ms); }));
   there.go_on();
   ASSERT_TRUE(eventually([&] { return count_of(here, "replies_late") == 1; }));
-  const auto answer = add.call({38, 4}, patience);
+  const auto answer = add.call({38, 4}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
   EXPECT_EQ(answer->sum, 42);
 }

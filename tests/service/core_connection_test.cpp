@@ -309,7 +309,7 @@ TEST_F(core_test, has_nothing_to_wake_for_without_peers) {
   advertise_pose(on);
   on.cycle();
   EXPECT_EQ(on.next_wake, rowe::rt::never);
-  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
 }
 
 TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
@@ -317,10 +317,10 @@ TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   p.leave();
   on.cycles(2);
-  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
 }
 
 } // namespace

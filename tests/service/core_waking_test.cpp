@@ -39,7 +39,7 @@ TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycles(2);
-  EXPECT_GT(on.core.patience(1ms), 9ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
 }
 
 TEST_F(core_waking, is_told_what_publishers_hand_over) {
@@ -93,14 +93,14 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
     on.cycle();
-    EXPECT_GT(on.core.patience(1ms), 1ms) << "it is queued towards the peer";
+    EXPECT_GT(on.core.idle_time_max(1ms), 1ms) << "it is queued towards the peer";
   }
   EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
   on.cycle();
-  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   on.net.weather_of(slow.id()).room_bytes = 1 << 20;
   on.cycles(3);
-  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
 }
 
@@ -129,14 +129,14 @@ struct core_in_phase : testing::Test {
 TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
   (void)advertise_pose(on, {.latched = true});
   on.cycles(2);
-  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(on.core.phases().listened(), 0u);
 }
 
 TEST_F(core_in_phase, leaves_topics_with_a_period_to_the_plan) {
   auto& lane = advertise_pose(on, {.latched = true, .period = 1ms});
   on.cycle();
-  EXPECT_GT(on.core.patience(1ms), 9ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
   EXPECT_EQ(next(), on.now + 20us + 250us) << "nothing is known yet";
   publish_in_time(lane, 8);
   EXPECT_GT(next(), on.now + 500us);
@@ -160,7 +160,7 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
   lane.lifecycle.close();
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
-  EXPECT_GT(on.core.patience(1ms), 9ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
 }
 
 TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
@@ -193,14 +193,14 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(publish_text(on, lane, "{}"));
     on.cycle();
-    EXPECT_GT(on.core.patience(1ms), 1ms);
+    EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   }
   EXPECT_TRUE(publish_text(on, lane, "{}"));
   on.cycle();
-  EXPECT_EQ(on.core.patience(1ms), 1ms) << "one more than the queue holds";
+  EXPECT_EQ(on.core.idle_time_max(1ms), 1ms) << "one more than the queue holds";
   on.net.weather_of(server.id()).room_bytes = 1 << 20;
   on.cycles(4);
-  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_TRUE(on.core.check());
 }
 
@@ -214,10 +214,10 @@ TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something
   EXPECT_TRUE(publish_text(on, lane, "{}"));
   lane.lifecycle.close();
   on.cycle();
-  EXPECT_EQ(on.core.patience(1ms), 1ms);
+  EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   on.net.weather_of(server.id()).room_bytes = 1 << 20;
   on.cycles(3);
-  EXPECT_GT(on.core.patience(1ms), 1ms);
+  EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(lane.lifecycle.look(), rowe::detail::pair_phase::free);
 }
 

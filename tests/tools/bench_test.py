@@ -36,8 +36,8 @@ def given_time(attempt, measured_enough):
 
 def measured(*arguments):
     """Runs a mode with --json -; returns its object, and the program."""
-    patience = patient if arguments[0] in ("rpc", "send", "stop") else ()
-    ended = run("bench", *arguments, *patience, "--json", "-")
+    timeout = patient if arguments[0] in ("rpc", "send", "stop") else ()
+    ended = run("bench", *arguments, *timeout, "--json", "-")
     if len(ended.stdout) != 1:
         raise AssertionError((arguments, ended.code, ended.stdout, ended.stderr))
     return json.loads(ended.stdout[0]), ended

@@ -9,7 +9,7 @@ import socket
 import time
 import unittest
 
-from program import hub, patience, program, run
+from program import hub, program, run, timeout
 
 folder = os.environ["ROWE_EXAMPLES"]
 port = 8080  # what the documentation says
@@ -31,7 +31,7 @@ def may_run_on(cpu):
 
 def until(attempt, right):
     """attempt() again until it is right(it), where a busy machine keeps a program longer than it waits."""
-    end = time.monotonic() + patience
+    end = time.monotonic() + timeout
     while not right(got := attempt()) and time.monotonic() < end:
         pass
     return got

@@ -164,7 +164,7 @@ class crowds(unittest.TestCase):
             self.assertEqual(serving.summary()["peers_joined"], 11)
 
 
-class patience(unittest.TestCase):
+class timeouts(unittest.TestCase):
     """Peers that keep the hub waiting, all at the same time, because that takes seconds by the clock."""
 
     def test_peers_that_stall_are_cut_and_those_that_answer_stay(self):
@@ -176,7 +176,7 @@ class patience(unittest.TestCase):
         self.assertEqual(counts["unfinished_messages"], 2)
         self.assertEqual(counts["silent_peers"], 1)
 
-    # Each says how long it was borne at least; the upper end is the sockets' own patience.
+    # Each says how long it was borne at least; the upper end is the sockets' own timeout.
     def half_a_handshake(self, port):
         self.is_cut(port, b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n", at_least=4.5)
 

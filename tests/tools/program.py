@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The program under test, as a user runs it: its arguments, its lines, its exit code.
 
-Every wait has an end (`patience`), so a program that hangs fails a test instead of hanging it. ROWE_BIN names
+Every wait has an end (`timeout`), so a program that hangs fails a test instead of hanging it. ROWE_BIN names
 the program. Nothing here sleeps to synchronise: a test waits for the line that says so.
 """
 import collections
@@ -23,14 +23,14 @@ for one in (signal.SIGINT, signal.SIGHUP):
     if signal.getsignal(one) is signal.SIG_IGN:
         signal.signal(one, signal.SIG_DFL)
 
-patience = 60.0  # seconds; far above what anything here takes, sanitizers included
+timeout = 60.0  # seconds; far above what anything here takes, sanitizers included
 asking = ("call", "peers", "reset", "stop")  # verbs that give up by themselves after a second or two
 
 
-def with_patience(arguments):
+def with_timeout(arguments):
     """Who asks is given as much time as the tests have, where a test does not say how much."""
     gives_up = arguments and arguments[0] in asking and "--timeout" not in arguments
-    return (*arguments, "--timeout", f"{patience:.0f}s") if gives_up else arguments
+    return (*arguments, "--timeout", f"{timeout:.0f}s") if gives_up else arguments
 
 
 def of_the_machine(line):
@@ -46,7 +46,7 @@ class program:
     def __init__(self, *arguments, command=(ROWE,), stdin=subprocess.DEVNULL, environment=None, **options):
         env = {key: value for key, value in os.environ.items() if key != "ROWE_URL"}
         env.update(environment or {})
-        self.arguments = arguments = with_patience(arguments)
+        self.arguments = arguments = with_timeout(arguments)
         self.process = subprocess.Popen([*command, *arguments], stdin=stdin, stdout=subprocess.PIPE,
                                         stderr=subprocess.PIPE, env=env, **options)
         self.said = {"stdout": [], "stderr": []}
@@ -93,7 +93,7 @@ class program:
 
     def line(self, pattern, stream="stderr", count=1):
         """Waits for the `count`-th line that matches; returns the match."""
-        end = time.monotonic() + patience
+        end = time.monotonic() + timeout
         with self.changed:
             while True:
                 found = [m for m in (re.search(pattern, text) for text in self.said[stream]) if m]
@@ -115,7 +115,7 @@ class program:
         """Waits for the end, after a signal where one is named; returns the exit code."""
         if with_signal is not None:
             self.process.send_signal(with_signal)
-        code = self.process.wait(timeout=patience)
+        code = self.process.wait(timeout=timeout)
         for reader in self.readers:
             reader.join()
         return code
@@ -134,7 +134,7 @@ def given_time(attempt, came_to_it, seconds=0.2):
     the like, before the wait that the test is about, nobody knows."""
     while True:
         ended = attempt(f"{seconds * 1000:.0f}ms")
-        if came_to_it(ended) or seconds >= patience:
+        if came_to_it(ended) or seconds >= timeout:
             return ended
         seconds *= 4
 

@@ -20,7 +20,7 @@ import struct
 import time
 
 CONTINUATION, TEXT, BINARY, CLOSE, PING, PONG = 0x0, 0x1, 0x2, 0x8, 0x9, 0xA
-patience = 60.0  # seconds; the end of every wait
+timeout = 60.0  # seconds; the end of every wait
 
 
 class refused(Exception):
@@ -40,7 +40,7 @@ class closed(Exception):
 
 
 def connect(port, host="127.0.0.1"):
-    stream = socket.create_connection((host, port), timeout=patience)
+    stream = socket.create_connection((host, port), timeout=timeout)
     stream.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     return stream
 
@@ -143,7 +143,7 @@ class peer:
         data, self.buffer = self.buffer[:count], self.buffer[count:]
         return data
 
-    def receive_frame(self, wait=patience):
+    def receive_frame(self, wait=timeout):
         """(fin, opcode, payload); TimeoutError after `wait` seconds. Clients mask, servers must not."""
         end = time.monotonic() + wait
         try:
@@ -164,7 +164,7 @@ class peer:
         except ConnectionResetError as error:
             raise closed(None, "reset") from error
 
-    def receive_text(self, wait=patience):
+    def receive_text(self, wait=timeout):
         """The next message. Answers pings; raises closed at the end."""
         end = time.monotonic() + wait
         text = b""
@@ -180,10 +180,10 @@ class peer:
                 if fin:
                     return text.decode()
 
-    def receive(self, wait=patience):
+    def receive(self, wait=timeout):
         return json.loads(self.receive_text(wait))
 
-    def receive_until(self, wanted, wait=patience):
+    def receive_until(self, wanted, wait=timeout):
         """The next message for which wanted(message) is true; others are passed over."""
         end = time.monotonic() + wait
         while True:
@@ -191,7 +191,7 @@ class peer:
             if wanted(message):
                 return message
 
-    def wait_for_close(self, wait=patience, answer_pings=True):
+    def wait_for_close(self, wait=timeout, answer_pings=True):
         """Waits for the end; returns the code of the close frame, None without one."""
         end = time.monotonic() + wait
         while True:
@@ -220,7 +220,7 @@ class accepted(peer):
         self.stream, self.buffer = stream, b""
         head = b""
         while not head.endswith(b"\r\n\r\n"):
-            head += self.exactly(1, time.monotonic() + patience)
+            head += self.exactly(1, time.monotonic() + timeout)
         self.path = head.split()[1].decode()
         (key,) = re.findall(rb"(?i)\r\nsec-websocket-key: *(\S+)", head)
         digest = hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest()
@@ -248,5 +248,5 @@ class listener:
         self.socket.close()
 
     def accept(self):
-        self.socket.settimeout(patience)
+        self.socket.settimeout(timeout)
         return accepted(self.socket.accept()[0])

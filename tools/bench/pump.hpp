@@ -48,23 +48,23 @@ struct pump_counts {
   std::uint64_t unfinished = 0; // timed out, or were not even sent; recorded with the time waited
 };
 
-inline constexpr rt::duration patience_after_stop = std::chrono::milliseconds{200};
+inline constexpr rt::duration timeout_after_stop = std::chrono::milliseconds{200};
 inline constexpr rt::duration wait_max = std::chrono::milliseconds{100}; // how late a stop is seen
 
 // A mark for each message that has come to its end; taken and touched before the run.
 using marks = std::vector<std::uint8_t>;
 
 // Messages are numbered from `first` on, so that a late one of an earlier run is known for what it is.
-// `patience`: how long is waited for what is missing once the schedule is over. `stop` ends the schedule
+// `timeout`: how long is waited for what is missing once the schedule is over. `stop` ends the schedule
 // early. Never allocates.
 template <class Clock, measurable Target>
 pump_counts pump(schedule when, std::uint64_t first, Target& target, recording& into, marks& ended,
-                 rt::duration patience, const std::atomic<bool>& stop, Clock& clock) {
+                 rt::duration timeout, const std::atomic<bool>& stop, Clock& clock) {
   pump_counts counts;
   std::uint64_t next = 0;
   std::uint64_t back = 0;
   const rt::time_point over_at = when.start() + static_cast<std::int64_t>(when.count()) * when.period();
-  rt::time_point give_up = rt::deadline_after(over_at, patience);
+  rt::time_point give_up = rt::deadline_after(over_at, timeout);
   bool stopping = false;
   const auto note = [&](const arrival& one) {
     const std::uint64_t index = one.number - first;
@@ -82,7 +82,7 @@ pump_counts pump(schedule when, std::uint64_t first, Target& target, recording& 
     if (!stopping && stop.load(std::memory_order_relaxed)) {
       stopping = true;
       when.cut(when.due_by(now));
-      give_up = std::min(give_up, rt::deadline_after(now, patience_after_stop));
+      give_up = std::min(give_up, rt::deadline_after(now, timeout_after_stop));
     }
     target.take(note); // before sending: it makes room
     if ((next == when.count() && back == next) || target.over() || now >= give_up) break;

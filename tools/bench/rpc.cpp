@@ -24,7 +24,7 @@ class calls {
       : from_{std::move(from)},
         text_{static_cast<std::size_t>(s.size)},
         fixed_{std::move(fixed)},
-        timeout_{s.timeout.value_or(patience_default)},
+        timeout_{s.timeout.value_or(timeout_default)},
         spins_{s.spins(s.here)},
         numbers_(in_flight_max) {}
 

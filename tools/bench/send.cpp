@@ -27,8 +27,8 @@ class values {
         same_clock_{same_clock} {}
 
   // Waits until somebody takes what is published.
-  bool heard(rt::duration patience) const {
-    const auto end = rt::monotonic_clock::now() + patience;
+  bool heard(rt::duration timeout) const {
+    const auto end = rt::monotonic_clock::now() + timeout;
     while (!out_.wanted() && rt::monotonic_clock::now() < end)
       interrupt::sleep_until(rt::monotonic_clock::now() + 1ms);
     return out_.wanted();
@@ -112,7 +112,7 @@ exit_code send(argument_list arguments) {
     to.note(
         "the peer's clock is not comparable with ours: measuring the round trip / 2, of value and report");
   values target{std::move(*out), std::move(*back), s, over.same_clock};
-  if (!target.heard(std::max<rt::duration>(s.timeout.value_or(patience_default), 1s))) {
+  if (!target.heard(std::max<rt::duration>(s.timeout.value_or(timeout_default), 1s))) {
     to.error("nobody takes what is published");
     return exit_code::failed;
   }

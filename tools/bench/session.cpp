@@ -39,10 +39,10 @@ std::vector<std::string> child_arguments(const settings& s, const std::vector<st
 }
 
 // Asks the peer who it is. False: it is no peer of ours.
-bool introduce(link& l, rt::duration patience) {
+bool introduce(link& l, rt::duration timeout) {
   auto ask = l.hub->client<json_text, json_text>(info_service, {.depth = 1});
   if (!ask) return false;
-  const auto answer = ask->call("{}", patience);
+  const auto answer = ask->call("{}", timeout);
   if (!answer) return false;
   const std::string boot_id = plain_text_of(value_at(answer->text(), "boot_id").value_or(""));
   l.same_clock = boot_id == this_machine({}).boot_id && !boot_id.empty();
@@ -93,10 +93,10 @@ link connect(const settings& s, const console& to, const std::vector<std::string
   }
   l.hub.emplace(std::move(hub).value());
   remote there{*l.hub, l.url, to};
-  const rt::duration patience = std::max(s.timeout.value_or(patience_default), connect_time_min);
-  l.failed = there.wait(patience);
+  const rt::duration timeout = std::max(s.timeout.value_or(timeout_default), connect_time_min);
+  l.failed = there.wait(timeout);
   if (l.failed) return l;
-  const bool known = introduce(l, patience);
+  const bool known = introduce(l, timeout);
   if (!known && needed) {
     std::string peer = "rowe bench peer";
     for (const std::string& word : extra) peer += " " + word;

@@ -22,7 +22,7 @@
 
 namespace rowe::tools::bench {
 
-inline constexpr rt::duration patience_default = std::chrono::seconds{1};
+inline constexpr rt::duration timeout_default = std::chrono::seconds{1};
 
 // What the measuring thread leaves behind.
 struct measured {
@@ -67,18 +67,18 @@ measured measure_messages(const settings& s, Target& target, recording& into) {
   const rt::duration period = period_of(s.rate_or_default());
   const std::uint64_t warm = count_in(s.warm_up_or_default(), period);
   const std::uint64_t count = count_in(s.run_time_or_default(), period);
-  const rt::duration patience = s.timeout.value_or(patience_default);
+  const rt::duration timeout = s.timeout.value_or(timeout_default);
   marks warm_ended(warm);
   marks ended(count);
   recording aside;
   return on_measuring_thread(s, [&](measured& m, const std::atomic<bool>& stop) {
     rt::kernel_clock clock;
-    (void)pump({clock.now() + period, period, warm}, 0, target, aside, warm_ended, patience, stop, clock);
+    (void)pump({clock.now() + period, period, warm}, 0, target, aside, warm_ended, timeout, stop, clock);
     if constexpr (requires { target.begin(); }) target.begin();
     witness watch;
     const rt::time_point start = clock.now() + period;
     into.begin(start);
-    m.counts = pump({start, period, count}, warm, target, into, ended, patience, stop, clock);
+    m.counts = pump({start, period, count}, warm, target, into, ended, timeout, stop, clock);
     m.usage = watch.seen();
     m.ran = clock.now() - start;
   });

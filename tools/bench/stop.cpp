@@ -136,7 +136,7 @@ exit_code stop(argument_list arguments) {
     to.error("cannot ask: ", sentence_of(ask ? reset.error() : ask.error()));
     return exit_code::failed;
   }
-  stops target{std::move(*ask), std::move(*reset), s.timeout.value_or(patience_default), over.same_clock};
+  stops target{std::move(*ask), std::move(*reset), s.timeout.value_or(timeout_default), over.same_clock};
   if (!target.let_run()) {
     to.error(target.failure());
     return exit_code::failed;

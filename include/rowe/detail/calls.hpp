@@ -394,17 +394,17 @@ inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexc
   return std::nullopt;
 }
 
-// What `try_next` finds, waited for at most `patience` (negative: for ever); timed_out in place of empty. Not
+// What `try_next` finds, waited for at most `timeout` (negative: for ever); timed_out in place of empty. Not
 // real-time: sleeps in the kernel.
 template <class TryNext>
-auto wait_next(const lane_handle& handle, duration patience, TryNext&& try_next) noexcept {
+auto wait_next(const lane_handle& handle, duration timeout, TryNext&& try_next) noexcept {
   auto taken = try_next();
   if (taken || taken.code() != errc::empty) return taken;
-  handle->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience), [&] {
+  handle->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
     taken = try_next();
     return taken || taken.code() != errc::empty;
   });
-  if (!taken && taken.code() == errc::empty) taken = error{errc::timed_out, 0, patience.count()};
+  if (!taken && taken.code() == errc::empty) taken = error{errc::timed_out, 0, timeout.count()};
   return taken;
 }
 
@@ -413,25 +413,25 @@ inline bool has_room(lane& on, peer_ref to) noexcept {
   return takes(on, to) && !(to.generation == 0 && crowded(on)) && on.user.out.home->home_at_least() != 0;
 }
 
-// Waits until it is so, or `to` is gone, or the endpoint closed; at most `patience` (negative: for ever).
+// Waits until it is so, or `to` is gone, or the endpoint closed; at most `timeout` (negative: for ever).
 // Errors: closed, peer_lost, timed_out. The service thread, once it has seen that it is asked, tells of every
 // change; the first time in any case, so that nothing is missed that came before. Not real-time: sleeps in
 // the kernel.
-inline status wait_room(const lane_handle& handle, peer_ref to, duration patience) noexcept {
+inline status wait_room(const lane_handle& handle, peer_ref to, duration timeout) noexcept {
   lane& on = *handle;
   if (++on.user.room_waits == 0) ++on.user.room_waits;
   // release: pairs with the acquires in take_entries() and tell_of_room()
   on.room_asked.store(on.user.room_waits, std::memory_order_release);
   handle.wake_service();
   bool room = false;
-  on.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), patience), [&] {
+  on.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
     room = has_room(on, to);
     return room || gone(on, to) || closed(on);
   });
   on.room_asked.store(0, std::memory_order_release); // release: as above
   if (closed(on)) return errc::closed;
   if (gone(on, to)) return errc::peer_lost;
-  return room ? status{} : status{error{errc::timed_out, 0, patience.count()}};
+  return room ? status{} : status{error{errc::timed_out, 0, timeout.count()}};
 }
 
 // What a call was refused with, kept by the handle that asked.

@@ -54,9 +54,9 @@ option profile_option(std::size_t& into) noexcept {
 
 peer_profile profile_of(std::size_t index) noexcept { return static_cast<peer_profile>(index); }
 
-std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
+std::optional<exit_code> remote::wait(std::optional<rt::duration> timeout) {
   const auto begin = rt::monotonic_clock::now();
-  const auto end = rt::deadline_after(begin, patience.value_or(rt::for_ever));
+  const auto end = rt::deadline_after(begin, timeout.value_or(rt::for_ever));
   bool told = false;
   for (;;) {
     const auto now = rt::monotonic_clock::now();
@@ -71,7 +71,7 @@ std::optional<exit_code> remote::wait(std::optional<rt::duration> patience) {
       told = true;
     }
   }
-  to_.error("could not connect to ", url_, " within ", seconds_text(*patience), ": ",
+  to_.error("could not connect to ", url_, " within ", seconds_text(*timeout), ": ",
             failure_.empty() ? "no answer" : failure_);
   return exit_code::no_connection;
 }

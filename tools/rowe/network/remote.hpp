@@ -41,9 +41,9 @@ class remote {
  public:
   remote(endpoint& via, std::string url, const console& to) : via_{via}, url_{std::move(url)}, to_{to} {}
 
-  // Waits until we are connected, at most `patience` (nothing: until Ctrl-C), and says so when it takes a
+  // Waits until we are connected, at most `timeout` (nothing: until Ctrl-C), and says so when it takes a
   // while. Nothing: connected. Otherwise the verb ends with this, and the reason was printed.
-  std::optional<exit_code> wait(std::optional<rt::duration> patience);
+  std::optional<exit_code> wait(std::optional<rt::duration> timeout);
 
   // Prints what has happened since the last call. The same failure again and again is printed once.
   void report();

@@ -16,9 +16,9 @@ namespace rowe::tools {
 namespace {
 
 // Whether stdin has something to read, or has ended.
-bool wait_for_input(rt::duration patience) noexcept {
+bool wait_for_input(rt::duration timeout) noexcept {
   pollfd input{.fd = STDIN_FILENO, .events = POLLIN, .revents = 0};
-  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(std::min(patience, interrupt::slice));
+  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(std::min(timeout, interrupt::slice));
   return ::poll(&input, 1, static_cast<int>(std::max<std::int64_t>(ms.count(), 0))) > 0;
 }
 

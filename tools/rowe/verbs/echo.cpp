@@ -126,13 +126,13 @@ class subscriptions {
     return all;
   }
 
-  result<incoming> take(rt::duration patience) {
+  result<incoming> take(rt::duration timeout) {
     if (all_.size() == 1) {
-      auto taken = all_.front().from.take(patience);
+      auto taken = all_.front().from.take(timeout);
       if (!taken) return taken.error();
       return incoming{all_.front().topic, std::move(*taken)};
     }
-    const auto end = rt::deadline_after(rt::monotonic_clock::now(), patience);
+    const auto end = rt::deadline_after(rt::monotonic_clock::now(), timeout);
     for (;;) {
       if (auto taken = try_take(); taken || taken.code() != errc::empty) return taken;
       const auto now = rt::monotonic_clock::now();
@@ -183,8 +183,8 @@ class letters {
     return letters{std::move(*opened)};
   }
 
-  result<incoming> take(rt::duration patience) {
-    auto taken = from_.receive(patience);
+  result<incoming> take(rt::duration timeout) {
+    auto taken = from_.receive(timeout);
     if (!taken) return taken.error();
     if (taken->wants_reply()) {
       // If it cannot be sent the peer has to wait for its own time-out.

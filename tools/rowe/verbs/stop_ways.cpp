@@ -85,9 +85,9 @@ bool stop_ways::open_kept() {
   return false;
 }
 
-std::optional<exit_code> stop_ways::connect(rt::duration patience) {
+std::optional<exit_code> stop_ways::connect(rt::duration timeout) {
   const auto begin = rt::monotonic_clock::now();
-  const auto end = rt::deadline_after(begin, patience);
+  const auto end = rt::deadline_after(begin, timeout);
   bool tried = kept_ != nullptr;
   bool told = false;
   for (;;) {
@@ -121,7 +121,7 @@ std::optional<exit_code> stop_ways::connect(rt::duration patience) {
     }
   }
   const std::string& why = ordinary_->connection.failure();
-  to_.error("could not connect to ", url_, " within ", seconds_text(patience), ": ",
+  to_.error("could not connect to ", url_, " within ", seconds_text(timeout), ": ",
             why.empty() ? "no answer" : why);
   if (kept_ != nullptr && !kept_->connection.failure().empty() && kept_->connection.failure() != why)
     to_.error("nor to ", kept_->connection.url(), ": ", kept_->connection.failure());

@@ -49,7 +49,7 @@ class stop_ways {
   std::optional<exit_code> open();
 
   // Waits until there is a connection, at most so long. As remote::wait().
-  std::optional<exit_code> connect(rt::duration patience);
+  std::optional<exit_code> connect(rt::duration timeout);
 
   // Lets the other one go. Not before the stop: it takes as long as the other side likes, up to 1.5 s.
   void drop_other() noexcept {
