@@ -9,11 +9,11 @@
 #include <rowe/rowe.h>
 
 static void answer(const struct rowe_endpoint* endpoint, const struct rowe_object* call) {
-  const char* service = rowe_get_string(call, "service");
+  const char* service = rowe_object_get_string(call, "service");
   int a, b;
   if (service == NULL || strcmp(service, "add-two-numbers") != 0) {
     rowe_refuse(endpoint, call, "this robot only adds two numbers");
-  } else if (rowe_get_int(call, "a", &a) != rowe_ok || rowe_get_int(call, "b", &b) != rowe_ok) {
+  } else if (rowe_object_get_int(call, "a", &a) != rowe_ok || rowe_object_get_int(call, "b", &b) != rowe_ok) {
     rowe_refuse(endpoint, call, "a and b must be integers");
   } else {
     struct rowe_object* sum = rowe_message("result", rowe_type_int64, (int64_t)a + b, NULL);
@@ -27,7 +27,7 @@ static void ask(const struct rowe_endpoint* endpoint) {
                                               "a", rowe_type_int, 38, "b", rowe_type_int, 4, NULL);
   struct rowe_object* reply = rowe_invoke(endpoint, question, 1000);
   int sum = 0;
-  if (reply == NULL || rowe_get_int(reply, "result", &sum) != rowe_ok) puts(rowe_last_error_text());
+  if (reply == NULL || rowe_object_get_int(reply, "result", &sum) != rowe_ok) puts(rowe_last_error_text());
   if (sum != 0) printf("38 + 4 = %d\n", sum);
   rowe_object_free(reply);
   rowe_object_free(question);
@@ -50,9 +50,9 @@ int main(int count, char** arguments) {
       struct rowe_object* message = rowe_receive(endpoint, (long)(left_ns / 1000000) + 1);
       double x;
       if (message == NULL) continue;
-      if (rowe_get(message, "message_id") != NULL)
+      if (rowe_object_get(message, "message_id") != NULL)
         answer(endpoint, message);
-      else if (rowe_get_double(message, "x", &x) == rowe_ok)
+      else if (rowe_object_get_double(message, "x", &x) == rowe_ok)
         printf("the other one is at %.1f\n", x);
       rowe_object_free(message);
     }

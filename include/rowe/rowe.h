@@ -182,13 +182,11 @@ int rowe_async_send(const struct rowe_endpoint* endpoint, const struct rowe_obje
 struct rowe_object* rowe_receive(const struct rowe_endpoint* endpoint, long timeout_ms);
 
 // One of the peers, as long as it stays connected: one that comes back is another. {0, 0} is none.
+// rowe_object_sender() says who sent what was received.
 struct rowe_peer {
   uint32_t index;
   uint32_t generation;
 };
-
-// Who sent what rowe_receive() returned; none for objects from elsewhere.
-struct rowe_peer rowe_sender(const struct rowe_object* received);
 
 // As rowe_send() and rowe_async_send(), to one peer. Also: peer_lost.
 int rowe_send_to(const struct rowe_endpoint* endpoint, struct rowe_peer peer,
@@ -258,7 +256,8 @@ int rowe_try_event(const struct rowe_endpoint* endpoint, struct rowe_event* into
 // rowe_object_free().
 struct rowe_object* rowe_stats(const struct rowe_endpoint* endpoint);
 
-// ---- Objects: JSON values
+// ---- Objects: JSON values. None of these functions waits. They do not concern endpoints, and so work before
+// ---- one is opened and after it is closed.
 
 enum rowe_type {
   rowe_type_null,
@@ -272,7 +271,7 @@ enum rowe_type {
 };
 
 // An object of the members that are given, in this order: for each its name, its type, and a value of the C
-// type beside the type above (none for rowe_type_null); at the end NULL.
+// type beside the type above (none for rowe_type_null); at the end NULL. The name is the paper's.
 //
 //   rowe_message("service", rowe_type_string, "add-two-numbers", "a", rowe_type_int, 38, NULL)
 //
@@ -281,52 +280,58 @@ enum rowe_type {
 // duplicate_member, malformed (text that is no UTF-8), out_of_range (a double that is not finite), no_memory.
 struct rowe_object* rowe_message(const char* key, ...);
 
-// An empty array, to be filled with rowe_append().
-struct rowe_object* rowe_array(void);
-// Appends a value, given as in rowe_message(), to an array. Errors: as there.
-int rowe_append(struct rowe_object* array, int type, ...);
+// An empty array, to be filled with rowe_object_append(). Errors: no_memory.
+struct rowe_object* rowe_object_new_array(void);
+// Appends a value, given as in rowe_message(), to an array. Errors: as there; wrong_type also for what is no
+// array.
+int rowe_object_append(struct rowe_object* array, int type, ...);
 // Adds a member, given as in rowe_message(), to an object, or gives the one of that name another value.
-int rowe_set(struct rowe_object* object, const char* key, int type, ...);
+// Errors: as there, but for duplicate_member; wrong_type also for what is no object.
+int rowe_object_set(struct rowe_object* object, const char* key, int type, ...);
 
 // A value from its JSON text. Of members with one name, the first is found. Errors: malformed, too_deep (more
 // than 64 levels), no_memory.
-struct rowe_object* rowe_from_text(const char* text);
+struct rowe_object* rowe_object_from_text(const char* text);
 // The value's JSON text, without white space; free it with free(). Numbers that were read are written as they
-// were, doubles with the fewest digits that read back to the same value.
-char* rowe_to_text(const struct rowe_object* value);
+// were, doubles with the fewest digits that read back to the same value. Errors: no_memory.
+char* rowe_object_to_text(const struct rowe_object* value);
 
 // Frees an object that is the caller's. NULL is fine.
 void rowe_object_free(struct rowe_object* object);
 
+// Who sent what rowe_receive() returned; none for objects from elsewhere, and for NULL.
+struct rowe_peer rowe_object_sender(const struct rowe_object* received);
+
 // What a value is: one of enum rowe_type, or -1 for NULL. A number is rowe_type_int where an int holds it,
 // else rowe_type_int64 where that does, else rowe_type_double.
-int rowe_type_of(const struct rowe_object* value);
+int rowe_object_type_of(const struct rowe_object* value);
 
 // The member of an object; the element of an array, or the member by its place, and its name; how many there
-// are (0 for other values). What is returned is a part of `object`: valid until that is changed or freed.
-// Errors: missing_member, wrong_type.
-const struct rowe_object* rowe_get(const struct rowe_object* object, const char* key);
-const struct rowe_object* rowe_at(const struct rowe_object* object, size_t index);
-const char* rowe_key_at(const struct rowe_object* object, size_t index);
-size_t rowe_count(const struct rowe_object* object);
+// are (0 for other values, and for NULL). What is returned is a part of `object`: valid until that is changed
+// or freed. Errors: missing_member, wrong_type.
+const struct rowe_object* rowe_object_get(const struct rowe_object* object, const char* key);
+const struct rowe_object* rowe_object_at(const struct rowe_object* object, size_t index);
+const char* rowe_object_key_at(const struct rowe_object* object, size_t index);
+size_t rowe_object_count(const struct rowe_object* object);
 
 // A value as what it is. Errors: wrong_type; out_of_range (an integer too large); `into` is then left alone.
-// An integer is never made of a number with a fraction or an exponent; rowe_as_double() takes every number.
-// The string is a part of the value; rowe_string_bytes() is its length, which matters where it holds '\0'
-// itself. A NULL value, as rowe_get() returns it, is missing_member.
-const char* rowe_as_string(const struct rowe_object* value);
-size_t rowe_string_bytes(const struct rowe_object* value);
-int rowe_as_int(const struct rowe_object* value, int* into);
-int rowe_as_int64(const struct rowe_object* value, int64_t* into);
-int rowe_as_double(const struct rowe_object* value, double* into);
-int rowe_as_boolean(const struct rowe_object* value, bool* into);
+// An integer is never made of a number with a fraction or an exponent; rowe_object_as_double() takes every
+// number. The string is a part of the value; rowe_object_string_bytes() is its length, which matters where it
+// holds '\0' itself, and 0 for what is no string. A NULL value, as rowe_object_get() returns it, is
+// missing_member.
+const char* rowe_object_as_string(const struct rowe_object* value);
+size_t rowe_object_string_bytes(const struct rowe_object* value);
+int rowe_object_as_int(const struct rowe_object* value, int* into);
+int rowe_object_as_int64(const struct rowe_object* value, int64_t* into);
+int rowe_object_as_double(const struct rowe_object* value, double* into);
+int rowe_object_as_boolean(const struct rowe_object* value, bool* into);
 
-// The same of an object's member.
-const char* rowe_get_string(const struct rowe_object* object, const char* key);
-int rowe_get_int(const struct rowe_object* object, const char* key, int* into);
-int rowe_get_int64(const struct rowe_object* object, const char* key, int64_t* into);
-int rowe_get_double(const struct rowe_object* object, const char* key, double* into);
-int rowe_get_boolean(const struct rowe_object* object, const char* key, bool* into);
+// The same of an object's member. Errors: those of rowe_object_get(), too.
+const char* rowe_object_get_string(const struct rowe_object* object, const char* key);
+int rowe_object_get_int(const struct rowe_object* object, const char* key, int* into);
+int rowe_object_get_int64(const struct rowe_object* object, const char* key, int64_t* into);
+int rowe_object_get_double(const struct rowe_object* object, const char* key, double* into);
+int rowe_object_get_boolean(const struct rowe_object* object, const char* key, bool* into);
 
 #ifdef __cplusplus
 }

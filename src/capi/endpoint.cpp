@@ -250,7 +250,7 @@ int rowe_wait_room(const struct rowe_endpoint* endpoint, struct rowe_peer peer, 
   return done(endpoint->inside->wait_room(duration_of(timeout_ms), connection_of(peer)));
 }
 
-struct rowe_peer rowe_sender(const struct rowe_object* received) {
+struct rowe_peer rowe_object_sender(const struct rowe_object* received) {
   if (received == nullptr || !received->from) return {0, 0};
   return {received->from->from.index, received->from->from.generation};
 }

@@ -114,11 +114,11 @@ struct rowe_object* rowe_message(const char* key, ...) {
   return made;
 }
 
-struct rowe_object* rowe_array(void) {
+struct rowe_object* rowe_object_new_array(void) {
   return pointer_with_memory([] { return std::make_unique<rowe_object>(rowe::json::kind::array).release(); });
 }
 
-int rowe_append(struct rowe_object* array, int type, ...) {
+int rowe_object_append(struct rowe_object* array, int type, ...) {
   arguments from;
   va_start(from.list, type);
   const int code = code_with_memory([&] { return append(array, type, from); });
@@ -126,7 +126,7 @@ int rowe_append(struct rowe_object* array, int type, ...) {
   return code;
 }
 
-int rowe_set(struct rowe_object* object, const char* key, int type, ...) {
+int rowe_object_set(struct rowe_object* object, const char* key, int type, ...) {
   arguments from;
   va_start(from.list, type);
   const int code = code_with_memory([&] { return set(object, key, type, from); });

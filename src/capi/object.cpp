@@ -104,8 +104,8 @@ std::string_view name_of(kind of) noexcept {
   return "";
 }
 
-// What was asked is a value of another type, or none: then rowe_get() or rowe_at() found nothing. `key`: the
-// member it is; null where that is not known.
+// What was asked is a value of another type, or none: then rowe_object_get() or rowe_object_at() found
+// nothing. `key`: the member it is; null where that is not known.
 int wrong(const rowe_object* value, const char* key, std::string_view wanted) noexcept {
   if (value == nullptr) return fail(errc::missing_member, "there is no value (NULL)");
   words why;
@@ -161,7 +161,7 @@ int as_boolean(const rowe_object* value, bool* into, const char* key = nullptr) 
 
 void rowe_object_free(struct rowe_object* object) { delete object; }
 
-int rowe_type_of(const struct rowe_object* value) {
+int rowe_object_type_of(const struct rowe_object* value) {
   if (value == nullptr) return -1;
   switch (value->type) {
   case kind::null: return rowe_type_null;
@@ -176,7 +176,7 @@ int rowe_type_of(const struct rowe_object* value) {
   return std::in_range<int>(*whole) ? rowe_type_int : rowe_type_int64;
 }
 
-const struct rowe_object* rowe_get(const struct rowe_object* object, const char* key) {
+const struct rowe_object* rowe_object_get(const struct rowe_object* object, const char* key) {
   if (object == nullptr || key == nullptr) return no(errc::misuse);
   if (object->type != kind::object) return no_container(*object, "an object");
   const std::size_t at = object->find(key);
@@ -187,7 +187,7 @@ const struct rowe_object* rowe_get(const struct rowe_object* object, const char*
   return &object->values[at];
 }
 
-const struct rowe_object* rowe_at(const struct rowe_object* object, size_t index) {
+const struct rowe_object* rowe_object_at(const struct rowe_object* object, size_t index) {
   if (object == nullptr) return no(errc::misuse);
   if (object->type != kind::object && object->type != kind::array)
     return no_container(*object, "an object or array");
@@ -201,43 +201,45 @@ const struct rowe_object* rowe_at(const struct rowe_object* object, size_t index
   return &object->values[index];
 }
 
-const char* rowe_key_at(const struct rowe_object* object, size_t index) {
+const char* rowe_object_key_at(const struct rowe_object* object, size_t index) {
   if (object == nullptr) return no(errc::misuse);
   if (object->type != kind::object) return no_container(*object, "an object");
-  if (rowe_at(object, index) == nullptr) return nullptr;
+  if (rowe_object_at(object, index) == nullptr) return nullptr;
   return object->names[index].c_str();
 }
 
-size_t rowe_count(const struct rowe_object* object) { return object == nullptr ? 0 : object->values.size(); }
+size_t rowe_object_count(const struct rowe_object* object) {
+  return object == nullptr ? 0 : object->values.size();
+}
 
-const char* rowe_as_string(const struct rowe_object* value) { return as_string(value); }
+const char* rowe_object_as_string(const struct rowe_object* value) { return as_string(value); }
 
-size_t rowe_string_bytes(const struct rowe_object* value) {
+size_t rowe_object_string_bytes(const struct rowe_object* value) {
   return value != nullptr && value->type == kind::string ? value->text.size() : 0;
 }
 
-int rowe_as_int(const struct rowe_object* value, int* into) { return as_integer(value, into); }
-int rowe_as_int64(const struct rowe_object* value, int64_t* into) { return as_integer(value, into); }
-int rowe_as_double(const struct rowe_object* value, double* into) { return as_double(value, into); }
-int rowe_as_boolean(const struct rowe_object* value, bool* into) { return as_boolean(value, into); }
+int rowe_object_as_int(const struct rowe_object* value, int* into) { return as_integer(value, into); }
+int rowe_object_as_int64(const struct rowe_object* value, int64_t* into) { return as_integer(value, into); }
+int rowe_object_as_double(const struct rowe_object* value, double* into) { return as_double(value, into); }
+int rowe_object_as_boolean(const struct rowe_object* value, bool* into) { return as_boolean(value, into); }
 
-const char* rowe_get_string(const struct rowe_object* object, const char* key) {
-  const rowe_object* const value = rowe_get(object, key);
+const char* rowe_object_get_string(const struct rowe_object* object, const char* key) {
+  const rowe_object* const value = rowe_object_get(object, key);
   return value == nullptr ? nullptr : as_string(value, key);
 }
-int rowe_get_int(const struct rowe_object* object, const char* key, int* into) {
-  const rowe_object* const value = rowe_get(object, key);
+int rowe_object_get_int(const struct rowe_object* object, const char* key, int* into) {
+  const rowe_object* const value = rowe_object_get(object, key);
   return value == nullptr ? rowe_last_error() : as_integer(value, into, key);
 }
-int rowe_get_int64(const struct rowe_object* object, const char* key, int64_t* into) {
-  const rowe_object* const value = rowe_get(object, key);
+int rowe_object_get_int64(const struct rowe_object* object, const char* key, int64_t* into) {
+  const rowe_object* const value = rowe_object_get(object, key);
   return value == nullptr ? rowe_last_error() : as_integer(value, into, key);
 }
-int rowe_get_double(const struct rowe_object* object, const char* key, double* into) {
-  const rowe_object* const value = rowe_get(object, key);
+int rowe_object_get_double(const struct rowe_object* object, const char* key, double* into) {
+  const rowe_object* const value = rowe_object_get(object, key);
   return value == nullptr ? rowe_last_error() : as_double(value, into, key);
 }
-int rowe_get_boolean(const struct rowe_object* object, const char* key, bool* into) {
-  const rowe_object* const value = rowe_get(object, key);
+int rowe_object_get_boolean(const struct rowe_object* object, const char* key, bool* into) {
+  const rowe_object* const value = rowe_object_get(object, key);
   return value == nullptr ? rowe_last_error() : as_boolean(value, into, key);
 }

@@ -93,7 +93,7 @@ std::string text_of(const rowe_object& value) {
 using namespace rowe::capi;
 using rowe::errc;
 
-struct rowe_object* rowe_from_text(const char* text) {
+struct rowe_object* rowe_object_from_text(const char* text) {
   if (text == nullptr) return no(errc::misuse);
   return pointer_with_memory([&]() -> rowe_object* {
     const std::string_view whole{text};
@@ -108,7 +108,7 @@ struct rowe_object* rowe_from_text(const char* text) {
   });
 }
 
-char* rowe_to_text(const struct rowe_object* value) {
+char* rowe_object_to_text(const struct rowe_object* value) {
   if (value == nullptr) return no(errc::misuse);
   return pointer_with_memory([&]() -> char* {
     const std::string text = text_of(*value);

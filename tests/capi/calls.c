@@ -11,7 +11,7 @@ static void* answer(void* of) {
   struct rowe_object* request;
   bool waiting = true; // replies wait and do not, in turn
   while ((request = rowe_receive(by, -1)) != NULL) {
-    const char* const service = rowe_get_string(request, "service");
+    const char* const service = rowe_object_get_string(request, "service");
     int a = 0, b = 0;
     if (service == NULL) {
       rowe_object_free(request);
@@ -20,11 +20,10 @@ static void* answer(void* of) {
     if (strcmp(service, "add-two-numbers") != 0) {
       CHECK_EQUAL(rowe_refuse(by, request, "I only add"), rowe_ok);
     } else {
-      CHECK_EQUAL(rowe_get_int(request, "a", &a), rowe_ok);
-      CHECK_EQUAL(rowe_get_int(request, "b", &b), rowe_ok);
+      CHECK_EQUAL(rowe_object_get_int(request, "a", &a), rowe_ok);
+      CHECK_EQUAL(rowe_object_get_int(request, "b", &b), rowe_ok);
       struct rowe_object* const reply = rowe_message("result", rowe_type_int, a + b, NULL);
-      CHECK_EQUAL(waiting ? rowe_reply(by, request, reply, timeout_ms)
-                          : rowe_async_reply(by, request, reply),
+      CHECK_EQUAL(waiting ? rowe_reply(by, request, reply, timeout_ms) : rowe_async_reply(by, request, reply),
                   rowe_ok);
       waiting = !waiting;
       rowe_object_free(reply);
@@ -39,7 +38,7 @@ static void expect_sum(const struct rowe_endpoint* by, int a, int b) {
                                                     rowe_type_int, a, "b", rowe_type_int, b, NULL);
   struct rowe_object* const reply = rowe_invoke(by, question, timeout_ms);
   int result = 0;
-  CHECK_EQUAL(rowe_get_int(reply, "result", &result), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int(reply, "result", &result), rowe_ok);
   CHECK_EQUAL(result, a + b);
   rowe_object_free(reply);
   rowe_object_free(question);
@@ -107,9 +106,9 @@ static void an_invocation_shows_its_id_and_is_answered_once(void) {
   pthread_t asking;
   CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
   struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
-  CHECK(rowe_get_string(invocation, "message_id") != NULL);
-  CHECK_TEXT(rowe_get_string(invocation, "service"), "x");
-  CHECK(rowe_sender(invocation).generation != 0);
+  CHECK(rowe_object_get_string(invocation, "message_id") != NULL);
+  CHECK_TEXT(rowe_object_get_string(invocation, "service"), "x");
+  CHECK(rowe_object_sender(invocation).generation != 0);
 
   struct rowe_object* const reply = rowe_message("done", rowe_type_boolean, true, NULL);
   struct rowe_object* const big = long_object();
@@ -122,7 +121,7 @@ static void an_invocation_shows_its_id_and_is_answered_once(void) {
   CHECK_CODE(rowe_reply(p.server, reply, reply, timeout_ms), rowe_error_misuse); // it was never received
   CHECK(pthread_join(asking, NULL) == 0);
   bool done = false;
-  CHECK_EQUAL(rowe_get_boolean(q.reply, "done", &done), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_boolean(q.reply, "done", &done), rowe_ok);
   CHECK(done);
   rowe_object_free(q.reply);
   rowe_object_free(invocation);
@@ -140,7 +139,7 @@ static void what_can_be_no_reply_refuses_the_call(void) {
     pthread_t asking;
     CHECK(pthread_create(&asking, NULL, ask, &q) == 0);
     struct rowe_object* const invocation = rowe_receive(p.server, timeout_ms);
-    struct rowe_object* const reply = rowe_from_text(replies[i]);
+    struct rowe_object* const reply = rowe_object_from_text(replies[i]);
     CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), codes[i]);
     CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_error_misuse);
     CHECK(pthread_join(asking, NULL) == 0);
@@ -173,7 +172,7 @@ static void who_waits_no_longer_hears_of_the_time(void) {
   CHECK_EQUAL(send_text(p.server, "{\"after\":1}", timeout_ms), rowe_ok);
   struct rowe_object* const next = rowe_receive(p.client, timeout_ms);
   int after = 0;
-  CHECK_EQUAL(rowe_get_int(next, "after", &after), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int(next, "after", &after), rowe_ok);
   rowe_object_free(next);
   rowe_object_free(late);
   rowe_object_free(invocation);
@@ -196,7 +195,7 @@ static void who_asked_and_left_is_lost(void) {
     while (rowe_try_event(p.server, &event) != rowe_ok) {
     }
   } while (event.kind != rowe_event_peer_left);
-  struct rowe_object* const reply = rowe_from_text("{}");
+  struct rowe_object* const reply = rowe_object_from_text("{}");
   CHECK_CODE(rowe_reply(p.server, invocation, reply, timeout_ms), rowe_error_peer_lost);
   rowe_object_free(reply);
   rowe_object_free(invocation);
@@ -215,7 +214,7 @@ static void a_lost_peer_is_told_from_a_timeout(void) {
   CHECK(pthread_join(asking, NULL) == 0);
   CHECK(q.reply == NULL);
   CHECK_EQUAL(q.error, rowe_error_peer_lost);
-  struct rowe_object* const reply = rowe_from_text("{}");
+  struct rowe_object* const reply = rowe_object_from_text("{}");
   CHECK_CODE(rowe_reply(p.server, invocation, reply, 0), rowe_error_closed);
   rowe_object_free(reply);
   close_pair(p);

@@ -137,7 +137,7 @@ static void errors_of_messages_and_calls(void) {
   MEET(send_text(p.client, "[]", 0), rowe_error_not_an_object);
   MEET(send_text(p.client, "{\"op\":1}", 0), rowe_error_reserved_member);
   struct rowe_object* const reserved = rowe_message("op", rowe_type_int, 1, NULL);
-  struct rowe_object* const none = rowe_array();
+  struct rowe_object* const none = rowe_object_new_array();
   CHECK_CODE(rowe_async_send(p.client, reserved, -1), rowe_error_reserved_member);
   CHECK_CODE(rowe_async_send(p.client, none, -1), rowe_error_not_an_object);
   rowe_object_free(reserved);
@@ -157,7 +157,7 @@ static void errors_of_messages_and_calls(void) {
   rowe_lane_free(lane);
 
   const struct rowe_peer stranger = {0, 12345};
-  struct rowe_object* const object = rowe_from_text("{}");
+  struct rowe_object* const object = rowe_object_from_text("{}");
   MEET(rowe_send_to(p.server, stranger, object, -1), rowe_error_peer_lost);
   CHECK_EQUAL(rowe_close(p.client, 0), rowe_ok);
   MEET(rowe_send(p.client, object, -1), rowe_error_closed);
@@ -177,21 +177,21 @@ static void errors_of_messages_and_calls(void) {
 
 static void errors_of_values(void) {
   int i;
-  MEET_NULL(rowe_from_text("{"), rowe_error_malformed);
+  MEET_NULL(rowe_object_from_text("{"), rowe_error_malformed);
   char deep[131];
   memset(deep, '[', 65);
   memset(deep + 65, ']', 65);
   deep[130] = '\0';
-  MEET_NULL(rowe_from_text(deep), rowe_error_too_deep);
+  MEET_NULL(rowe_object_from_text(deep), rowe_error_too_deep);
   CHECK(strstr(rowe_last_error_text(), "64 levels") != NULL);
-  struct rowe_object* const object = rowe_from_text("{\"s\":\"x\",\"n\":1e400000}");
+  struct rowe_object* const object = rowe_object_from_text("{\"s\":\"x\",\"n\":1e400000}");
   MEET_NULL(object, rowe_error_malformed); // a number that no double can hold
-  struct rowe_object* const large = rowe_from_text("{\"s\":\"x\",\"n\":2147483648}");
-  MEET_NULL(rowe_get(large, "none"), rowe_error_missing_member);
+  struct rowe_object* const large = rowe_object_from_text("{\"s\":\"x\",\"n\":2147483648}");
+  MEET_NULL(rowe_object_get(large, "none"), rowe_error_missing_member);
   MEET_NULL(rowe_message("a", rowe_type_null, "a", rowe_type_null, NULL), rowe_error_duplicate_member);
-  MEET(rowe_get_int(large, "s", &i), rowe_error_wrong_type);
-  MEET(rowe_get_int(large, "n", &i), rowe_error_out_of_range);
-  MEET_NULL(rowe_from_text(NULL), rowe_error_misuse);
+  MEET(rowe_object_get_int(large, "s", &i), rowe_error_wrong_type);
+  MEET(rowe_object_get_int(large, "n", &i), rowe_error_out_of_range);
+  MEET_NULL(rowe_object_from_text(NULL), rowe_error_misuse);
   rowe_object_free(large);
 }
 
@@ -228,17 +228,17 @@ static void each_error_has_its_sentence(void) {
 static void* first_error(void* nothing) {
   CHECK_EQUAL(rowe_last_error(), rowe_ok);
   CHECK_TEXT(rowe_last_error_text(), "");
-  CHECK_NULL(rowe_from_text("{"), rowe_error_malformed);
+  CHECK_NULL(rowe_object_from_text("{"), rowe_error_malformed);
   return nothing;
 }
 
 static void each_thread_has_its_own_last_error(void) {
-  CHECK_NULL(rowe_get(NULL, "a"), rowe_error_misuse);
+  CHECK_NULL(rowe_object_get(NULL, "a"), rowe_error_misuse);
   pthread_t other;
   CHECK(pthread_create(&other, NULL, first_error, NULL) == 0);
   CHECK(pthread_join(other, NULL) == 0);
   CHECK_EQUAL(rowe_last_error(), rowe_error_misuse);
-  struct rowe_object* const fine = rowe_from_text("{}"); // success leaves it alone
+  struct rowe_object* const fine = rowe_object_from_text("{}"); // success leaves it alone
   CHECK_EQUAL(rowe_last_error(), rowe_error_misuse);
   rowe_object_free(fine);
 }

@@ -21,11 +21,11 @@ static int be_a_peer(int port) {
   fflush(stdout);
   struct rowe_object* request;
   while ((request = rowe_receive(endpoint, timeout_ms)) != NULL) {
-    const char* const say = rowe_get_string(request, "say");
+    const char* const say = rowe_object_get_string(request, "say");
     if (say != NULL && strcmp(say, "nothing") == 0) {
       CHECK_EQUAL(send_text(endpoint, "{\"heard\":true}", timeout_ms), rowe_ok);
     } else {
-      CHECK_EQUAL(rowe_reply(endpoint, request, rowe_get(request, "with"), timeout_ms), rowe_ok);
+      CHECK_EQUAL(rowe_reply(endpoint, request, rowe_object_get(request, "with"), timeout_ms), rowe_ok);
     }
     rowe_object_free(request);
   }
@@ -75,7 +75,7 @@ static void expect_answer(const struct rowe_endpoint* by, int number) {
       rowe_message("service", rowe_type_string, "echo", "with", rowe_type_object, with, NULL);
   struct rowe_object* const reply = rowe_invoke(by, ask, timeout_ms);
   int n = 0;
-  CHECK_EQUAL(rowe_get_int(reply, "n", &n), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int(reply, "n", &n), rowe_ok);
   CHECK_EQUAL(n, number);
   rowe_object_free(reply);
   rowe_object_free(ask);
@@ -95,11 +95,11 @@ int main(int count, char** arguments) {
   for (int round = 2; round < 5; ++round) {
     time_out(client, "{\"service\":\"echo\",\"say\":\"nothing\"}", 50);
     struct rowe_object* const heard = rowe_receive(client, timeout_ms); // so it has the call, unanswered
-    const struct rowe_peer before = rowe_sender(heard);
+    const struct rowe_peer before = rowe_object_sender(heard);
     CHECK(before.generation != 0);
 
     kill_peer(peer);
-    struct rowe_object* const letter = rowe_from_text("{\"to\":\"the dead\"}");
+    struct rowe_object* const letter = rowe_object_from_text("{\"to\":\"the dead\"}");
     struct rowe_event event = {.kind = rowe_event_warning};
     while (event.kind != rowe_event_peer_left) {
       if (rowe_try_event(client, &event) != rowe_ok) CHECK_EQUAL(rowe_last_error(), rowe_error_empty);

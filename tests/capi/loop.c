@@ -69,7 +69,7 @@ static void lanes_talk_to_each_other_and_to_threads(void) {
     object = rowe_receive(p.server, 100);
   }
   int x = 0;
-  CHECK_EQUAL(rowe_get_int(object, "x", &x), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int(object, "x", &x), rowe_ok);
   CHECK_EQUAL(x, 3);
   rowe_object_free(object);
   rowe_lane_free(theirs);

@@ -7,7 +7,7 @@
 
 static void expect_text(const struct rowe_endpoint* on, const char* text) {
   struct rowe_object* const arrived = rowe_receive(on, timeout_ms);
-  char* const arrived_text = rowe_to_text(arrived);
+  char* const arrived_text = rowe_object_to_text(arrived);
   CHECK_TEXT(arrived_text, text);
   free(arrived_text);
   rowe_object_free(arrived);
@@ -57,11 +57,11 @@ static void a_message_can_go_to_the_one_who_wrote(void) {
   CHECK_EQUAL(rowe_wait_peer(other, timeout_ms), rowe_ok);
   CHECK_EQUAL(send_text(other, "{\"who\":\"other\"}", timeout_ms), rowe_ok);
   struct rowe_object* const letter = rowe_receive(p.server, timeout_ms);
-  CHECK_TEXT(rowe_get_string(letter, "who"), "other");
-  const struct rowe_peer peer = rowe_sender(letter);
+  CHECK_TEXT(rowe_object_get_string(letter, "who"), "other");
+  const struct rowe_peer peer = rowe_object_sender(letter);
   CHECK(peer.generation != 0);
   struct rowe_object* const mine = rowe_message("n", rowe_type_int, 1, NULL);
-  CHECK_EQUAL(rowe_sender(mine).generation, 0);
+  CHECK_EQUAL(rowe_object_sender(mine).generation, 0);
   CHECK_EQUAL(rowe_send_to(p.server, peer, mine, timeout_ms), rowe_ok);
   CHECK_EQUAL(rowe_async_send_to(p.server, peer, mine, timeout_ms), rowe_ok);
   expect_text(other, "{\"n\":1}");
@@ -141,8 +141,8 @@ static void* receive_numbers(void* of) {
       return NULL;
     }
     int sender = 0, number = 0;
-    CHECK_EQUAL(rowe_get_int(numbered, "sender", &sender), rowe_ok);
-    CHECK_EQUAL(rowe_get_int(numbered, "number", &number), rowe_ok);
+    CHECK_EQUAL(rowe_object_get_int(numbered, "sender", &sender), rowe_ok);
+    CHECK_EQUAL(rowe_object_get_int(numbered, "number", &number), rowe_ok);
     rowe_object_free(numbered);
     CHECK(pthread_mutex_lock(&counting) == 0);
     ++arrived[sender][number];
@@ -188,7 +188,7 @@ static void everything_says_closed_after_closing(void) {
   const struct pair p = open_pair();
   CHECK_EQUAL(rowe_close(p.client, timeout_ms), rowe_ok);
   CHECK_EQUAL(rowe_close(p.client, timeout_ms), rowe_ok);
-  struct rowe_object* const object = rowe_from_text("{}");
+  struct rowe_object* const object = rowe_object_from_text("{}");
   CHECK_CODE(rowe_send(p.client, object, -1), rowe_error_closed);
   CHECK_CODE(rowe_async_send(p.client, object, -1), rowe_error_closed);
   CHECK_NULL(rowe_receive(p.client, -1), rowe_error_closed);
@@ -238,9 +238,9 @@ static void events_and_counters_tell_what_happened(void) {
   expect_text(p.server, "{}");
   struct rowe_object* const counters = rowe_stats(p.server);
   int64_t in = 0;
-  CHECK_EQUAL(rowe_get_int64(counters, "messages_in", &in), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int64(counters, "messages_in", &in), rowe_ok);
   CHECK(in >= 1);
-  CHECK(rowe_count(counters) > 10);
+  CHECK(rowe_object_count(counters) > 10);
   rowe_object_free(counters);
   close_pair(p);
 }

@@ -5,7 +5,7 @@
 #include <rowe/loop.h>
 
 static void endpoints(void) {
-  struct rowe_object* const object = rowe_from_text("{}");
+  struct rowe_object* const object = rowe_object_from_text("{}");
   struct rowe_endpoint* const endpoint = rowe_open_local_endpoint(0);
   struct rowe_event event;
   const struct rowe_peer nobody = {0, 0};
@@ -25,7 +25,7 @@ static void endpoints(void) {
   CHECK_CODE(rowe_async_send_to(NULL, nobody, object, 0), rowe_error_misuse);
   CHECK_CODE(rowe_async_send_to(endpoint, nobody, NULL, 0), rowe_error_misuse);
   CHECK_NULL(rowe_receive(NULL, 0), rowe_error_misuse);
-  CHECK_EQUAL(rowe_sender(NULL).generation, 0);
+  CHECK_EQUAL(rowe_object_sender(NULL).generation, 0);
   CHECK_NULL(rowe_invoke(NULL, object, 0), rowe_error_misuse);
   CHECK_NULL(rowe_invoke(endpoint, NULL, 0), rowe_error_misuse);
   CHECK_CODE(rowe_reply(NULL, object, object, 0), rowe_error_misuse);
@@ -52,23 +52,23 @@ static void endpoints(void) {
 static void objects(void) {
   struct rowe_object* const object = rowe_message("a", rowe_type_int, 1, "b", rowe_type_boolean, true, NULL);
   rowe_object_free(NULL);
-  CHECK_NULL(rowe_from_text(NULL), rowe_error_misuse);
-  CHECK_NULL(rowe_to_text(NULL), rowe_error_misuse);
-  CHECK_CODE(rowe_append(NULL, rowe_type_int, 1), rowe_error_misuse);
-  CHECK_CODE(rowe_set(NULL, "a", rowe_type_int, 1), rowe_error_misuse);
-  CHECK_CODE(rowe_set(object, NULL, rowe_type_int, 1), rowe_error_misuse);
-  CHECK_EQUAL(rowe_type_of(NULL), -1);
-  CHECK_EQUAL(rowe_count(NULL), 0);
-  CHECK_EQUAL(rowe_string_bytes(NULL), 0);
-  CHECK_NULL(rowe_get(NULL, "a"), rowe_error_misuse);
-  CHECK_NULL(rowe_get(object, NULL), rowe_error_misuse);
-  CHECK_NULL(rowe_at(NULL, 0), rowe_error_misuse);
-  CHECK_NULL(rowe_key_at(NULL, 0), rowe_error_misuse);
-  CHECK_NULL(rowe_get_string(NULL, "a"), rowe_error_misuse);
-  CHECK_CODE(rowe_get_int(object, "a", NULL), rowe_error_misuse);
-  CHECK_CODE(rowe_get_int64(object, "a", NULL), rowe_error_misuse);
-  CHECK_CODE(rowe_get_double(object, "a", NULL), rowe_error_misuse);
-  CHECK_CODE(rowe_get_boolean(object, "b", NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_object_from_text(NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_object_to_text(NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_object_append(NULL, rowe_type_int, 1), rowe_error_misuse);
+  CHECK_CODE(rowe_object_set(NULL, "a", rowe_type_int, 1), rowe_error_misuse);
+  CHECK_CODE(rowe_object_set(object, NULL, rowe_type_int, 1), rowe_error_misuse);
+  CHECK_EQUAL(rowe_object_type_of(NULL), -1);
+  CHECK_EQUAL(rowe_object_count(NULL), 0);
+  CHECK_EQUAL(rowe_object_string_bytes(NULL), 0);
+  CHECK_NULL(rowe_object_get(NULL, "a"), rowe_error_misuse);
+  CHECK_NULL(rowe_object_get(object, NULL), rowe_error_misuse);
+  CHECK_NULL(rowe_object_at(NULL, 0), rowe_error_misuse);
+  CHECK_NULL(rowe_object_key_at(NULL, 0), rowe_error_misuse);
+  CHECK_NULL(rowe_object_get_string(NULL, "a"), rowe_error_misuse);
+  CHECK_CODE(rowe_object_get_int(object, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_object_get_int64(object, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_object_get_double(object, "a", NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_object_get_boolean(object, "b", NULL), rowe_error_misuse);
   rowe_object_free(object);
 }
 

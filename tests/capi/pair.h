@@ -41,14 +41,14 @@ static inline struct rowe_object* long_object(void) {
 static inline int64_t count_of(const struct rowe_endpoint* of, const char* name) {
   struct rowe_object* const counters = rowe_stats(of);
   int64_t value = -1;
-  CHECK_EQUAL(rowe_get_int64(counters, name, &value), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int64(counters, name, &value), rowe_ok);
   rowe_object_free(counters);
   return value;
 }
 
 // Sends what the JSON text says.
 static inline int send_text(const struct rowe_endpoint* by, const char* text, long ttl_ms) {
-  struct rowe_object* const object = rowe_from_text(text);
+  struct rowe_object* const object = rowe_object_from_text(text);
   CHECK(object != NULL);
   const int code = rowe_send(by, object, ttl_ms);
   rowe_object_free(object);
@@ -56,7 +56,7 @@ static inline int send_text(const struct rowe_endpoint* by, const char* text, lo
 }
 static inline struct rowe_object* invoke_text(const struct rowe_endpoint* by, const char* text,
                                               long timeout_ms) {
-  struct rowe_object* const object = rowe_from_text(text);
+  struct rowe_object* const object = rowe_object_from_text(text);
   CHECK(object != NULL);
   struct rowe_object* const reply = rowe_invoke(by, object, timeout_ms);
   rowe_object_free(object);

@@ -36,17 +36,17 @@ static void* serve(void* of) {
   const struct rowe_endpoint* const endpoint = of;
   struct json_object* request;
   while ((request = rowe_receive(endpoint, timeout_ms)) != NULL) {
-    const char* const service = rowe_get_string(request, "service");
+    const char* const service = rowe_object_get_string(request, "service");
     if (service == NULL) {
-      CHECK_TEXT(rowe_get_string(request, "say"), "enough");
+      CHECK_TEXT(rowe_object_get_string(request, "say"), "enough");
       json_object_put(request);
       break;
     }
     int a = 0, b = 0;
     CHECK_TEXT(service, "add-two-numbers");
-    CHECK_EQUAL(rowe_get_int(request, "a", &a), rowe_ok);
-    CHECK_EQUAL(rowe_get_int(request, "b", &b), rowe_ok);
-    CHECK(rowe_get_string(request, "message_id") != NULL);
+    CHECK_EQUAL(rowe_object_get_int(request, "a", &a), rowe_ok);
+    CHECK_EQUAL(rowe_object_get_int(request, "b", &b), rowe_ok);
+    CHECK(rowe_object_get_string(request, "message_id") != NULL);
     struct json_object* const status = rowe_message("x", json_type_double, 0.5, NULL);
     CHECK_EQUAL(rowe_async_send(endpoint, status, timeout_ms), rowe_ok); // unrelated, before the reply
     struct json_object* const reply = rowe_message("result", json_type_int, a + b, NULL);
@@ -85,21 +85,21 @@ invocation = rowe_message ("service",
 			   "b", json_type_int, 4, NULL);
   // clang-format on
 
-  char* const built = rowe_to_text(invocation);
-  struct json_object* const printed = rowe_from_text(printed_invocation);
-  char* const shown = rowe_to_text(printed);
+  char* const built = rowe_object_to_text(invocation);
+  struct json_object* const printed = rowe_object_from_text(printed_invocation);
+  char* const shown = rowe_object_to_text(printed);
   CHECK_TEXT(built, shown);
   free(built);
   free(shown);
 
   struct json_object* const reply = rowe_invoke(endpoint, invocation, timeout_ms);
   int result = 0;
-  CHECK_EQUAL(rowe_get_int(reply, "result", &result), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_int(reply, "result", &result), rowe_ok);
   CHECK_EQUAL(result, 42);
 
   double x = 0;
   struct json_object* const status = rowe_receive(endpoint, timeout_ms); // it came before, and is still here
-  CHECK_EQUAL(rowe_get_double(status, "x", &x), rowe_ok);
+  CHECK_EQUAL(rowe_object_get_double(status, "x", &x), rowe_ok);
   CHECK(x == 0.5);
 
   struct json_object* const enough = rowe_message("say", json_type_string, "enough", NULL);

@@ -12,7 +12,7 @@ int main(void) {
   struct rowe_object* pose = rowe_message("x", rowe_type_double, 1.5, "y", rowe_type_double, -2.0, NULL);
   int sent = rowe_send(robot, pose, 60000);
   struct rowe_object* seen = rowe_receive(peer, 60000);
-  char* text = rowe_to_text(seen);
+  char* text = rowe_object_to_text(seen);
   if (sent != rowe_ok || text == NULL) {
     fprintf(stderr, "%s\n", rowe_last_error_text());
     return 1;
