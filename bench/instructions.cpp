@@ -63,7 +63,7 @@ COUNTED call_start(rowe::lane& by) { use(by.start(text, ttl, now)); }
 COUNTED call_finish(rowe::lane& by) { use(by.try_finish()); }
 COUNTED request_next_and_reply(rowe::responder<odometry, odometry>& by) {
   auto asked = by.try_next(now);
-  use(by.reply(*asked, asked->body, now));
+  use(by.reply(*asked, asked->value(), now));
 }
 COUNTED latch_engaged(rowe::stop_latch& latch) { use(latch.engaged(now)); }
 COUNTED latch_trips_and_acknowledges(rowe::stop_latch& latch) {

@@ -160,7 +160,7 @@ std::vector<double> rowe_server() {
   return time_calls(Policy == idle::spin ? trips : trips_asleep, client, [&] {
     auto asked = adder->try_next();
     while (!asked) asked = adder->try_next();
-    (void)adder->reply(*asked, {asked->body.a + asked->body.b}); // else no answer comes
+    (void)adder->reply(*asked, {asked->value().a + asked->value().b}); // else no answer comes
   });
 }
 
@@ -177,7 +177,7 @@ std::vector<double> rowe_both_ends() {
   std::atomic<bool> done{false};
   const rt::thread handler = on_the_other_core([&] {
     while (!done.load(std::memory_order_relaxed)) { // relaxed: nothing else is read on the strength of it
-      if (auto asked = adder->next(10ms)) (void)adder->reply(*asked, {asked->body.a + asked->body.b});
+      if (auto asked = adder->next(10ms)) (void)adder->reply(*asked, {asked->value().a + asked->value().b});
     }
   });
   auto each = time_trips(trips_asleep, [&] {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The invocation of the paper, from the other side, with no schema: add_two_numbers URL A B
-#include <array>
 #include <cstdio>
 #include <cstdlib>
 
@@ -16,10 +15,8 @@ int main(int count, char** arguments) {
                                std::atoi(arguments[3])};
   const auto sum = lane.invoke(question, 2s);                       // waits, at most so long
   if (!sum) {
-    std::array<char, 128> room;
-    const auto reason = sum.error().text(room);
-    return std::fprintf(stderr, "%.*s\n", static_cast<int>(reason.size()), reason.data()), 1;
+    return std::fprintf(stderr, "%s\n", sum.error().message().c_str()), 1;
   }
-  const auto text = sum->text();                                    // {"result":42,"in_reply_to":"..."}
+  const auto text = sum->value();                                   // {"result":42,"in_reply_to":"..."}
   std::printf("%.*s\n", static_cast<int>(text.size()), text.data());
 }

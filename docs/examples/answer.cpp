@@ -19,11 +19,11 @@ int main() {
   while (const auto now = loop.wait()) {
     auto request = set_speed.try_next(*now);                        // its answer's place is reserved already
     if (!request) continue;                                         // none has come; the usual case
-    if (request->body.metres_per_second > 1.0) {
+    if (request->value().metres_per_second > 1.0) {
       (void)set_speed.refuse(*request, "at most 1 m/s", *now);      // who asked may be gone by now: no matter
       continue;
     }
-    now_driving = request->body;
+    now_driving = request->value();
     (void)set_speed.reply(*request, now_driving, *now);
   }
 }

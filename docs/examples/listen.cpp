@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Prints what a robot publishes, knowing nothing of its type: listen ws://127.0.0.1:8080 /odom
-#include <array>
 #include <cstdio>
 
 #include <rowe/rowe.hpp>
@@ -14,11 +13,9 @@ int main(int count, char** arguments) {
   for (;;) {
     const auto message = messages.take(10s);                      // waits: this thread is not a real-time one
     if (!message) {
-      std::array<char, 128> room;
-      const auto reason = message.error().text(room);
-      return std::fprintf(stderr, "%.*s\n", static_cast<int>(reason.size()), reason.data()), 1;
+      return std::fprintf(stderr, "%s\n", message.error().message().c_str()), 1;
     }
-    const auto text = message->text();                            // valid JSON, in place until `message` goes
+    const auto text = message->value();                           // valid JSON, in place until `message` goes
     std::printf("%.*s\n", static_cast<int>(text.size()), text.data());
     std::fflush(stdout);
   }

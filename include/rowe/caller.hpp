@@ -34,7 +34,7 @@ class caller {
   // How a call ended that was started without waiting for it.
   struct answer {
     call_id id;
-    result<A> value;
+    result<A> reply;
   };
 
   caller() noexcept = default;
@@ -100,7 +100,7 @@ class caller<json_text, json_text> {
  public:
   struct answer {
     call_id id;
-    result<message_view> value;
+    result<message_view> reply;
   };
 
   caller() noexcept = default;

@@ -29,11 +29,12 @@ class message_view {
     if (lane_ != nullptr) detail::give_back(*lane_, *path_, slot_);
   }
 
-  // The text: one JSON value; an object where it is a message, a call, or a reply to a lane. 64 bytes behind
-  // it may be read.
-  ROWE_RT std::string_view text() const noexcept {
+  // The text: one JSON value; an object where it is a message, a call, or a reply to a lane. Valid as long as
+  // this is; 64 bytes behind it may be read.
+  ROWE_RT std::string_view value() const noexcept {
     return {reinterpret_cast<const char*>(path_->slots.value(slot_)), header().bytes};
   }
+  ROWE_RT std::string_view operator*() const noexcept { return value(); }
   // When its last byte was read from the socket.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
   // From whom: no connection (false) where it came from this process itself, or on a topic of a hub, or is a
@@ -74,9 +75,12 @@ class value_view {
     if (lane_ != nullptr && (slot_ & of_window) == 0) lane_->user.in.home->give(slot_);
   }
 
+  // The struct. Valid as long as this is.
   ROWE_RT const T& value() const noexcept {
     return *reinterpret_cast<const T*>(lane_->user.in.slots.value(slot_ & ~of_window));
   }
+  ROWE_RT const T& operator*() const noexcept { return value(); }
+  ROWE_RT const T* operator->() const noexcept { return &value(); }
   // When its last byte was read from the socket, or when it was published in this process.
   ROWE_RT time_point arrived() const noexcept { return time_point{duration{header().stamped_ns}}; }
   // From whom: no connection (false) where this process published it.

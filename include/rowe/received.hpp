@@ -26,7 +26,8 @@ class received {
   ~received();
 
   // The text: one JSON object. Valid as long as this is; 64 bytes behind it may be read.
-  std::string_view text() const noexcept { return is_.text; }
+  std::string_view value() const noexcept { return is_.text; }
+  std::string_view operator*() const noexcept { return value(); }
   // From whom: no connection (false) where it came from this process itself, or is a reply.
   connection from() const noexcept { return {is_.peer.index, is_.peer.generation}; }
   // Whether it is a call: somebody waits for a reply (endpoint::reply).

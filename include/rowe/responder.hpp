@@ -2,7 +2,7 @@
 // Responders: from endpoint::serve<Q, A>(), for one thread, in a loop, to answer the calls of one service,
 // whoever asks and in whatever dialect:
 //
-//   if (auto request = mode.try_next(now)) (void)mode.reply(*request, apply(request->body), now);
+//   if (auto request = mode.try_next(now)) (void)mode.reply(*request, apply(request->value()), now);
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -22,13 +22,17 @@ namespace rowe {
 
 // A call that waits for its answer. The place of the answer is reserved, so answering cannot fail for want of
 // room; a request that is destroyed unanswered is refused. Move-only; destroy it on its responder's thread,
-// and before the responder. Q may be json_text: `body` is a view of the text then, one JSON object, and valid
-// until the request is answered or destroyed.
+// and before the responder.
 template <class Q>
 class request : public detail::open_request {
+  using asked = std::conditional_t<std::is_same_v<Q, json_text>, std::string_view, Q>;
+
  public:
-  // What was asked.
-  std::conditional_t<std::is_same_v<Q, json_text>, std::string_view, Q> body{};
+  // What was asked: a struct, or for json_text a view of the text, one JSON object, which is valid until the
+  // request is answered or destroyed.
+  ROWE_RT const asked& value() const noexcept { return value_; }
+  ROWE_RT const asked& operator*() const noexcept { return value_; }
+  ROWE_RT const asked* operator->() const noexcept { return &value_; }
 
   // from(): who asked; no connection (false) where it was this process. arrived(): when the call's last byte
   // was read. expires(): when the one who asked gives up; rt::never where it said nothing.
@@ -36,8 +40,10 @@ class request : public detail::open_request {
  private:
   template <class, class>
   friend class responder;
-  request(detail::lane& on, detail::request_slots slots, const decltype(body)& asked) noexcept
-      : detail::open_request{on, slots, std::is_same_v<Q, json_text>}, body{asked} {}
+  request(detail::lane& on, detail::request_slots slots, const asked& value) noexcept
+      : detail::open_request{on, slots, std::is_same_v<Q, json_text>}, value_{value} {}
+
+  asked value_;
 };
 
 // Answers with structs that have schemas: requests are decoded into Q, replies are A. A request that is not

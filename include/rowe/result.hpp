@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #if defined(__cpp_exceptions)
@@ -103,13 +104,18 @@ struct error {
 
   // The code's name, for logs and tests: "full". Never waits, never allocates.
   ROWE_RT std::string_view name() const noexcept;
-  // The sentence, written into `buffer` and cut where it ends; returns the part written. Never allocates.
-  std::string_view text(std::span<char> buffer) const noexcept;
+  // The sentence, with the numbers filled in. Allocates; throws std::bad_alloc only.
+  std::string message() const;
+  // The same, written into `buffer` and cut where that ends; returns the part written. Never waits, never
+  // allocates.
+  std::string_view message(std::span<char> buffer) const noexcept;
 
   friend bool operator==(const error&, const error&) = default;
 };
 
 namespace detail {
+
+inline constexpr std::size_t message_bytes_max = 191; // of any error, with the longest numbers
 
 struct error_description {
   std::string_view name;
@@ -137,9 +143,10 @@ inline std::string_view error::name() const noexcept {
   return detail::error_descriptions[static_cast<std::size_t>(code)].name;
 }
 
-inline std::string_view error::text(std::span<char> buffer) const noexcept {
+inline std::string_view error::message(std::span<char> buffer) const noexcept {
   std::string_view sentence = detail::error_descriptions[static_cast<std::size_t>(code)].sentence;
-  if (code == errc::bad_url && value == 0) sentence = "missing ws://: the URL must read ws://HOST[:PORT][/PATH]";
+  if (code == errc::bad_url && value == 0)
+    sentence = "missing ws://: the URL must read ws://HOST[:PORT][/PATH]";
   char* at = buffer.data();
   char* const end = at + buffer.size();
   const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };
@@ -163,20 +170,25 @@ inline std::string_view error::text(std::span<char> buffer) const noexcept {
   return {buffer.data(), static_cast<std::size_t>(at - buffer.data())};
 }
 
+inline std::string error::message() const {
+  char room[detail::message_bytes_max];
+  return std::string{message(room)};
+}
+
 #if defined(__cpp_exceptions)
-// What value() throws.
+// What value() throws: what() is the error's message.
 class bad_result : public std::exception {
  public:
-  explicit bad_result(const error& reason) noexcept : reason_{reason} {
-    const std::span<char> room{text_, sizeof text_ - 1};
-    text_[reason.text(room).size()] = '\0';
+  explicit bad_result(const rowe::error& reason) noexcept : error_{reason} {
+    const std::span<char> room{text_, detail::message_bytes_max};
+    text_[reason.message(room).size()] = '\0';
   }
   const char* what() const noexcept override { return text_; }
-  const error& reason() const noexcept { return reason_; }
+  const rowe::error& error() const noexcept { return error_; }
 
  private:
-  error reason_;
-  char text_[192];
+  rowe::error error_;
+  char text_[detail::message_bytes_max + 1];
 };
 #endif
 
@@ -191,54 +203,61 @@ namespace detail {
 }
 } // namespace detail
 
-// A value or an error.
+// A value or an error, as std::expected<T, error>. Nothing of it waits or allocates, but what T does.
 template <class T>
 class [[nodiscard]] result {
  public:
-  result(T value) noexcept
-      : value_{std::move(value)} {}            // NOLINT(google-explicit-constructor): `return value;`
-  result(errc code) noexcept : error_{code} {} // NOLINT(google-explicit-constructor): `return errc::full;`
-  result(const error& reason) noexcept : error_{reason} {} // NOLINT(google-explicit-constructor)
+  // NOLINTBEGIN(google-explicit-constructor): `return value;`, `return errc::full;`
+  constexpr result(T value) noexcept : value_{std::move(value)} {}
+  constexpr result(errc code) noexcept : error_{code} {}
+  constexpr result(const rowe::error& reason) noexcept : error_{reason} {}
+  // NOLINTEND(google-explicit-constructor)
 
-  ROWE_RT explicit operator bool() const noexcept { return value_.has_value(); }
-  ROWE_RT bool has_value() const noexcept { return value_.has_value(); }
+  ROWE_RT constexpr explicit operator bool() const noexcept { return value_.has_value(); }
+  ROWE_RT constexpr bool has_value() const noexcept { return value_.has_value(); }
   // The value; undefined without one (checked by assertions of the standard library in dev builds).
-  ROWE_RT T& operator*() & noexcept { return *value_; }
-  ROWE_RT const T& operator*() const& noexcept { return *value_; }
-  ROWE_RT T* operator->() noexcept { return &*value_; }
-  ROWE_RT const T* operator->() const noexcept { return &*value_; }
+  ROWE_RT constexpr T& operator*() & noexcept { return *value_; }
+  ROWE_RT constexpr const T& operator*() const& noexcept { return *value_; }
+  ROWE_RT constexpr T&& operator*() && noexcept { return *std::move(value_); }
+  ROWE_RT constexpr T* operator->() noexcept { return &*value_; }
+  ROWE_RT constexpr const T* operator->() const noexcept { return &*value_; }
   // The error; meaningless when there is a value.
-  ROWE_RT const rowe::error& error() const noexcept { return error_; }
-  ROWE_RT errc code() const noexcept { return error_.code; }
+  ROWE_RT constexpr const rowe::error& error() const noexcept { return error_; }
+  ROWE_RT constexpr errc code() const noexcept { return error_.code; }
 
-  // The value, or throws bad_result (aborts where exceptions are off). For set-up code.
-  T value() && {
-    if (!value_) detail::fail(error_);
-    return std::move(*value_);
-  }
-  const T& value() const& {
-    if (!value_) detail::fail(error_);
-    return *value_;
-  }
+  // The value, or throws bad_result (aborts where exceptions are off). For set-up code. Of a temporary it is
+  // moved out, so that nothing is left to dangle.
+  constexpr T& value() & { return checked(*this); }
+  constexpr const T& value() const& { return checked(*this); }
+  constexpr T value() && { return std::move(checked(*this)); }
 
  private:
+  template <class Self>
+  static constexpr auto& checked(Self& self) {
+    if (!self.value_) detail::fail(self.error_);
+    return *self.value_;
+  }
+
   std::optional<T> value_;
   rowe::error error_{errc::misuse};
 };
 
-// Success, or an error.
+// Success, or an error; there is no value, and *status is nothing.
 template <>
 class [[nodiscard]] result<void> {
  public:
   constexpr result() noexcept : ok_{true} {}
-  constexpr result(errc code) noexcept : error_{code} {}             // NOLINT(google-explicit-constructor)
-  constexpr result(const error& reason) noexcept : error_{reason} {} // NOLINT(google-explicit-constructor)
+  constexpr result(errc code) noexcept : error_{code} {} // NOLINT(google-explicit-constructor)
+  constexpr result(const rowe::error& reason) noexcept
+      : error_{reason} {} // NOLINT(google-explicit-constructor)
 
   ROWE_RT constexpr explicit operator bool() const noexcept { return ok_; }
   ROWE_RT constexpr bool has_value() const noexcept { return ok_; }
+  ROWE_RT constexpr void operator*() const noexcept {}
   ROWE_RT constexpr const rowe::error& error() const noexcept { return error_; }
   ROWE_RT constexpr errc code() const noexcept { return error_.code; }
-  void value() const {
+  // Returns, or throws bad_result (aborts where exceptions are off). For set-up code.
+  constexpr void value() const {
     if (!ok_) detail::fail(error_);
   }
 

@@ -36,7 +36,7 @@ status endpoint::stop(std::string_view source, duration timeout) {
   state_->ask_to_stop(); // first, and without any room; what follows is for the source and the answer
   const auto answer = invoke(message{"service", "/rowe/stop", "source", source}, timeout);
   if (!answer) return answer.error();
-  if (!is_null(answer->text(), "observed_ns")) return {};
+  if (!is_null(answer->value(), "observed_ns")) return {};
   return error{errc::timed_out, 0, timeout.count()};
 }
 
@@ -51,15 +51,15 @@ status endpoint::reset_stop(duration timeout) {
     const auto state = invoke(message{"service", "/rowe/stop/state"}, left());
     if (!state) return state.error();
     if (number < 0) {
-      if (says(state->text(), "state", "running")) return {};
-      number = integer_in(state->text(), "number");
+      if (says(state->value(), "state", "running")) return {};
+      number = integer_in(state->value(), "number");
     }
     const auto answer = invoke(
-        message{"service", "/rowe/stop/reset", "number", number, "tick", integer_in(state->text(), "tick")},
+        message{"service", "/rowe/stop/reset", "number", number, "tick", integer_in(state->value(), "tick")},
         left());
     if (!answer) return answer.error();
-    if (is_null(answer->text(), "refused")) return {};
-    if (says(answer->text(), "refused", "number") || says(answer->text(), "refused", "guards"))
+    if (is_null(answer->value(), "refused")) return {};
+    if (says(answer->value(), "refused", "number") || says(answer->value(), "refused", "guards"))
       return errc::refused;
     if (rt::monotonic_clock::now() >= deadline) return error{errc::timed_out, 0, timeout.count()};
     std::this_thread::sleep_for(look_again_after);

@@ -97,7 +97,7 @@ rowe_endpoint* shown(result<endpoint>&& opened) {
 
 // What has arrived as an object. A call keeps its slot of the front door, a message gives it back here.
 rowe_object* object_of(received&& arrived) {
-  auto object = std::make_unique<rowe_object>(tree_of(arrived.text()));
+  auto object = std::make_unique<rowe_object>(tree_of(arrived.value()));
   object->from.reset(new origin{arrived.from(), std::nullopt});
   if (arrived.wants_reply()) object->from->call.emplace(std::move(arrived));
   return object.release();

@@ -78,7 +78,7 @@ int number_of(errc code) noexcept { return numbers[static_cast<std::size_t>(code
 
 int fail(const error& reason, std::string_view more) noexcept {
   last.number = number_of(reason.code);
-  std::size_t used = reason.text({last.text, sizeof last.text - 1}).size();
+  std::size_t used = reason.message({last.text, sizeof last.text - 1}).size();
   for (const std::string_view piece : {std::string_view{more.empty() ? "" : ": "}, more}) {
     used += piece.copy(last.text + used, sizeof last.text - 1 - used);
   }

@@ -29,7 +29,7 @@ message_view& held(rowe_view& view) noexcept {
 }
 
 void put(message_view&& taken, rowe_view& into) noexcept {
-  const std::string_view text = taken.text();
+  const std::string_view text = taken.value();
   const rowe::connection from = taken.from();
   into.text = text.data();
   into.bytes = text.size();

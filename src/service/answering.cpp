@@ -164,7 +164,7 @@ void core::finish_badly(std::uint32_t index, const error& why, std::string_view 
   } else if (why.code == errc::timed_out) {
     sentence = "the service did not answer in time";
   } else if (sentence.empty()) {
-    sentence = why.text(room);
+    sentence = why.message(room);
   }
   if (ended.asked_by.who != party::kind::peer) {
     close_call(index);

@@ -254,7 +254,7 @@ void core::hand_to_lane(std::uint32_t index, std::uint32_t lane, const wire::cal
     return finish_badly(index, {errc::refused}, "the service is busy: all its places for requests are taken");
   case errc::too_big:
     add(counter::too_big);
-    return finish_badly(index, {errc::refused}, done.error().text(room));
+    return finish_badly(index, {errc::refused}, done.error().message(room));
   default:
     add(counter::undecodable);
     return finish_badly(index, {errc::refused}, fault_text.empty() ? fault.text(room) : fault_text);
@@ -292,7 +292,7 @@ void core::hand_to_receiver(std::uint32_t index, std::string_view service,
   } else {
     finish_badly(index, {errc::refused},
                  done.code() == errc::full ? "nobody takes calls fast enough: the inbox is full"
-                                           : done.error().text(why));
+                                           : done.error().message(why));
   }
 }
 

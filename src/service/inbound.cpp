@@ -35,7 +35,7 @@ std::string_view sentence_of(const error& why, std::string_view text, std::span<
         word.data(), at);
     return {room.data(), static_cast<std::size_t>(bytes)};
   }
-  return why.text(room);
+  return why.message(room);
 }
 
 rt::duration throttle_of(const wire::request& asked) noexcept {

@@ -139,7 +139,7 @@ bool answered(Caller& caller) {
 
 auto adding(rowe::endpoint& at, std::string_view name) {
   return beside{[answers = at.serve<addends, total>(name).value()]() mutable {
-    if (auto asked = answers.next(1ms)) (void)answers.reply(*asked, {asked->body.a + asked->body.b});
+    if (auto asked = answers.next(1ms)) (void)answers.reply(*asked, {asked->value().a + asked->value().b});
   }};
 }
 
@@ -192,7 +192,7 @@ TEST(allocations, are_none_for_what_lanes_send_receive_and_invoke) {
     const auto came = talk.receive(1ms);
     if (!came) return;
     came->wants_reply() ? (void)talk.reply(*came, rowe::message{"sum", 3}, timeout)
-                        : (void)talk.try_send(came->text(), timeout);
+                        : (void)talk.try_send(came->value(), timeout);
   }};
   auto talk = e.desk.open_lane().value();
   expect_no_allocation([&](int i) {
@@ -208,7 +208,7 @@ TEST(allocations, are_none_for_what_threads_send_receive_and_invoke_at_the_front
     const auto came = e.robot.receive(1ms);
     if (!came) return;
     came->wants_reply() ? (void)e.robot.reply(*came, rowe::message{"sum", 3})
-                        : (void)e.robot.try_send(came->text(), timeout);
+                        : (void)e.robot.try_send(came->value(), timeout);
   }};
   expect_no_allocation([&](int i) {
     if (!e.desk.send(rowe::message{"n", i, "text", "a text"}, timeout)) return false;

@@ -35,14 +35,14 @@ TEST(door, carries_messages_both_ways) {
   ASSERT_TRUE(viewer.send(R"({"from":"viewer"})", timeout));
   const auto heard = robot.receive(timeout);
   ASSERT_TRUE(heard) << heard.error().name();
-  EXPECT_EQ(heard->text(), R"({"from":"viewer"})");
+  EXPECT_EQ(heard->value(), R"({"from":"viewer"})");
   EXPECT_FALSE(heard->wants_reply());
   ASSERT_TRUE(heard->from());
   // The viewer has spoken bare, so the robot may send to it, alone or as one of all.
   ASSERT_TRUE(robot.send(R"({"to":"you"})", timeout, heard->from()));
   ASSERT_TRUE(robot.send(R"({"to":"all"})", timeout));
-  EXPECT_EQ(viewer.receive(timeout)->text(), R"({"to":"you"})");
-  EXPECT_EQ(viewer.receive(timeout)->text(), R"({"to":"all"})");
+  EXPECT_EQ(viewer.receive(timeout)->value(), R"({"to":"you"})");
+  EXPECT_EQ(viewer.receive(timeout)->value(), R"({"to":"all"})");
 }
 
 TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
@@ -52,13 +52,13 @@ TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
   const answering_thread at_viewer{viewer, adding(viewer)};
   ASSERT_TRUE(eventually([&] { // refused until the answering thread has called receive()
     const auto reply = viewer.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
-    return reply && says(reply->text(), sum_of_the_paper);
+    return reply && says(reply->value(), sum_of_the_paper);
   }));
   const auto peers = robot.connections();
   ASSERT_EQ(peers.size(), 1U);
   ASSERT_TRUE(eventually([&] {
     const auto reply = robot.invoke(message("service", "add-two-numbers"), timeout, peers[0].id);
-    return reply && says(reply->text(), sum_of_the_paper);
+    return reply && says(reply->value(), sum_of_the_paper);
   }));
 }
 
@@ -93,7 +93,7 @@ TEST(door, waits_for_a_peer_as_long_as_the_time_to_live) {
 
   auto talker = endpoint::connect(url_of(robot), quick()).value();
   ASSERT_TRUE(talker.send(R"({"early":true})", -1ns)); // before the connection stands
-  EXPECT_EQ(robot.receive(timeout)->text(), R"({"early":true})");
+  EXPECT_EQ(robot.receive(timeout)->value(), R"({"early":true})");
 }
 
 TEST(door, says_what_is_no_message) {
@@ -160,12 +160,12 @@ TEST(door, keeps_calls_for_receive_from_the_start_by_option) {
   std::thread asks{[&] {
     const auto reply = viewer.invoke(message("service", "anything"), timeout);
     ASSERT_TRUE(reply) << reply.error().name();
-    EXPECT_TRUE(says(reply->text(), R"({"done":true})")) << reply->text();
+    EXPECT_TRUE(says(reply->value(), R"({"done":true})")) << reply->value();
   }};
   const auto call = robot.receive(timeout);
   ASSERT_TRUE(call);
   EXPECT_TRUE(call->wants_reply());
-  EXPECT_TRUE(call->text().find(R"("anything")") != std::string_view::npos) << call->text();
+  EXPECT_TRUE(call->value().find(R"("anything")") != std::string_view::npos) << call->value();
   EXPECT_TRUE(robot.reply(*call, message("done", true)));
   asks.join();
 }
@@ -267,7 +267,7 @@ TEST(door, lets_what_was_received_outlive_the_endpoint) {
     ASSERT_TRUE(heard);
     kept.emplace(std::move(*heard));
   }
-  EXPECT_EQ(kept->text(), R"({"n":1})");
+  EXPECT_EQ(kept->value(), R"({"n":1})");
 }
 
 TEST(door, drops_what_was_not_received_in_time) {
@@ -292,7 +292,7 @@ TEST(door, serves_many_threads_at_once) {
   auto viewer = connected(robot);
   const auto echo = [&](const rowe::received& call) {
     if (!call.wants_reply()) return;
-    const std::string_view text = call.text();
+    const std::string_view text = call.value();
     const std::size_t at = text.find(R"("n":)");
     ASSERT_NE(at, std::string_view::npos);
     (void)robot.try_reply(call, message("n", std::stoi(std::string{text.substr(at + 4)})));
@@ -307,7 +307,7 @@ TEST(door, serves_many_threads_at_once) {
         const int n = 1000 * t + i;
         const auto reply = viewer.invoke(message("service", "echo", "n", n), timeout);
         ASSERT_TRUE(reply) << reply.error().name();
-        ASSERT_TRUE(says(reply->text(), message("n", n).text())) << reply->text();
+        ASSERT_TRUE(says(reply->value(), message("n", n).text())) << reply->value();
         ++answered;
       }
     });

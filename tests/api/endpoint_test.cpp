@@ -87,7 +87,7 @@ TEST(endpoint, carries_a_struct_from_one_process_end_to_the_other) {
       }, // no_peer until the subscription has arrived
       [&] {
         const auto message = seen.try_take();
-        if (message) text = message->text();
+        if (message) text = message->value();
         return !text.empty();
       }));
   EXPECT_EQ(text, R"({"x":1.5,"y":-2})");
@@ -111,7 +111,7 @@ TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_its_handle) {
                             }));
   seen.reset();
   EXPECT_EQ(robot.subscribe<json_text>("/words", how).code(), errc::lane_memory); // there is no other memory
-  EXPECT_EQ(view->text(), R"({"n":1})");
+  EXPECT_EQ(view->value(), R"({"n":1})");
   view.reset();
   bool again = false; // once the service thread has seen that it is gone
   EXPECT_TRUE(publish_until([] { std::this_thread::yield(); },
@@ -134,7 +134,7 @@ TEST(endpoint, leaves_its_memory_to_a_view_that_outlives_it) {
                                 return view.has_value();
                               }));
   }
-  EXPECT_EQ(view->text(), R"({"n":1})");
+  EXPECT_EQ(view->value(), R"({"n":1})");
   view.reset();
 }
 
@@ -154,7 +154,7 @@ TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
       },
       [&] {
         while (const auto message = heard.take(10ms)) {
-          if (message->text() == numbered(newest)) return true;
+          if (message->value() == numbered(newest)) return true;
         }
         return false;
       }));
@@ -163,7 +163,7 @@ TEST(endpoint, relays_between_two_clients_in_order_without_loss) {
     while (next < 5000) {
       const auto message = heard.take(timeout);
       ASSERT_TRUE(message) << next.load() << " " << message.error().name();
-      ASSERT_EQ(message->text(), numbered(next.load()));
+      ASSERT_EQ(message->value(), numbered(next.load()));
       ++next;
     }
   }};
@@ -191,7 +191,7 @@ TEST(endpoint, delivers_to_a_subscriber_of_its_own) {
   ASSERT_TRUE(odom.publish({1, 2}));
   const auto message = seen.take(timeout);
   ASSERT_TRUE(message);
-  EXPECT_EQ(message->text(), R"({"x":1,"y":2})");
+  EXPECT_EQ(message->value(), R"({"x":1,"y":2})");
 }
 
 TEST(endpoint, gives_the_newest_message_and_frees_the_older_ones) {
@@ -203,7 +203,7 @@ TEST(endpoint, gives_the_newest_message_and_frees_the_older_ones) {
     std::string newest;
     const auto until = rowe::rt::monotonic_clock::now() + timeout;
     while (newest != R"({"x":7,"y":0})" && rowe::rt::monotonic_clock::now() < until) {
-      if (const auto message = seen.latest()) newest = message->text();
+      if (const auto message = seen.latest()) newest = message->value();
     }
     EXPECT_EQ(newest, R"({"x":7,"y":0})");
   }
@@ -230,7 +230,7 @@ TEST(endpoint, writes_what_was_published_before_it_closes) {
   while (last != 100) {
     const auto message = heard.take(timeout);
     ASSERT_TRUE(message) << "after " << last;
-    last = std::stoi(std::string{message->text().substr(5)});
+    last = std::stoi(std::string{message->value().substr(5)});
   }
 }
 
@@ -247,7 +247,7 @@ TEST(endpoint, sends_what_a_handle_published_before_it_was_destroyed) {
   for (int i = 0; i < burst; ++i) {
     const auto message = heard.take(timeout);
     ASSERT_TRUE(message) << i;
-    ASSERT_EQ(message->text(), numbered(i));
+    ASSERT_EQ(message->value(), numbered(i));
   }
 }
 
@@ -431,14 +431,13 @@ TEST(endpoint_errors, name_the_options_of_messages_that_are_out_of_their_range) 
 TEST(endpoint_errors, say_which_option_is_meant) {
   rowe::endpoint_options options;
   options.poll_period = 1s;
-  std::array<char, 128> room;
-  EXPECT_EQ(endpoint::listen(0, options).error().text(room),
+  EXPECT_EQ(endpoint::listen(0, options).error().message(),
             "the argument poll_period is out of range: 1000000000 (limit 10000000)");
   options = {};
   options.limits.lane_bytes = std::size_t{1} << 40;
-  EXPECT_EQ(endpoint::listen(0, options).error().text(room),
+  EXPECT_EQ(endpoint::listen(0, options).error().message(),
             "the argument lane_bytes is out of range: 1099511627776 (limit 1073741824)");
-  EXPECT_EQ((rowe::error{errc::bad_argument, 7, 5}).text(room), "the argument is out of range: 7 (limit 5)");
+  EXPECT_EQ((rowe::error{errc::bad_argument, 7, 5}).message(), "the argument is out of range: 7 (limit 5)");
 }
 
 // The machine has no such core.
@@ -451,8 +450,8 @@ TEST(endpoint_events, tell_what_the_service_thread_was_not_granted_and_why) {
   if (told && std::string_view{told->what}.starts_with("reading the clock"))
     told = wait_event(robot, rowe::event::kind::warning); // of some machines
   ASSERT_TRUE(told);
-  EXPECT_EQ(std::string_view{told->what}, "the service thread is not as asked: " +
-                                              std::string{robot.service_grants().text(room)});
+  EXPECT_EQ(std::string_view{told->what},
+            "the service thread is not as asked: " + std::string{robot.service_grants().text(room)});
   EXPECT_NE(std::string_view{told->what}.find("cpu 1023 does not exist or is not allowed to this process"),
             std::string_view::npos);
   EXPECT_FALSE(std::string_view{told->remedy}.empty());
@@ -468,10 +467,9 @@ TEST(endpoint_events, tell_nothing_of_settings_that_nobody_asked_for) {
 TEST(endpoint_errors, name_what_is_wrong_with_a_url) {
   EXPECT_EQ(endpoint::connect("http://robot").code(), errc::bad_url);
   EXPECT_EQ(endpoint::connect("ws://robot:99999").code(), errc::bad_url);
-  std::array<char, 128> room;
-  EXPECT_EQ(endpoint::connect("127.0.0.1:8080").error().text(room),
+  EXPECT_EQ(endpoint::connect("127.0.0.1:8080").error().message(),
             "missing ws://: the URL must read ws://HOST[:PORT][/PATH]");
-  EXPECT_EQ(endpoint::connect("ws://robot:99999").error().text(room),
+  EXPECT_EQ(endpoint::connect("ws://robot:99999").error().message(),
             "the URL must read ws://HOST[:PORT][/PATH]; this one does not from byte 11 on");
 }
 
@@ -602,11 +600,11 @@ TEST(waking, brings_every_value_and_every_call_without_looking_for_them) {
     ASSERT_TRUE(asks.start({x, 2}, timeout, rowe::rt::monotonic_clock::now()));
     auto asked = answers.next(timeout);
     ASSERT_TRUE(asked);
-    ASSERT_TRUE(answers.reply(*asked, asked->body));
+    ASSERT_TRUE(answers.reply(*asked, asked->value()));
     auto ended = asks.try_finish();
     for (; ended.code() == errc::empty; ended = asks.try_finish()) std::this_thread::yield();
-    ASSERT_TRUE(ended && ended->value);
-    EXPECT_EQ(ended->value->x, x);
+    ASSERT_TRUE(ended && ended->reply);
+    EXPECT_EQ(ended->reply->x, x);
   }
   EXPECT_LT(count_of(robot, "cycles"), 100'000u) << "nor by turning all the time";
 }

@@ -114,7 +114,7 @@ TEST_F(talking, receives_in_order_with_the_sender) {
   {
     const auto first = talk.try_receive(now);
     ASSERT_TRUE(first);
-    EXPECT_EQ(first->text(), R"({"n":1})");
+    EXPECT_EQ(first->value(), R"({"n":1})");
     EXPECT_EQ(first->from(), (connection{3, 9}));
     EXPECT_EQ(first->arrived(), now);
     EXPECT_FALSE(first->wants_reply());
@@ -132,7 +132,7 @@ TEST_F(talking, drops_and_counts_what_is_out_of_date) {
   ASSERT_TRUE(on.arrive(message_from({}, now + 1ns), R"({"n":2})"));
   const auto left = talk.try_receive(now);
   ASSERT_TRUE(left);
-  EXPECT_EQ(left->text(), R"({"n":2})");
+  EXPECT_EQ(left->value(), R"({"n":2})");
   EXPECT_EQ(talk.expired(), 1U);
 }
 
@@ -162,7 +162,7 @@ TEST_F(talking, finishes_calls_in_the_order_of_their_ends) {
     ASSERT_TRUE(ended);
     EXPECT_EQ(ended->id, second);
     ASSERT_TRUE(ended->reply);
-    EXPECT_EQ(ended->reply->text(), R"({"r":2})");
+    EXPECT_EQ(ended->reply->value(), R"({"r":2})");
   }
   const auto lost = talk.try_finish();
   ASSERT_TRUE(lost);
@@ -250,13 +250,13 @@ TEST_F(talking, waits_for_one_call_and_sets_the_ends_of_others_aside) {
   {
     const auto reply = talk.invoke("{}", 20s);
     ASSERT_TRUE(reply) << reply.error().name();
-    EXPECT_EQ(reply->text(), R"({"r":"own"})");
+    EXPECT_EQ(reply->value(), R"({"r":"own"})");
   }
   service.join();
   const auto aside = talk.try_finish();
   ASSERT_TRUE(aside);
   EXPECT_EQ(aside->id, early);
-  EXPECT_EQ(aside->reply->text(), R"({"r":"early"})");
+  EXPECT_EQ(aside->reply->value(), R"({"r":"early"})");
 }
 
 TEST_F(talking, gives_up_by_itself_when_the_service_thread_does_not_say_so) {
@@ -440,9 +440,9 @@ TEST_F(talking, moves_its_views) {
   auto first = talk.try_receive(now);
   auto second = talk.try_receive(now);
   *first = std::move(*second);
-  EXPECT_EQ(first->text(), R"({"n":2})");
+  EXPECT_EQ(first->value(), R"({"n":2})");
   const message_view moved{std::move(*first)};
-  EXPECT_EQ(moved.text(), R"({"n":2})");
+  EXPECT_EQ(moved.value(), R"({"n":2})");
 }
 
 // ---- callers
@@ -465,7 +465,7 @@ TEST(caller, calls_with_structs) {
   const auto answer = add.try_finish();
   ASSERT_TRUE(answer);
   EXPECT_EQ(answer->id, *id);
-  EXPECT_EQ(answer->value->value, 42);
+  EXPECT_EQ(answer->reply->value, 42);
 }
 
 TEST(caller, tells_how_a_call_failed) {
@@ -475,11 +475,11 @@ TEST(caller, tells_how_a_call_failed) {
                          errc::duplicate_member, errc::wrong_type, errc::out_of_range, errc::too_long}) {
     ASSERT_TRUE(add.start({}, 1s, now));
     ASSERT_TRUE(on.fail(on.take()->header.own, {why, 1, 2}));
-    EXPECT_EQ(add.try_finish()->value.error(), (error{why, 1, 2}));
+    EXPECT_EQ(add.try_finish()->reply.error(), (error{why, 1, 2}));
   }
   ASSERT_TRUE(add.start({}, 1s, now));
   ASSERT_TRUE(on.fail(on.take()->header.own, {errc::refused}, "b must not be 0"));
-  EXPECT_EQ(add.try_finish()->value.code(), errc::refused);
+  EXPECT_EQ(add.try_finish()->reply.code(), errc::refused);
   EXPECT_EQ(add.refusal(), "b must not be 0");
 }
 
@@ -511,7 +511,7 @@ TEST(caller, waits_for_its_reply) {
   {
     const auto reply = add.call(rowe::message("a", 38, "b", 4), 20s);
     ASSERT_TRUE(reply);
-    EXPECT_EQ(reply->text(), R"({"sum":42})");
+    EXPECT_EQ(reply->value(), R"({"sum":42})");
   }
   service.join();
   EXPECT_EQ(add.call("{}", 1ms).code(), errc::timed_out);

@@ -38,7 +38,7 @@ TEST_F(answering, hands_out_requests_and_answers_them) {
   EXPECT_EQ(request->from(), (connection{3, 9}));
   EXPECT_EQ(request->arrived(), now);
   EXPECT_EQ(request->expires(), now + 50ms);
-  ASSERT_TRUE(add.reply(*request, {request->body.a + request->body.b}, now));
+  ASSERT_TRUE(add.reply(*request, {request->value().a + request->value().b}, now));
   const auto reply = on.take();
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->header.what, entry::reply);
@@ -63,7 +63,7 @@ TEST_F(answering, passes_over_calls_that_have_given_up) {
   ASSERT_TRUE(ask({2, 0}, 2, now + 1ns));
   const auto request = add.try_next(now);
   ASSERT_TRUE(request);
-  EXPECT_EQ(request->body.a, 2);
+  EXPECT_EQ(request->value().a, 2);
   EXPECT_EQ(on->expired_here.get(), 1U);
 }
 
@@ -78,10 +78,10 @@ TEST_F(answering, reserves_the_place_of_the_answer_before_it_hands_out_a_request
   ASSERT_TRUE(ask({9, 0}, 9));
   const auto refused = add.try_next(now);
   EXPECT_EQ(refused.error(), (error{errc::full, 0, 2 * depth}));
-  for (auto& one : held) EXPECT_TRUE(add.reply(one, {one.body.a}, now)); // none fails for want of room
-  EXPECT_EQ(add.try_next(now).code(), errc::full);                       // until the service thread took one
+  for (auto& one : held) EXPECT_TRUE(add.reply(one, {one.value().a}, now)); // none fails for want of room
+  EXPECT_EQ(add.try_next(now).code(), errc::full); // until the service thread took one
   ASSERT_TRUE(on.take());
-  EXPECT_EQ(add.try_next(now)->body.a, 9);
+  EXPECT_EQ(add.try_next(now)->value().a, 9);
 }
 
 TEST_F(answering, keeps_the_place_it_reserved_in_vain) {
@@ -147,7 +147,7 @@ TEST_F(answering, moves_its_requests) {
   auto first = add.try_next(now);
   auto second = add.try_next(now);
   *first = std::move(*second); // the one that was held before is refused when `second` goes
-  EXPECT_EQ(first->body.a, 2);
+  EXPECT_EQ(first->value().a, 2);
   request<question> moved{std::move(*first)};
   ASSERT_TRUE(add.reply(moved, {2}, now));
   EXPECT_EQ(on.take()->header.call, (detail::call_ref{2, 1}));
@@ -161,10 +161,10 @@ TEST(text_responder, keeps_the_text_of_a_request_until_it_is_answered) {
   ASSERT_TRUE(on.arrive(call_from({}, {17, 1}), R"({"a":1})"));
   auto request = echo.try_next(now);
   ASSERT_TRUE(request);
-  EXPECT_EQ(request->body, R"({"a":1})");
+  EXPECT_EQ(request->value(), R"({"a":1})");
   EXPECT_FALSE(on.arrive(call_from({}, {18, 1}), "{}"));
   EXPECT_EQ(echo.reply(*request, std::string(301, ' '), now).error(), (error{errc::too_big, 301, 300}));
-  ASSERT_TRUE(echo.reply(*request, request->body, now)); // after too_big it is still open
+  ASSERT_TRUE(echo.reply(*request, request->value(), now)); // after too_big it is still open
   EXPECT_EQ(on.take()->text, R"({"a":1})");
   EXPECT_TRUE(on.arrive(call_from({}, {18, 1}), "{}"));
   auto second = echo.next(0ns);

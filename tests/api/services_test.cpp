@@ -58,7 +58,9 @@ class serving_thread {
   std::thread thread_;
 };
 
-constexpr auto add = [](auto& with, auto& asked) { (void)with.reply(asked, {asked.body.a + asked.body.b}); };
+constexpr auto add = [](auto& with, auto& asked) {
+  (void)with.reply(asked, {asked.value().a + asked.value().b});
+};
 
 TEST(services, are_called_with_structs_within_a_process_and_across) {
   auto robot = endpoint::listen(0, quick()).value();
@@ -86,24 +88,24 @@ TEST(services, are_called_with_text_and_by_lanes_too) {
   {
     const auto reply = texts.call(R"({"a":38,"b":4})", timeout);
     ASSERT_TRUE(reply) << reply.error().name();
-    EXPECT_EQ(reply->text(), R"({"sum":42})");
+    EXPECT_EQ(reply->value(), R"({"sum":42})");
   }
   auto lane = viewer.open_lane().value();
   const auto reply = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
   ASSERT_TRUE(reply) << reply.error().name();
-  EXPECT_TRUE(says(reply->text(), R"({"sum":42})")) << reply->text();
+  EXPECT_TRUE(says(reply->value(), R"({"sum":42})")) << reply->value();
 }
 
 TEST(services, answer_with_text) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<json_text, json_text>("/echo").value();
   const serving_thread serving{
-      provides, [](auto& with, auto& asked) { (void)with.reply(asked, std::string{asked.body}); }};
+      provides, [](auto& with, auto& asked) { (void)with.reply(asked, std::string{asked.value()}); }};
   auto viewer = connected(robot);
   auto echo = viewer.client<json_text, json_text>("/echo").value();
   const auto reply = echo.call(R"({"text":"hello"})", timeout);
   ASSERT_TRUE(reply) << reply.error().name();
-  EXPECT_EQ(reply->text(), R"({"text":"hello"})");
+  EXPECT_EQ(reply->value(), R"({"text":"hello"})");
   EXPECT_EQ(echo.call("[1]", timeout).code(), errc::not_an_object);
   EXPECT_EQ(echo.call("{", timeout).code(), errc::malformed);
 }
@@ -181,10 +183,10 @@ TEST(services, are_answered_without_waiting_by_a_loop) {
   ASSERT_TRUE(eventually([&] {
     const auto now = rowe::rt::monotonic_clock::now();
     (void)calls.start({1, 1}, timeout, now); // too_many_calls at times
-    if (auto asked = provides.try_next(now)) (void)provides.reply(*asked, {asked->body.a + 1}, now);
+    if (auto asked = provides.try_next(now)) (void)provides.reply(*asked, {asked->value().a + 1}, now);
     while (auto ended = calls.try_finish()) {
-      EXPECT_TRUE(ended->value) << ended->value.error().name();
-      answered += ended->value && ended->value->sum == 2;
+      EXPECT_TRUE(ended->reply) << ended->reply.error().name();
+      answered += ended->reply && ended->reply->sum == 2;
     }
     return answered >= 500;
   }));
@@ -221,7 +223,7 @@ TEST(services, end_with_their_responder) {
   }
   std::optional<rowe::result<rowe::caller<two_numbers, one_number>::answer>> ended;
   ASSERT_TRUE(eventually([&] { return ended.emplace(calls.try_finish()).has_value(); }));
-  EXPECT_FALSE((*ended)->value);
+  EXPECT_FALSE((*ended)->reply);
   EXPECT_EQ(calls.call({}, timeout).code(), errc::no_service);
 }
 
@@ -251,7 +253,7 @@ TEST(services, of_the_endpoint_itself_are_there) {
   auto stats = viewer.client<json_text, json_text>("/rowe/stats", {.text_bytes_max = 32 * 1024}).value();
   const auto reply = stats.call("{}", timeout);
   ASSERT_TRUE(reply) << reply.error().name();
-  EXPECT_TRUE(reply->text().starts_with('{'));
+  EXPECT_TRUE(reply->value().starts_with('{'));
 }
 
 TEST(typed_subscribers, read_what_peers_and_their_own_process_publish) {

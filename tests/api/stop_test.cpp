@@ -96,9 +96,9 @@ TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
   ASSERT_TRUE(peer.wait_peer(timeout));
   const auto answer = peer.invoke(rowe::message{"service", "/rowe/stop", "source", "test"}, timeout);
   ASSERT_TRUE(answer) << answer.error().name();
-  EXPECT_NE(answer->text().find(R"("state":"stopped")"), std::string::npos) << answer->text();
-  EXPECT_NE(answer->text().find(R"("source":"test")"), std::string::npos) << answer->text();
-  EXPECT_NE(answer->text().find(R"("observed_ns":")"), std::string::npos) << answer->text();
+  EXPECT_NE(answer->value().find(R"("state":"stopped")"), std::string::npos) << answer->value();
+  EXPECT_NE(answer->value().find(R"("source":"test")"), std::string::npos) << answer->value();
+  EXPECT_NE(answer->value().find(R"("observed_ns":")"), std::string::npos) << answer->value();
   EXPECT_FALSE(loop.moving());
 }
 
@@ -204,7 +204,7 @@ TEST(stop, comes_when_a_loop_does_not_look_in_time) {
   ASSERT_TRUE(base.has_moved());
   EXPECT_TRUE(base.becomes(false)); // `slow` is not asked any more
   const auto state = robot.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout).value();
-  EXPECT_NE(state.text().find(R"("cause":"loop","source":"slow")"), std::string::npos) << state.text();
+  EXPECT_NE(state.value().find(R"("cause":"loop","source":"slow")"), std::string::npos) << state.value();
 }
 
 } // namespace

@@ -33,7 +33,7 @@ TEST(lanes, invoke_as_in_the_paper) {
   {
     const auto sum = lane.invoke(message("service", "add-two-numbers", "a", 38, "b", 4), timeout);
     ASSERT_TRUE(sum) << sum.error().name();
-    EXPECT_TRUE(says(sum->text(), R"({"sum":42})")) << sum->text();
+    EXPECT_TRUE(says(sum->value(), R"({"sum":42})")) << sum->value();
   }
   provider.join();
 }
@@ -60,7 +60,7 @@ TEST(lanes, have_several_calls_in_flight_without_waiting) {
   }
   for (std::size_t i = 4; i-- > 0;) {
     ASSERT_TRUE(answers.try_send(message("unrelated", i), timeout, calls[i].from()));
-    const std::string_view text = calls[i].text();
+    const std::string_view text = calls[i].value();
     ASSERT_TRUE(answers.try_reply(calls[i], message("n", text[text.find(R"("n":)") + 4] - '0'), clock_now()));
   }
   for (const int expected : {3, 2, 0}) {
@@ -68,10 +68,10 @@ TEST(lanes, have_several_calls_in_flight_without_waiting) {
     ASSERT_TRUE(eventually([&] { return ended.emplace(lane.try_finish()).has_value(); }));
     ASSERT_TRUE((*ended)->reply);
     EXPECT_EQ((*ended)->id, started[expected]);
-    EXPECT_TRUE(says((*ended)->reply->text(), message("n", expected).text()));
+    EXPECT_TRUE(says((*ended)->reply->value(), message("n", expected).text()));
   }
   EXPECT_EQ(lane.try_finish().code(), errc::empty);
-  for (std::size_t i = 4; i-- > 0;) EXPECT_EQ(lane.receive(timeout)->text(), message("unrelated", i).text());
+  for (std::size_t i = 4; i-- > 0;) EXPECT_EQ(lane.receive(timeout)->value(), message("unrelated", i).text());
 }
 
 TEST(lanes, send_to_everyone_and_to_one) {
@@ -83,19 +83,19 @@ TEST(lanes, send_to_everyone_and_to_one) {
   auto second = connected(robot);
   ASSERT_TRUE(eventually([&] { return robot.peers() == 2; }));
   ASSERT_TRUE(lane.send(R"({"to":"all"})", timeout));
-  EXPECT_EQ(first.receive(timeout)->text(), R"({"to":"all"})");
-  EXPECT_EQ(second.receive(timeout)->text(), R"({"to":"all"})");
+  EXPECT_EQ(first.receive(timeout)->value(), R"({"to":"all"})");
+  EXPECT_EQ(second.receive(timeout)->value(), R"({"to":"all"})");
   ASSERT_TRUE(lane.try_send(R"({"to":"one"})", timeout, robot.connections()[0].id));
   ASSERT_TRUE(lane.try_send(R"({"to":"both"})", timeout));
   std::size_t alone = 0;
   for (endpoint* one : {&first, &second}) {
     auto heard = one->receive(timeout);
     ASSERT_TRUE(heard);
-    if (heard->text() == R"({"to":"one"})") {
+    if (heard->value() == R"({"to":"one"})") {
       ++alone;
       heard = one->receive(timeout);
     }
-    EXPECT_EQ(heard->text(), R"({"to":"both"})");
+    EXPECT_EQ(heard->value(), R"({"to":"both"})");
   }
   EXPECT_EQ(alone, 1U);
 }
@@ -108,7 +108,7 @@ TEST(lanes, wait_for_a_peer_as_long_as_the_time_to_live) {
   auto talker = endpoint::connect(url_of(robot), quick()).value();
   auto said = talker.open_lane().value();
   EXPECT_TRUE(said.send(R"({"early":true})", -1ns));
-  EXPECT_EQ(lane.receive(timeout)->text(), R"({"early":true})");
+  EXPECT_EQ(lane.receive(timeout)->value(), R"({"early":true})");
 }
 
 TEST(lanes, tell_what_is_no_message_to_who_waits) {
@@ -168,7 +168,7 @@ TEST(lanes, that_do_not_receive_leave_it_to_others) {
   auto open = robot.open_lane().value();
   auto viewer = connected(robot);
   ASSERT_TRUE(viewer.send(R"({"n":1})", timeout));
-  EXPECT_EQ(open.receive(timeout)->text(), R"({"n":1})");
+  EXPECT_EQ(open.receive(timeout)->value(), R"({"n":1})");
   EXPECT_EQ(mute.try_receive().code(), errc::empty);
 }
 
@@ -248,7 +248,7 @@ void take_all(Handle& from, int count) {
   for (int i = 0; i < count; ++i) {
     const auto got = from.receive(timeout);
     ASSERT_TRUE(got) << i << ": " << got.error().name();
-    ASSERT_TRUE(says(got->text(), R"({"n":)" + std::to_string(i) + "}")) << got->text();
+    ASSERT_TRUE(says(got->value(), R"({"n":)" + std::to_string(i) + "}")) << got->value();
   }
 }
 

@@ -182,7 +182,7 @@ std::uint32_t send(rowe::lane& to, std::string_view text, rowe::duration ttl, ro
 // expects: ldar ldar ldar stlr stlr stlr
 void receive(rowe::lane& from, rowe::time_point now, std::size_t& bytes) {
   const auto came = from.try_receive(now);
-  if (came) bytes += came->text().size();
+  if (came) bytes += came->value().size();
 }
 
 } // extern "C"

@@ -279,9 +279,7 @@ int main(int count, char** values) {
   }
   auto carrier = open(*given);
   if (!carrier) {
-    std::array<char, 160> why;
-    const std::string_view text = carrier.error().text(why);
-    std::fprintf(stderr, "transport_echo: %.*s\n", static_cast<int>(text.size()), text.data());
+    std::fprintf(stderr, "transport_echo: %s\n", carrier.error().message().c_str());
     return 1;
   }
   return run(**carrier, *given);

@@ -49,10 +49,7 @@ const decoder& decoder_of() {
   return d;
 }
 
-std::string error_text(const error& e) {
-  std::array<char, 200> room;
-  return std::string{e.name()} + ": " + std::string{e.text(room)};
-}
+std::string error_text(const error& e) { return std::string{e.name()} + ": " + e.message(); }
 
 bool is_valid(std::string_view text) {
   static reader r = reader::create(1 << 20).value();

@@ -111,13 +111,13 @@ void run(rowe::endpoint& robot, bool drives) {
   std::fflush(stdout);
   while (const auto now = loop.wait()) {
     while (auto asked = adds.try_next(*now))
-      (void)adds.reply(*asked, {asked->body.a + asked->body.b}, *now); // who left needs no answer
-    while (auto asked = mine.try_next(*now)) (void)mine.reply(*asked, asked->body.data ? on : off, *now);
+      (void)adds.reply(*asked, {asked->value().a + asked->value().b}, *now); // who left needs no answer
+    while (auto asked = mine.try_next(*now)) (void)mine.reply(*asked, asked->value().data ? on : off, *now);
     if (drive) drive->turn(*now);
     while (auto came = mail.try_receive(*now)) {
       if (came->wants_reply())
         (void)mail.try_refuse(*came, "not one of mine", *now);
-      else if (!mail.try_send(came->text(), 1s, *now))
+      else if (!mail.try_send(came->value(), 1s, *now))
         std::fprintf(stderr, "a message was not sent\n");
     }
   }

@@ -55,8 +55,8 @@ TEST_P(conversation, calls_with_types_in_both_directions) {
     ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
     auto asked = ours.next(timeout);
     ASSERT_TRUE(asked) << asked.error().name();
-    EXPECT_EQ(asked->body.a + asked->body.b, 42);
-    ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
+    EXPECT_EQ(asked->value().a + asked->value().b, 42);
+    ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
     EXPECT_EQ(there().line("sum ", i), "sum 42");
   }
 }
@@ -91,7 +91,7 @@ TEST_P(conversation, sends_messages_in_both_directions_and_in_order) {
       EXPECT_EQ(there().line("letter ", static_cast<std::size_t>(i) + 1), "letter " + text);
       const auto back = mail.receive(timeout);
       ASSERT_TRUE(back) << back.error().name();
-      EXPECT_EQ(back->text(), text);
+      EXPECT_EQ(back->value(), text);
     }
   }
   EXPECT_EQ(there().told("letter ").size(), 100U);
@@ -117,7 +117,7 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
     ASSERT_NE(found, open.end()) << "a call ended twice";
     if (found->second) {
       ASSERT_TRUE(ended->reply) << ended->reply.error().name();
-      EXPECT_NE(ended->reply->text().find(std::to_string(there().process())), std::string_view::npos);
+      EXPECT_NE(ended->reply->value().find(std::to_string(there().process())), std::string_view::npos);
     } else {
       EXPECT_EQ(ended->reply.code(), errc::timed_out);
     }
@@ -130,11 +130,11 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
 TEST_P(conversation, serves_threads_at_the_front_door) {
   const auto reply = here().invoke(message("service", "/something", "n", 1), timeout);
   ASSERT_TRUE(reply) << reply.error().name();
-  EXPECT_NE(reply->text().find(std::to_string(there().process())), std::string_view::npos);
+  EXPECT_NE(reply->value().find(std::to_string(there().process())), std::string_view::npos);
   ASSERT_TRUE(here().send(R"({"echo":"door"})", rowe::rt::for_ever));
   const auto back = here().receive(timeout);
   ASSERT_TRUE(back) << back.error().name();
-  EXPECT_EQ(back->text(), R"({"echo":"door"})");
+  EXPECT_EQ(back->value(), R"({"echo":"door"})");
 }
 
 std::string name_of(const testing::TestParamInfo<conversation::ParamType>& of) {

@@ -34,7 +34,7 @@ void lose_calls(endpoint& here, process_side& there) {
 
   const auto first = next_end(mute);
   ASSERT_TRUE(first);
-  EXPECT_EQ(first->value.code(), errc::peer_lost);
+  EXPECT_EQ(first->reply.code(), errc::peer_lost);
   const auto second = next_end(lane);
   ASSERT_TRUE(second);
   EXPECT_EQ(second->reply.code(), errc::peer_lost);

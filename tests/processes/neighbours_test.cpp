@@ -116,7 +116,7 @@ TEST(neighbours, have_their_answers_beside_one_that_reads_nothing) {
     ASSERT_TRUE(mail.send(text, rowe::rt::for_ever)) << n;
     const auto back = mail.receive(timeout);
     ASSERT_TRUE(back) << n << ": " << back.error().name();
-    ASSERT_EQ(back->text(), text);
+    ASSERT_EQ(back->value(), text);
   };
   // Until the server takes no more, not even in a while: what the kernels hold is some megabytes.
   std::size_t taken = 0;

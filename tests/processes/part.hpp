@@ -60,19 +60,19 @@ class actor {
   // One cycle. What cannot be sent is for the test to miss.
   void step(rowe::time_point now) {
     while (auto asked = adds_.try_next(now)) {
-      (void)adds_.reply(*asked, {asked->body.a + asked->body.b}, now);
+      (void)adds_.reply(*asked, {asked->value().a + asked->value().b}, now);
     }
     while (auto asked = mutes_.try_next(now)) {
-      tell_("mute", asked->body);
+      tell_("mute", asked->value());
       held_.push_back(std::move(*asked)); // one that is destroyed is refused
     }
-    while (auto taken = orders_.try_take()) tell_("order", taken->text());
+    while (auto taken = orders_.try_take()) tell_("order", taken->value());
     while (auto came = mail_.try_receive(now)) take(*came, now);
     while (auto ended = asks_.try_finish()) {
-      if (ended->value) {
-        tell_("sum", std::to_string(static_cast<long>(ended->value->sum)));
+      if (ended->reply) {
+        tell_("sum", std::to_string(static_cast<long>(ended->reply->sum)));
       } else {
-        tell_("failed", ended->value.error().name());
+        tell_("failed", ended->reply.error().name());
       }
     }
     (void)beats_.publish({::getpid(), ++beat_}, now);
@@ -84,13 +84,13 @@ class actor {
   }
 
   void take(const rowe::message_view& came, rowe::time_point now) {
-    tell_(came.wants_reply() ? "call" : "letter", came.text());
+    tell_(came.wants_reply() ? "call" : "letter", came.value());
     if (came.wants_reply()) {
       (void)mail_.try_reply(came, rowe::message("process", ::getpid()), now);
-    } else if (has(came.text(), R"("ask")")) {
+    } else if (has(came.value(), R"("ask")")) {
       (void)asks_.start({38, 4}, rowe::rt::for_ever, now);
-    } else if (has(came.text(), R"("echo")")) {
-      (void)mail_.try_send(came.text(), rowe::rt::for_ever, now, came.from());
+    } else if (has(came.value(), R"("echo")")) {
+      (void)mail_.try_send(came.value(), rowe::rt::for_ever, now, came.from());
     }
   }
 

@@ -63,7 +63,7 @@ TEST_F(restarted_server, is_subscribed_to_and_told_of_our_services_again) {
     ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
     auto asked = ours.next(timeout);
     ASSERT_TRUE(asked) << asked.error().name();
-    ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
+    ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
     EXPECT_EQ(there().line("sum "), "sum 42");
   }
   EXPECT_EQ(count_of(here(), "peers_joined"), 3U);
@@ -132,7 +132,7 @@ TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
     EXPECT_EQ(there.line("letter "), "letter " + std::string{message("echo", round).text()});
     const auto back = mail.receive(timeout);
     ASSERT_TRUE(back) << back.error().name();
-    EXPECT_EQ(back->text(), message("echo", round).text());
+    EXPECT_EQ(back->value(), message("echo", round).text());
     const auto answer = call_when_there(add, {38, 4});
     ASSERT_TRUE(answer) << answer.error().name();
     EXPECT_EQ(answer->sum, 42);
@@ -143,7 +143,7 @@ TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
     ASSERT_TRUE(mail.send(R"({"ask":true})", rowe::rt::for_ever));
     auto asked = ours.next(timeout);
     ASSERT_TRUE(asked) << asked.error().name();
-    ASSERT_TRUE(ours.reply(*asked, {asked->body.a + asked->body.b}));
+    ASSERT_TRUE(ours.reply(*asked, {asked->value().a + asked->value().b}));
     EXPECT_EQ(there.line("sum "), "sum 42");
     there.kill();
     ASSERT_TRUE(eventually([&] { return here.peers() == 0; }));

@@ -106,7 +106,7 @@ void take_texts_beside(real_time& rt, Take take) {
       rt, detail::subscribe_request<json_text>("/said", {.depth = depth, .text_bytes_max = text_bytes}));
   rt.beside([&on = on] { arrive(on); });
   rt.calls([&seen = seen, take](std::uint64_t) {
-    if (const auto taken = take(seen)) use(taken->text().front());
+    if (const auto taken = take(seen)) use(taken->value().front());
   });
 }
 
@@ -147,7 +147,7 @@ void answer_beside(real_time& rt, bool refused) {
   rt.calls([&answers = with.handle, refused](std::uint64_t i) {
     auto asked = answers.try_next(now);
     if (!asked || i % 7 == 0) return; // dropped
-    use(refused ? answers.refuse(*asked, "no", now) : answers.reply(*asked, asked->body, now));
+    use(refused ? answers.refuse(*asked, "no", now) : answers.reply(*asked, asked->value(), now));
   });
 }
 

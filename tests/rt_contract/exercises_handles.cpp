@@ -274,7 +274,7 @@ constexpr exercise list[] = {
          arrive(on);
          const auto taken = seen.try_take(); // what came before it closed is still there
          close(on);
-         use(taken->text().front());
+         use(taken->value().front());
        });
      }},
     {"message_view::message_view", "from what has arrived",
@@ -318,14 +318,24 @@ constexpr exercise list[] = {
          use(seen.try_take());
        });
      }},
-    {"message_view::text", "of each slot in turn",
+    {"message_view::value", "of each slot in turn",
      [](real_time& rt) {
        lane& on = subscribing_lane(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
          const auto taken = seen.try_take();
-         use(taken->text().front());
+         use(taken->value().front());
+       });
+     }},
+    {"message_view::operator*", "of each slot in turn",
+     [](real_time& rt) {
+       lane& on = subscribing_lane(rt, audience::somebody);
+       auto& seen = subscriber_on(rt, on);
+       rt.calls([&](std::uint64_t) {
+         arrive(on);
+         const auto taken = seen.try_take();
+         use((**taken).front());
        });
      }},
     {"message_view::from", "of each slot in turn",

@@ -319,7 +319,7 @@ constexpr exercise list[] = {
          use(talk.start(text, ttl, now));
          serve(on);
          const auto ended = talk.try_finish();
-         use(ended->reply->text().size());
+         use(ended->reply->value().size());
        });
      }},
 

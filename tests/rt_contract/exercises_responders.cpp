@@ -34,7 +34,7 @@ void next_each(real_time& rt, answering<Responder> with) {
     if (i % 3 != 0) ask(with.on);
     {
       auto request = with.answers.try_next(now);
-      if (request && i % 3 == 1) use(with.answers.reply(*request, request->body, now));
+      if (request && i % 3 == 1) use(with.answers.reply(*request, request->value(), now));
     } // dropped unanswered, if it was not
     serve(with.on);
   });
@@ -54,7 +54,7 @@ void reply_by_the_clock(real_time& rt, answering<Responder> with) {
   rt.calls([&](std::uint64_t) {
     ask(with.on);
     auto request = with.answers.try_next(now);
-    use(with.answers.reply(*request, request->body));
+    use(with.answers.reply(*request, request->value()));
     serve(with.on);
   });
 }
@@ -72,8 +72,8 @@ void reply_each(real_time& rt, answering<Responder> with) {
   rt.calls([&](std::uint64_t i) {
     ask(with.on, i % 3 == 0 ? now + 1ns : rt::never, i % 3 == 1 ? somebody_gone : somebody);
     auto request = with.answers.try_next(now);
-    use(with.answers.reply(*request, request->body, now + 1ns));
-    use(with.answers.reply(*request, request->body, now + 1ns));
+    use(with.answers.reply(*request, request->value(), now + 1ns));
+    use(with.answers.reply(*request, request->value(), now + 1ns));
     serve(with.on);
   });
 }
@@ -160,11 +160,11 @@ constexpr exercise list[] = {
      [](real_time& rt) { next_of_what_is_too_late(rt, texts_in(rt)); }},
     {"responder::reply", "with structs, when it closed",
      [](real_time& rt) {
-       answer_when_closed(rt, structs_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.body, now)); });
+       answer_when_closed(rt, structs_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.value(), now)); });
      }},
     {"responder::reply", "with texts, when it closed",
      [](real_time& rt) {
-       answer_when_closed(rt, texts_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.body, now)); });
+       answer_when_closed(rt, texts_in(rt), [](auto& by, auto& to) { use(by.reply(to, to.value(), now)); });
      }},
     {"responder::reply", "with texts that are too big",
      [](real_time& rt) {
@@ -227,6 +227,12 @@ constexpr exercise list[] = {
          serve(with.on);
        });
      }},
+    {"request::value", "of a request",
+     [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r.value().x; }); }},
+    {"request::operator*", "of a request",
+     [](real_time& rt) { read_a_request(rt, [](const auto& r) { return (*r).x; }); }},
+    {"request::operator->", "of a request",
+     [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r->x; }); }},
     {"detail::open_request::from", "of a request",
      [](real_time& rt) { read_a_request(rt, [](const auto& r) { return r.from(); }); }},
     {"detail::open_request::arrived", "of a request",

@@ -61,6 +61,9 @@ constexpr exercise list[] = {
        const number n{1};
        rt.calls([&](std::uint64_t) { use(*n); });
      }},
+    {"result::operator*", "of a temporary",
+     [](real_time& rt) { rt.calls([](std::uint64_t i) { use(*number{i}); }); }},
+    {"result::operator*", "of a status", [](real_time& rt) { rt.calls([](std::uint64_t) { *status{}; }); }},
     {"result::operator->", "of a value",
      [](real_time& rt) {
        result<vector> v{{1, 2}};

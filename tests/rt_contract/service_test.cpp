@@ -65,7 +65,7 @@ rt::tripwire::report publish_and_take(publisher<pose>& odom, subscriber<json_tex
                                       std::uint64_t cycles, std::uint64_t& taken) {
   return watch_a_loop(cycles, [&](std::uint64_t i) {
     use(odom.publish({static_cast<double>(i), 1, 2}, rt::monotonic_clock::now()));
-    if (const auto message = seen.try_take()) taken += message->text().size() != 0;
+    if (const auto message = seen.try_take()) taken += message->value().size() != 0;
   });
 }
 
@@ -135,15 +135,16 @@ struct loop_that_calls {
     const auto now = rt::monotonic_clock::now();
     if (auto asked = answers.try_next(now)) {
       if (i % 8 == 0) use(answers.refuse(*asked, "not now", now));
-      if (i % 8 != 1) use(answers.reply(*asked, asked->body, now)); // else it is dropped, or answered twice
+      if (i % 8 != 1)
+        use(answers.reply(*asked, asked->value(), now)); // else it is dropped, or answered twice
     }
     if (const auto begun = asks.start({static_cast<double>(i), 1, 2}, 1ms, now); begun && i % 16 == 0)
       asks.cancel(*begun);
     use(talk.start(message{"service", "same", "stamp", i, "x", 1, "y", 2}, 1ms, now));
     use(talk.start(message{"service", "echo", "n", i}, 1ms, now)); // for a peer, and there is none
     use(talk.try_send(message{"n", i}, 100us, now));               // likewise
-    if (const auto came = talk.try_receive(now)) use(came->text().size());
-    while (const auto ended = asks.try_finish()) replies += ended->value.has_value();
+    if (const auto came = talk.try_receive(now)) use(came->value().size());
+    while (const auto ended = asks.try_finish()) replies += ended->reply.has_value();
     while (const auto ended = talk.try_finish()) replies += ended->reply.has_value();
   }
 };

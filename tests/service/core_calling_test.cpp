@@ -86,7 +86,7 @@ struct calling : core_test {
   void answer_one(add_responder& by) {
     auto asked = by.try_next(on.now);
     ASSERT_TRUE(asked) << asked.error().name();
-    EXPECT_TRUE(by.reply(*asked, {asked->body.a + asked->body.b}, on.now));
+    EXPECT_TRUE(by.reply(*asked, {asked->value().a + asked->value().b}, on.now));
   }
 };
 
@@ -297,8 +297,8 @@ TEST_F(calling, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) 
     const auto asked = lane.try_receive(on.now);
     ASSERT_TRUE(asked);
     EXPECT_TRUE(asked->wants_reply());
-    EXPECT_TRUE(asked->text().starts_with(R"({"service":"/add","a":)")) << asked->text();
-    EXPECT_NE(asked->text().find(R"("message_id":")"), std::string_view::npos) << asked->text();
+    EXPECT_TRUE(asked->value().starts_with(R"({"service":"/add","a":)")) << asked->value();
+    EXPECT_NE(asked->value().find(R"("message_id":")"), std::string_view::npos) << asked->value();
     EXPECT_TRUE(lane.try_reply(*asked, R"({"result":7})", on.now));
   }
   on.cycle();
@@ -314,7 +314,7 @@ TEST_F(calling, gives_a_lane_what_came_before_anybody_received) {
   auto lane = open_lane(on);
   const auto early = lane.try_receive(on.now);
   ASSERT_TRUE(early);
-  EXPECT_EQ(early->text(), R"({"early":1})");
+  EXPECT_EQ(early->value(), R"({"early":1})");
   EXPECT_EQ(lane.try_receive(on.now).code(), errc::empty);
 }
 
@@ -452,8 +452,8 @@ TEST_F(calling, asks_the_peer_that_advertised_a_service) {
   const auto end = add.try_finish();
   ASSERT_TRUE(end);
   EXPECT_EQ(end->id, *call);
-  ASSERT_TRUE(end->value) << end->value.error().name();
-  EXPECT_EQ(end->value->sum, 42);
+  ASSERT_TRUE(end->reply) << end->reply.error().name();
+  EXPECT_EQ(end->reply->sum, 42);
   EXPECT_EQ(add.try_finish().code(), errc::empty);
 }
 
@@ -476,9 +476,9 @@ TEST_F(calling, keeps_several_calls_apart) {
   const auto two = lane.try_finish();
   ASSERT_TRUE(one && two);
   EXPECT_EQ(one->id, *second);
-  EXPECT_NE(one->reply->text().find(R"("of":"b")"), std::string_view::npos);
+  EXPECT_NE(one->reply->value().find(R"("of":"b")"), std::string_view::npos);
   EXPECT_EQ(two->id, *first);
-  EXPECT_EQ(lane.try_receive(on.now)->text(), R"({"unrelated":1})");
+  EXPECT_EQ(lane.try_receive(on.now)->value(), R"({"unrelated":1})");
 }
 
 TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
@@ -486,7 +486,7 @@ TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   auto lane = open_lane(on);
   EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
   on.cycle();
-  EXPECT_EQ(add.try_finish()->value.code(), errc::no_service);
+  EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service);
 
   peer page{on};
   page.say(R"({"op":"advertise_service","service":"/add"})");
@@ -495,7 +495,7 @@ TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   on.cycles(60);
   const auto timed_out = add.try_finish();
   ASSERT_TRUE(timed_out);
-  EXPECT_EQ(timed_out->value.error(), (rowe::error{errc::timed_out, 0, 50'000'000}));
+  EXPECT_EQ(timed_out->reply.error(), (rowe::error{errc::timed_out, 0, 50'000'000}));
   const std::string late = member(page.hear().at(0), "id");
   page.say(R"({"op":"service_response","id":")" + late +
            R"(","service":"/add","values":{"sum":2},"result":true})");
@@ -509,18 +509,18 @@ TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   page.say(R"({"op":"service_response","id":")" + refused +
            R"(","service":"/add","values":"no arms","result":false})");
   on.cycle();
-  EXPECT_EQ(add.try_finish()->value.code(), errc::refused);
+  EXPECT_EQ(add.try_finish()->reply.code(), errc::refused);
   EXPECT_EQ(add.refusal(), "no arms");
 
   EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
   on.cycle();
   page.leave();
   on.cycle();
-  EXPECT_EQ(add.try_finish()->value.code(), errc::peer_lost);
+  EXPECT_EQ(add.try_finish()->reply.code(), errc::peer_lost);
   EXPECT_EQ(on.count(counter::calls_lost), 1U);
   EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
   on.cycle();
-  EXPECT_EQ(add.try_finish()->value.code(), errc::no_service) << "it went with its provider";
+  EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service) << "it went with its provider";
 }
 
 TEST_F(calling, drops_replies_that_come_on_another_connection_or_mean_no_call) {
@@ -627,8 +627,8 @@ TEST_F(calling, reaches_a_service_of_its_own_process) {
   answer_one(serves);
   on.cycle();
   const auto end = calls.try_finish();
-  ASSERT_TRUE(end && end->value);
-  EXPECT_EQ(end->value->sum, 42);
+  ASSERT_TRUE(end && end->reply);
+  EXPECT_EQ(end->reply->sum, 42);
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
@@ -780,8 +780,8 @@ TEST_F(calling_client, asks_its_server_by_rosbridge_and_waits_for_it) {
              member(heard[0], "id") + R"("})");
   on.cycle();
   const auto end = add.try_finish();
-  ASSERT_TRUE(end && end->value);
-  EXPECT_EQ(end->value->sum, 42);
+  ASSERT_TRUE(end && end->reply);
+  EXPECT_EQ(end->reply->sum, 42);
 }
 
 // rosbridge has no code for it, only a sentence; whatever else ends likewise is the provider's own.
@@ -801,7 +801,7 @@ TEST_F(calling_client, knows_a_service_that_its_server_has_not_from_one_that_ref
     server.say(R"({"op":"service_response","id":")" + member(server.hear().at(0), "id") +
                R"(","service":"/add","values":")" + sentence + R"(","result":false})");
     on.cycle();
-    EXPECT_EQ(add.try_finish()->value.code(), code) << sentence;
+    EXPECT_EQ(add.try_finish()->reply.code(), code) << sentence;
     EXPECT_FALSE(add.refusal().empty());
   }
 }
@@ -824,7 +824,7 @@ TEST_F(calling_client, names_the_longest_service_that_nobody_provides) {
   hub.cycle();
   server.say(page.hear().at(0));
   program.cycle();
-  EXPECT_EQ(add.try_finish()->value.code(), errc::no_service);
+  EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service);
 }
 
 TEST_F(calling_client, names_the_member_of_a_reply_that_it_cannot_read) {
@@ -842,7 +842,7 @@ TEST_F(calling_client, names_the_member_of_a_reply_that_it_cannot_read) {
     server.say(R"({"op":"service_response","id":")" + member(server.hear().at(0), "id") +
                R"(","service":"/add","values":)" + values + R"(,"result":true})");
     on.cycle();
-    EXPECT_EQ(add.try_finish()->value.code(), code) << values;
+    EXPECT_EQ(add.try_finish()->reply.code(), code) << values;
     EXPECT_EQ(add.refusal(), sentence);
   }
 }

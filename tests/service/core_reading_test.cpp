@@ -360,7 +360,7 @@ struct sharing : reading {
     while (seen.size() < most) {
       const auto got = talk.try_receive(on.now);
       if (!got) break;
-      seen += got->text().substr(9, 1);
+      seen += got->value().substr(9, 1);
     }
     return seen;
   }
@@ -368,7 +368,7 @@ struct sharing : reading {
   bool echo() {
     bool all = true;
     while (const auto got = talk.try_receive(on.now))
-      all = talk.try_send(got->text(), -1ns, on.now, got->from()).has_value() && all;
+      all = talk.try_send(got->value(), -1ns, on.now, got->from()).has_value() && all;
     return all;
   }
   std::uint64_t lost() const {
@@ -613,7 +613,7 @@ TEST(reading_alone, keeps_long_messages_that_find_no_room) {
     if (i % 20 != 19) continue;
     if (const auto got = talk.try_receive(on.now)) {
       ASSERT_LT(taken, std::size(lengths));
-      EXPECT_EQ(got->text().size(), lengths[taken++] + 11);
+      EXPECT_EQ(got->value().size(), lengths[taken++] + 11);
     }
   }
   EXPECT_EQ(taken, std::size(lengths));

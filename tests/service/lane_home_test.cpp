@@ -58,7 +58,7 @@ TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
   close(one);
   on.cycles(10);
   EXPECT_EQ(one.lifecycle.look(), pair_phase::held);
-  EXPECT_EQ((*first)->text(), R"({"n":1})");
+  EXPECT_EQ((*first)->value(), R"({"n":1})");
   publish(1); // no longer for it
   EXPECT_EQ(on.count(counter::no_peer), 1U);
   first.reset();

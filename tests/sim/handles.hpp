@@ -215,7 +215,7 @@ class lane_user final : public actor {
 
   void finish() {
     while (const auto end = handle_.try_finish()) {
-      const std::uint32_t sum = end->reply ? number_after(end->reply->text(), R"("sum":)") : 0;
+      const std::uint32_t sum = end->reply ? number_after(end->reply->value(), R"("sum":)") : 0;
       ended(end->id, end->reply && sum == 0 ? no_answer : sum,
             end->reply ? rowe::status{} : rowe::status{end->reply.error()});
     }
@@ -233,7 +233,7 @@ class lane_user final : public actor {
     held_.erase(which);
   }
   void reply(const rowe::message_view& to) {
-    const std::uint32_t k = number_after(to.text(), R"("a":)");
+    const std::uint32_t k = number_after(to.value(), R"("a":)");
     switch (in_.random.below(6)) {
     case 0: return; // forgotten: the call ends by its time
     case 1:
@@ -283,9 +283,9 @@ class server final : public actor {
 
   static std::uint32_t call_of(const rowe::request<Q>& asked) {
     if constexpr (of_text) {
-      return number_after(asked.body, R"("a":)");
+      return number_after(asked.value(), R"("a":)");
     } else {
-      return static_cast<std::uint32_t>(asked.body.a);
+      return static_cast<std::uint32_t>(asked.value().a);
     }
   }
   void answer(std::size_t which) {
@@ -334,15 +334,15 @@ class client final : public actor {
   }
   void finish_up() override {
     while (const auto end = handle_.try_finish()) {
-      ended(end->id, end->value ? answer_of(*end->value) : 0,
-            end->value ? rowe::status{} : rowe::status{end->value.error()});
+      ended(end->id, end->reply ? answer_of(*end->reply) : 0,
+            end->reply ? rowe::status{} : rowe::status{end->reply.error()});
     }
   }
 
  private:
   static std::uint32_t answer_of(const sum& value) { return static_cast<std::uint32_t>(value.sum); }
   static std::uint32_t answer_of(const rowe::message_view& value) {
-    return number_after(value.text(), R"("sum":)");
+    return number_after(value.value(), R"("sum":)");
   }
 
   void start() {

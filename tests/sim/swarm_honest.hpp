@@ -220,7 +220,7 @@ class honest {
     for (int left = 32; left > 0; --left) {
       auto asked = responder_.try_next(in_.on.now);
       if (!asked) return;
-      const std::string text{asked->body};
+      const std::string text{asked->value()};
       (void)responder_.reply(*asked, rowe::json::is_object(text) ? text : "{}",
                              in_.on.now); // who has gone needs none
     }

@@ -82,7 +82,7 @@ void wait_everywhere(rowe::endpoint& at, const char* own, const char* other, unt
               [provides = at.serve<addends, total>(own, small_service).value()]() mutable -> rowe::status {
                 auto asked = provides.next(for_ever);
                 if (!asked) return asked.error();
-                (void)provides.reply(*asked, {asked->body.a + asked->body.b}); // the caller may be gone
+                (void)provides.reply(*asked, {asked->value().a + asked->value().b}); // the caller may be gone
                 return {};
               });
   threads.run("call", {errc::peer_lost, errc::full, errc::no_service, errc::refused, errc::timed_out},

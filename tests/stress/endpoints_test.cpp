@@ -85,7 +85,7 @@ class loop {
     }
   }
   void answer(rowe::request<addends>& to, rowe::time_point now) {
-    const auto said = provides_.reply(to, {to.body.a + to.body.b}, now);
+    const auto said = provides_.reply(to, {to.value().a + to.value().b}, now);
     if (!said) to_.expect("reply", said.code(), {errc::peer_lost, errc::expired});
   }
   void receive(rowe::time_point now) {
@@ -93,7 +93,7 @@ class loop {
       if (!came->wants_reply() || random_.below(8) == 0) continue;
       const auto said = random_.below(8) == 0
                             ? talk_.try_refuse(*came, "no", now)
-                            : talk_.try_reply(*came, message{"n", number_in(came->text(), "n")}, now);
+                            : talk_.try_reply(*came, message{"n", number_in(came->value(), "n")}, now);
       if (!said) to_.expect("try_reply", said.code(), {errc::peer_lost, errc::expired, errc::full});
     }
   }
@@ -121,15 +121,15 @@ class loop {
     for (;;) {
       const auto ended = calls_.try_finish();
       if (!ended) break;
-      if (!ended->value) expect_call_error(to_, "caller", ended->value.code());
-      sums_.end(ended->id, ended->value ? std::optional{ended->value->sum} : std::nullopt);
+      if (!ended->reply) expect_call_error(to_, "caller", ended->reply.code());
+      sums_.end(ended->id, ended->reply ? std::optional{ended->reply->sum} : std::nullopt);
     }
     for (;;) {
       const auto ended = talk_.try_finish();
       if (!ended) break;
       if (!ended->reply) expect_call_error(to_, "lane", ended->reply.code());
       echoes_.end(ended->id,
-                  ended->reply ? std::optional{number_in(ended->reply->text(), "n")} : std::nullopt);
+                  ended->reply ? std::optional{number_in(ended->reply->value(), "n")} : std::nullopt);
     }
   }
 
@@ -176,14 +176,14 @@ class ordinary_thread {
   void check(const char* what, const rowe::result<rowe::received>& reply, std::string_view member,
              std::int64_t number) {
     if (!reply) return expect_call_error(to_, what, reply.code());
-    if (number_in(reply->text(), member) != number) to_.add("a call got the reply of another one", what);
+    if (number_in(reply->value(), member) != number) to_.add("a call got the reply of another one", what);
   }
   // Answers, refuses, or does not answer.
   void receive() {
     const auto came = at_.receive(random_.time());
     if (!came) return to_.expect("receive", came.code(), {errc::timed_out});
     if (!came->wants_reply()) return;
-    const message reply{"n", number_in(came->text(), "n")};
+    const message reply{"n", number_in(came->value(), "n")};
     rowe::status said;
     switch (random_.below(8)) {
     case 0: return;
@@ -224,18 +224,18 @@ void open_and_close(rowe::endpoint& at, random_source& random, failures& to) {
     const auto echoed = talk->invoke(message{"service", "echo", "n", 7}, random.time());
     if (!echoed)
       expect_call_error(to, "lane::invoke", echoed.code());
-    else if (number_in(echoed->text(), "n") != 7)
+    else if (number_in(echoed->value(), "n") != 7)
       to.add("a call got the reply of another one");
   }
   if (passing) {
     auto asked = passing->next(random.time());
-    if (asked && random.below(2) == 0) (void)passing->reply(*asked, asked->body); // the caller may be gone
+    if (asked && random.below(2) == 0) (void)passing->reply(*asked, asked->value()); // the caller may be gone
   }
   (void)seen->take(random.time()); // likewise
   for (;;) {
     const auto ended = talk->try_finish();
     if (!ended) break;
-    calls.end(ended->id, ended->reply ? std::optional{number_in(ended->reply->text(), "n")} : std::nullopt);
+    calls.end(ended->id, ended->reply ? std::optional{number_in(ended->reply->value(), "n")} : std::nullopt);
   }
 }
 
@@ -252,11 +252,11 @@ void visit(const rowe::endpoint& host, random_source& random, failures& to) {
     (void)talk.try_send(message{"n", n}, 1s); // it may go before it is written
   }
   const auto echoed = talk.invoke(message{"service", "echo", "n", 9}, random.time());
-  if (echoed && number_in(echoed->text(), "n") != 9) to.add("a guest got the reply of another call");
+  if (echoed && number_in(echoed->value(), "n") != 9) to.add("a guest got the reply of another call");
   for (;;) {
     const auto ended = adds.try_finish();
     if (!ended) break;
-    calls.end(ended->id, ended->value ? std::optional{ended->value->sum} : std::nullopt);
+    calls.end(ended->id, ended->reply ? std::optional{ended->reply->sum} : std::nullopt);
   }
   if (random.below(2) == 0) (void)guest.close(random.time()); // else by its destructor
 }

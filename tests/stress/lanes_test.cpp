@@ -60,7 +60,7 @@ class short_lived {
     for (;;) {
       const auto ended = asks->try_finish();
       if (!ended) break;
-      sums.end(ended->id, ended->value ? std::optional{ended->value->sum} : std::nullopt);
+      sums.end(ended->id, ended->reply ? std::optional{ended->reply->sum} : std::nullopt);
     }
     answered_ += sums.answered();
   }
@@ -71,7 +71,7 @@ class short_lived {
     if (!provides) return to_.expect("serve", provides.code(), {errc::service_taken});
     for (std::uint64_t left = random_.below(4); left != 0; --left) {
       auto asked = provides->next(random_.time());
-      if (asked && random_.below(2) == 0) (void)provides->reply(*asked, {asked->body.a + asked->body.b});
+      if (asked && random_.below(2) == 0) (void)provides->reply(*asked, {asked->value().a + asked->value().b});
     }
   }
 

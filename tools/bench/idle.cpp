@@ -122,7 +122,7 @@ class scene {
     out_ = std::move(*out);
     if (c.with != company::nobody) bring_peer(c.with == company::listening);
   }
-  void fail(const error& why) { wrong_ = sentence_of(why); }
+  void fail(const error& why) { wrong_ = why.message(); }
   void bring_peer(bool listens) {
     auto peer = endpoint::connect(joined("ws://127.0.0.1:", hub_->port(), "/"));
     if (!peer) return fail(peer.error());

@@ -77,7 +77,7 @@ class answering {
     // relaxed: nothing but the flag itself is handed over
     while (!stop.load(std::memory_order_relaxed)) {
       if (auto request = echo_.try_next()) echo(*request);
-      if (auto value = in_.try_take()) tell(value->text());
+      if (auto value = in_.try_take()) tell(value->value());
     }
   }
   void echo_all() noexcept {
@@ -91,7 +91,7 @@ class answering {
     for (;;) {
       auto value = in_.take(-1ns);
       if (!value) return;
-      tell(value->text());
+      tell(value->value());
     }
   }
 
@@ -99,7 +99,7 @@ class answering {
   answering(echo_handle echo, subscriber<json_text> in, publisher<arrived> back)
       : echo_{std::move(echo)}, in_{std::move(in)}, back_{std::move(back)} {}
 
-  void echo(request<json_text>& asked) noexcept { (void)echo_.reply(asked, asked.body); } // it may be gone
+  void echo(request<json_text>& asked) noexcept { (void)echo_.reply(asked, asked.value()); } // it may be gone
   void tell(std::string_view probe) noexcept {
     const rt::time_point now = rt::monotonic_clock::now();
     const auto number = probe_text::number_of(probe);
@@ -135,7 +135,7 @@ class stoppable {
       auto request = reset_.next(-1ns);
       if (!request) return;
       const status done = on.reset_stop(timeout_default);
-      (void)(done ? reset_.reply(*request, "{}") : reset_.refuse(*request, sentence_of(done.error())));
+      (void)(done ? reset_.reply(*request, "{}") : reset_.refuse(*request, done.error().message()));
     }
   }
 
@@ -181,20 +181,20 @@ exit_code peer(argument_list arguments) {
   }
   auto hub = endpoint::listen(port, options);
   if (!hub) {
-    to.error("cannot listen on ", options.address, ": ", sentence_of(hub.error()));
+    to.error("cannot listen on ", options.address, ": ", hub.error().message());
     return exit_code_of(hub.error());
   }
   auto answers = answering::open(*hub, s.size);
   auto info = hub->serve<json_text, json_text>(info_service);
   if (!answers || !info) {
-    to.error("cannot answer: ", sentence_of(answers ? info.error() : answers.error()));
+    to.error("cannot answer: ", (answers ? info.error() : answers.error()).message());
     return exit_code::failed;
   }
   std::optional<stoppable> robot;
   if (s.stop) {
     auto opened = stoppable::open(*hub);
     if (!opened) {
-      to.error("cannot be stopped: ", sentence_of(opened.error()));
+      to.error("cannot be stopped: ", opened.error().message());
       return exit_code::failed;
     }
     robot = std::move(*opened);

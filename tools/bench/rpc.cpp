@@ -52,7 +52,7 @@ class calls {
     if (!spins_) return;
     while (const auto done = from_.try_finish())
       sink(arrival{numbers_[done->id.index % in_flight_max], rt::monotonic_clock::now(),
-                   ending_of(done->value)});
+                   ending_of(done->reply)});
   }
   void wait(rt::time_point until) {
     if (!spins_) rt::kernel_clock::sleep_until(until);
@@ -63,7 +63,7 @@ class calls {
   std::string failure() const {
     if (!failure_) return {};
     if (failure_->code == errc::refused) return joined("the service says no: ", printable(from_.refusal()));
-    return sentence_of(*failure_);
+    return failure_->message();
   }
 
  private:
@@ -133,7 +133,7 @@ exit_code rpc(argument_list arguments) {
   auto from = over.hub->client<json_text, json_text>(
       service, {.depth = in_flight_max, .text_bytes_max = static_cast<std::uint32_t>(s.size)});
   if (!from) {
-    to.error("cannot call ", quoted(service), ": ", sentence_of(from.error()));
+    to.error("cannot call ", quoted(service), ": ", from.error().message());
     return tools::exit_code_of(from.error());
   }
   const std::string request = s.request.empty() ? "{}" : s.request;

@@ -53,7 +53,7 @@ class values {
     if (value) taken_ = value->value();
   }
   bool over() const noexcept { return failure_.has_value(); }
-  std::string failure() const { return failure_ ? sentence_of(*failure_) : std::string{}; }
+  std::string failure() const { return failure_ ? failure_->message() : std::string{}; }
 
  private:
   // Where the clocks differ, what counts is when the report of the arrival came back.
@@ -105,7 +105,7 @@ exit_code send(argument_list arguments) {
                                                  .text_bytes_max = static_cast<std::uint32_t>(s.size)});
   auto back = over.hub->subscribe<arrived>(back_topic, {.depth = reports_in_flight_max});
   if (!out || !back) {
-    to.error("cannot publish: ", sentence_of(out ? back.error() : out.error()));
+    to.error("cannot publish: ", (out ? back.error() : out.error()).message());
     return exit_code::failed;
   }
   if (!over.same_clock)

@@ -44,9 +44,10 @@ bool introduce(link& l, rt::duration timeout) {
   if (!ask) return false;
   const auto answer = ask->call("{}", timeout);
   if (!answer) return false;
-  const std::string boot_id = plain_text_of(value_at(answer->text(), "boot_id").value_or(""));
+  const std::string boot_id = plain_text_of(value_at(answer->value(), "boot_id").value_or(""));
   l.same_clock = boot_id == this_machine({}).boot_id && !boot_id.empty();
-  if (!l.same_clock) l.peer_machine = plain_text_of(value_at(answer->text(), "line").value_or("\"unknown\""));
+  if (!l.same_clock)
+    l.peer_machine = plain_text_of(value_at(answer->value(), "line").value_or("\"unknown\""));
   return true;
 }
 

@@ -49,9 +49,9 @@ class stops {
     last_ = arrival{number, back, ending::well};
     if (!answer) {
       last_->how = answer.error().code == errc::timed_out ? ending::timed_out : ending::failed;
-      failure_ = joined("the stop: ", sentence_of(answer.error()));
+      failure_ = joined("the stop: ", answer.error().message());
     } else {
-      note(answer->text(), now, back);
+      note(answer->value(), now, back);
     }
     let_run();
     return true;
@@ -72,7 +72,7 @@ class stops {
     over_ = true;
     failure_ =
         joined("the robot cannot be reset: ",
-               done.error().code == errc::refused ? printable(reset_.refusal()) : sentence_of(done.error()),
+               done.error().code == errc::refused ? printable(reset_.refusal()) : done.error().message(),
                " (was it started with `rowe bench peer --stop`?)");
     return false;
   }
@@ -133,7 +133,7 @@ exit_code stop(argument_list arguments) {
   auto ask = over.hub->client<json_text, json_text>("/rowe/stop", {.depth = 1});
   auto reset = over.hub->client<json_text, json_text>(reset_service, {.depth = 1});
   if (!ask || !reset) {
-    to.error("cannot ask: ", sentence_of(ask ? reset.error() : ask.error()));
+    to.error("cannot ask: ", (ask ? reset.error() : ask.error()).message());
     return exit_code::failed;
   }
   stops target{std::move(*ask), std::move(*reset), s.timeout.value_or(timeout_default), over.same_clock};

@@ -103,7 +103,7 @@ demo::demo(handles through, int service_cpu)
 void demo::answer(robot& moving, rt::time_point now) noexcept {
   auto request = through_.speed.try_next(now);
   if (!request) return;
-  const speed_setting asked = request->body;
+  const speed_setting asked = request->value();
   if (asked.speed >= 0 && asked.speed <= robot::speed_max) {
     moving.set_speed(asked.speed);
     (void)through_.speed.reply(*request, asked, now); // who has gone needs no answer

@@ -41,11 +41,6 @@ bool emit(std::string_view text) {
   return std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
 }
 
-std::string sentence_of(const error& reason) {
-  std::array<char, 256> room;
-  return std::string{reason.text(room)};
-}
-
 std::string sentence_of(const event& happened) {
   const std::string_view peer = happened.peer;
   const std::string_view what = happened.what;

@@ -83,8 +83,6 @@ class console {
 // closed is no error, and the verb ends quietly.
 [[nodiscard]] bool emit(std::string_view text);
 
-// An error's sentence.
-std::string sentence_of(const error& reason);
 // "10.0.0.7:4711: refused: ... (allow it with ...)".
 std::string sentence_of(const event& happened);
 

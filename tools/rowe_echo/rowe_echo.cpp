@@ -43,7 +43,7 @@ exit_code run(argument_list arguments) {
   options.insecure = insecure;
   auto server = endpoint::listen(static_cast<std::uint16_t>(port), options);
   if (!server) {
-    to.error("cannot listen on ", printable(address), ": ", sentence_of(server.error()));
+    to.error("cannot listen on ", printable(address), ": ", server.error().message());
     return server.code() == errc::not_loopback ? exit_code::usage : exit_code::failed;
   }
   const std::string host = address.find(':') == address.npos ? address : joined("[", address, "]");

@@ -53,13 +53,13 @@ class answers {
   bool try_send(const received& message) {
     // A reply carries the number of its call under another name.
     const std::string text =
-        message.wants_reply() ? without_member(message.text(), "message_id") : std::string{message.text()};
+        message.wants_reply() ? without_member(message.value(), "message_id") : std::string{message.value()};
     while (!interrupt::seen()) {
       const status done = message.wants_reply() ? through_.try_reply(message, text)
                                                 : through_.try_send(text, rt::for_ever, message.from());
       if (done || done.code() == errc::peer_lost || done.code() == errc::expired) return true;
       if (done.code() != errc::full) {
-        to_.error(sentence_of(done.error()));
+        to_.error(done.error().message());
         return true;
       }
       if (through_.wait_room(duration::zero())) return false; // there is room for others
@@ -105,7 +105,7 @@ void send_back(endpoint& through, bool once, const console& to) {
     if (message) {
       back.send(std::move(*message));
     } else if (message.code() != errc::timed_out) {
-      return to.error(sentence_of(message.error()));
+      return to.error(message.error().message());
     }
   }
 }

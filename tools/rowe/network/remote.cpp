@@ -124,7 +124,7 @@ void watcher::watch() {
 }
 
 exit_code cannot_open(const std::string& url, const error& reason, const console& to) {
-  to.error(printable(url), ": ", sentence_of(reason));
+  to.error(printable(url), ": ", reason.message());
   return exit_code_of(reason);
 }
 

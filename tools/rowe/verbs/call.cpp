@@ -97,7 +97,7 @@ std::string reason_of(const error& why, std::string_view said, rt::duration time
   case errc::no_peer: return "there is nobody to ask";
   case errc::timed_out: return joined("no answer within ", seconds_text(timeout));
   case errc::peer_lost: return "who was to answer went away before it did";
-  default: return sentence_of(why);
+  default: return why.message();
   }
 }
 
@@ -164,7 +164,7 @@ class asker {
       took = rt::monotonic_clock::now() - begin;
       return reply;
     });
-    if (answer) return {{}, Service::answer_of(answer->text()), took};
+    if (answer) return {{}, Service::answer_of(answer->value()), took};
     return failed(answer.error(), service_.refusal(), timeout_, took);
   }
 
@@ -272,7 +272,7 @@ template <class Service>
 exit_code ask_from(endpoint hub, const std::string& url, const call_options& o, const console& to) {
   auto service = Service::open(hub, o);
   if (!service) {
-    to.error("cannot call ", quoted(o.service), ": ", sentence_of(service.error()));
+    to.error("cannot call ", quoted(o.service), ": ", service.error().message());
     return tools::exit_code_of(service.error());
   }
   const rt::duration timeout = o.timeout.value_or(timeout_default);

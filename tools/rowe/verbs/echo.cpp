@@ -117,7 +117,7 @@ class subscriptions {
       auto one = hub.subscribe<json_text>(
           topic, {.depth = depth_for(o), .text_bytes_max = limits{}.message_bytes_max});
       if (!one) {
-        to.error("cannot subscribe to ", quoted(topic), ": ", sentence_of(one.error()));
+        to.error("cannot subscribe to ", quoted(topic), ": ", one.error().message());
         otherwise = exit_code_of(one.error());
         return std::nullopt;
       }
@@ -176,7 +176,7 @@ class letters {
     auto opened = hub.open_lane(
         {.depth = 16, .inbox_depth = queue_depth, .calls = 1, .text_bytes_max = limits{}.message_bytes_max});
     if (!opened) {
-      to.error("cannot receive: ", sentence_of(opened.error()));
+      to.error("cannot receive: ", opened.error().message());
       otherwise = exit_code_of(opened.error());
       return std::nullopt;
     }
@@ -224,7 +224,7 @@ class missing_publishers {
       const auto about =
           std::find_if(asked_.begin(), asked_.end(), [&](const one& o) { return o.call == end->id; });
       if (about == asked_.end()) return;
-      if (end->value && says_nobody(end->value->text())) {
+      if (end->reply && says_nobody(end->reply->value())) {
         to_.note("nobody publishes ", printable(about->topic), " at ", at_.url(),
                  " yet; waiting for it (Ctrl-C to stop)");
       }
@@ -268,9 +268,9 @@ class printer {
   exit_code run() {
     while (chosen_.count == 0 || printed_ < chosen_.count) {
       if (const auto end = wait()) return *end;
-      const auto text = format_.text_of(taken_->topic, taken_->body.text());
+      const auto text = format_.text_of(taken_->topic, taken_->body.value());
       if (!text) {
-        to_.error("there is no ", quoted(chosen_.field), " in ", printable(taken_->body.text()));
+        to_.error("there is no ", quoted(chosen_.field), " in ", printable(taken_->body.value()));
         return exit_code::failed;
       }
       taken_.reset();
@@ -303,7 +303,7 @@ class printer {
         return std::nullopt;
       }
       if (message.code() != errc::timed_out) {
-        to_.error(sentence_of(message.error()));
+        to_.error(message.error().message());
         return exit_code::failed;
       }
       if (rt::monotonic_clock::now() >= end) {
@@ -361,7 +361,7 @@ exit_code list_topics(endpoint hub, const std::string& url, const echo_options& 
   auto topics = hub.client<json_text, json_text>("/rosapi/topics",
                                                  {.depth = 1, .text_bytes_max = limits{}.message_bytes_max});
   if (!topics) {
-    to.error("cannot ask for the topics: ", sentence_of(topics.error()));
+    to.error("cannot ask for the topics: ", topics.error().message());
     return exit_code_of(topics.error());
   }
   remote connection{hub, url, to};
@@ -372,10 +372,10 @@ exit_code list_topics(endpoint hub, const std::string& url, const echo_options& 
   if (!answer) {
     if (interrupt::seen()) return exit_code::interrupted;
     to.error(url, " does not say what topics it has: ",
-             answer.code() == errc::refused ? printable(topics->refusal()) : sentence_of(answer.error()));
+             answer.code() == errc::refused ? printable(topics->refusal()) : answer.error().message());
     return answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
   }
-  (void)emit(o.json ? on_one_line(answer->text()) : list_of_topics(answer->text()));
+  (void)emit(o.json ? on_one_line(answer->value()) : list_of_topics(answer->value()));
   to.note("rowe echo ", url, " TOPIC prints the messages of one");
   return exit_code::done;
 }

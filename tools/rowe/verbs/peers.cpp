@@ -115,7 +115,7 @@ std::string page_of(std::string_view report) {
 exit_code ask(endpoint hub, const std::string& url, const peers_options& o, const console& to) {
   auto stats = hub.client<json_text, json_text>(service, {.depth = 1, .text_bytes_max = answer_bytes_max});
   if (!stats) {
-    to.error("cannot call ", service, ": ", sentence_of(stats.error()));
+    to.error("cannot call ", service, ": ", stats.error().message());
     return exit_code::failed;
   }
   const rt::duration timeout = o.timeout.value_or(timeout_default);
@@ -125,7 +125,7 @@ exit_code ask(endpoint hub, const std::string& url, const peers_options& o, cons
   watcher waits{connection};
   const auto answer = waits.during([&] { return stats->call("{}", timeout); });
   if (answer) {
-    (void)emit(o.json ? on_one_line(answer->text()) : page_of(answer->text())); // unread is fine
+    (void)emit(o.json ? on_one_line(answer->value()) : page_of(answer->value())); // unread is fine
     return exit_code::done;
   }
   if (interrupt::seen()) return exit_code::interrupted;
@@ -135,7 +135,7 @@ exit_code ask(endpoint hub, const std::string& url, const peers_options& o, cons
   }
   const bool unknown = answer.code() == errc::no_service || answer.code() == errc::refused;
   to.error(url, unknown ? " does not provide /rowe/stats: it is no rowe endpoint, or an older one" : ": ",
-           unknown ? "" : sentence_of(answer.error()));
+           unknown ? "" : answer.error().message());
   return exit_code::failed;
 }
 

@@ -256,7 +256,7 @@ class sender {
       } else if (done.code() == errc::no_peer) {
         if (const auto end = hub_.wait(chosen_.timeout)) return end;
       } else {
-        to_.error(sentence_of(done.error()));
+        to_.error(done.error().message());
         // An argument to blame is one that object_fault() cannot know of.
         const bool reserved = done.code() == errc::reserved_member && !chosen_.from_stdin();
         return reserved ? exit_code::usage : exit_code::failed;
@@ -290,8 +290,7 @@ template <class Target>
 exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, const console& to) {
   auto target = Target::open(hub, o);
   if (!target) {
-    to.error("cannot publish", o.bare ? "" : joined(" on ", quoted(o.topic)), ": ",
-             sentence_of(target.error()));
+    to.error("cannot publish", o.bare ? "" : joined(" on ", quoted(o.topic)), ": ", target.error().message());
     return exit_code_of(target.error());
   }
   remote connection{hub, url, to};
@@ -318,7 +317,7 @@ exit_code send_to(endpoint hub, const std::string& url, const pub_options& o, co
   connection.report();
   const status drained = hub.close(o.timeout.value_or(drain_time));
   const auto elapsed = rt::monotonic_clock::now() - begin;
-  if (!drained) to.error("at the end: ", sentence_of(drained.error()));
+  if (!drained) to.error("at the end: ", drained.error().message());
 
   // The endpoint tells of plain messages one by one.
   const std::uint64_t lost = o.bare ? sending.expired() : lost_here(hub);

@@ -142,7 +142,7 @@ class player {
         if (const auto end = hub_.wait(chosen_.timeout)) return end;
         begin_ += rt::monotonic_clock::now() - now; // the pace goes on where it was broken off
       } else {
-        to_.error(sentence_of(done.error()));
+        to_.error(done.error().message());
         return exit_code::failed;
       }
       if (interrupt::seen()) return exit_code::interrupted;
@@ -166,7 +166,7 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
                   const replay_options& o, const console& to) {
   auto odom = hub.advertise<ros::odometry>(o.topic, {.keep = keep::all, .depth = queue_depth});
   if (!odom) {
-    to.error("cannot publish on ", quoted(o.topic), ": ", sentence_of(odom.error()));
+    to.error("cannot publish on ", quoted(o.topic), ": ", odom.error().message());
     return exit_code_of(odom.error());
   }
   remote connection{hub, url, to};
@@ -178,7 +178,7 @@ exit_code play_to(endpoint hub, const std::string& url, const std::vector<tum_po
   const status drained = hub.close(o.timeout.value_or(drain_time));
   const auto elapsed = rt::monotonic_clock::now() - begin;
   const std::uint64_t lost = lost_here(hub);
-  if (!drained) to.error("at the end: ", sentence_of(drained.error()));
+  if (!drained) to.error("at the end: ", drained.error().message());
 
   to.note("sent ", o.loop ? "" : joined(playing.sent(), " of "),
           counted(o.loop ? playing.sent() : poses.size(), "pose"), " in ", seconds_text(elapsed),

@@ -77,7 +77,7 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   auto stating = open("/rowe/stop/state");
   auto resetting = open("/rowe/stop/reset");
   if (!stating || !resetting) {
-    to.error("cannot ask ", url, ": ", sentence_of((stating ? resetting : stating).error()));
+    to.error("cannot ask ", url, ": ", (stating ? resetting : stating).error().message());
     return exit_code::failed;
   }
   const rt::duration timeout = o.timeout.value_or(timeout_default);
@@ -88,11 +88,11 @@ exit_code reset_from(endpoint hub, const reset_settings& o, const std::string& u
   std::optional<exit_code> failed;
   const auto ask = [&](service& whom, const std::string& what) -> std::string {
     const auto answer = waits.during([&] { return whom.call(what, timeout); });
-    if (answer) return std::string{answer->text()};
+    if (answer) return std::string{answer->value()};
     const bool none = answer.code() == errc::no_service || answer.code() == errc::refused;
     failed = answer.code() == errc::timed_out ? exit_code::timed_out : exit_code::failed;
     if (interrupt::seen()) failed = exit_code::interrupted;
-    to.error(none ? joined(url, " has no stop configured") : sentence_of(answer.error()));
+    to.error(none ? joined(url, " has no stop configured") : answer.error().message());
     return {};
   };
   const std::string state = ask(*stating, "{}");

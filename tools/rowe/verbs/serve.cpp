@@ -114,11 +114,11 @@ exit_code cannot_listen(const error& reason, const endpoint_options& asked, cons
     to.error("listening on ", asked.address,
              " lets everyone who reaches it read and publish: add --insecure");
     return exit_code::usage;
-  case errc::bad_argument: to.error(sentence_of(reason)); return exit_code::usage;
+  case errc::bad_argument: to.error(reason.message()); return exit_code::usage;
   case errc::address_in_use:
-    to.error(sentence_of(reason), " (choose another with --port; 0 takes any free one)");
+    to.error(reason.message(), " (choose another with --port; 0 takes any free one)");
     return exit_code::failed;
-  default: to.error("cannot listen on ", asked.address, ": ", sentence_of(reason)); return exit_code::failed;
+  default: to.error("cannot listen on ", asked.address, ": ", reason.message()); return exit_code::failed;
   }
 }
 
@@ -192,7 +192,7 @@ void summarise(const demo_report& driven, const console& to) {
 void let_go(endpoint& hub, bool guarded, const console& to) {
   if (guarded) return to.note("the robot stands until a page guards it and resets its stop (--guarded)");
   if (const status done = hub.reset_stop(let_go_time); !done)
-    return to.error("the robot stands: its stop cannot be reset: ", sentence_of(done.error()));
+    return to.error("the robot stands: its stop cannot be reset: ", done.error().message());
   to.note("the robot drives unguarded: it stops when asked to, not when nobody watches (see --guarded)");
 }
 
@@ -203,7 +203,7 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
   if (o.demo) {
     auto handles = demo::open(hub);
     if (!handles) {
-      to.error("the robot cannot be reached: ", sentence_of(handles.error()));
+      to.error("the robot cannot be reached: ", handles.error().message());
       return exit_code::failed;
     }
     loop.emplace(std::move(handles).value(), asked.service_cpu);

@@ -96,14 +96,14 @@ stop_outcome stop_once(service& by, watcher& waits, const std::string& request, 
     return got;
   });
   using end = stop_outcome::end;
-  if (reply) return stop_outcome::of_answer(reply->text(), asked, answered);
+  if (reply) return stop_outcome::of_answer(reply->value(), asked, answered);
   switch (reply.code()) {
   case errc::timed_out: return {.how = end::timed_out};
   case errc::no_service:
   case errc::refused: return {.how = end::no_stop};
   case errc::no_peer:
   case errc::peer_lost: return {.how = end::lost};
-  default: why = sentence_of(reply.error()); return {.how = end::failed};
+  default: why = reply.error().message(); return {.how = end::failed};
   }
 }
 
@@ -119,7 +119,7 @@ exit_code stop_by(stop_ways& robot, const stop_settings& o, const std::string& u
   const auto answer_of = [&](stop_way& by, std::optional<service>& from) {
     if (!from) return std::string{"{}"};
     const auto answer = by.waits.during([&] { return from->call("{}", words_time); });
-    return answer ? std::string{answer->text()} : std::string{"{}"};
+    return answer ? std::string{answer->value()} : std::string{"{}"};
   };
 
   auto ended = robot.connect(connect_time);

@@ -55,7 +55,7 @@ bool stop_way::open(bool named, const console& to) {
     if (made) {
       into.emplace(std::move(*made));
     } else {
-      to.error("cannot ask ", connection.url(), ": ", sentence_of(made.error()));
+      to.error("cannot ask ", connection.url(), ": ", made.error().message());
     }
     return into.has_value();
   };
