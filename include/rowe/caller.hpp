@@ -2,14 +2,14 @@
 // Callers: from endpoint::client<Q, A>(), for one thread, to call one service. call() waits; start() and
 // try_finish() are for loops.
 #pragma once
-#include <cstring>
+#include <cstdint>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 
 #include <rowe/call_id.hpp>
 #include <rowe/detail/calls.hpp>
 #include <rowe/detail/lane.hpp>
+#include <rowe/detail/payload.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>
@@ -17,32 +17,38 @@
 
 namespace rowe {
 
-// Calls a service with structs that have schemas: Q goes out, A comes back. caller<json_text, json_text>
-// calls with text. Move-only; one thread at a time. An empty handle says errc::misuse to everything.
+// Calls a service with structs that have schemas: Q goes out, A comes back. Or, where both are json_text,
+// with text that is JSON: a request is one object, and so is a reply, unless its provider is a rosbridge peer
+// that answers with another value. Move-only; one thread at a time. An empty handle says errc::misuse to
+// everything.
 //
 // How a call may fail, whether it was waited for or not: timed_out; peer_lost (who answers it went away
 // before); no_service (nobody provides the service); refused (the provider says no: refusal() has its
 // sentence); missing_member, duplicate_member, wrong_type, out_of_range, too_long (the reply is not what A's
-// schema says); too_big (the reply does not fit its slot); closed.
+// schema says); too_big (the reply does not fit its slot); malformed, not_an_object (the request, a text);
+// closed.
 template <class Q, class A>
 class caller {
-  static_assert(described<Q> && described<A>, "requests and replies need schemas: see rowe/schema.hpp");
-  static_assert(std::is_trivially_copyable_v<Q> && alignof(Q) <= detail::value_alignment);
-  static_assert(std::is_trivially_copyable_v<A> && alignof(A) <= detail::value_alignment);
+  static_assert(detail::is_text<Q> == detail::is_text<A>, "either both are structs, or both are json_text");
 
  public:
+  // A struct, by reference; for json_text a rowe::body: a message or a text.
+  using given = typename detail::payload<Q>::given;
+  // A struct; for json_text a message_view.
+  using reply_type = typename detail::payload<A>::reply;
+
   // How a call ended that was started without waiting for it.
   struct answer {
     call_id id;
-    result<A> reply;
+    result<reply_type> reply;
   };
 
   caller() noexcept = default;
   explicit caller(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
 
   // Calls and waits for the reply at most `timeout` (negative: for ever). Errors: above, and those of
-  // start(). Not for real-time loops.
-  result<A> call(const Q& request, duration timeout) noexcept {
+  // start(). Not for real-time loops: sleeps in the kernel.
+  result<reply_type> call(given request, duration timeout) noexcept {
     const time_point now = rt::monotonic_clock::now();
     if (lane_) detail::find_place(*lane_);
     const auto started = start(request, timeout, now);
@@ -53,10 +59,16 @@ class caller {
   }
 
   // Calls without waiting; the end is fetched by try_finish(). `timeout` counts from `now`. Errors: full,
-  // too_many_calls (both: the option `depth`), closed. Never waits, never allocates, no system call.
-  ROWE_RT result<call_id> start(const Q& request, duration timeout, time_point now) noexcept {
+  // too_many_calls (both: the option `depth`), closed; of json_text also too_big (longer than the option
+  // `text_bytes_max`, or a message that overflowed). Never waits, never allocates, no system call.
+  ROWE_RT result<call_id> start(given request, duration timeout, time_point now) noexcept {
     if (!lane_) return errc::misuse;
-    return detail::named(detail::start_call(*lane_, detail::call_header(now, timeout), &request, sizeof(Q)));
+    const detail::value_header header = detail::call_header(now, timeout);
+    if constexpr (detail::is_text<Q>) {
+      return detail::named(detail::start_call(*lane_, header, request));
+    } else {
+      return detail::named(detail::start_call(*lane_, header, &request, sizeof(Q)));
+    }
   }
 
   // The next call that has ended, in the order of their ends. Errors: empty (none has), closed. Each call
@@ -81,61 +93,17 @@ class caller {
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
  private:
-  result<A> opened(std::uint32_t slot) noexcept {
-    if (lane_->user.ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
-    A value;
-    std::memcpy(static_cast<void*>(&value), lane_->user.ends.slots.value(slot), sizeof(A));
-    detail::give_end_back(*lane_, slot);
-    return value;
-  }
-
-  detail::lane_handle lane_;
-  detail::sentence refusal_;
-};
-
-// Calls a service with text that is JSON: a request is one object, and so is a reply, unless its provider is
-// a rosbridge peer that answers with another value.
-template <>
-class caller<json_text, json_text> {
- public:
-  struct answer {
-    call_id id;
-    result<message_view> reply;
-  };
-
-  caller() noexcept = default;
-  explicit caller(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
-
-  // As caller<Q, A>; also malformed and not_an_object (the request), and from start() too_big (the option
-  // `text_bytes_max`).
-  result<message_view> call(body request, duration timeout) noexcept {
-    const time_point now = rt::monotonic_clock::now();
-    if (lane_) detail::find_place(*lane_);
-    const auto started = start(request, timeout, now);
-    if (!started) return started.error();
-    const auto slot = detail::wait_call(lane_, *started, now, timeout);
-    if (!slot) return slot.error();
-    return opened(*slot);
-  }
-  ROWE_RT result<call_id> start(body request, duration timeout, time_point now) noexcept {
-    if (!lane_) return errc::misuse;
-    return detail::named(detail::start_call(*lane_, detail::call_header(now, timeout), request));
-  }
-  ROWE_RT result<answer> try_finish() noexcept {
-    const auto slot = detail::next_end(lane_);
-    if (!slot) return slot.error();
-    const call_id id = detail::id_of_end(*lane_, *slot);
-    return answer{id, opened(*slot)};
-  }
-  ROWE_RT void cancel(call_id call) noexcept {
-    if (lane_) detail::cancel(*lane_, {call.index, call.generation});
-  }
-  ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
-
- private:
-  result<message_view> opened(std::uint32_t slot) noexcept {
-    if (lane_->user.ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
-    return message_view{*lane_, lane_->user.ends, slot};
+  // A struct's slot goes home at once, a text's with its view.
+  result<reply_type> opened(std::uint32_t slot) noexcept {
+    detail::emptying_end& ends = lane_->user.ends;
+    if (ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
+    if constexpr (detail::is_text<A>) {
+      return message_view{*lane_, ends, slot};
+    } else {
+      const A value = detail::payload<A>::read(ends.slots, slot);
+      detail::give_end_back(*lane_, slot);
+      return value;
+    }
   }
 
   detail::lane_handle lane_;

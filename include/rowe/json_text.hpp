@@ -1,10 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
+#include <type_traits>
 
 namespace rowe {
 
-// Stands for messages that are JSON text already, in publisher<json_text> and subscriber<json_text>: for
-// tools, and for programs that make or read JSON themselves.
+// Stands for messages, requests and replies that are JSON text already: publisher<json_text>,
+// subscriber<json_text>, responder<json_text, json_text>, caller<json_text, json_text>. For tools, and for
+// programs that make or read JSON themselves.
 struct json_text {};
+
+namespace detail {
+template <class T>
+inline constexpr bool is_text = std::is_same_v<T, json_text>;
+} // namespace detail
 
 } // namespace rowe

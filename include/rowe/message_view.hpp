@@ -92,7 +92,8 @@ class value_view {
   // Of a slot of a window, which is not given back: said here, so that a view whose handle is gone does not
   // ask the lane, which may be another one's.
   static constexpr std::uint32_t of_window = std::uint32_t{1} << 31;
-  value_view(detail::lane& on, std::uint32_t slot) noexcept : lane_{&on}, slot_{slot} {}
+  value_view(detail::lane& on, const detail::emptying_end&, std::uint32_t slot) noexcept
+      : lane_{&on}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept {
     return *lane_->user.in.slots.header(slot_ & ~of_window);

@@ -264,6 +264,19 @@ TEST(endpoint, counts_what_was_published_and_not_taken_when_it_closes) {
   EXPECT_EQ(taken + count_of(robot, "inbox_full") + count_of(robot, "lost_at_close"), 1000U);
 }
 
+TEST(endpoint, publishes_messages_as_they_are_composed_but_not_one_that_outgrew_its_room) {
+  auto robot = endpoint::listen(0).value();
+  auto seen = robot.subscribe<json_text>("/a").value();
+  auto said = robot.advertise<json_text>("/a").value();
+  ASSERT_TRUE(said.publish(rowe::message{"n", 1}));
+  const auto message = seen.take(timeout);
+  ASSERT_TRUE(message);
+  EXPECT_EQ(message->value(), R"({"n":1})");
+  const rowe::message_of<16> outgrown{"name", "longer than sixteen"};
+  EXPECT_EQ(said.publish(outgrown).error(), (rowe::error{errc::too_big, 17, 16}));
+  EXPECT_EQ(count_of(robot, "too_big"), 1U);
+}
+
 TEST(endpoint, says_closed_to_handles_that_outlive_it) {
   rowe::publisher<pose> odom;
   rowe::subscriber<json_text> seen;

@@ -169,6 +169,16 @@ constexpr exercise list[] = {
          if (i % 50 == 0) serve(on);
        });
      }},
+    {"publisher::publish", "a message, and one that outgrew its room",
+     [](real_time& rt) {
+       lane& on = publishing_lane(rt, audience::somebody);
+       auto& said = text_publisher_on(rt, on);
+       rt.calls([&](std::uint64_t i) {
+         use(i % 2 == 0 ? said.publish(message_of<16>{"n", i % 9}, now)
+                        : said.publish(message_of<4>{"n", 1}, now));
+         if (i % 50 == 0) serve(on);
+       });
+     }},
     {"publisher::publish", "a text to nobody, and to a closed endpoint",
      [](real_time& rt) {
        auto& to_nobody = text_publisher_on(rt, publishing_lane(rt, audience::nobody));

@@ -100,11 +100,15 @@ inline status check_fits(lane& on, std::size_t bytes) noexcept {
   on.refused_too_big.add();
   return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(bytes_max)};
 }
+// Of a message that needed more than its own `capacity`.
+inline error outgrew(lane& on, std::size_t capacity) noexcept {
+  on.refused_too_big.add();
+  const auto limit = static_cast<std::int64_t>(capacity);
+  return {errc::too_big, limit + 1, limit}; // at least one more
+}
 inline status check_fits(lane& on, const body& text) noexcept {
   if (text.outgrown() == 0) return check_fits(on, text.text().size());
-  on.refused_too_big.add();
-  const auto limit = static_cast<std::int64_t>(text.outgrown());
-  return error{errc::too_big, limit + 1, limit}; // at least one more
+  return outgrew(on, text.outgrown());
 }
 
 // With what `full` is about, where it is that.

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
-#include <type_traits>
 
 #include <rowe/detail/calls.hpp>
 #include <rowe/detail/lane.hpp>
@@ -42,7 +41,7 @@ struct lane_request {
 // What goes into a slot: a T, or text of at most so many bytes.
 template <class T>
 constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
-  if constexpr (std::is_same_v<T, json_text>) {
+  if constexpr (is_text<T>) {
     return text_bytes_max;
   } else {
     return sizeof(T);
@@ -74,7 +73,7 @@ inline constexpr usual_depth of_services{32 * 1024, 8, 16};
 
 template <class T>
 constexpr const schema_description* description_of() noexcept {
-  if constexpr (std::is_same_v<T, json_text>) {
+  if constexpr (is_text<T>) {
     return nullptr;
   } else {
     return &describe<T>();
@@ -89,7 +88,7 @@ constexpr lane_request topic_request(std::string_view topic, const topic_options
                      .priority = options.priority,
                      .latched = options.latched,
                      .ttl = options.ttl};
-  if constexpr (!std::is_same_v<T, json_text>) {
+  if constexpr (!is_text<T>) {
     if (asked.type.empty()) asked.type = schema<T>.type_name;
   }
   return asked;
@@ -98,7 +97,7 @@ constexpr lane_request topic_request(std::string_view topic, const topic_options
 template <class T>
 constexpr lane_request advertise_request(std::string_view topic, const topic_options& options) noexcept {
   lane_request asked = topic_request<T>(topic, options);
-  asked.kind = std::is_same_v<T, json_text> ? lane_kind::publish_text : lane_kind::publish_value;
+  asked.kind = is_text<T> ? lane_kind::publish_text : lane_kind::publish_value;
   asked.out_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.out_depth = of_topics.or_asked(options.depth, asked.out_bytes);
   asked.encoded = description_of<T>();
@@ -108,10 +107,10 @@ constexpr lane_request advertise_request(std::string_view topic, const topic_opt
 
 template <class T>
 constexpr lane_request subscribe_request(std::string_view topic, const topic_options& options) noexcept {
-  constexpr bool as_text = std::is_same_v<T, json_text>;
   lane_request asked = topic_request<T>(topic, options);
-  asked.kind = as_text ? lane_kind::subscribe_text : lane_kind::subscribe_value;
-  if (as_text) asked.keep = keep::all; // a view of the newest text would change under the eyes of its reader
+  asked.kind = is_text<T> ? lane_kind::subscribe_text : lane_kind::subscribe_value;
+  // A view of the newest text would change under the eyes of its reader.
+  if (is_text<T>) asked.keep = keep::all;
   asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.in_depth = of_topics.or_asked(options.depth, asked.in_bytes);
   asked.decoded = description_of<T>();
@@ -128,10 +127,8 @@ constexpr std::uint32_t service_depth(const service_options& options) noexcept {
 
 template <class Q, class A>
 constexpr lane_request serve_request(std::string_view name, const service_options& options) noexcept {
-  constexpr bool as_text = std::is_same_v<Q, json_text>;
-  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
   const std::uint32_t depth = service_depth<Q, A>(options);
-  return {.kind = as_text ? lane_kind::respond_text : lane_kind::respond_value,
+  return {.kind = is_text<Q> ? lane_kind::respond_text : lane_kind::respond_value,
           .name = name,
           .type = options.type,
           .out_depth = 2 * depth, // on their way, and reserved
@@ -144,10 +141,8 @@ constexpr lane_request serve_request(std::string_view name, const service_option
 
 template <class Q, class A>
 constexpr lane_request client_request(std::string_view name, const service_options& options) noexcept {
-  constexpr bool as_text = std::is_same_v<Q, json_text>;
-  static_assert(as_text == std::is_same_v<A, json_text>, "either both are structs, or both are json_text");
   const std::uint32_t depth = service_depth<Q, A>(options);
-  return {.kind = as_text ? lane_kind::call_text : lane_kind::call_value,
+  return {.kind = is_text<Q> ? lane_kind::call_text : lane_kind::call_value,
           .name = name,
           .type = options.type,
           .out_depth = depth,

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a handle of T carries: a struct that has a schema, or JSON text for json_text. What differs between
+// the two stands here, so that each handle is one template.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+#include <type_traits>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/json_text.hpp>
+#include <rowe/message.hpp>
+#include <rowe/message_view.hpp>
+#include <rowe/schema.hpp>
+
+namespace rowe::detail {
+
+template <class T>
+struct payload {
+  static_assert(described<T>, "what a handle carries needs a schema: see rowe/schema.hpp");
+  static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= value_alignment);
+
+  using given = const T&;     // as a user hands it over,
+  using taken = T;            // and gets it where the slot goes home at once, or is held by something else,
+  using view = value_view<T>; // and where it is looked at in its slot
+  using reply = T;
+
+  static const void* data(given value) noexcept { return &value; }
+  static constexpr std::size_t bytes(given) noexcept { return sizeof(T); }
+  // The capacity that it did not fit before it got here; 0 when it did.
+  static constexpr std::size_t outgrown(given) noexcept { return 0; }
+  static taken read(const lane_slots& from, std::uint32_t slot) noexcept {
+    T value;
+    std::memcpy(static_cast<void*>(&value), from.value(slot), sizeof(T));
+    return value;
+  }
+};
+
+template <>
+struct payload<json_text> {
+  using given = body;
+  using taken = std::string_view;
+  using view = message_view;
+  using reply = message_view;
+
+  static const void* data(const body& text) noexcept { return text.text().data(); }
+  static std::size_t bytes(const body& text) noexcept { return text.text().size(); }
+  static std::size_t outgrown(const body& text) noexcept { return text.outgrown(); }
+  static taken read(const lane_slots& from, std::uint32_t slot) noexcept {
+    return {reinterpret_cast<const char*>(from.value(slot)), from.header(slot)->bytes};
+  }
+};
+
+} // namespace rowe::detail
