@@ -363,7 +363,8 @@ bool outbox::check() const noexcept {
     for (std::uint32_t s = c.first_subscription; s != no_index;
          s = subscriptions_[subscription_id{s}].next_on_connection) {
       const subscription& one = subscriptions_[subscription_id{s}];
-      if (!fits(one.waiting) || one.timed != due_.armed(subscription_id{s})) return false;
+      const bool on_wheel = one.timed && one.next_due != rt::never; // one that is never due is not there
+      if (!fits(one.waiting) || on_wheel != due_.armed(subscription_id{s})) return false;
       ready += one.ready;
       owed += one.owes_last;
     }
