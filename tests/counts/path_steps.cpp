@@ -141,7 +141,7 @@ struct call_answered_by_handle : place {
     settle();
     auto asked = by.try_next(on.now);
     need(asked);
-    need(by.reply(*asked, asked->body, on.now));
+    need(by.reply(*asked, asked->value(), on.now));
     settle();
   }
   rowe::responder<odometry, odometry> by;
@@ -175,7 +175,7 @@ struct call_asked_of_peer : place {
     settle();
     const auto end = by.try_finish();
     need(end);
-    need(end->value);
+    need(end->reply);
   }
   rowe::caller<odometry, odometry> by;
 };

@@ -67,7 +67,7 @@ void print_step(std::uint64_t step, const Stage& on, std::uint64_t told) {
 
 int print_steps(const std::string& kind, std::uint64_t seed) {
   if (kind == "talking") {
-    sim::talking_world w{seed};
+    sim::messaging_world w{seed};
     for (std::uint64_t i = 0; i < steps; ++i) {
       w.step();
       print_step(i, w.on(), w.trace());

@@ -71,7 +71,8 @@ class short_lived {
     if (!provides) return to_.expect("serve", provides.code(), {errc::service_taken});
     for (std::uint64_t left = random_.below(4); left != 0; --left) {
       auto asked = provides->next(random_.time());
-      if (asked && random_.below(2) == 0) (void)provides->reply(*asked, {asked->value().a + asked->value().b});
+      if (asked && random_.below(2) == 0)
+        (void)provides->reply(*asked, {asked->value().a + asked->value().b});
     }
   }
 
