@@ -49,11 +49,11 @@ constexpr std::array idle_counts{0, 100, 1000};
 // Sends back what comes.
 class echo_sink final : public service::transport_sink {
  public:
-  explicit echo_sink(service::transport& carrier) : carrier_{carrier} {}
+  explicit echo_sink(service::transport& sockets) : transport_{sockets} {}
   void on_open(service::connection_id, const service::peer_info&) noexcept override { ++open; }
   void on_bytes(service::connection_id id, std::span<std::byte> bytes) noexcept override {
     const std::span<const std::byte> piece{bytes};
-    (void)carrier_.write(id, {&piece, 1}); // 64 bytes to a reader that waits for them always fit
+    (void)transport_.write(id, {&piece, 1}); // 64 bytes to a reader that waits for them always fit
   }
   void on_writable(service::connection_id) noexcept override {}
   void on_close(service::connection_id, service::close_cause) noexcept override { --open; }
@@ -65,7 +65,7 @@ class echo_sink final : public service::transport_sink {
   int open = 0;
 
  private:
-  service::transport& carrier_;
+  service::transport& transport_;
 };
 
 // A connection that was upgraded, on the client's side. Blocking.
@@ -114,19 +114,19 @@ class raw_client {
 };
 
 struct stand {
-  std::unique_ptr<net::socket_transport> carrier;
+  std::unique_ptr<net::socket_transport> sockets;
   std::unique_ptr<echo_sink> sink;
   std::vector<raw_client> idle;
   std::vector<double> turn, echo, turn_ratio, echo_ratio;
 };
 
 bool connect_one(stand& at) {
-  raw_client client{at.carrier->port()};
-  client.ask(at.carrier->port());
+  raw_client client{at.sockets->port()};
+  client.ask(at.sockets->port());
   const int before = at.sink->open;
   const auto until = monotonic_clock::now() + std::chrono::seconds{5};
   while (at.sink->open == before && monotonic_clock::now() < until)
-    at.carrier->poll(monotonic_clock::now(), *at.sink);
+    at.sockets->poll(monotonic_clock::now(), *at.sink);
   client.take_answer();
   at.idle.push_back(std::move(client));
   return at.sink->open == before + 1 && at.idle.back().ok();
@@ -135,13 +135,13 @@ bool connect_one(stand& at) {
 bool set_up(stand& at, int idle) {
   net::listen_options options;
   options.limits.connections_max = 1100;
-  auto carrier = net::socket_transport::listen(options);
-  if (!carrier) {
-    std::fprintf(stderr, "cannot listen: %s\n", std::string{carrier.error().name()}.c_str());
+  auto sockets = net::socket_transport::listen(options);
+  if (!sockets) {
+    std::fprintf(stderr, "cannot listen: %s\n", std::string{sockets.error().name()}.c_str());
     return false;
   }
-  at.carrier = std::move(carrier).value();
-  at.sink = std::make_unique<echo_sink>(*at.carrier);
+  at.sockets = std::move(sockets).value();
+  at.sink = std::make_unique<echo_sink>(*at.sockets);
   for (int n = 0; n <= idle; ++n) {
     if (connect_one(at)) continue;
     std::fprintf(stderr, "connection %d of %d failed; is `ulimit -n` at least 4000?\n", n, idle);
@@ -154,7 +154,7 @@ void measure(stand& at) {
   std::vector<double> each;
   for (int i = 0; i < turns; ++i) {
     const auto begin = monotonic_clock::now();
-    at.carrier->poll(begin, *at.sink);
+    at.sockets->poll(begin, *at.sink);
     each.push_back(nanoseconds_since(begin));
   }
   at.turn.push_back(median(each));
@@ -171,7 +171,7 @@ void measure(stand& at) {
       done.store(true, std::memory_order_release); // pairs with the acquire below
     });
     while (!done.load(std::memory_order_acquire))
-      at.carrier->poll(monotonic_clock::now(), *at.sink); // pairs above
+      at.sockets->poll(monotonic_clock::now(), *at.sink); // pairs above
   }
   at.echo.push_back(median(trips));
 }

@@ -54,7 +54,7 @@ inline std::size_t write_call(std::span<char> room, const call& c) {
   return w.bytes();
 }
 
-enum class covariances { sparse, dense, unchanged };
+enum class covariances { sparse, dense };
 
 class message_source {
  public:
@@ -75,10 +75,6 @@ class message_source {
         if (which != covariances::dense && k % 7 != 0) continue;
         o.pose.covariance[k] = number();
         o.twist.covariance[k] = number();
-      }
-      if (which == covariances::unchanged && i > 0) {
-        o.pose.covariance = all[0].pose.covariance;
-        o.twist.covariance = all[0].twist.covariance;
       }
       all.push_back(o);
     }

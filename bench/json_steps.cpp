@@ -29,12 +29,6 @@ COUNTED encode_odometry(const json::encoder& by, const bench::odometry& o, std::
   by.encode(&o, to);
   use(to.text());
 }
-COUNTED encode_unchanged_covariances(const json::encoder& by, const ros::odometry& o, std::span<char> room,
-                                     json::encoder::memory& last) {
-  json::writer to{room};
-  by.encode(&o, to, last);
-  use(to.text());
-}
 COUNTED write_small_call(const call& c, std::span<char> room) { use(bench::write_call(room, c)); }
 COUNTED read_small_call(json::reader& by, std::string_view text) {
   if (!by.validate(text)) return;
@@ -62,11 +56,8 @@ namespace rowe::bench {
 void json_steps() {
   message_source source;
   const auto plain = source.odometries();
-  const auto unchanged = source.odometries_with(covariances::unchanged);
   const auto calls = source.calls();
   const json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
-  const json::encoder full_encoder = json::encoder::compile(describe<ros::odometry>()).value();
-  json::encoder::memory last = full_encoder.remember().value();
   json::reader reader = json::reader::create(64 * 1024).value();
   static std::array<char, 16 * 1024> room;
   const auto padded = [](std::string_view text) {
@@ -75,7 +66,6 @@ void json_steps() {
   for (std::size_t i = 0; i < 1000; ++i) {
     const std::size_t k = i % messages;
     steps::encode_odometry(plain_encoder, plain[k], room);
-    steps::encode_unchanged_covariances(full_encoder, unchanged[k], room, last);
     steps::write_small_call(calls[k], room);
     const std::string call = padded({room.data(), write_call(room, calls[k])});
     steps::read_small_call(reader, {call.data(), call.size() - json::reader::tailroom_bytes});

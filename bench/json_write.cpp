@@ -10,7 +10,6 @@
 //     rapidjson   its Writer, into a buffer that is kept
 //     nlohmann, json_c   a tree is built and printed, as their users do
 //   covariances_write/…  the same with two covariances of 36: 12 of the 85 doubles are not 0
-//     rowe_unchanged     the same covariances in each message; the encoder remembers their text
 //   dense_write/…        the same, no double 0
 //   call_write/…         a small invocation: a service, two integers, an id
 // `x_json_c` says how many times as fast as json-c a contender is; `of_plain` is a ratio to rowe's
@@ -281,11 +280,9 @@ struct field {
   std::vector<odometry> plain = source.odometries();
   std::vector<ros::odometry> sparse = source.odometries_with(covariances::sparse);
   std::vector<ros::odometry> dense = source.odometries_with(covariances::dense);
-  std::vector<ros::odometry> unchanged = source.odometries_with(covariances::unchanged);
   std::vector<call> calls = source.calls();
   json::encoder plain_encoder = json::encoder::compile(describe<odometry>()).value();
   json::encoder full_encoder = json::encoder::compile(describe<ros::odometry>()).value();
-  json::encoder::memory memory = full_encoder.remember().value();
   by_rapidjson rapidjson;
   std::array<char, 16 * 1024> room;
 
@@ -328,13 +325,6 @@ std::vector<way> ways() {
   add_libraries(all, "odometry_write", f, f.plain);
   all.push_back({"covariances_write/rowe",
                  [](std::size_t i) { return f.encode(f.full_encoder, &f.sparse[i]); },
-                 {of_plain, times_json_c("covariances_write")}});
-  all.push_back({"covariances_write/rowe_unchanged",
-                 [](std::size_t i) {
-                   json::writer w{f.room};
-                   f.full_encoder.encode(&f.unchanged[i], w, f.memory);
-                   return w.bytes();
-                 },
                  {of_plain, times_json_c("covariances_write")}});
   add_libraries(all, "covariances_write", f, f.sparse);
   all.push_back({"dense_write/rowe",

@@ -89,7 +89,6 @@ class loopback final : public service::transport {
     sockets_->read_enabled(id, enabled);
   }
   void connect() noexcept override {}
-  bool busy() const noexcept override { return sockets_->busy(); }
 
  private:
   std::unique_ptr<net::socket_transport> sockets_;

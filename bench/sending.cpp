@@ -218,15 +218,15 @@ speed receive_raw() {
 class frames final : public service::transport_sink {
  public:
   explicit frames(const net::socket_limits& limits)
-      : carrier_{net::socket_transport::listen({.limits = limits}).value()} {
-    far = std::make_unique<far_end>(carrier_->port());
+      : transport_{net::socket_transport::listen({.limits = limits}).value()} {
+    far = std::make_unique<far_end>(transport_->port());
     far->ask_for_upgrade();
     while (!open_) poll();
     far->take_answer();
   }
 
-  void poll() { carrier_->poll(monotonic_clock::now(), *this); }
-  void set_near() { carrier_->set_near(peer_, true); }
+  void poll() { transport_->poll(monotonic_clock::now(), *this); }
+  void set_near() { transport_->set_near(peer_, true); }
 
   void send(std::string_view text) {
     std::size_t at = 0;
@@ -237,7 +237,7 @@ class frames final : public service::transport_sink {
     }
     std::span<const std::byte> rest = std::span{batch_}.first(at);
     for (;;) {
-      rest = rest.subspan(carrier_->write(peer_, {&rest, 1}));
+      rest = rest.subspan(transport_->write(peer_, {&rest, 1}));
       if (rest.empty()) return;
       for (blocked_ = true; blocked_;) poll();
     }
@@ -264,7 +264,7 @@ class frames final : public service::transport_sink {
   std::uint64_t received = 0;
 
  private:
-  std::unique_ptr<net::socket_transport> carrier_;
+  std::unique_ptr<net::socket_transport> transport_;
   service::connection_id peer_{};
   bool open_ = false;
   bool blocked_ = false;

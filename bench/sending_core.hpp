@@ -14,10 +14,11 @@
 #include "api/endpoint_state.hpp"
 #include "api/lane_memory.hpp"
 #include "net/socket_transport.hpp"
-#include "service/board.hpp"
 #include "service/core.hpp"
-#include "service/front_door.hpp"
 #include "service/memory_plan.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/shared_state.hpp"
+#include "service/submission_queue.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::bench {
@@ -26,15 +27,16 @@ class sending_core {
  public:
   explicit sending_core(const net::socket_limits& sockets)
       : memory_{service::plan_memory(options_.limits).arena(), rt::page_lock::attempted},
-        carrier_{net::socket_transport::listen({.limits = sockets}).value()},
+        transport_{net::socket_transport::listen({.limits = sockets}).value()},
         lanes_{memory_.carve<detail::lane>(options_.limits.lanes_max)},
         lane_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},
-        board_{*memory_.make<service::board>(memory_, options_.limits)},
-        door_{*memory_.make<service::front_door>(memory_, options_.limits)},
+        board_{*memory_.make<service::shared_state>(memory_, options_.limits)},
+        submissions_{*memory_.make<service::submission_queue>(memory_, options_.limits)},
+        inbox_{*memory_.make<service::shared_inbox>(memory_, options_.limits)},
         core_{*memory_.make<service::core>(
             memory_, service::core_options::from(options_, service::side::server, "robot"), lanes_, board_,
-            door_,
-            service::core_seams{*carrier_, random_, validator_,
+            submissions_, inbox_,
+            service::core_seams{*transport_, random_, validator_,
                                 [](const service::http_request&) noexcept { return service::http_answer{}; },
                                 wire::protocols_of(options_.profile)},
             rt::monotonic_clock::now())} {}
@@ -42,7 +44,7 @@ class sending_core {
   void cycle() { (void)core_.cycle(rt::monotonic_clock::now()); } // the next one comes at once
   bool idle() const { return core_.drained(); }
   std::uint32_t peers() const { return core_.peers(); }
-  std::uint16_t port() const { return carrier_->port(); }
+  std::uint16_t port() const { return transport_->port(); }
   std::uint64_t lost() const {
     return board_.counts.read(service::counter::outbox_full) + board_.counts.read(service::counter::no_slot) +
            board_.counts.read(service::counter::expired);
@@ -69,12 +71,13 @@ class sending_core {
   detail::kernel_entropy random_;
   json::reader validator_ =
       json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max).value();
-  std::unique_ptr<net::socket_transport> carrier_;
+  std::unique_ptr<net::socket_transport> transport_;
   std::span<detail::lane> lanes_;
   std::span<std::byte> lane_memory_;
   std::optional<detail::lane_codecs> codecs_;
-  service::board& board_;
-  service::front_door& door_;
+  service::shared_state& board_;
+  service::submission_queue& submissions_;
+  service::shared_inbox& inbox_;
   service::core& core_;
 };
 

@@ -35,7 +35,7 @@ constexpr int batches_max = 8;                 // in a turn, as the core
 
 class frames_server final : public service::transport_sink {
  public:
-  frames_server(service::transport& carrier, const peer_arguments& how) : carrier_{carrier}, how_{how} {}
+  frames_server(service::transport& sockets, const peer_arguments& how) : transport_{sockets}, how_{how} {}
 
   void on_open(connection_id id, const service::peer_info&) noexcept override {
     if (connections_.size() <= id.index) connections_.resize(id.index + 1);
@@ -43,7 +43,7 @@ class frames_server final : public service::transport_sink {
     made->id = id;
     made->parser.reset(wire::role::server, {.message_bytes_max = message_bytes_max, .fragments_max = 1024},
                        made->assembly);
-    if (how_.clamped) carrier_.set_near(id, true);
+    if (how_.clamped) transport_.set_near(id, true);
   }
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override {
     while (!bytes.empty() && connections_[id.index]) {
@@ -52,7 +52,7 @@ class frames_server final : public service::transport_sink {
       bytes = bytes.subspan(step.consumed);
       if (step.event == wire::frame_event::text) take(from, step.payload);
       if (step.event == wire::frame_event::close || step.event == wire::frame_event::violation)
-        return carrier_.close(id, service::close_how::aborted);
+        return transport_.close(id, service::close_how::aborted);
     }
   }
   void on_writable(connection_id id) noexcept override { refused_ = refused_ && id != flooded_; }
@@ -109,7 +109,7 @@ class frames_server final : public service::transport_sink {
     return {room, header + text.size()};
   }
   void send(connection_id to, std::span<const std::byte> frame) noexcept {
-    (void)carrier_.write(to, {&frame, 1}); // fits: whoever it goes to waits for it
+    (void)transport_.write(to, {&frame, 1}); // fits: whoever it goes to waits for it
   }
   // A batch, as the core hands it over: frames one behind the other. Or what was left of the last one.
   void flood() noexcept {
@@ -121,11 +121,11 @@ class frames_server final : public service::transport_sink {
       }
       rest_ = std::span{joined_}.first(bytes);
     }
-    rest_ = rest_.subspan(carrier_.write(flooded_, {&rest_, 1}));
+    rest_ = rest_.subspan(transport_.write(flooded_, {&rest_, 1}));
     refused_ = !rest_.empty();
   }
 
-  service::transport& carrier_;
+  service::transport& transport_;
   const peer_arguments how_;
   std::vector<std::unique_ptr<connection>> connections_;                                       // by index
   std::array<std::byte, batch_bytes + message_bytes_max + wire::frame_headroom_bytes> joined_; // frames
@@ -140,16 +140,16 @@ int serve_frames(const peer_arguments& how) {
   options.port = how.port;
   options.limits.connections_max = connections_max;
   if (!how.clamped) options.limits.unsent_bytes_max = INT_MAX;
-  auto carrier = net::socket_transport::listen(options);
-  if (!carrier) return 1;
-  frames_server server{**carrier, how};
+  auto sockets = net::socket_transport::listen(options);
+  if (!sockets) return 1;
+  frames_server server{**sockets, how};
   for (;;) {
     const time_point now = monotonic_clock::now();
-    (*carrier)->poll(now, server);
+    (*sockets)->poll(now, server);
     const bool more = server.turn();
     if (how.idle == "spin" || more) continue;
     const duration timeout = how.idle == "poll" ? endpoint_options{}.poll_period : rt::for_ever;
-    (*carrier)->wait(now, rt::deadline_after(now, timeout));
+    (*sockets)->wait(now, rt::deadline_after(now, timeout));
   }
 }
 

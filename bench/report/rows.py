@@ -85,8 +85,6 @@ targets = (
            of="of the same on std::to_chars"),
     target(_odometry, "json_write", "odometry_write/rowe", "x_json_c", at_least(20),
            of="json-c's time in ours"),
-    target(_odometry, "json_write", "covariances_write/rowe_unchanged", "of_plain", at_most(1.3),
-           of="with unchanged covariances, of plain odometry"),
     target("small invocation: json-c's time in ours", "json_write", "call_write/rowe", "x_json_c",
            at_least(25), of="write"),
     target("small invocation: json-c's time in ours", "json_read", "call_read/rowe", "x_json_c", at_least(6),

@@ -13,6 +13,7 @@
 #include <rowe/caller.hpp>
 #include <rowe/connection.hpp>
 #include <rowe/detail/lane_request.hpp>
+#include <rowe/emergency_stop.hpp>
 #include <rowe/event.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/message.hpp>
@@ -92,16 +93,22 @@ class endpoint {
 
   // Stops all loops of this endpoint, as a peer does that calls /rowe/stop; for another thread of this
   // process that knows of a danger. Needs no free slot, queue or call, and works while the endpoint closes.
-  // Returns when the loops have acknowledged. Errors: no_service (there is no latch); all others mean that
-  // they are stopped, and that it is not known whether they have acknowledged: timed_out (not within
-  // `timeout` or the option observe_timeout), full, too_many_calls, too_big (the source), closed.
-  status stop(std::string_view source, duration timeout);
+  // Any threads, at the same time; not for real-time loops: it wakes the service thread, and waits until the
+  // loops have acknowledged, at most `timeout` (negative: no longer than the option observe_timeout, which
+  // bounds it in any case; 0: does not wait). Allocates nothing. Errors: no_service (there is no latch, so
+  // nothing is stopped), closed (the loops stand since the endpoint was closed); timed_out: the loops are
+  // stopped, and it is not known whether they have acknowledged.
+  result<emergency_stop_result> emergency_stop(const emergency_stop_request& what, duration timeout);
 
-  // Lets the loops go again, as a person at the robot would; for a program that has a button of its own, or
-  // whose option `unguarded` says that it moves from the start. Waits until the loops have acknowledged the
-  // stop, at most `timeout`. Errors: refused (a guard is missing, or somebody stopped again meanwhile),
-  // timed_out (a loop does not look, or has not acknowledged), no_service, closed.
-  status reset_stop(duration timeout);
+  // Ends an emergency stop: lets the loops go again, as a person at the robot would; for a program that has a
+  // button of its own, or whose option `unguarded` says that it moves from the start. Returns at once where
+  // they may move already, else waits until they have acknowledged the stop, at most `timeout` (negative: for
+  // ever). Any threads, at the same time; not for real-time loops. Allocates nothing. Errors: refused (a
+  // guard is missing, or the stop is another one than was named or than stood there at the beginning),
+  // timed_out (a loop does not look, or has not acknowledged), no_service (there is no latch), closed. After
+  // an error the loops stand.
+  result<emergency_stop_reset_result> reset_emergency_stop(const emergency_stop_reset_request& what,
+                                                           duration timeout);
 
   // ---- plain messages, from ordinary threads. Messages as in rowe/lane.hpp; of up to `door_slot_bytes`.
   // Errors of all: closed; too_big; full: all `door_slots` are taken; or what waits for `to`, which does not

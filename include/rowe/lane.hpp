@@ -44,9 +44,9 @@ class lane {
   // (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!lane_) return errc::misuse;
-    return detail::post_to(
-        *lane_, to, object,
-        detail::letter(detail::entry::message, detail::ref_of(to), now, detail::expiry_after(now, ttl)));
+    return detail::post_to(*lane_, to, object,
+                           detail::message_header(detail::entry::message, detail::ref_of(to), now,
+                                                  detail::expiry_after(now, ttl)));
   }
   // The same with the time read here.
   ROWE_RT status try_send(body object, duration ttl, connection to = everyone) noexcept {
@@ -168,7 +168,7 @@ class lane {
   }
   static detail::value_header answer_to(const message_view& call, detail::entry what, time_point now,
                                         time_point expires) noexcept {
-    detail::value_header made = detail::letter(what, call.header().peer, now, expires);
+    detail::value_header made = detail::message_header(what, call.header().peer, now, expires);
     made.call = call.header().call;
     return made;
   }
@@ -184,9 +184,9 @@ inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!to && detail::crowded(*lane_)) return detail::with_depth(*lane_, errc::full);
   const time_point now = rt::monotonic_clock::now();
   detail::find_place(*lane_);
-  const auto call = detail::start_letter(
-      *lane_, to, object,
-      detail::letter(detail::entry::message, detail::ref_of(to), now, detail::expiry_after(now, ttl)));
+  const auto call = detail::start_letter(*lane_, to, object,
+                                         detail::message_header(detail::entry::message, detail::ref_of(to),
+                                                                now, detail::expiry_after(now, ttl)));
   if (!call) return call.error();
   lane_.wake_service();
   return detail::wait_sent(*lane_, *call);

@@ -179,13 +179,47 @@ ROWE_RT bool rowe_stop_engaged(struct rowe_stop_latch* latch, int64_t now_ns);
 // Says that the brake was commanded. In each cycle that is engaged.
 ROWE_RT void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns);
 
-// For threads without a loop: stops all loops of this endpoint, and waits until they have acknowledged, at
-// most `timeout_ms`. Errors: no_service (there is no latch); all others mean that they are stopped, and that
-// it is not known whether they have acknowledged.
-int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long timeout_ms);
-// Lets them go again, as a person at the robot would. Errors: refused (a guard is missing, or somebody
-// stopped again), timed_out (a loop does not look, or has not acknowledged), no_service, closed.
-int rowe_reset_stop(const struct rowe_endpoint* endpoint, long timeout_ms);
+// Who stops, and why; zeroes are fine, `bytes` as in rowe_options. UTF-8; what is longer is cut between two
+// characters.
+struct rowe_emergency_stop_request {
+  size_t bytes;       // sizeof(struct rowe_emergency_stop_request)
+  const char* source; // shown to everyone; at most 63 bytes; NULL: "this process"
+  const char* reason; // for the event; at most 192 bytes; NULL: none
+};
+
+// The stop that every loop has acknowledged.
+struct rowe_emergency_stop_result {
+  uint64_t number;         // as peers know it, above 0
+  int64_t acknowledged_ns; // when the last loop did, as rowe_now_ns()
+};
+
+// For threads without a loop, any of them at the same time: stops all loops of this endpoint, as a peer does
+// that calls /rowe/stop, and waits until they have acknowledged, at most `timeout_ms` and the option
+// stop_observe_timeout_ms. Needs no free queue or call. `request` may be NULL, and so may `into`, which an
+// error leaves alone. Not for a loop: it enters the kernel. Errors: no_service (there is no latch) and misuse
+// (no endpoint), with which nothing is stopped; with all others the loops stand: timed_out (it is not known
+// whether they have acknowledged), bad_argument (of `request->bytes`: its texts were not read), closed.
+int rowe_emergency_stop(const struct rowe_endpoint* endpoint,
+                        const struct rowe_emergency_stop_request* request, long timeout_ms,
+                        struct rowe_emergency_stop_result* into);
+
+// Which stop is to end; `bytes` as in rowe_options.
+struct rowe_emergency_stop_reset_request {
+  size_t bytes;    // sizeof(struct rowe_emergency_stop_reset_request)
+  uint64_t number; // of rowe_emergency_stop_result, or as peers are shown it; 0: whichever there is
+};
+
+struct rowe_emergency_stop_reset_result {
+  uint64_t number; // what peers are shown while the loops may move
+};
+
+// Lets the loops go again, as a person at the robot would; returns at once where they may move already, else
+// waits until they have acknowledged, at most `timeout_ms`. `request` and `into` as above. Not for a loop.
+// Errors: refused (a guard is missing, or the stop is another one), timed_out (a loop does not look, or has
+// not acknowledged), no_service (there is no latch), closed, bad_argument, misuse. With each the loops stand.
+int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
+                              const struct rowe_emergency_stop_reset_request* request, long timeout_ms,
+                              struct rowe_emergency_stop_reset_result* into);
 
 // ---- JSON text in place
 

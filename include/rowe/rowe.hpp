@@ -3,6 +3,7 @@
 #pragma once
 #include <rowe/caller.hpp>
 #include <rowe/connection.hpp>
+#include <rowe/emergency_stop.hpp>
 #include <rowe/endpoint.hpp>
 #include <rowe/event.hpp>
 #include <rowe/lane.hpp>

@@ -55,24 +55,6 @@ class line {
   std::size_t used_ = 0;
 };
 
-// A sink that keeps whole pieces as long as they fit.
-class cut_text {
- public:
-  explicit cut_text(std::span<char> buffer) : buffer_{buffer} {}
-  void operator()(std::string_view piece) {
-    full_ = full_ || piece.size() > buffer_.size() - used_;
-    if (full_) return;
-    std::memcpy(buffer_.data() + used_, piece.data(), piece.size());
-    used_ += piece.size();
-  }
-  std::string_view view() const { return {buffer_.data(), used_}; }
-
- private:
-  std::span<char> buffer_;
-  std::size_t used_ = 0;
-  bool full_ = false;
-};
-
 std::uint64_t total_of(std::span<const counter> counters) noexcept {
   std::uint64_t total = 0;
   for (const counter& c : counters) total += c.get();
@@ -210,18 +192,6 @@ void histogram::write_bars(put write, void* sink) const {
                           .text(" %\n");
     write(sink, text.view());
   }
-}
-
-std::string_view histogram::percentiles_text(std::span<char> buffer, duration unit) const {
-  cut_text text{buffer};
-  write_percentiles(text, unit);
-  return text.view();
-}
-
-std::string_view histogram::bars_text(std::span<char> buffer) const {
-  cut_text text{buffer};
-  write_bars(text);
-  return text.view();
 }
 
 } // namespace rowe::rt

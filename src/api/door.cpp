@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// endpoint::send, receive, invoke, reply and their kin: what any thread may call, by way of the front door.
+// endpoint::send, receive, invoke, reply and their kin: what any thread may call, by way of the
+// submission queue and the shared inbox.
 #include <rowe/endpoint.hpp>
 
 #include <utility>
@@ -7,18 +8,19 @@
 #include <rowe/detail/calls.hpp>
 
 #include "api/endpoint_state.hpp"
-#include "service/front_door.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/submission_queue.hpp"
 
 namespace rowe {
 namespace {
 
 using detail::endpoint_state;
-using service::door_header;
-using service::door_request;
+using detail::entry;
+using service::submission_header;
 
 // Whether a connection is still there, as far as is known here. Errors: peer_lost, closed.
 status reachable(endpoint_state& of, detail::peer_ref whom) noexcept {
-  if (of.door().is_closed()) return errc::closed;
+  if (of.submissions().is_closed()) return errc::closed;
   return of.gone(whom) ? status{errc::peer_lost} : status{};
 }
 
@@ -26,39 +28,39 @@ status reachable(endpoint_state& of, detail::peer_ref whom) noexcept {
 status takes(endpoint_state& of, detail::peer_ref whom) noexcept {
   if (const status fine = reachable(of, whom); !fine) return fine;
   if (of.takes(whom)) return {};
-  return error{errc::full, 0, of.door().slots()};
+  return error{errc::full, 0, of.submissions().slots()};
 }
 
 // Puts a request into a slot and wakes the service thread. Errors: too_big, full, closed.
-result<std::uint32_t> submit(endpoint_state& to, const door_header& header, const body& text) noexcept {
+result<std::uint32_t> submit(endpoint_state& to, const submission_header& header, const body& text) noexcept {
   if (text.outgrown() != 0) {
     const auto limit = static_cast<std::int64_t>(text.outgrown());
     return error{errc::too_big, limit + 1, limit}; // at least one more
   }
-  auto slot = to.door().submit(header, text.text());
+  auto slot = to.submissions().submit(header, text.text());
   if (slot) to.wake_service();
   return slot;
 }
 
 // Submits it and waits for what becomes of it: the service thread ends it when its time is over.
-status submit_and_wait(endpoint_state& to, door_header header, const body& text) noexcept {
+status submit_and_wait(endpoint_state& to, submission_header header, const body& text) noexcept {
   header.wants_outcome = true;
   const auto slot = submit(to, header, text);
   if (!slot) return slot.error();
-  if (!to.door().wait(*slot, rt::never)) return errc::closed; // does not happen: never has no end
-  const status outcome = to.door().outcome(*slot);
-  to.door().give_back(*slot);
+  if (!to.submissions().wait(*slot, rt::never)) return errc::closed; // does not happen: never has no end
+  const status outcome = to.submissions().outcome(*slot);
+  to.submissions().release(*slot);
   return outcome;
 }
 
-status submit_only(endpoint_state& to, const door_header& header, const body& text) noexcept {
+status submit_only(endpoint_state& to, const submission_header& header, const body& text) noexcept {
   const auto slot = submit(to, header, text);
   return slot ? status{} : status{slot.error()};
 }
 
-door_header letter_to(connection to, duration ttl) noexcept {
+submission_header letter_to(connection to, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();
-  return {.what = door_request::message,
+  return {.what = entry::message,
           .peer = detail::ref_of(to),
           .stamped = now,
           .expires = detail::expiry_after(now, ttl)};
@@ -68,10 +70,9 @@ door_header letter_to(connection to, duration ttl) noexcept {
 
 received::~received() {
   if (!state_) return;
-  service::front_door& door = state_->door();
   if (is_.reply) {
-    door.give_back(slot_);
-  } else if (door.give_back_inbound(slot_)) {
+    state_->submissions().release(slot_);
+  } else if (state_->inbox().release(slot_)) {
     state_->wake_service(); // a peer waits for it
   }
 }
@@ -87,31 +88,31 @@ status endpoint::try_send(body object, duration ttl, connection to) {
 }
 
 status endpoint::wait_room(duration timeout, connection to) {
-  service::front_door& door = state_->door();
+  service::submission_queue& queue = state_->submissions();
   const detail::peer_ref whom = detail::ref_of(to);
   status known = errc::full;
   const auto ready = [&] {
     known = takes(*state_, whom);
-    if (known && !door.has_room(whom.generation == 0)) known = errc::full;
+    if (known && !queue.has_room(whom.generation == 0)) known = errc::full;
     return known || known.code() != errc::full;
   };
-  if (door.wait_room(rt::deadline_after(rt::monotonic_clock::now(), timeout), ready)) return known;
+  if (queue.wait_room(rt::deadline_after(rt::monotonic_clock::now(), timeout), ready)) return known;
   return error{errc::timed_out, 0, timeout.count()};
 }
 
 result<received> endpoint::receive(duration timeout) {
-  service::front_door& door = state_->door();
+  service::shared_inbox& inbox = state_->inbox();
   const time_point now = rt::monotonic_clock::now();
   const auto slot =
-      timeout == duration::zero() ? door.try_receive(now) : door.receive(rt::deadline_after(now, timeout));
+      timeout == duration::zero() ? inbox.try_receive(now) : inbox.receive(rt::deadline_after(now, timeout));
   if (!slot) {
     if (slot.code() == errc::closed) return errc::closed;
     return error{errc::timed_out, 0, timeout.count()};
   }
-  const door_header& header = door.inbound_header(*slot);
+  const service::inbound_header& header = inbox.header(*slot);
   return received{state_,
                   *slot,
-                  {.text = door.inbound_text(*slot),
+                  {.text = inbox.text(*slot),
                    .peer = header.peer,
                    .call = header.call,
                    .arrived = header.stamped,
@@ -120,28 +121,28 @@ result<received> endpoint::receive(duration timeout) {
 
 result<received> endpoint::invoke(body object, duration timeout, connection to, std::string* why) {
   if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
-  service::front_door& door = state_->door();
+  service::submission_queue& queue = state_->submissions();
   const time_point now = rt::monotonic_clock::now();
   const time_point deadline = rt::deadline_after(now, timeout);
   const auto slot = submit(*state_,
-                           {.what = door_request::invocation,
+                           {.what = entry::invocation,
                             .wants_outcome = true,
                             .peer = detail::ref_of(to),
                             .stamped = now,
                             .expires = deadline},
                            object);
   if (!slot) return slot.error();
-  if (!door.wait(*slot, rt::deadline_after(deadline, detail::word_late_max))) {
-    if (door.is_closed()) return errc::closed;
+  if (!queue.wait(*slot, rt::deadline_after(deadline, detail::word_late_max))) {
+    if (queue.is_closed()) return errc::closed;
     return error{errc::timed_out, 0, timeout.count()};
   }
-  const status outcome = door.outcome(*slot);
-  const std::string_view text = door.reply_text(*slot);
+  const status outcome = queue.outcome(*slot);
+  const std::string_view text = queue.reply_text(*slot);
   if (outcome) {
     return received{state_, *slot, {.text = text, .arrived = rt::monotonic_clock::now(), .reply = true}};
   }
   if (why != nullptr && detail::has_sentence(outcome.code())) why->assign(text);
-  door.give_back(*slot);
+  queue.release(*slot);
   if (outcome.code() == errc::timed_out) return error{errc::timed_out, 0, timeout.count()};
   return outcome.error();
 }
@@ -149,12 +150,12 @@ result<received> endpoint::invoke(body object, duration timeout, connection to, 
 namespace {
 
 // Whether an answer may be sent, and as what. Errors: peer_lost, expired.
-result<door_header> answer_header(endpoint_state& of, door_request what, detail::peer_ref asker,
-                                  detail::call_ref call, time_point given_up, duration ttl) noexcept {
+result<submission_header> answer_header(endpoint_state& of, entry what, detail::peer_ref asker,
+                                        detail::call_ref call, time_point given_up, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();
   if (const status fine = reachable(of, asker); !fine) return fine.error();
   if (given_up <= now) return errc::expired;
-  return door_header{
+  return submission_header{
       .what = what, .peer = asker, .call = call, .stamped = now, .expires = detail::expiry_after(now, ttl)};
 }
 
@@ -163,23 +164,23 @@ result<door_header> answer_header(endpoint_state& of, door_request what, detail:
 status endpoint::reply(const received& call, body object, duration ttl) {
   if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
   const auto header =
-      answer_header(*state_, door_request::reply, call.is_.peer, call.is_.call, call.is_.expires, ttl);
+      answer_header(*state_, entry::reply, call.is_.peer, call.is_.call, call.is_.expires, ttl);
   if (!header) return header.error();
   return submit_and_wait(*state_, *header, object);
 }
 
 status endpoint::try_reply(const received& call, body object) {
   if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
-  const auto header = answer_header(*state_, door_request::reply, call.is_.peer, call.is_.call,
-                                    call.is_.expires, rt::for_ever);
+  const auto header =
+      answer_header(*state_, entry::reply, call.is_.peer, call.is_.call, call.is_.expires, rt::for_ever);
   if (!header) return header.error();
   return submit_only(*state_, *header, object);
 }
 
 status endpoint::refuse(const received& call, std::string_view sentence) {
   if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
-  const auto header = answer_header(*state_, door_request::refusal, call.is_.peer, call.is_.call,
-                                    call.is_.expires, rt::for_ever);
+  const auto header =
+      answer_header(*state_, entry::refusal, call.is_.peer, call.is_.call, call.is_.expires, rt::for_ever);
   if (!header) return header.error();
   return submit_only(*state_, *header, sentence.substr(0, detail::sentence_bytes_max));
 }

@@ -47,7 +47,7 @@ result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& op
   return with_memory([&]() -> result<endpoint> {
     const auto origins = views_of(options.allow_origins);
     const auto hosts = views_of(options.allow_hosts);
-    auto carrier = net::socket_transport::listen({.address = options.address,
+    auto sockets = net::socket_transport::listen({.address = options.address,
                                                   .port = port,
                                                   .insecure = options.insecure,
                                                   .allow_origins = origins,
@@ -55,8 +55,8 @@ result<endpoint> endpoint::listen(std::uint16_t port, const endpoint_options& op
                                                   .subprotocols = wire::protocols_of(options.profile).accepts,
                                                   .lenient_handshake = is_hop(options.profile),
                                                   .limits = socket_limits_of(options)});
-    if (!carrier) return carrier.error();
-    auto bound = std::move(carrier).value();
+    if (!sockets) return sockets.error();
+    auto bound = std::move(sockets).value();
     const std::uint16_t bound_port = bound->port();
     auto state = detail::endpoint_state::open(options, service::side::server, std::move(bound), bound_port);
     if (!state) return state.error();
@@ -68,13 +68,13 @@ result<endpoint> endpoint::connect(std::string_view url, const endpoint_options&
   return with_memory([&]() -> result<endpoint> {
     const auto parts = split_url(url);
     if (!parts) return parts.error();
-    auto carrier = net::socket_transport::connect({.host = parts->host,
+    auto sockets = net::socket_transport::connect({.host = parts->host,
                                                    .port = parts->port,
                                                    .path = parts->path,
                                                    .subprotocols = wire::protocols_of(options.profile).offers,
                                                    .limits = socket_limits_of(options)});
-    if (!carrier) return carrier.error();
-    auto state = detail::endpoint_state::open(options, service::side::client, std::move(carrier).value(), 0);
+    if (!sockets) return sockets.error();
+    auto state = detail::endpoint_state::open(options, service::side::client, std::move(sockets).value(), 0);
     if (!state) return state.error();
     return endpoint{std::move(state).value()};
   });

@@ -101,20 +101,20 @@ void kernel_entropy::fill(std::span<std::byte> bytes) noexcept {
 
 result<std::shared_ptr<endpoint_state>> endpoint_state::open(const endpoint_options& options,
                                                              service::side ours,
-                                                             std::unique_ptr<service::transport> carrier,
+                                                             std::unique_ptr<service::transport> sockets,
                                                              std::uint16_t port) {
   if (const status ok = check_options(options); !ok) return ok.error();
-  auto state = std::make_shared<endpoint_state>(options, std::move(carrier), port);
+  auto state = std::make_shared<endpoint_state>(options, std::move(sockets), port);
   if (const status ok = state->start(ours); !ok) return ok.error();
   return state;
 }
 
-endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> carrier,
+endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> sockets,
                                std::uint16_t port)
     : options_{options},
       port_{port},
       name_{options.name.empty() ? host_name() : options.name},
-      carrier_{std::move(carrier)} {}
+      transport_{std::move(sockets)} {}
 
 // All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays,
 // and they go on showing what they show.
@@ -137,12 +137,14 @@ status endpoint_state::start(service::side ours) {
   lane_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
   codecs_.resize(lanes_.size());
   given_up_.resize(lanes_.size());
-  board_ = memory_.make<service::board>(memory_, options_.limits);
-  door_ = memory_.make<service::front_door>(memory_, options_.limits);
-  bell_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{carrier_->wake_descriptor()});
+  board_ = memory_.make<service::shared_state>(memory_, options_.limits);
+  submissions_ = memory_.make<service::submission_queue>(memory_, options_.limits);
+  inbox_ = memory_.make<service::shared_inbox>(memory_, options_.limits);
+  stops_.emplace(board_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
+  bell_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{transport_->wake_descriptor()});
   core_ = memory_.make<service::core>(
-      memory_, service::core_options::from(options_, ours, name_), lanes_, *board_, *door_,
-      service::core_seams{*carrier_, random_, *validator_, options_.page ? page::answer : no_page,
+      memory_, service::core_options::from(options_, ours, name_), lanes_, *board_, *submissions_, *inbox_,
+      service::core_seams{*transport_, random_, *validator_, options_.page ? page::answer : no_page,
                           wire::protocols_of(options_.profile)},
       rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
@@ -153,7 +155,7 @@ status endpoint_state::start(service::side ours) {
                      "(/sys/devices/system/clocksource/clocksource0/current_clocksource)";
     board_->post(warning); // the service thread, whose ring it is, does not run yet
   }
-  loop_.emplace(*core_, *carrier_, *bell_, options_.idle_policy, options_.poll_period);
+  loop_.emplace(*core_, *transport_, *bell_, options_.idle_policy, options_.poll_period);
 
   rt::thread_options how{.name = "rowe", .priority = options_.service_priority};
   if (options_.service_cpu >= 0) how.cpu = options_.service_cpu;
@@ -309,14 +311,15 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
 
   board_->use_lane(static_cast<std::uint32_t>(index));
   built.lifecycle.offer();
-  carrier_->wake();
+  transport_->wake();
   if (const status done = built.lifecycle.wait_answer(built.news); !done) return done.error();
+  if (is_latch(built.kind)) stops_->begin();
   return &built;
 }
 
 void endpoint_state::close_lane(lane& gone) noexcept {
   gone.lifecycle.close();
-  carrier_->wake();
+  transport_->wake();
 }
 
 // ---- the rest
@@ -326,11 +329,13 @@ status endpoint_state::close(duration drain) noexcept {
   if (closed_) return {};
   closed_ = true;
   if (!thread_.joinable()) return {};
-  door_->close();
-  board_->peers_changed.notify(); // wait_peer() looks whether the door is closed
+  submissions_->close();
+  inbox_->close();
+  board_->peers_changed.notify(); // wait_peer() looks whether submissions are closed
   loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
   thread_.join();
-  door_->finish();
+  stops_->end();
+  submissions_->finish();
   for (lane& one : lanes_) {
     one.audience.close();
     count_left(one);
@@ -353,9 +358,9 @@ void endpoint_state::count_left(const lane& in) noexcept {
 status endpoint_state::wait_peer(duration timeout) noexcept {
   const std::lock_guard one_waiter{peer_waiter_};
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), timeout);
-  const auto over = [&] { return door_->is_closed() || board_->peers() > 0; };
+  const auto over = [&] { return submissions_->is_closed() || board_->peers() > 0; };
   if (board_->peers_changed.wait_until(deadline, over)) {
-    return door_->is_closed() ? status{errc::closed} : status{};
+    return submissions_->is_closed() ? status{errc::closed} : status{};
   }
   return error{errc::timed_out, 0, timeout.count()};
 }
@@ -381,13 +386,15 @@ bool endpoint_state::gone(peer_ref whom) const noexcept {
   if (whom.generation == 0) return false;
   const auto generations = board_->generations();
   if (whom.index >= generations.size()) return true; // of another endpoint
-  // relaxed: pairs with the stores in board::set_connection(); advice, which the service thread checks again
+  // relaxed: pairs with the stores in shared_state::set_connection(); advice, which the service thread checks
+  // again
   return generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
 }
 
 bool endpoint_state::takes(peer_ref whom) const noexcept {
   if (whom.generation == 0) return true;
-  // relaxed: pairs with the stores in board::set_taking(); advice, which the service thread checks again
+  // relaxed: pairs with the stores in shared_state::set_taking(); advice, which the service thread checks
+  // again
   return board_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
 }
 

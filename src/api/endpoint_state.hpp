@@ -16,10 +16,12 @@
 #include <rowe/rt/thread.hpp>
 
 #include "api/lane_memory.hpp"
-#include "service/board.hpp"
+#include "api/local_stops.hpp"
 #include "service/core.hpp"
-#include "service/front_door.hpp"
 #include "service/service_loop.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/shared_state.hpp"
+#include "service/submission_queue.hpp"
 #include "service/transport.hpp"
 #include "json/reader.hpp"
 
@@ -36,10 +38,10 @@ class endpoint_state {
  public:
   // Takes all memory and starts the service thread. Errors: no_memory, no_thread, bad_argument.
   static result<std::shared_ptr<endpoint_state>> open(const endpoint_options& options, service::side ours,
-                                                      std::unique_ptr<service::transport> carrier,
+                                                      std::unique_ptr<service::transport> sockets,
                                                       std::uint16_t port);
 
-  endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> carrier,
+  endpoint_state(const endpoint_options& options, std::unique_ptr<service::transport> sockets,
                  std::uint16_t port);
   ~endpoint_state();
   endpoint_state(const endpoint_state&) = delete;
@@ -47,13 +49,8 @@ class endpoint_state {
 
   result<lane*> open_lane(const lane_request& asked);
   void close_lane(lane& gone) noexcept;
-  // Stops the loops, whatever is full. Any thread.
-  void ask_to_stop() noexcept {
-    board_->ask_to_stop();
-    carrier_->wake();
-  }
-  // Has the service thread look at lanes and front door now. Any thread.
-  void wake_service() noexcept { carrier_->wake(); }
+  // Has the service thread look at lanes and submissions now. Any thread.
+  void wake_service() noexcept { transport_->wake(); }
 
   status close(duration drain) noexcept;
   status wait_peer(duration timeout) noexcept;
@@ -65,9 +62,11 @@ class endpoint_state {
   bool gone(peer_ref whom) const noexcept;
   // Whether one that is there takes messages, or has its share of what waits. Any thread.
   bool takes(peer_ref whom) const noexcept;
-  service::front_door& door() noexcept { return *door_; }
+  service::submission_queue& submissions() noexcept { return *submissions_; }
+  service::shared_inbox& inbox() noexcept { return *inbox_; }
+  local_stops& stops() noexcept { return *stops_; }
   std::uint16_t port() const noexcept { return port_; }
-  int wake_descriptor() const noexcept { return lanes_tell() ? carrier_->wake_descriptor() : -1; }
+  int wake_descriptor() const noexcept { return lanes_tell() ? transport_->wake_descriptor() : -1; }
   const rt::grants& service_grants() const noexcept { return granted_; }
   bool memory_locked() const noexcept { return memory_.locked(); }
 
@@ -88,14 +87,16 @@ class endpoint_state {
   std::string name_;
   rt::arena memory_;
   kernel_entropy random_;
-  std::unique_ptr<service::transport> carrier_;
+  std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;
-  service::board* board_ = nullptr;
+  service::shared_state* board_ = nullptr;
   std::span<lane> lanes_;
   std::span<std::byte> lane_memory_;
   std::vector<lane_codecs> codecs_; // of the lane with the same index
   std::vector<bool> given_up_;      // likewise: settle_lanes() has waited for it in vain
-  service::front_door* door_ = nullptr;
+  service::submission_queue* submissions_ = nullptr;
+  service::shared_inbox* inbox_ = nullptr;
+  std::optional<local_stops> stops_;
   rt::wake_bell<>* bell_ = nullptr;
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Endpoints for C: options converted, objects as text through the front door, and back.
+// Endpoints for C: options converted, objects as text submitted and received.
 #include "capi/endpoint.hpp"
 
 #include <algorithm>
@@ -95,7 +95,7 @@ rowe_endpoint* shown(result<endpoint>&& opened) {
   return new rowe_endpoint{std::move(inside)};
 }
 
-// What has arrived as an object. A call keeps its slot of the front door, a message gives it back here.
+// What has arrived as an object. A call keeps its slot of the shared inbox, a message gives it back here.
 rowe_object* object_of(received&& arrived) {
   auto object = std::make_unique<rowe_object>(tree_of(arrived.value()));
   object->from.reset(new origin{arrived.from(), std::nullopt});
@@ -318,16 +318,4 @@ struct rowe_object* rowe_stats(const struct rowe_endpoint* endpoint) {
     }
     return all.release();
   });
-}
-
-int rowe_stop(const struct rowe_endpoint* endpoint, const char* source, long timeout_ms) {
-  if (endpoint == nullptr || source == nullptr) return fail(errc::misuse);
-  const rowe::status done = endpoint->inside->stop(source, duration_of(timeout_ms));
-  return done ? rowe_ok : fail(done.error());
-}
-
-int rowe_reset_stop(const struct rowe_endpoint* endpoint, long timeout_ms) {
-  if (endpoint == nullptr) return fail(errc::misuse);
-  const rowe::status done = endpoint->inside->reset_stop(duration_of(timeout_ms));
-  return done ? rowe_ok : fail(done.error());
 }

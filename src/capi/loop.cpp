@@ -247,3 +247,31 @@ bool rowe_stop_engaged(struct rowe_stop_latch* latch, int64_t now_ns) {
 void rowe_stop_acknowledge(struct rowe_stop_latch* latch, int64_t now_ns) {
   if (latch != nullptr) latch->inside.acknowledge(time_of(now_ns));
 }
+
+int rowe_emergency_stop(const struct rowe_endpoint* endpoint,
+                        const struct rowe_emergency_stop_request* request, long timeout_ms,
+                        struct rowe_emergency_stop_result* into) {
+  if (endpoint == nullptr) return fail(errc::misuse);
+  const auto given = whole(request);
+  rowe::emergency_stop_request what; // a stop all the same where it cannot be read
+  if (given && given->source != nullptr) what.source = given->source;
+  if (given && given->reason != nullptr) what.reason = given->reason;
+  const auto stopped = endpoint->inside->emergency_stop(what, duration_of(timeout_ms));
+  if (!given) return fail(given.error());
+  if (!stopped) return fail(stopped.error());
+  if (into != nullptr) *into = {stopped->number, rowe::rt::nanoseconds_of(stopped->acknowledged)};
+  return rowe_ok;
+}
+
+int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
+                              const struct rowe_emergency_stop_reset_request* request, long timeout_ms,
+                              struct rowe_emergency_stop_reset_result* into) {
+  if (endpoint == nullptr) return fail(errc::misuse);
+  const auto given = whole(request);
+  if (!given) return fail(given.error());
+  const auto moves =
+      endpoint->inside->reset_emergency_stop({.number = given->number}, duration_of(timeout_ms));
+  if (!moves) return fail(moves.error());
+  if (into != nullptr) *into = {moves->number};
+  return rowe_ok;
+}

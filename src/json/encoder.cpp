@@ -29,8 +29,8 @@ char* write_text(char* at, std::string_view text) noexcept { return std::copy(te
 // room is used up.
 class encoder::run {
  public:
-  run(const encoder& program, writer& into, memory* last) noexcept
-      : literals_{program.literals_.get()}, into_{into}, last_{last}, end_{into.end_} {}
+  run(const encoder& program, writer& into) noexcept
+      : literals_{program.literals_.get()}, into_{into}, end_{into.end_} {}
 
   // Runs the steps from `first` to `last` on the object at `base`.
   char* steps(const step* first, const step* last, const char* base, char* at) noexcept {
@@ -93,33 +93,7 @@ class encoder::run {
   }
 
   char* array(const step& s, const char* base, char* at) noexcept {
-    const char* const from = base + s.offset;
-    const std::size_t n = count(s, base);
-    if (last_ == nullptr || s.memory_entry == 0) return scalars(s, from, n, at);
-    return remembered(s, last_->entries_[s.memory_entry - 1], from, n, at);
-  }
-
-  char* remembered(const step& s, memory::entry& e, const char* from, std::size_t n, char* at) noexcept {
-    const std::size_t bytes = n * s.stride;
-    const bool same = e.bits_known && e.count == n && std::memcmp(e.bits, from, bytes) == 0;
-    if (same && e.text_known) {
-      into_.nonfinite_ += e.nonfinite;
-      return copy({e.text, e.text_bytes}, at);
-    }
-    const std::uint64_t nonfinite_before = into_.nonfinite_;
-    char* const end = scalars(s, from, n, at);
-    if (end == nullptr) return nullptr;
-    if (same) {
-      e.text_bytes = static_cast<std::size_t>(end - at);
-      e.nonfinite = into_.nonfinite_ - nonfinite_before;
-      std::memcpy(e.text, at, e.text_bytes);
-    } else {
-      e.count = n;
-      std::memcpy(e.bits, from, bytes);
-    }
-    e.bits_known = true;
-    e.text_known = same;
-    return end;
+    return scalars(s, base + s.offset, count(s, base), at);
   }
 
   char* scalars(const step& s, const char* from, std::size_t n, char* at) noexcept {
@@ -212,7 +186,6 @@ class encoder::run {
 
   const char* const literals_;
   writer& into_;
-  memory* const last_; // null: nothing is remembered
   char* const end_;
 };
 
@@ -221,24 +194,13 @@ encoder::encoder(encoder&&) noexcept = default;
 encoder& encoder::operator=(encoder&&) noexcept = default;
 encoder::~encoder() = default;
 
-encoder::memory::memory() noexcept = default;
-encoder::memory::memory(memory&&) noexcept = default;
-encoder::memory& encoder::memory::operator=(memory&&) noexcept = default;
-encoder::memory::~memory() = default;
-
-void encoder::encode(const void* object, writer& into) const noexcept { run_program(object, into, nullptr); }
-
-void encoder::encode(const void* object, writer& into, memory& last) const noexcept {
-  run_program(object, into, &last);
-}
-
-void encoder::run_program(const void* object, writer& into, memory* last) const noexcept {
+void encoder::encode(const void* object, writer& into) const noexcept {
   into.place_comma();
   into.comma_ = false; // the program's literals bring their own
   char* at = nullptr;
   if (!into.overflowed_) {
     const step* const first = program_.get();
-    run r{*this, into, last};
+    run r{*this, into};
     at = r.steps(first, first + step_count_, static_cast<const char*>(object), into.at_);
   }
   if (at != nullptr) {

@@ -36,32 +36,6 @@ class encoder {
   // into.overflowed(); numbers that JSON cannot say are null and counted in into.nonfinite().
   ROWE_RT void encode(const void* object, writer& into) const noexcept;
 
-  // The text of long arrays of doubles or floats as it was written last, so that arrays whose bits have not
-  // changed since (covariances, as a rule) are copied instead of being written anew. Of one encoder, and of
-  // one thread.
-  class memory {
-   public:
-    memory(memory&&) noexcept;
-    memory& operator=(memory&&) noexcept;
-    ~memory();
-
-   private:
-    friend class encoder;
-    struct entry;
-    memory() noexcept;
-
-    std::unique_ptr<entry[]> entries_;
-    std::unique_ptr<char[]> room_;
-  };
-
-  // A memory for this encoder, with nothing in it. Allocates, for set-up, the bits and the longest text of
-  // each such array; no_memory.
-  [[nodiscard]] result<memory> remember() const;
-
-  // The same text, with the help of what was written last. Of an array that changes each time, it costs a
-  // comparison that ends at the first difference, and a copy of its bits.
-  ROWE_RT void encode(const void* object, writer& into, memory& last) const noexcept;
-
   // No object's text is longer.
   std::size_t bytes_max() const noexcept { return bytes_max_; }
 
@@ -71,13 +45,10 @@ class encoder {
   class run;
 
   encoder() noexcept;
-  void run_program(const void* object, writer& into, memory* last) const noexcept;
-
   std::unique_ptr<step[]> program_;
   std::size_t step_count_ = 0;
   std::unique_ptr<char[]> literals_;
   std::size_t bytes_max_ = 0;
-  std::size_t memory_entries_ = 0;
 };
 
 } // namespace rowe::json

@@ -33,14 +33,6 @@ std::size_t scalar_bytes_max(operation what) noexcept {
   }
 }
 
-// Arrays of fewer elements are written as quickly as they are compared.
-constexpr std::size_t remembered_count_min = 8;
-
-bool is_real(operation o) noexcept {
-  return o == operation::float32 || o == operation::float64 || o == operation::rounded_float32 ||
-         o == operation::rounded_float64;
-}
-
 // What escaping can make of one byte: \u001f.
 constexpr std::size_t escaped_bytes_max = 6;
 
@@ -69,7 +61,6 @@ class encoder::compiler {
   std::size_t step_count() const noexcept { return step_count_; }
   std::size_t literal_bytes() const noexcept { return literal_end_; }
   std::size_t text_bytes_max() const noexcept { return text_bytes_max_; }
-  std::size_t memory_entries() const noexcept { return memory_entries_; }
 
  private:
   void fail(std::size_t value, std::size_t limit) noexcept {
@@ -146,10 +137,8 @@ class encoder::compiler {
     const std::size_t before = step_count_;
     const std::size_t text_before = text_bytes_max_;
     text_bytes_max_ = 0;
-    ++bodies_;
     write_body();
     flush();
-    --bodies_;
     const std::size_t body_bytes = text_bytes_max_ + 1; // with a comma
     text_bytes_max_ = text_before;
     if (body_bytes > bytes_limit / count) {
@@ -244,10 +233,6 @@ class encoder::compiler {
     if (is_scalar(element.kind)) {
       s.what = operation::scalars;
       s.element = scalar(element.kind, how, s);
-      // In a body the same step writes several arrays.
-      if (bodies_ == 0 && is_real(s.element) && d.count_max >= remembered_count_min) {
-        s.memory_entry = ++memory_entries_;
-      }
       emit(s, d.count_max * (scalar_bytes_max(s.element) + 1));
     } else {
       s.what = operation::repeat;
@@ -281,8 +266,6 @@ class encoder::compiler {
   std::size_t literal_begin_ = 0; // of the literal that grows
   std::size_t literal_end_ = 0;
   std::size_t text_bytes_max_ = 0;
-  std::size_t bodies_ = 0; // that the next step is in
-  std::uint32_t memory_entries_ = 0;
   status failed_;
 };
 
@@ -311,35 +294,7 @@ result<encoder> encoder::compile(const schema_description& schema) {
   if (const status s = c.compile(schema); !s) return s.error();
   e.step_count_ = c.step_count();
   e.bytes_max_ = c.text_bytes_max();
-  e.memory_entries_ = c.memory_entries();
   return e;
-}
-
-result<encoder::memory> encoder::remember() const {
-  const auto bits_of = [](const step& s) { return std::size_t{s.count} * s.stride; };
-  const auto text_of = [](const step& s) { return std::size_t{s.count} * (scalar_bytes_max(s.element) + 1); };
-  const auto each_entry = [this](auto visit) {
-    for (std::size_t i = 0; i < step_count_; ++i) {
-      if (program_[i].memory_entry != 0) visit(program_[i]);
-    }
-  };
-  std::size_t bytes = 0;
-  each_entry([&](const step& s) { bytes += bits_of(s) + text_of(s); });
-
-  memory m;
-  m.entries_.reset(new (std::nothrow) memory::entry[memory_entries_]);
-  m.room_.reset(new (std::nothrow) char[bytes]{}); // touched here, not when it is first used
-  if (m.entries_ == nullptr || m.room_ == nullptr) {
-    return error{errc::no_memory, static_cast<std::int64_t>(bytes), 0};
-  }
-  char* at = m.room_.get();
-  each_entry([&](const step& s) {
-    memory::entry& e = m.entries_[s.memory_entry - 1];
-    e.bits = at;
-    e.text = at + bits_of(s);
-    at += bits_of(s) + text_of(s);
-  });
-  return m;
 }
 
 } // namespace rowe::json

@@ -47,8 +47,7 @@ struct encoder::step {
   std::uint32_t stride = 0;   // from element to element
   std::uint32_t body = 0;     // steps that follow and belong to this one
   std::uint32_t doubles = 0;  // float64 steps in a row: this one and all that follow, be it beyond the body
-  std::uint32_t ample_bytes = 0;  // room in which these can be written without another look at it
-  std::uint32_t memory_entry = 0; // and one more; 0: arrays that are not remembered
+  std::uint32_t ample_bytes = 0; // room in which these can be written without another look at it
   operation what = operation::nothing;
   operation element = operation::nothing;
   operation quoted = operation::nothing;
@@ -57,18 +56,6 @@ struct encoder::step {
   std::size_t (*count_of)(const void*) noexcept = nullptr;
   const void* (*engaged)(const void*) noexcept = nullptr;
   std::string_view (*text_of)(const void*) noexcept = nullptr;
-};
-
-// What is remembered of an array. Its text is kept only when its bits came a second time: what changes each
-// time costs no second copy of its text.
-struct encoder::memory::entry {
-  char* bits = nullptr;
-  char* text = nullptr;
-  std::size_t count = 0; // of elements whose bits are known
-  std::size_t text_bytes = 0;
-  std::uint64_t nonfinite = 0; // counted when the text was written
-  bool bits_known = false;
-  bool text_known = false;
 };
 
 } // namespace rowe::json

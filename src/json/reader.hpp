@@ -79,9 +79,6 @@ class reader {
   // The text that validate() looked at last, if it was accepted. What is noted is valid until the next call.
   const document& last() const noexcept;
 
-  std::size_t bytes_max() const noexcept { return bytes_max_; }
-  std::size_t depth_max() const noexcept { return depth_max_; }
-
  private:
   struct state;
   reader(std::unique_ptr<state> s, std::size_t bytes_max, std::size_t depth_max) noexcept;

@@ -94,7 +94,6 @@ void writer::escaped(const char* at, const char* end) noexcept {
     }
     const utf8_piece piece = next_utf8(at, end);
     append(piece.valid ? std::string_view{at, piece.bytes} : std::string_view{replacement_character});
-    invalid_utf8_ += !piece.valid;
     at += piece.bytes;
   }
 }

@@ -49,7 +49,7 @@ class writer {
   }
 
   // A string value: quoted, and escaped where JSON demands it ('"', '\\', control characters). Each maximal
-  // piece of `utf8` that is not UTF-8 is written as U+FFFD and counted in invalid_utf8().
+  // piece of `utf8` that is not UTF-8 is written as U+FFFD.
   ROWE_RT [[gnu::always_inline]] void string(std::string_view utf8) noexcept {
     quoted(utf8);
     comma_ = true;
@@ -92,13 +92,8 @@ class writer {
   ROWE_RT std::size_t bytes() const noexcept { return static_cast<std::size_t>(at_ - begin_); }
   ROWE_RT std::string_view text() const noexcept { return {begin_, bytes()}; }
 
-  // NaN and infinities written as null since construction or reset().
+  // NaN and infinities written as null.
   ROWE_RT std::uint64_t nonfinite() const noexcept { return nonfinite_; }
-  // Pieces that were not UTF-8, written as U+FFFD since construction or reset().
-  ROWE_RT std::uint64_t invalid_utf8() const noexcept { return invalid_utf8_; }
-
-  // Starts again at the beginning of the same room, with nothing counted.
-  ROWE_RT void reset() noexcept { *this = writer{std::span<char>{begin_, end_}}; }
 
  private:
   friend class encoder;
@@ -181,7 +176,6 @@ class writer {
   bool comma_ = false; // a value precedes the next one in the same object or array
   bool overflowed_ = false;
   std::uint64_t nonfinite_ = 0;
-  std::uint64_t invalid_utf8_ = 0;
 };
 
 } // namespace rowe::json

@@ -200,13 +200,11 @@ void handshakes::begin(accepted_socket accepted, transport_sink& sink) noexcept 
     return one->socket.reset(); // the kernel is out of memory for watches
   one->now = phase::header;
   header_.arm(*one, now_);
-  ++busy_;
   if (beyond) refuse_crowded(*one, sink);
 }
 
 // Goes on to `page` or `parting`.
 void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::uint32_t events) noexcept {
-  if (next == phase::parting) --busy_;
   if (one.now == phase::page) --pages_;
   if (next == phase::page) ++pages_;
   unqueue(one);
@@ -218,7 +216,6 @@ void handshakes::enter(guest& one, phase next, deadline_list& deadlines, std::ui
 
 // Frees the place. The socket is closed unless a connection has taken it.
 void handshakes::leave(guest& one) noexcept {
-  if (one.now == phase::header || one.now == phase::page) --busy_;
   if (one.now == phase::page) --pages_;
   host_.let_go(one.watch);
   unqueue(one);

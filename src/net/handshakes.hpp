@@ -63,9 +63,6 @@ class handshakes {
   void expire(service::transport_sink& sink) noexcept;
   rt::time_point next_deadline() const noexcept;
 
-  // True while a header is awaited or a page is under way.
-  bool busy() const noexcept { return busy_ != 0; }
-
  private:
   enum class phase : std::uint8_t { free, header, page, parting };
   struct guest : deadline_node {
@@ -112,8 +109,7 @@ class handshakes {
   std::span<std::byte> scratch_;
   std::vector<guest> guests_;
   std::vector<std::uint32_t> ready_; // a queue of indices
-  std::uint32_t busy_ = 0;
-  std::uint32_t pages_ = 0; // under way
+  std::uint32_t pages_ = 0;          // under way
   std::uint64_t turn_ = 0;
   bool page_was_driven_ = false;
   deadline_list header_;

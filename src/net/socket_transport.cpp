@@ -93,9 +93,8 @@ class epoll_transport final : public socket_transport {
   void connect() noexcept override {
     if (attempt_) attempt_->ask();
   }
-  bool busy() const noexcept override { return attempt_ ? attempt_->busy() : handshakes_->busy(); }
   std::uint16_t port() const noexcept override { return listener_ ? port_of(listener_->address()) : 0; }
-  service::carrier_memory memory() const noexcept override {
+  service::transport_memory memory() const noexcept override {
     const fixed_heap& heap = lws_->heap();
     return {.bytes_used = heap.bytes_used(),
             .bytes_peak = heap.bytes_peak(),

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What one call of the transport is given, and where each piece of it came from. Frames are joined: they lie
-// one behind the other in a room of the core's, so that a call of the kernel gets one piece of memory,
-// however many messages it is (decision 0018). Only what goes alone stays where it is: a frame that stands in
-// its slot, the rest of one, control frames. Service thread only.
+// A batch: what one call of the transport is given, and where each piece came from. Frames are copied one
+// behind the other into a buffer of the sender. So one system call gets one piece of memory, however many
+// messages are in it (decision 0018). A batch of one piece is not copied: a frame in its slot, the rest of
+// one, or control frames. Service thread only.
 #pragma once
 #include <array>
 #include <cassert>
@@ -11,30 +11,26 @@
 #include <cstring>
 #include <span>
 
-#include "service/queues.hpp"
+#include "service/message_queue.hpp"
+#include "service/service_limits.hpp"
 #include "wire/mask.hpp"
 
 namespace rowe::service {
 
-// A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
-// a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
-inline constexpr std::size_t batch_bytes_max = 60 * 1024;
-inline constexpr std::size_t batch_pieces_max = 256;
-
 struct batch_piece {
   enum class origin : std::uint8_t {
-    message, // the front of `from`
+    message, // from the queue `from`
     partial, // the rest of the partial frame
     control,
     stop,
   };
   queue* from = nullptr;
-  std::uint32_t subscription = no_index;
-  std::uint32_t slot = no_index;
+  subscription_id subscription{};
+  slot_id slot{};
   std::uint32_t bytes = 0;
   wire::mask_key key{};
   origin is = origin::message;
-  bool unslashed = false; // message, partial: as subscription::unslashed
+  bool own_head = false; // message, partial: as subscription::own_head
 };
 
 struct batch {
@@ -43,10 +39,10 @@ struct batch {
 
   std::span<const std::byte> whole() const noexcept { return {start, bytes}; }
   bool full() const noexcept { return count == pieces.size() || bytes >= batch_bytes_max; }
-  // A lone piece needs no room.
+  // A batch of one piece needs no buffer.
   bool fits(std::size_t more_bytes) const noexcept { return count == 0 || more_bytes <= room.size() - bytes; }
 
-  // What lies somewhere already.
+  // Adds a piece that lies in memory already.
   void add(std::span<const std::byte> piece, const batch_piece& of) noexcept {
     if (count == 0) {
       start = piece.data();
@@ -55,11 +51,11 @@ struct batch {
     }
     std::memcpy(place(piece.size(), of), piece.data(), piece.size());
   }
-  // Room for so many bytes, to be written.
+  // Adds a piece that the caller writes: returns where to.
   std::byte* place(std::size_t piece_bytes, const batch_piece& of) noexcept {
     assert(piece_bytes <= room.size() - bytes);
     if (start != room.data()) {
-      if (count != 0) std::memcpy(room.data(), start, bytes); // it is not alone any more
+      if (count != 0) std::memcpy(room.data(), start, bytes); // a second piece follows
       start = room.data();
     }
     std::byte* const at = room.data() + bytes;
@@ -71,10 +67,10 @@ struct batch {
   const std::byte* start = nullptr;
   std::size_t bytes = 0;
   std::size_t count = 0;
-  std::size_t credit = 0;        // what the peer's allows at the priority that is being gathered
+  std::size_t credit = 0;        // the peer's credit at the priority that is being gathered
   bool more = false;             // something was left out that another batch may take at once
   bool held = false;             // something was left out until the peer has read more
-  std::span<batch_piece> pieces; // `count` of them are there
+  std::span<batch_piece> pieces; // the first `count` are used
 
  private:
   void note(std::size_t piece_bytes, const batch_piece& of) noexcept {

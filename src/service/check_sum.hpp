@@ -4,6 +4,8 @@
 #pragma once
 #include <cstdint>
 
+#include "service/ids.hpp"
+
 namespace rowe::service {
 
 constexpr std::uint64_t weight(std::uint32_t of) noexcept {
@@ -11,6 +13,11 @@ constexpr std::uint64_t weight(std::uint32_t of) noexcept {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9U;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebU;
   return z ^ (z >> 31);
+}
+
+template <class Tag>
+constexpr std::uint64_t weight(id<Tag> of) noexcept {
+  return weight(of.value);
 }
 
 } // namespace rowe::service

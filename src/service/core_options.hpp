@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the core is given when it is made: its options, and the seams to what it does not have of its own.
 #pragma once
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string_view>
 
@@ -29,10 +31,10 @@ struct core_options {
   limits bounds;
   side ours = side::server;
   bool relay = false;
-  bool messages_unasked = false; // plain ones go to peers that said none, too
+  bool messages_unasked = false; // plain messages also go to peers that have sent none
   bool answers_any = false;
-  bool lanes_tell = false; // a handle that hands something over rings for it
-  bool phases = false;     // values are waited for by their periods
+  bool lanes_tell = false; // a handle that submits something wakes the service thread
+  bool phases = false;     // values are expected by their periods (publish_predictor)
   rt::duration inbound_ttl = rt::for_ever;
   rt::duration call_timeout = rt::for_ever;
   std::string_view name; // copied
@@ -43,6 +45,12 @@ struct core_options {
   rt::duration retry_min;
   rt::duration retry_max;
   stop_options stop;
+
+  // When a peer's message expires: after its own time to live, if that is not negative, or after ours,
+  // whichever is earlier.
+  rt::time_point inbound_expiry(rt::time_point now, std::int64_t ttl_ns = wire::unlimited) const noexcept {
+    return std::min(rt::deadline_after(now, rt::duration{ttl_ns}), rt::deadline_after(now, inbound_ttl));
+  }
 
   static core_options from(const endpoint_options& options, side ours, std::string_view name) noexcept {
     return {.bounds = options.limits,
@@ -66,7 +74,7 @@ struct core_options {
 };
 
 struct core_seams {
-  transport& carrier;
+  transport& to_peers;
   entropy& random;
   json::reader& validator;
   http_answer (*page)(const http_request&) noexcept; // what is served over HTTP

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every part of the core looks at and core alone changes, but for the work, to which each part adds.
+// What every part of the core reads. Only the core changes it, except the work, to which each part adds.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,11 +8,20 @@
 
 namespace rowe::service {
 
+// The time of a slot's header; the inverse of rt::nanoseconds_of().
+inline rt::time_point time_of(std::int64_t ns) noexcept { return rt::time_point{rt::duration{ns}}; }
+
 struct cycle_state {
-  rt::time_point now{};           // of this cycle: the same for all that is done in it
-  std::size_t work_bytes = 0;     // of the message that is carried out: bytes composed, or what takes as long
-  std::uint64_t places_freed = 0; // how often room came for what waits for it, beside queues and slots
-  bool closing = false;           // the endpoint closes: nothing new is taken
+  rt::time_point now{};           // when this cycle began; all that it does sees this time
+  std::size_t work_bytes = 0;     // work of the current message: bytes composed, or as much time
+  std::uint64_t places_freed = 0; // how often room came elsewhere than in queues and slots
+  bool closing = false;           // the endpoint is closing: nothing new is taken
+
+  // When something of this process expires. If it expires when it was stamped, that means: in the cycle that
+  // takes it, however long it was queued.
+  rt::time_point expiry_of(rt::time_point stamped, rt::time_point expires) const noexcept {
+    return expires == stamped ? now : expires;
+  }
 };
 
 } // namespace rowe::service

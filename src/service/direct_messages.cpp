@@ -21,19 +21,19 @@ direct_messages::direct_messages(rt::arena& memory, const limits& bounds, const 
       delivery_{parts.delivery},
       inbox_{parts.inbox},
       validator_{parts.validator},
-      messages_{memory, bounds, parts.claimants},
+      trackers_{memory, bounds, parts.claimants},
       parked_{memory.carve<parked>(bounds.connections_max)} {}
 
 void direct_messages::forget(peer_index peer) noexcept {
   parked_[peer] = {};
   if (std::exchange(out_.of(peer).told_full, false)) --told_full_;
-  room_came_ = true; // whoever waits for room there need not wait any more
+  room_came_ = true; // a sender that waits for room there need not wait any more
 }
 
 // ---- turns, and what is parked in them
 
-// False where the peer has its share of the sender's slots already. `to` null: for everyone. Asked in each
-// turn for what was parked before, too, which stays whatever the shares are by now.
+// False: the peer has its share of the sender's slots already. `to` null: for everyone. Messages that were
+// parked before are counted in each turn, too; they stay parked, whatever the shares are now.
 bool direct_messages::may_park(const direct_message& m, connection* to) noexcept {
   if (to == nullptr) {
     ++turn_parked_;
@@ -69,7 +69,7 @@ void direct_messages::show_room() noexcept {
 bool direct_messages::post(const direct_message& m) noexcept {
   connection* const to = peers_.find({m.to.index, m.to.generation}); // null: everyone, or gone
   const bool gone = to == nullptr && m.to.generation != 0;
-  // Not past one that is parked already and was for the same peer, or for everyone.
+  // It must not overtake a parked message for the same peer or for everyone.
   const bool behind = all_parked_in_ == turn_ || (to != nullptr && parked_[{m.to.index}].turn == turn_);
   if (behind && !gone && !cycle_.closing && (m.only_now || m.expires >= cycle_.now)) {
     if (!m.only_now && may_park(m, to)) return false;
@@ -78,7 +78,7 @@ bool direct_messages::post(const direct_message& m) noexcept {
     return true;
   }
   if (send(m)) return true;
-  // A peer has no room, or no slot. Or nobody has, and then no later one may pass.
+  // No room at the peer, or no slot. Or no peer at all has room; then no later message may overtake this one.
   if (to == nullptr) all_parked_in_ = turn_;
   if (may_park(m, to)) return false;
   add(counter::outbox_full);
@@ -88,14 +88,14 @@ bool direct_messages::post(const direct_message& m) noexcept {
 
 // ---- sending
 
-// A message waits where it is while no peer that it may go to has room, so that its sender finds the handle
-// full instead of losing something; and behind those that are pending already. Among several peers one that
-// does not read must not stop the others.
+// Whether a message may be sent now. It is parked while none of its peers has room, so that its sender finds
+// the handle full and loses nothing. It also stays behind messages that are pending already. One of several
+// peers that does not read must not hold up the others.
 inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
   if (m.to.generation != 0) {
     const peer_index to{m.to.index};
     return has_room(to, m.priority) &&
-           messages_.has_share(to.value, out_.of(to).backpressured(), slots_.class_for(m.text.size()));
+           trackers_.has_share(to, out_.of(to).backpressured(), slots_.class_for(m.text.size()));
   }
   bool any = false;
   for (const peer_index i : peers_.ids()) {
@@ -103,11 +103,11 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
     if (pending() == 0 && parked_[i].turn != turn_ && has_room(i, m.priority)) return true;
     any = true;
   }
-  // A quarter of the slots is never taken by what waits for a peer to come.
+  // Messages that are pending until a peer comes leave a quarter of the slots free.
   return !any && pending() < slots_.count() - slots_.count() / 4;
 }
 
-// False when it must wait for room. Else its sender is told what comes of it, at once or later.
+// False: it must be parked. Else its sender is told the outcome, at once or later.
 inline bool direct_messages::send(const direct_message& m) noexcept {
   const auto fails = [&](const status& why, counter as) {
     add(as);
@@ -115,7 +115,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
     return true;
   };
   if (cycle_.closing) return fails(errc::closed, counter::lost_at_close);
-  // Only now: in the cycle that takes it, however long it has lain in its ring.
+  // Only now means: in the cycle that takes it, however long it was queued before.
   const rt::time_point expires = m.only_now ? cycle_.now : m.expires;
   if (expires < cycle_.now) return fails(errc::expired, counter::expired);
   if (m.to.generation != 0) {
@@ -129,15 +129,15 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
   const slot_class of = slots_.class_for(m.text.size());
-  // What topics and answers have taken of these is evicted for it.
-  if (messages_.slots_left(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
-  // Last, since what is parked comes by here in every cycle.
+  // Slots that topics and answers hold beyond this can be evicted for it.
+  if (trackers_.slots_left(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
+  // The text is checked last, since parked messages come by here in every cycle.
   if (const status fine = check_object_text(validator_, m.text); !fine)
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
   if (slots_.free_for_all(of) == 0 && !out_.evict_for(of))
     return m.only_now ? fails(errc::expired, counter::no_slot) : false;
-  const std::uint32_t slot = out_.compose(expires, [&](json::writer& into) { into.append(m.text); });
-  assert(slot != no_index);
+  const slot_id slot = out_.compose(expires, [&](json::writer& into) { into.append(m.text); });
+  assert(slot);
   begin(slot, {.priority = m.priority, .everyone = m.to.generation == 0, .sender = m.sender, .own = m.own});
   if (m.to.generation != 0) {
     (void)queue_to({m.to.index}, slot); // has_room_for() said so
@@ -145,7 +145,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
     for (const peer_index i : peers_.ids()) {
       if (!peers_[i].open() || !peers_[i].takes_messages) continue;
       if (parked_[i].turn == turn_) {
-        add(counter::outbox_full); // it comes behind what is parked for that peer
+        add(counter::outbox_full); // it would overtake a message parked for that peer
       } else {
         if (has_room(i, m.priority)) {
           (void)queue_to(i, slot);
@@ -159,36 +159,36 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   return true;
 }
 
-// Tracked from now on. One that may go to any peer keeps its slot until it was sent.
-inline void direct_messages::begin(std::uint32_t slot, const letter& as) noexcept {
+// Tracks it from now on. A message to everyone keeps its slot until it was sent.
+inline void direct_messages::begin(slot_id slot, const tracker& as) noexcept {
   take_outcomes(); // of who had the slot before
-  assert(!messages_.under_way(slot));
-  messages_.begin(slot, as);
+  assert(!trackers_.under_way(slot));
+  trackers_.begin(slot, as);
   store_.track(slot, as.everyone);
 }
 
 // False, counted, when the peer's queue is full.
-inline bool direct_messages::queue_to(peer_index to, std::uint32_t slot) noexcept {
-  const letter& one = messages_.at(slot);
+inline bool direct_messages::queue_to(peer_index to, slot_id slot) noexcept {
+  const tracker& one = trackers_.at(slot);
   if (!out_.push_direct(to, one.priority, slot)) return false;
-  if (!one.everyone) messages_.charge(slot, to.value);
+  if (!one.everyone) trackers_.charge(slot, to);
   return true;
 }
 
-// With no delivery it is pending, or over.
-inline void direct_messages::end_queueing(std::uint32_t slot) noexcept {
-  if (!messages_.at(slot).everyone) return store_.release(slot);
+// If it has no delivery, it is pending or has ended.
+inline void direct_messages::end_queueing(slot_id slot) noexcept {
+  if (!trackers_.at(slot).everyone) return store_.release(slot);
   if (slots_.references(slot) == 1) settle(slot, false);
 }
 
 // ---- of calls
 
-status direct_messages::send_request(std::uint32_t slot, peer_index to, detail::call_ref call,
+status direct_messages::send_request(slot_id slot, peer_index to, detail::call_ref call,
                                      bool stops) noexcept {
   begin(slot, {.everyone = !to, .request_of = call});
   const bool may =
-      !to || stops || messages_.has_share(to.value, out_.of(to).backpressured(), slots_.class_of(slot));
-  if (to && may && !has_room(to, messages_.at(slot).priority)) {
+      !to || stops || trackers_.has_share(to, out_.of(to).backpressured(), slots_.class_of(slot));
+  if (to && may && !has_room(to, trackers_.at(slot).priority)) {
     add(counter::outbox_full);
     return errc::full;
   }
@@ -197,32 +197,32 @@ status direct_messages::send_request(std::uint32_t slot, peer_index to, detail::
   return {};
 }
 
-void direct_messages::track_reply(std::uint32_t slot, const party& sender, detail::call_ref own) noexcept {
+void direct_messages::track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept {
   take_outcomes(); // of who had the slot before
-  messages_.at(slot) = {.now = letter::state::queued, .sender = sender, .own = own};
+  trackers_.at(slot) = {.now = tracker::state::queued, .sender = sender, .own = own};
   store_.track(slot, false);
 }
 
 void direct_messages::cancel(slot_ref which) noexcept {
   take_outcomes();
-  if (which.index == no_index || !slots_.alive(which) || !messages_.under_way(which.index)) return;
-  messages_.at(which.index).sender = {};
-  if (store_.cancel(which)) messages_.forget(which.index);
+  if (!which.index || !slots_.alive(which) || !trackers_.under_way(which.index)) return;
+  trackers_.at(which.index).sender = {};
+  if (store_.cancel(which)) trackers_.forget(which.index);
 }
 
 // ---- ends
 
 void direct_messages::settle_outcomes() noexcept {
   for (outcome what; store_.take_outcome(what);) {
-    letter& one = messages_.at(what.slot);
+    tracker& one = trackers_.at(what.slot);
     if (what.sent) {
       one.sent = true;
-      // One peer is enough: the others may not read for long.
+      // One peer is enough: the others may not read for a long time.
       delivery_.complete(std::exchange(one.sender, {}), one.own, {});
     }
     if (what.expired) {
-      const letter over = one;
-      messages_.forget(what.slot);
+      const tracker over = one;
+      trackers_.forget(what.slot);
       delivery_.complete(over.sender, over.own, over.sent ? status{} : status{errc::expired});
     } else if (what.ended) {
       settle(what.slot, what.evicted);
@@ -231,9 +231,9 @@ void direct_messages::settle_outcomes() noexcept {
 }
 
 // All deliveries of a message have ended, one way or the other.
-inline void direct_messages::settle(std::uint32_t slot, bool evicted) noexcept {
-  const letter& one = messages_.at(slot);
-  if (one.now == letter::state::waiting) return; // it has none yet
+inline void direct_messages::settle(slot_id slot, bool evicted) noexcept {
+  const tracker& one = trackers_.at(slot);
+  if (one.now == tracker::state::waiting) return; // it is pending, with no delivery
   if (one.sent) return end(slot, {});
   if (cycle_.closing) return end(slot, errc::closed);
   if (!one.everyone) return end(slot, evicted ? errc::full : errc::peer_lost);
@@ -241,12 +241,12 @@ inline void direct_messages::settle(std::uint32_t slot, bool evicted) noexcept {
     add(counter::expired);
     return end(slot, errc::expired);
   }
-  messages_.wait(slot);
+  trackers_.wait(slot);
 }
 
-inline void direct_messages::end(std::uint32_t slot, const status& outcome) noexcept {
-  const letter over = messages_.at(slot);
-  messages_.forget(slot);
+inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
+  const tracker over = trackers_.at(slot);
+  trackers_.forget(slot);
   if (slots_.kept(slot)) store_.let_go(slot);
   delivery_.complete(over.sender, over.own, outcome);
 }
@@ -254,26 +254,26 @@ inline void direct_messages::end(std::uint32_t slot, const status& outcome) noex
 // ---- what is pending
 
 void direct_messages::deliver_pending(peer_index peer) noexcept {
-  for (std::uint32_t slot = messages_.first_waiting(); slot != no_index; slot = messages_.first_waiting()) {
+  for (slot_id slot = trackers_.first_waiting(); slot; slot = trackers_.first_waiting()) {
     if (slots_.expires(slot) < cycle_.now) {
       store_.expire(slot);
       take_outcomes();
       continue;
     }
-    letter& one = messages_.at(slot);
+    tracker& one = trackers_.at(slot);
     if (!has_room(peer, one.priority)) return;
-    messages_.stop_waiting(slot);
+    trackers_.stop_waiting(slot);
     if (call* const asked = calls_.find(one.request_of)) {
-      asked->provider = party::of(peers_[peer].id, asked->provider.speaks);
+      asked->callee = call_endpoint::of(peers_[peer].id, asked->callee.speaks);
       one.everyone = false;
     }
     (void)queue_to(peer, slot); // there is room
   }
 }
 
-// Nobody has got room since the last look if nothing was taken out of any queue and no slot became free.
+// No peer has got room if nothing left a queue and no slot was freed since the last look.
 void direct_messages::place_all_pending() noexcept {
-  const std::uint64_t changes = out_.room_changes() + messages_.began_to_wait();
+  const std::uint64_t changes = out_.room_changes() + trackers_.began_to_wait();
   if (std::exchange(looked_for_room_at_, changes) == changes) return;
   for (const peer_index i : peers_.ids()) {
     if (pending() == 0) return;
@@ -285,17 +285,17 @@ void direct_messages::close() noexcept {
   take_outcomes();
   while (pending() != 0) {
     add(counter::lost_at_close);
-    end(messages_.first_waiting(), errc::closed);
+    end(trackers_.first_waiting(), errc::closed);
   }
 }
 
 // ---- for tests
 
-// Each message under way has a tracked slot, but for an outcome that is to be taken.
+// Each message under way has a tracked slot, unless its outcome is still to be taken.
 bool direct_messages::check() const noexcept {
-  if (!messages_.check()) return false;
-  for (std::uint32_t i = 0; i < slots_.count(); ++i) {
-    if (messages_.under_way(i) != (slots_.references(i) != 0 && slots_.tracked(i))) return false;
+  if (!trackers_.check()) return false;
+  for (const slot_id i : slots_.ids()) {
+    if (trackers_.under_way(i) != (slots_.references(i) != 0 && slots_.tracked(i))) return false;
   }
   std::uint32_t told_full = 0;
   for (const peer_index i : peers_.ids())

@@ -6,6 +6,7 @@
 #include <cassert>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 
 namespace rowe::service {
 
@@ -25,6 +26,8 @@ using topic_id = id<struct topic_tag>;               // of topic_table
 using subscription_id = id<struct subscription_tag>; // of topic_table
 using peer_index = id<struct peer_tag>;              // of peer_table
 using pair_index = id<struct pair_tag>;              // of the queue pairs of handles
+using pair_slot = id<struct pair_slot_tag>;          // of one queue pair
+using loop_index = id<struct loop_tag>;              // of the loops of stop_rules
 using call_index = id<struct call_tag>;              // of call_table
 using service_index = id<struct service_tag>;        // of service_directory
 using block_id = id<struct block_tag>;               // of latch_store
@@ -55,6 +58,10 @@ class rows {
 
   constexpr rows() = default;
   constexpr rows(std::span<T> all) noexcept : all_{all} { assert(all.size() < Id::none); }
+  // The same rows, only to look at.
+  constexpr operator rows<Id, const T>() const noexcept requires(!std::is_const_v<T>) {
+    return {std::span<const T>{all_}};
+  }
 
   constexpr T& operator[](Id which) const noexcept {
     assert(which.value < all_.size());

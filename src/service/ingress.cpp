@@ -13,23 +13,12 @@
 namespace rowe::service {
 namespace {
 
-// Work of one cycle: a message counts as one, and so does each kilobyte of it and of what is composed for it.
-// About 100 us on a fast core.
-constexpr std::size_t work_per_cycle = 100;
-constexpr std::uint32_t stops_ahead_max = 64; // carried out in one cycle before their turn
-constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / 1024; }
-
 constexpr std::size_t tailroom_bytes = transport_sink::tailroom_bytes;
-// What one read of a peer takes, when others want to be read too.
-constexpr std::size_t staging_bytes = transport_sink::read_bytes_in_turn + tailroom_bytes;
+constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / read_work_bytes; }
 
 std::size_t assembly_bytes(const limits& bounds) noexcept {
   return bounds.message_bytes_max + tailroom_bytes;
 }
-
-// How much of a message is looked at, and how long the frame of a stop is.
-constexpr std::size_t look_bytes = 160;
-constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
 
 } // namespace
 
@@ -46,7 +35,7 @@ ingress::ingress(rt::arena& memory, const limits& bounds, const needs& parts) no
       cycle_{parts.cycle},
       counts_{parts.counts},
       peers_{parts.peers},
-      carrier_{parts.carrier},
+      transport_{parts.to_peers},
       out_{parts.out},
       writer_{parts.writer},
       inbox_{parts.inbox},
@@ -83,8 +72,8 @@ void ingress::forget(peer_index peer) noexcept {
 
 // ---- reading
 
-// More than a peer's own room is wanted only where it may lie behind what the parser has assembled, and
-// assembles meanwhile: keep_backlog().
+// The larger amount is wanted only if what is left of it fits into the assembly buffer, behind the fragments
+// that the parser has and will assemble there (keep_backlog()).
 std::size_t ingress::wanted_bytes(peer_index peer) const noexcept {
   const input& of = inputs_[peer];
   if (!of.backlog.empty() || of.parked()) return 0;
@@ -107,9 +96,9 @@ void ingress::read_alone(peer_index peer, std::span<std::byte> bytes) noexcept {
   input& of = inputs_[peer];
   lent_ = bytes;
   of.backlog = bytes;
-  // What waits may go where messages are assembled, so not in the middle of one that came in pieces.
+  // The rest may be kept in the assembly buffer, so do not stop in the middle of a fragmented message.
   std::size_t work = 0;
-  const auto ends_here = [&] { return work >= work_per_cycle && !of.parser.mid_message(); };
+  const auto ends_here = [&] { return work >= read_work_per_cycle && !of.parser.mid_message(); };
   while (!of.backlog.empty() && !of.parked() && !ends_here()) work += read_one(peer);
   const bool waits = !of.backlog.empty() || of.parked();
   if (waits) keep_backlog(of);
@@ -119,9 +108,9 @@ void ingress::read_alone(peer_index peer, std::span<std::byte> bytes) noexcept {
   take_turn(peer);
 }
 
-// What was read into the transport's own memory, from the message on that waits. Where that is too much for
-// the peer's own, it goes to the end of what messages are assembled in: of those that follow, so much at most
-// lies in front of it before it is read (wanted_bytes()).
+// Keeps what is left of a read into the transport's own memory, from the parked message on. If that exceeds
+// the peer's staging buffer, it goes to the end of the assembly buffer. Messages that are assembled meanwhile
+// do not reach that far before it is read (wanted_bytes()).
 void ingress::keep_backlog(input& of) noexcept {
   const bool with_text = of.parked_text >= lent_.data() && of.parked_text < of.backlog.data();
   const std::byte* const from = with_text ? of.parked_text : of.backlog.data(); // else: in the assembly
@@ -134,7 +123,7 @@ void ingress::keep_backlog(input& of) noexcept {
   if (with_text) of.parked_text = into.data();
 }
 
-// Nothing of it is left.
+// The whole backlog is carried out; the peer is read again.
 inline void ingress::end_backlog(peer_index peer) noexcept {
   input& of = inputs_[peer];
   of.backlog = {};
@@ -142,7 +131,7 @@ inline void ingress::end_backlog(peer_index peer) noexcept {
   connection& c = peers_[peer];
   if (!std::exchange(c.unheard, false)) return;
   c.heard_at = c.unheard_until = cycle_.now;
-  carrier_.read_enabled(c.id, true);
+  transport_.read_enabled(c.id, true);
 }
 
 // ---- parking
@@ -150,9 +139,10 @@ inline void ingress::end_backlog(peer_index peer) noexcept {
 void ingress::park(peer_index peer) noexcept {
   inputs_[peer].parked_text = current_text_.data();
   inputs_[peer].parked_bytes = static_cast<std::uint32_t>(current_text_.size());
-  unparked_at_ = UINT64_MAX; // looked at once more: something may have been taken meanwhile
+  inputs_[peer].parked_binary = current_binary_;
+  unparked_at_ = UINT64_MAX; // try once more: a slot may have been released meanwhile
   if (std::exchange(peers_[peer].unheard, true)) return;
-  carrier_.read_enabled(peers_[peer].id, false);
+  transport_.read_enabled(peers_[peer].id, false);
   writer_.ignore_credit(peer);
 }
 
@@ -176,7 +166,7 @@ inline void ingress::take_turn(peer_index peer) noexcept {
   (of.parked() ? parked_ : backlog_).push(peer);
 }
 
-// One message, or what there is of it; returns the work it was.
+// Carries out one message, or the part that is there; returns its work.
 inline std::size_t ingress::read_one(peer_index peer) noexcept {
   input& of = inputs_[peer];
   if (!peers_[peer].open()) {
@@ -186,12 +176,14 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
   cycle_.work_bytes = 0;
   if (of.parked()) {
     current_text_ = {std::exchange(of.parked_text, nullptr), of.parked_bytes};
-    handler_.handle_again(peer, current_text_);
+    current_binary_ = of.parked_binary;
+    handler_.handle_again(peer, current_text_, current_binary_);
     return work_of(of.parked_bytes + cycle_.work_bytes);
   }
   const wire::frame_step step = of.parser.next(of.backlog);
   of.backlog = of.backlog.subspan(step.consumed);
   current_text_ = step.payload;
+  current_binary_ = step.event == wire::frame_event::binary;
   const bool ends_message = step.event == wire::frame_event::text || step.event == wire::frame_event::binary;
   if (ends_message) of.message_began_at = rt::never;
   if (step.event != wire::frame_event::need_more) handler_.handle(peer, step);
@@ -204,7 +196,7 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
 }
 
 void ingress::read_backlogs() noexcept {
-  for (std::size_t work = 0; !backlog_.empty() && work < work_per_cycle;) {
+  for (std::size_t work = 0; !backlog_.empty() && work < read_work_per_cycle;) {
     const peer_index peer = backlog_.pop();
     inputs_[peer].in_ring = false;
     work += read_one(peer);
@@ -214,12 +206,12 @@ void ingress::read_backlogs() noexcept {
 
 // ---- stops
 
-// Carries out the stops among what was read, and takes them out: what stands before a stop, of its own peer
-// too, waits for its turn, and so does what only looks like one. A text that claims to be a stop and is none
-// has cost one reading more than its turn will; until more is read nothing else of its peer is looked at, so
-// that nobody pays for it. The first stop of each peer is carried out, and stops_ahead_max more of all; the
-// others change nothing. A stop whose service or topic stands further behind, that is longer, or that came
-// in pieces, waits for its turn.
+// Carries out the stops among what was read, and removes them. All else stays for its turn: what stands
+// before a stop, even of its own peer, and what only looks like a stop. A text that claims to be a stop and
+// is none costs one parse more than its turn; then nothing else of its peer is looked at until more is read,
+// so nobody else pays for it. The first stop of each peer is carried out, and stops_ahead_max more in all;
+// further stops change nothing. A stop waits for its turn, too, if it is fragmented, too long, or names its
+// service or topic too far behind.
 inline void ingress::take_stops(peer_index peer) noexcept {
   if (!handler_.stop_in_use()) return;
   input& of = inputs_[peer];
@@ -227,7 +219,7 @@ inline void ingress::take_stops(peer_index peer) noexcept {
   const auto begun = of.parser.look_ahead(all);
   if (!begun || begun->rest >= all.size()) return;
   bool in_message = begun->in_message;
-  std::size_t kept = begun->rest; // the end of what stays; from `at` on nothing was looked at
+  std::size_t kept = begun->rest; // the end of what stays; nothing from `at` on was looked at yet
   std::size_t at = kept;
   const auto keep = [&](std::size_t bytes) {
     if (kept != at) std::memmove(all.data() + kept, all.data() + at, bytes);
@@ -240,13 +232,13 @@ inline void ingress::take_stops(peer_index peer) noexcept {
     const wire::opcode what = wire::opcode_of(frame[0]);
     if (bytes == 0 || what == wire::opcode::close) break;
     const bool begins = wire::is_data(what) && what != wire::opcode::continuation;
-    if (wire::is_data(what) && begins == in_message) break; // against the protocol: in its turn
+    if (wire::is_data(what) && begins == in_message) break; // a protocol error: in its turn
     if (wire::is_data(what)) in_message = !wire::is_final(frame[0]);
-    std::array<char, look_bytes> room;
+    std::array<char, stop_look_bytes> room;
     const bool may_stop =
         begins && bytes <= stop_frame_bytes_max && (first || stops_ahead_ < stops_ahead_max);
     if (!may_stop || !peers_[peer].protocol->reads.may_be_stop(
-                         wire::look_at_text(frame, std::as_writable_bytes(std::span{room})))) {
+                         what, wire::look_at_message(frame, std::as_writable_bytes(std::span{room})))) {
       keep(bytes);
     } else if (take_if_stop(peer, frame.first(bytes))) {
       at += bytes;
@@ -260,24 +252,24 @@ inline void ingress::take_stops(peer_index peer) noexcept {
   of.backlog = all.first(kept);
 }
 
-// A text in a whole frame, where it is a request to stop; false, and nothing was done, where it is not. The
-// frame stays as it came.
+// Carries out the message of a whole frame if it is a request to stop. False: it is none, and nothing was
+// done. The frame is not changed.
 bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept {
   std::array<std::byte, stop_frame_bytes_max + tailroom_bytes> room;
   std::memcpy(room.data(), frame.data(), frame.size());
   std::memset(room.data() + frame.size(), 0, tailroom_bytes);
   wire::frame_parser alone = inputs_[peer].parser.anew();
   const wire::frame_step step = alone.next(std::span{room}.first(frame.size()));
+  const bool binary = step.event == wire::frame_event::binary;
   const bool stops =
-      step.event == wire::frame_event::text &&
-      handler_.is_stop(peer, {reinterpret_cast<const char*>(step.payload.data()), step.payload.size()});
+      (step.event == wire::frame_event::text || binary) && handler_.is_stop(peer, step.payload, binary);
   if (stops) handler_.handle(peer, step); // within the rate of its peer, like all that it says
   return stops;
 }
 
 // ---- for tests
 
-// Who is parked is not read; who has something stands in one ring, once.
+// A peer with a parked message is not read. A peer with a backlog is in one ring, once.
 bool ingress::check() const noexcept {
   std::uint32_t in_rings = 0;
   for (const peer_index i : peers_.ids()) {

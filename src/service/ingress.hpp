@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What has been read from peers and is not carried out yet. When several peers have something to say, reading
-// only stages it: then one message of each is carried out in turn, those who have waited longest first, up to
-// a stated amount of work in one cycle. So a peer waits for one message of every other peer, not for all that
-// they have sent. A stop does not even wait for that: it is carried out as it is read, before what its own
-// peer sent in front of it.
+// only stages it. Then one message of each peer is carried out in turn; the peer that has waited longest
+// comes first, and one cycle does a stated amount of work. So a peer waits for one message of every other
+// peer, not for all that they have sent. A stop does not even wait for that: it is carried out as it is read,
+// before what its own peer sent before it.
 //
-// A message for which whoever receives has no room is parked, and its peer is not read until there is room.
+// A message for which the receiver has no room is parked. Its peer is not read until there is room.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -25,21 +25,22 @@
 #include "service/peer_table.hpp"
 #include "service/receiver.hpp"
 #include "service/sender.hpp"
+#include "service/service_limits.hpp"
 #include "service/transport.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
 
-// Who carries out what is read: a seam, for that calls everything else.
+// Carries out what is read. An interface, because that part calls everything else.
 class frame_handler {
  public:
   virtual void handle(peer_index from, const wire::frame_step& step) noexcept = 0;
-  // A text that was parked.
-  virtual void handle_again(peer_index from, std::span<const std::byte> text) noexcept = 0;
-  // There is something that can be stopped.
+  // A message that was parked.
+  virtual void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
+  // Whether there is something that can be stopped.
   virtual bool stop_in_use() const noexcept = 0;
   // Whether handle() would carry out a stop. Nothing is done.
-  virtual bool is_stop(peer_index from, std::string_view text) noexcept = 0;
+  virtual bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
 
  protected:
   ~frame_handler() = default;
@@ -51,7 +52,7 @@ class ingress {
     cycle_state& cycle;
     counters& counts;
     peer_table& peers;
-    transport& carrier;
+    transport& to_peers;
     const outbox& out;
     sender& writer;
     receiver& inbox;
@@ -63,31 +64,31 @@ class ingress {
   void open(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;
 
-  // How many bytes of a peer are wanted now: what was staged is carried out before more is read.
+  // How many bytes of a peer are wanted now. None while staged bytes are still to be carried out.
   std::size_t wanted_bytes(peer_index peer) const noexcept;
-  // What was read. Stops among it are carried out now; where the peer was alone, all messages are.
+  // Takes what was read. Stops among it are carried out now; if the peer was alone, all messages are.
   void receive(peer_index peer, std::span<std::byte> bytes) noexcept;
-  // Those that are parked and have room now wait for their turn.
+  // Peers whose parked message has room now wait for their turn.
   void unpark() noexcept {
     if (!parked_.empty()) look_at_parked();
   }
-  // One message of each peer that waits, in turn.
+  // Carries out one message of each waiting peer, in turn.
   void read_in_turn() noexcept {
     if (!backlog_.empty()) read_backlogs();
   }
   // A new cycle: stops may be carried out in front of others again.
   void begin_cycle() noexcept { stops_ahead_ = 0; }
-  // Something waits for its turn, or finds room now that did not before: the next cycle is needed at once.
+  // Whether the next cycle is needed at once: something waits for its turn, or room came for what is parked.
   bool waits() const noexcept { return !backlog_.empty() || (!parked_.empty() && changes() != unparked_at_); }
-  // Somebody waits for room in an inbox.
+  // Whether a message is parked until the receiver has room.
   bool any_parked() const noexcept { return !parked_.empty(); }
 
-  // The message that is being carried out finds no room with whoever receives.
+  // Parks the message that is being carried out: the receiver has no room for it.
   void park(peer_index peer) noexcept;
-  // When the message began of which a part is there; never: none.
+  // When the unfinished message of a peer began; never: there is none.
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 
-  // How often room came for somebody who waits for it, somewhere.
+  // How often room came anywhere for something that waits for it.
   std::uint64_t room_changes() const noexcept { return out_.room_changes() + cycle_.places_freed; }
 
   bool check() const noexcept;
@@ -96,13 +97,14 @@ class ingress {
   // What comes from one peer.
   struct input {
     wire::frame_parser parser;
-    std::span<std::byte> assembly; // of a message in pieces
-    std::span<std::byte> staging;  // room for what is read while others are heard,
-    std::span<std::byte> backlog;  // and what of it is still to be carried out
-    // The text in front of the backlog that whoever receives has no room for. Null: it is not parked.
+    std::span<std::byte> assembly; // where a fragmented message is assembled
+    std::span<std::byte> staging;  // capacity for what is read while other peers have their turn,
+    std::span<std::byte> backlog;  // and the part of it that is not carried out yet
+    // The parked message, before the backlog. Null: none is parked.
     const std::byte* parked_text = nullptr;
     std::uint32_t parked_bytes = 0;
-    bool in_ring = false; // of those with a backlog, or of those that are parked
+    bool parked_binary = false;
+    bool in_ring = false; // in backlog_ or parked_
     rt::time_point message_began_at = rt::never;
 
     bool parked() const noexcept { return parked_text != nullptr; }
@@ -123,7 +125,7 @@ class ingress {
   cycle_state& cycle_;
   counters& counts_;
   peer_table& peers_;
-  transport& carrier_;
+  transport& transport_;
   const outbox& out_;
   sender& writer_;
   receiver& inbox_;
@@ -131,10 +133,11 @@ class ingress {
   rows<peer_index, input> inputs_;
   index_ring<peer_index> backlog_;
   index_ring<peer_index> parked_;
-  std::uint64_t unparked_at_ = 0;           // after how many changes those that are parked were looked at
-  std::span<const std::byte> current_text_; // that is being carried out
-  std::span<const std::byte> lent_;         // with it, where that is the transport's memory
-  std::uint32_t stops_ahead_ = 0;           // in this cycle
+  std::uint64_t unparked_at_ = 0;           // changes() when parked messages were tried last
+  std::span<const std::byte> current_text_; // the message that is being carried out
+  bool current_binary_ = false;
+  std::span<const std::byte> lent_; // all that was read with it, if in the transport's memory
+  std::uint32_t stops_ahead_ = 0;   // how many in this cycle
 };
 
 } // namespace rowe::service

@@ -28,8 +28,8 @@ bool latch_store::store(latched_value& into, std::string_view body, latch_owner 
       static_cast<std::uint32_t>((body.size() + latch_block::bytes_max - 1) / latch_block::bytes_max);
   if (needed == 0 || needed > free_.free()) return false;
   if (of_peer) {
-    if (!claims_.may_take(held_[owner.index], left_of(blocks() / 2, of_peers_), needed)) return false;
-    claims_.take(held_[owner.index], needed);
+    if (!claims_.may_take(held_[{owner.index}], left_of(blocks() / 2, of_peers_), needed)) return false;
+    claims_.take(held_[{owner.index}], needed);
     of_peers_ += needed;
   }
   clear(into);
@@ -48,8 +48,8 @@ bool latch_store::store(latched_value& into, std::string_view body, latch_owner 
 void latch_store::clear(latched_value& what) noexcept {
   if (what.empty()) return;
   if (what.owner.who == latch_owner::kind::peer) {
-    assert(held_[what.owner.index] >= what.blocks && of_peers_ >= what.blocks);
-    claims_.give_back(held_[what.owner.index], what.blocks);
+    assert(held_[{what.owner.index}] >= what.blocks && of_peers_ >= what.blocks);
+    claims_.give_back(held_[{what.owner.index}], what.blocks);
     of_peers_ -= what.blocks;
   }
   while (!what.text.empty()) free_.give_back(what.text.pop_front(blocks_));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last values of latched topics, for subscribers that come late: the body of the message, in blocks of a
-// pool of their own, so that values that stand for hours take no slot from messages on their way. Service
+// The last values of latched topics, for late subscribers. Only the body of the message is kept, in blocks of
+// a pool of its own. So values that are kept for hours take no slot from messages on their way. Service
 // thread only; nothing here waits or allocates.
 #pragma once
 #include <array>
@@ -16,7 +16,7 @@
 #include "service/index_list.hpp"
 #include "service/indexed_pool.hpp"
 #include "service/shares.hpp"
-#include "service/wire_slots.hpp"
+#include "service/slot_pool.hpp"
 
 namespace rowe::json {
 class writer;
@@ -24,11 +24,11 @@ class writer;
 
 namespace rowe::service {
 
-// Whose value it is; with its publisher it goes.
+// Who published the value; it goes when its publisher goes.
 struct latch_owner {
   enum class kind : std::uint8_t { nobody, handle, peer };
   kind who = kind::nobody;
-  std::uint32_t index = no_index; // of the lane, or the connection
+  std::uint32_t index = 0; // of the queue pair, or the peer
   friend bool operator==(const latch_owner&, const latch_owner&) = default;
 };
 
@@ -44,6 +44,7 @@ struct latched_value {
   std::uint32_t blocks = 0;
   latch_owner owner{};
   rt::time_point expires = rt::never;
+  rt::time_point published{};
 
   bool empty() const noexcept { return text.empty(); }
 };
@@ -62,7 +63,7 @@ class latch_store {
 
   std::uint32_t blocks() const noexcept { return blocks_.size(); }
   std::uint32_t in_use() const noexcept { return free_.in_use(); }
-  std::uint32_t held_by_peer(std::uint32_t connection) const noexcept { return held_[connection]; }
+  std::uint32_t held_by(peer_index peer) const noexcept { return held_[peer]; }
 
  private:
   static std::size_t block_count(const limits& bounds) noexcept {
@@ -71,7 +72,7 @@ class latch_store {
 
   rows<block_id, latch_block> blocks_;
   indexed_pool<block_id, latch_block, &latch_block::next> free_;
-  std::span<std::uint32_t> held_; // blocks, by connection
+  rows<peer_index, std::uint32_t> held_; // blocks
   claims claims_;
   std::uint32_t of_peers_ = 0;
 };

@@ -9,17 +9,17 @@
 
 namespace rowe::service {
 
-void local_delivery::tell(const party& whom, detail::call_ref own, const status& outcome,
+void local_delivery::tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
                           std::string_view text) noexcept {
-  if (whom.who == party::kind::lane) complete_at_pair(whom, own, outcome, text);
-  if (whom.who == party::kind::door) door_.settle(whom.index, outcome, text);
+  if (whom.who == call_endpoint::kind::pair) complete_at_pair(whom, own, outcome, text);
+  if (whom.who == call_endpoint::kind::thread) queue_.complete(whom.index, outcome, text);
 }
 
-inline void local_delivery::complete_at_pair(const party& whom, detail::call_ref own, status outcome,
+inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,
                                              std::string_view text) noexcept {
-  const lane_view& view = views_[whom.index];
+  const pair_row& view = views_[whom.pair()];
   if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
-  detail::lane& lane = lanes_[whom.index];
+  detail::lane& lane = lanes_[whom.pair()];
   const detail::filling_end& path = lane.service.ends;
   const auto slot = path.home->try_take();
   if (!slot)
@@ -44,7 +44,7 @@ inline void local_delivery::complete_at_pair(const party& whom, detail::call_ref
     text = {};
   }
   if (bytes == 0) {
-    bytes = json::utf8_prefix(text, path.slots.bytes_max).size(); // a sentence may be cut
+    bytes = json::utf8_prefix(text, path.slots.bytes_max).size(); // a diagnostic may be cut
     if (bytes != 0) std::memcpy(value, text.data(), bytes);
   }
   *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(cycle_.now),
@@ -59,7 +59,7 @@ inline void local_delivery::complete_at_pair(const party& whom, detail::call_ref
   if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
 }
 
-status local_delivery::deliver(std::uint32_t index, const detail::value_header& header, std::string_view body,
+status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,
                                json::decoder::diagnosis& why) noexcept {
   detail::lane& lane = lanes_[index];
   const detail::filling_end& path = lane.service.in;
@@ -67,11 +67,11 @@ status local_delivery::deliver(std::uint32_t index, const detail::value_header& 
     return error{errc::too_big, static_cast<std::int64_t>(body.size()),
                  static_cast<std::int64_t>(path.slots.bytes_max)};
   }
-  std::uint32_t slot = no_index;
+  std::uint32_t slot = 0;
   if (path.newest != nullptr) {
     slot = path.newest->begin_write();
-  } else if (views_[index].spare != no_index) {
-    slot = std::exchange(views_[index].spare, no_index);
+  } else if (views_[index].spare) {
+    slot = std::exchange(views_[index].spare, {}).value;
   } else if (const auto free = path.home->try_take()) {
     slot = *free;
   } else {
@@ -82,7 +82,7 @@ status local_delivery::deliver(std::uint32_t index, const detail::value_header& 
   if (lane.decoder != nullptr) {
     bytes = path.slots.bytes_max;
     if (const status read = lane.decoder->decode(body, value, &why); !read) {
-      if (path.newest == nullptr) views_[index].spare = slot;
+      if (path.newest == nullptr) views_[index].spare = {slot};
       return read;
     }
   } else {

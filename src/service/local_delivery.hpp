@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What this process is given: values and messages in the inboxes of its handles, and what became of the calls
-// and sends that its handles and threads began. Service thread only; nothing waits or allocates; whoever
-// sleeps on the other side is woken, which enters the kernel.
+// Deliveries to this process: values and messages into the inboxes of handles, and the outcomes of calls and
+// sends to the handles and threads that began them. Service thread only; nothing waits or allocates. A user
+// thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -10,11 +10,11 @@
 #include <rowe/detail/lane.hpp>
 #include <rowe/result.hpp>
 
-#include "service/calls.hpp"
+#include "service/call_table.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
-#include "service/front_door.hpp"
 #include "service/pair_table.hpp"
+#include "service/submission_queue.hpp"
 #include "json/decoder.hpp"
 
 namespace rowe::service {
@@ -24,39 +24,40 @@ class local_delivery {
   struct needs {
     const cycle_state& cycle;
     counters& counts;
-    std::span<detail::lane> lanes;
-    std::span<lane_view> views;
-    front_door& door;
+    rows<pair_index, detail::lane> lanes;
+    rows<pair_index, pair_row> views;
+    submission_queue& queue;
   };
   explicit local_delivery(const needs& parts) noexcept
       : cycle_{parts.cycle},
         counts_{parts.counts},
         lanes_{parts.lanes},
         views_{parts.views},
-        door_{parts.door} {}
+        queue_{parts.queue} {}
 
-  // Into the inbox of a handle, decoded where that reads values; a window takes it in the place of an older
-  // one. Errors: full; too_big; what the decoder says, and then `why` says how.
-  status deliver(std::uint32_t pair, const detail::value_header& header, std::string_view body,
+  // Into the inbox of a handle; decoded if the handle reads values. In a window it replaces an older value.
+  // Errors: full; too_big; those of the decoder, and then `why` has the diagnostic.
+  status deliver(pair_index pair, const detail::value_header& header, std::string_view body,
                  json::decoder::diagnosis& why) noexcept;
 
-  // The end of a call, or of a send that waits, for whom it is: a handle, which knows it as `own`, a thread
-  // of the front door, or nobody. Of an error, `text` is the sentence.
-  void complete(const party& whom, detail::call_ref own, const status& outcome,
+  // Ends a call, or a send that waits, for whoever began it: a handle, which knows it as `own`; a thread that
+  // submitted it; or nobody. With an error, `text` is the diagnostic.
+  void complete(const call_endpoint& whom, detail::call_ref own, const status& outcome,
                 std::string_view text = {}) noexcept {
-    if (whom.who != party::kind::nobody) tell(whom, own, outcome, text);
+    if (whom.who != call_endpoint::kind::nobody) tell(whom, own, outcome, text);
   }
 
  private:
-  void tell(const party& whom, detail::call_ref own, const status& outcome, std::string_view text) noexcept;
-  void complete_at_pair(const party& whom, detail::call_ref own, status outcome,
+  void tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
+            std::string_view text) noexcept;
+  void complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,
                         std::string_view text) noexcept;
 
   const cycle_state& cycle_;
   counters& counts_;
-  std::span<detail::lane> lanes_;
-  std::span<lane_view> views_;
-  front_door& door_;
+  rows<pair_index, detail::lane> lanes_;
+  rows<pair_index, pair_row> views_;
+  submission_queue& queue_;
 };
 
 } // namespace rowe::service

@@ -9,15 +9,16 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/core_options.hpp"
+#include "service/service_limits.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
 
 class mask_keys {
  public:
-  static std::size_t footprint_bytes() noexcept { return rt::arena::bytes_for(bytes); }
+  static std::size_t footprint_bytes() noexcept { return rt::arena::bytes_for(mask_bytes_drawn); }
   mask_keys(rt::arena& memory, entropy& random) noexcept
-      : random_{random}, drawn_{memory.carve_bytes(bytes)}, used_{bytes} {}
+      : random_{random}, drawn_{memory.carve_bytes(mask_bytes_drawn)}, used_{mask_bytes_drawn} {}
 
   wire::mask_key next() noexcept {
     wire::mask_key key;
@@ -31,8 +32,6 @@ class mask_keys {
   }
 
  private:
-  static constexpr std::size_t bytes = 4096;
-
   entropy& random_;
   std::span<std::byte> drawn_;
   std::size_t used_;

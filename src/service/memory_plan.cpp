@@ -5,9 +5,10 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/wake_bell.hpp>
 
-#include "service/board.hpp"
 #include "service/core.hpp"
-#include "service/front_door.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/shared_state.hpp"
+#include "service/submission_queue.hpp"
 
 namespace rowe::service {
 
@@ -15,8 +16,9 @@ memory_plan plan_memory(const limits& bounds) noexcept {
   using rt::arena;
   return {
       .core = arena::bytes_for<core>() + core::footprint_bytes(bounds),
-      .board = arena::bytes_for<board>() + board::footprint_bytes(bounds),
-      .door = arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds),
+      .board = arena::bytes_for<shared_state>() + shared_state::footprint_bytes(bounds),
+      .threads = arena::bytes_for<submission_queue>() + submission_queue::footprint_bytes(bounds) +
+                 arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds),
       .bell = arena::bytes_for<rt::wake_bell<>>(),
       .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
       .lane_memory = arena::bytes_for(bounds.lane_bytes),

@@ -13,7 +13,7 @@ namespace rowe::service {
 
 namespace {
 
-// As much work as to compose so many bytes: one place in a queue, and one taken from whoever holds most.
+// Work, as the time to compose so many bytes: of one push to a queue, and of one eviction.
 constexpr std::size_t push_work = 128;
 constexpr std::size_t eviction_work = 1024;
 
@@ -44,39 +44,37 @@ void outbox::open(peer_index peer) noexcept {
   const bool scheduled = queues_[peer].scheduled; // the ring may still have its place from before
   queues_[peer] = {};
   queues_[peer].scheduled = scheduled;
-  queues_[peer].replies.owner = queue_entries::owner_of(peer.value, queued_as::evictable);
+  queues_[peer].replies.owner = queue_entries::owner_of(peer, queued_as::evictable);
   for (queue& direct : queues_[peer].direct)
-    direct.owner = queue_entries::owner_of(peer.value, queued_as::direct_message);
+    direct.owner = queue_entries::owner_of(peer, queued_as::direct_message);
 }
 
-std::uint32_t outbox::compose_latched(std::uint32_t topic_index) noexcept {
+slot_id outbox::compose_latched(topic_id topic_index) noexcept {
   topic& on = topics_.at(topic_index);
   if (!on.last.empty() && on.last.expires < cycle_.now) latches_.clear(on.last);
-  if (on.last.empty()) return no_index;
-  return compose_message(topic_index, on.last.expires,
+  if (on.last.empty()) return {};
+  return compose_message(topic_index, on.last.published, on.last.expires,
                          [&](json::writer& into) { latches_.write(on.last, into); });
 }
 
 // ---- queueing
 
-void outbox::fan_out(std::uint32_t topic_index, std::uint32_t slot) noexcept {
+void outbox::fan_out(topic_id topic_index, slot_id slot) noexcept {
   const topic& on = topics_.at(topic_index);
-  for (std::uint32_t i = on.first_subscription; i != no_index;
-       i = subscriptions_[subscription_id{i}].next_on_topic) {
-    if (accepts(subscriptions_[subscription_id{i}])) push(i, slot);
+  for (subscription_id i = on.first_subscription; i; i = subscriptions_[i].next_on_topic) {
+    if (accepts(subscriptions_[i])) push(i, slot);
   }
 }
 
-// What comes within the throttle's period of the last one written is discarded, unless the peer asked for a
-// queue.
+// A value within the throttle period after the last one is discarded, unless the peer asked for a queue.
 bool outbox::accepts(const subscription& s) noexcept {
   if (!s.discards || cycle_.now >= s.next_due) return true;
   add(counter::throttled);
   return false;
 }
 
-inline void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
-  subscription& s = subscriptions_[subscription_id{index}];
+inline void outbox::push(subscription_id index, slot_id slot) noexcept {
+  subscription& s = subscriptions_[index];
   cycle_.work_bytes += push_work;
   if (s.owes_last) place_latched(s);
   drop_expired(s.waiting);
@@ -90,57 +88,57 @@ inline void outbox::push(std::uint32_t index, std::uint32_t slot) noexcept {
 void outbox::trim(subscription& s, std::uint32_t most) noexcept {
   for (drop_expired(s.waiting); s.waiting.count > most;
        ROWE_MUTANT(depth) ? void() : drop_expired(s.waiting)) {
-    // Why it goes: the peer wants the newest only, or less often, or does not read fast enough.
-    const bool chosen = s.throttle > rt::duration{0} && !queues_[peer_index{s.connection}].backpressured();
+    // The counter tells why: the peer wants only the newest, or fewer, or does not read fast enough.
+    const bool chosen = s.throttle > rt::duration{0} && !queues_[s.peer].backpressured();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
     drop_front(s.waiting);
   }
 }
 
-void outbox::merge_requests(std::uint32_t index) noexcept {
-  subscription& s = subscriptions_[subscription_id{index}];
+void outbox::merge_requests(subscription_id index) noexcept {
+  subscription& s = subscriptions_[index];
   topics_.merge(s, bounds_.queue_depth_max);
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
   s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
-  if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
+  if (std::exchange(s.timed, false)) due_.disarm(index);
   make_ready(index);
 }
 
-void outbox::owe_latched(std::uint32_t index) noexcept {
-  subscription& s = subscriptions_[subscription_id{index}];
+void outbox::owe_latched(subscription_id index) noexcept {
+  subscription& s = subscriptions_[index];
   s.owes_last = true;
-  ++queues_[peer_index{s.connection}].owed;
+  ++queues_[s.peer].owed;
   make_ready(index);
 }
 
-void outbox::throttle_over(std::uint32_t index) noexcept {
-  subscriptions_[subscription_id{index}].timed = false;
+void outbox::throttle_over(subscription_id index) noexcept {
+  subscriptions_[index].timed = false;
   make_ready(index);
 }
 
-inline void outbox::put_on_ready_list(std::uint32_t index, subscription& s) noexcept {
+inline void outbox::put_on_ready_list(subscription_id index, subscription& s) noexcept {
   if (cycle_.now < s.next_due) {
-    if (!std::exchange(s.timed, true)) due_.arm(subscription_id{index}, s.next_due);
+    if (!std::exchange(s.timed, true)) due_.arm(index, s.next_due);
     return;
   }
-  if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
+  if (std::exchange(s.timed, false)) due_.disarm(index);
   s.ready_as = topics_.at(s.topic).priority;
   s.ready = true;
-  const peer_index peer{s.connection};
-  queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(subscriptions_, {index});
+  const peer_index peer = s.peer;
+  queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(subscriptions_, index);
   schedule(peer);
 }
 
-// Queues the latched value for one who came late; not before it can be written, so that one who subscribes to
-// many topics at once does not take as many slots.
+// Queues the latched value for a late subscriber, but only when it can be written. So a peer that subscribes
+// to many topics at once does not take as many slots.
 void outbox::place_latched(subscription& s) noexcept {
   s.owes_last = false;
-  --queues_[peer_index{s.connection}].owed;
-  const std::uint32_t slot = compose_latched(s.topic);
-  if (slot == no_index) return;
+  --queues_[s.peer].owed;
+  const slot_id slot = compose_latched(s.topic);
+  if (!slot) return;
   trim(s, s.depth - 1);
-  if (enqueue(s.waiting, slot)) return; // with its reference
+  if (enqueue(s.waiting, slot)) return; // the queue has the reference now
   add(counter::outbox_full);
   store_.release(slot);
 }
@@ -154,7 +152,7 @@ void outbox::place_owed(peer_index peer) noexcept {
   }
 }
 
-bool outbox::push_direct(peer_index to, priority at, std::uint32_t slot) noexcept {
+bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   if (!enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
     add(counter::outbox_full);
     return false;
@@ -166,7 +164,7 @@ bool outbox::push_direct(peer_index to, priority at, std::uint32_t slot) noexcep
 
 // ---- taking
 
-// The next one is due a period after this one was, or after now if that is long past.
+// The next message is due one period after this one was due; if that is long past, one period after now.
 void outbox::begin_throttle(subscription& s) noexcept {
   const bool in_step = cycle_.now - s.next_due < s.throttle;
   s.sent_at = in_step ? s.next_due : cycle_.now;
@@ -181,40 +179,40 @@ void outbox::rotate_ready(peer_index peer) noexcept {
     while (!before.empty()) {
       const subscription_id i = before.pop_front(subscriptions_);
       subscription& s = subscriptions_[i];
-      drop_expired(s.waiting); // else one with nothing to write would stay ready, and schedule nobody
-      // Of those that were served, who has nothing left has no turn to wait for.
+      drop_expired(s.waiting); // else it would stay ready with nothing to write, and schedule nobody
+      // A served subscription goes behind the others only if it has more to write.
       if (s.served && !s.waiting.empty()) {
         served.push_back(subscriptions_, i);
       } else {
         s.ready = s.served = false;
-        make_ready(i.value);
+        make_ready(i);
       }
     }
     while (!served.empty()) {
       const subscription_id i = served.pop_front(subscriptions_);
       subscriptions_[i].ready = subscriptions_[i].served = false;
-      make_ready(i.value);
+      make_ready(i);
     }
   }
 }
 
-// ---- giving back
+// ---- evicting and releasing
 
-// Drops the message at the front if it is gone or its time is. False when the queue begins with one to be
-// sent.
+// Drops the message at the front if it is freed or expired. False: the queue is empty, or begins with a
+// message that is to be sent.
 bool outbox::drop_expired_front(queue& from) noexcept {
   if (from.empty()) return false;
   const slot_ref front = entries_.front(from);
   if (slots_.alive(front)) {
     if (slots_.expires(front.index) >= cycle_.now) return false;
-    store_.expire(front.index); // for all queues at once, and counted
+    store_.expire(front.index); // in all queues at once, and counted
     if (slots_.alive(front)) {
-      // Another peer's socket is in the middle of it, so it goes for this peer alone.
+      // Another peer's socket is in the middle of it, so only this queue drops it.
       add(counter::expired);
       store_.release(front.index);
     }
   }
-  (void)entries_.pop(from); // the reference is given back already
+  (void)entries_.pop(from); // the reference is released already
   return true;
 }
 
@@ -226,12 +224,12 @@ void outbox::drop_all(queue& from, counter as) noexcept {
   }
 }
 
-void outbox::drop(std::uint32_t index) noexcept {
-  subscription& s = subscriptions_[subscription_id{index}];
-  peer_queues& its_peer = queues_[peer_index{s.connection}];
+void outbox::drop(subscription_id index) noexcept {
+  subscription& s = subscriptions_[index];
+  peer_queues& its_peer = queues_[s.peer];
   drop_all(s.waiting, counter::lost_with_peer);
   if (std::exchange(s.owes_last, false)) --its_peer.owed;
-  if (std::exchange(s.timed, false)) due_.disarm(subscription_id{index});
+  if (std::exchange(s.timed, false)) due_.disarm(index);
   if (std::exchange(s.ready, false)) {
     [[maybe_unused]] const bool was =
         its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(subscriptions_, {index});
@@ -244,43 +242,42 @@ void outbox::forget(peer_index peer) noexcept {
   for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
 }
 
-// One message after the other of those who hold most goes, as long as others hold the same: so nobody who
-// holds less loses anything for want of slots ("longest queue drop": Suter, Lakshman, Stiliadis and
-// Choudhury, IEEE INFOCOM 1998).
+// Evicts message after message of the peer that holds most, until a slot is free. So a peer that holds less
+// loses nothing because slots ran out ("longest queue drop": Suter, Lakshman, Stiliadis and Choudhury, IEEE
+// INFOCOM 1998).
 bool outbox::evict_for(slot_class of) noexcept {
   constexpr unsigned evictions_max = 64;
   for (unsigned left = evictions_max; left != 0; --left) {
-    const std::uint32_t most = holds_most(of);
-    if (most == no_index || (ROWE_MUTANT(hoarder) && !queues_[peer_index{most}].backpressured()))
-      return false;
+    const peer_index most = holds_most(of);
+    if (!most || (ROWE_MUTANT(hoarder) && !queues_[most].backpressured())) return false;
     evict({most}, of);
     if (slots_.free_for_all(of) != 0) return true;
   }
   return false;
 }
 
-// Who has more than an equal share; of several that hold as much, one that does not read.
-std::uint32_t outbox::holds_most(std::optional<slot_class> of) noexcept {
+// A peer that holds more than an equal share; of several that hold as much, a backpressured one.
+peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : bounds_.queued_max;
   return entries_.longest(of, all / std::max(peers_.count(), 1U),
-                          [this](std::uint32_t i) { return queues_[peer_index{i}].backpressured(); });
+                          [this](peer_index i) { return queues_[i].backpressured(); });
 }
 
-// The same for the entries of queues.
+// As evict_for(), for an entry of a queue.
 void outbox::evict_entry() noexcept {
-  const std::uint32_t most = holds_most(std::nullopt);
-  if (most != no_index) evict({most}, std::nullopt);
+  const peer_index most = holds_most(std::nullopt);
+  if (most) evict(most, std::nullopt);
 }
 
-// Takes the oldest message out of the longest queue of a peer, of those that begin with a slot of the class
-// if there is one. The peer has something queued.
+// Evicts the oldest message of the longest queue of a peer; first of the queues whose front is a slot of the
+// class, if there are any. The peer has something queued.
 void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   cycle_.work_bytes += eviction_work;
   peer_queues& its = queues_[from];
   queue* longest = nullptr;
-  std::uint32_t topic = no_index;
+  topic_id topic{};
   bool fits = false;
-  const auto look_at = [&](queue& one, std::uint32_t its_topic) {
+  const auto look_at = [&](queue& one, topic_id its_topic) {
     if (one.empty()) return;
     const bool this_fits = !of || slots_.class_of(entries_.front(one).index) == *of;
     if (longest != nullptr && (fits > this_fits || (fits == this_fits && longest->count >= one.count)))
@@ -289,28 +286,27 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     topic = its_topic;
     fits = this_fits;
   };
-  look_at(its.replies, no_index);
-  for (std::uint32_t i = peers_[from].first_subscription; i != no_index;
-       i = subscriptions_[subscription_id{i}].next_on_connection) {
-    look_at(subscriptions_[subscription_id{i}].waiting, subscriptions_[subscription_id{i}].topic);
+  look_at(its.replies, {});
+  for (subscription_id i = topics_.first_subscription(from); i; i = subscriptions_[i].next_on_peer) {
+    look_at(subscriptions_[i].waiting, subscriptions_[i].topic);
   }
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
   const slot_ref oldest = entries_.front(*longest);
-  store_.note_evicted(oldest.index); // perhaps a reply that is waited for
+  store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
   add(its.backpressured() ? counter::outbox_full : counter::evicted);
   drop_front(*longest);
-  if (topic == no_index) return;
-  // Those who do not read, and those who hold more than an equal share, lose it, too: as a rule they hold
-  // what the first one holds, and the slot is free only when nobody does.
+  if (!topic) return;
+  // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.
+  // They usually queue the same slots, and a slot is free only when no queue has it.
   const slot_class size = slots_.class_of(oldest.index);
   const std::uint32_t share = slots_.count(size) / std::max(peers_.count(), 1U);
-  for (std::uint32_t i = topics_.at(topic).first_subscription; i != no_index && slots_.alive(oldest);
-       i = subscriptions_[subscription_id{i}].next_on_topic) {
-    subscription& same = subscriptions_[subscription_id{i}];
-    const bool reads = !queues_[peer_index{same.connection}].backpressured();
+  for (subscription_id i = topics_.at(topic).first_subscription; i && slots_.alive(oldest);
+       i = subscriptions_[i].next_on_topic) {
+    subscription& same = subscriptions_[i];
+    const bool reads = !queues_[same.peer].backpressured();
     const auto may_lose_it = [&] {
-      return !reads || entries_.held_by(same.connection, queued_as::evictable, size) > share;
+      return !reads || entries_.held_by(same.peer, queued_as::evictable, size) > share;
     };
     if (same.waiting.empty() || entries_.front(same.waiting) != oldest || !may_lose_it()) continue;
     add(reads ? counter::evicted : counter::outbox_full);
@@ -324,13 +320,13 @@ bool outbox::check() const noexcept {
   std::uint32_t left = entries_.in_use();
   std::uint64_t queued = 0;
   std::uint32_t scheduled = 0;
-  std::array<std::array<std::uint32_t, 2>, 2> held{}; // of one peer: how it queues, size class
+  std::array<std::array<std::uint32_t, 2>, 2> held{}; // of one peer: by kind of queue, and by size class
   const auto fits = [&](const queue& one) {
     std::uint32_t length = 0;
     entry_id last{};
     for (entry_id at = one.entries.head; at; last = at, at = entries_.after(at)) {
       const slot_ref slot = entries_.at(at);
-      if (left == 0 || slot.index >= slots_.count()) return false;
+      if (left == 0 || slot.index.value >= slots_.count()) return false;
       if (slots_.alive(slot)) queued += weight(slot.index);
       --left;
       ++length;
@@ -341,7 +337,7 @@ bool outbox::check() const noexcept {
   const auto charged = [&](peer_index peer) {
     for (const queued_as what : {queued_as::evictable, queued_as::direct_message}) {
       for (const slot_class size : {slot_class::small, slot_class::large}) {
-        if (entries_.held_by(peer.value, what, size) !=
+        if (entries_.held_by(peer, what, size) !=
             held[static_cast<std::size_t>(what)][static_cast<std::size_t>(size)])
           return false;
       }
@@ -360,19 +356,17 @@ bool outbox::check() const noexcept {
     if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
     std::uint32_t ready = 0;
     std::uint32_t owed = 0;
-    for (std::uint32_t s = c.first_subscription; s != no_index;
-         s = subscriptions_[subscription_id{s}].next_on_connection) {
-      const subscription& one = subscriptions_[subscription_id{s}];
-      const bool on_wheel = one.timed && one.next_due != rt::never; // one that is never due is not there
-      if (!fits(one.waiting) || on_wheel != due_.armed(subscription_id{s})) return false;
+    for (subscription_id s = topics_.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
+      const subscription& one = subscriptions_[s];
+      const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
+      if (!fits(one.waiting) || on_wheel != due_.armed(s)) return false;
       ready += one.ready;
       owed += one.owes_last;
     }
     for (const ready_list& on : of.ready) {
       for (subscription_id s = on.head; s && ready != UINT32_MAX; s = subscriptions_[s].next_ready) {
         const subscription& one = subscriptions_[s];
-        if (one.connection != i.value || !one.ready ||
-            &of.ready[static_cast<std::size_t>(one.ready_as)] != &on)
+        if (one.peer != i || !one.ready || &of.ready[static_cast<std::size_t>(one.ready_as)] != &on)
           return false;
         --ready;
       }
@@ -381,7 +375,7 @@ bool outbox::check() const noexcept {
   }
   std::uint64_t references = 0;
   std::uint64_t others = 0;
-  for (std::uint32_t i = 0; i < slots_.count(); ++i) {
+  for (const slot_id i : slots_.ids()) {
     const bool in_use = slots_.references(i) != 0;
     references += weight(i) * slots_.references(i);
     others += weight(i) * slots_.begun(i) + (in_use && slots_.kept(i) ? weight(i) : 0);

@@ -37,16 +37,16 @@ void partial_frames::begin(peer_index peer, const partial_frame& frame) noexcept
 }
 
 void partial_frames::end(peer_index peer) noexcept {
-  const std::uint32_t slot = std::exchange(frames_[peer], {}).slot;
+  const slot_id slot = std::exchange(frames_[peer], {}).slot;
   slots_.end(slot);
   store_.release(slot);
   if (waits_) look_again_from(peer.value + 1);
 }
 
-bool partial_frames::may_begin_all_the_same(peer_index peer, std::uint32_t slot) noexcept {
+bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexcept {
   if (slots_.begun(slot) != 0) return true;
-  const std::uint32_t own = frames_[peer].slot;
-  if (own != no_index && slots_.class_of(own) == slots_.class_of(slot) && slots_.begun(own) == 1)
+  const slot_id own = frames_[peer].slot;
+  if (own && slots_.class_of(own) == slots_.class_of(slot) && slots_.begun(own) == 1)
     return true; // in its place
   out_.of(peer).waits_to_begin = waits_ = true;
   if (!due_.armed(timer::partial_frames)) due_.arm(timer::partial_frames, cycle_.now + time_min);
@@ -78,7 +78,7 @@ bool partial_frames::check() const noexcept {
   for (const partial_frame& frame : frames_) {
     if (frame) partial += weight(frame.slot);
   }
-  for (std::uint32_t slot = 0; slot < slots_.count(); ++slot) counted += weight(slot) * slots_.begun(slot);
+  for (const slot_id slot : slots_.ids()) counted += weight(slot) * slots_.begun(slot);
   return partial == counted;
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Messages that a socket has the first bytes of. Such a frame keeps its slot until its last byte is out, and
-// a peer that does not read never takes that. So of each size of slots only some may be partial at once; who
-// has to wait for others begins when one of those is done, or is cut for taking too long while somebody
-// waits. Service thread only; nothing waits or allocates.
+// Partial frames: messages of which a socket has taken only the first bytes. Such a frame keeps its slot
+// until its last byte is written, and a peer that does not read never takes that byte. So only some slots of
+// each size may be partial at once. A peer that has to wait begins when one of those frames is done, or is
+// cut because it takes too long while a peer waits. Service thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -18,19 +18,21 @@
 #include "service/outbox.hpp"
 #include "service/peer_table.hpp"
 #include "service/timers.hpp"
+#include "wire/codec.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
 
-// It goes on before anything else.
+// The rest of it is written before anything else.
 struct partial_frame {
-  std::uint32_t slot = no_index; // none
-  std::size_t written = 0;       // of header and payload together
-  wire::mask_key key{};          // client side: the rest is masked with the same key
-  bool unslashed = false;        // as subscription::unslashed
+  slot_id slot{};          // none
+  std::size_t written = 0; // of header and payload together
+  wire::mask_key key{};    // client side: the rest is masked with the same key
+  bool own_head = false;   // as subscription::own_head; and that
+  wire::message_head head{};
   rt::time_point since{};
 
-  explicit operator bool() const noexcept { return slot != no_index; }
+  explicit operator bool() const noexcept { return static_cast<bool>(slot); }
 };
 
 class partial_frames {
@@ -52,24 +54,24 @@ class partial_frames {
   const partial_frame& of(peer_index peer) const noexcept { return frames_[peer]; }
   bool any() const noexcept;
 
-  // Whether a peer may begin the frame of a slot, once its own partial frame is out; if not, it waits.
-  bool may_begin(peer_index peer, std::uint32_t slot) noexcept {
+  // Whether a peer may begin the frame of a slot after its own partial frame; if not, it waits.
+  bool may_begin(peer_index peer, slot_id slot) noexcept {
     return slots_.may_begin(slots_.class_of(slot)) || may_begin_all_the_same(peer, slot);
   }
-  // A socket has the first bytes; the message's reference goes with it.
+  // A socket has taken the first bytes. The reference of the message goes with them.
   void begin(peer_index peer, const partial_frame& frame) noexcept;
-  // The last byte is out, or its peer is gone.
+  // The last byte is written, or the peer has left.
   void end(peer_index peer) noexcept;
-  // A large slot is worth system calls: where sockets have one already, or may have no more, the transport is
-  // to keep the rest of the frame itself.
+  // Whether the transport should keep the rest of the frame itself. That costs system calls; it is worth them
+  // for a large slot when sockets hold another one already, or may hold no more.
   bool is_worth_handing_over(peer_index peer) const noexcept;
 
-  // The timer: whoever waits to begin a frame looks whether it may now.
+  // The timer: peers that wait to begin a frame check whether they may.
   void look_again() noexcept {
     stalled_due_ = true;
     look_again_from(0);
   }
-  // After everybody looked: calls `cut(peer)` for each whose frame took too long while others wait.
+  // After they have checked: calls `cut(peer)` for each peer whose frame takes too long while others wait.
   template <class Cut>
   void cut_stalled(Cut&& cut) noexcept {
     if (!stalled_due_) return;
@@ -79,7 +81,7 @@ class partial_frames {
     for (const peer_index peer : peers_.ids()) {
       const partial_frame& frame = frames_[peer];
       if (!peers_[peer].open() || !frame) continue;
-      if (slots_.may_begin(slots_.class_of(frame.slot))) continue; // in nobody's way
+      if (slots_.may_begin(slots_.class_of(frame.slot))) continue; // nobody waits for it
       if (const rt::time_point due = due_of(frame); due > cycle_.now) {
         next = std::min(next, due);
       } else {
@@ -100,7 +102,7 @@ class partial_frames {
   // bytes.
   static constexpr rt::duration time_min = std::chrono::milliseconds{500};
 
-  bool may_begin_all_the_same(peer_index peer, std::uint32_t slot) noexcept;
+  bool may_begin_all_the_same(peer_index peer, slot_id slot) noexcept;
   rt::time_point due_of(const partial_frame& frame) noexcept;
   void look_again_from(std::uint32_t first) noexcept;
 
@@ -109,11 +111,11 @@ class partial_frames {
   timers& due_;
   peer_table& peers_;
   message_store& store_;
-  wire_slots& slots_;
+  slot_pool& slots_;
   outbox& out_;
   rows<peer_index, partial_frame> frames_;
-  bool waits_ = false;       // somebody, for others' frames
-  bool stalled_due_ = false; // for so long that one of those may be cut
+  bool waits_ = false;       // a peer waits to begin a frame
+  bool stalled_due_ = false; // it has waited so long that a partial frame may be cut
 };
 
 } // namespace rowe::service

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peers that are connected, by the numbers that the transport gives them. Service thread only; nothing
-// waits or allocates.
+// The connected peers, by the index that the transport gives them. Service thread only; nothing waits or
+// allocates.
 #pragma once
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
@@ -28,14 +29,34 @@ class peer_table {
   auto end() const noexcept { return rows_.end(); }
   auto ids() const noexcept { return rows_.ids(); }
 
-  // Null where it is gone.
+  // Null: the peer is gone.
   connection* find(connection_id id) const noexcept {
     if (!rows_.contains({id.index})) return nullptr;
     connection& c = rows_[{id.index}];
     return c.state != connection::phase::free && c.id == id ? &c : nullptr;
   }
 
-  // One has come, in a row that was free; or goes, and its row is free again.
+  // A part that is called on behalf of peers does not close them itself. It calls this with the close reason,
+  // and from then on the peer counts as closed. The core closes it when the part has returned.
+  void close_later(connection& c, std::string_view why,
+                   std::uint16_t code = wire::close_code::policy) noexcept {
+    c.state = connection::phase::to_close;
+    c.farewell = why;
+    c.closes_as = code;
+    wants_close_ = true;
+  }
+  bool wants_close() const noexcept { return wants_close_; }
+  void closed_all() noexcept { wants_close_ = false; }
+
+  // A client's server, if it is connected; else null.
+  connection* server() const noexcept {
+    for (connection& c : rows_) {
+      if (c.open() && c.ours == side::client) return &c;
+    }
+    return nullptr;
+  }
+
+  // A peer took a free row; a peer left, and its row is free again.
   void add() noexcept { ++count_, ++opened_; }
   void remove() noexcept { --count_; }
   std::uint32_t count() const noexcept { return count_; }
@@ -56,6 +77,7 @@ class peer_table {
   rows<peer_index, connection> rows_;
   std::uint32_t count_ = 0;
   std::uint32_t opened_ = 0;
+  bool wants_close_ = false;
 };
 
 } // namespace rowe::service

@@ -9,7 +9,7 @@
 namespace rowe::service {
 namespace {
 
-// Of an absent receiver what finds no room is dropped, as it is where nobody receives.
+// After this time without a take, a receiver is absent: messages that find no room are dropped.
 constexpr rt::duration absent_after = std::chrono::seconds{8};
 constexpr std::uint32_t one_in = 4; // kept for claims
 
@@ -19,44 +19,46 @@ receiver::receiver(rt::arena& memory, const limits& bounds, const needs& parts) 
     : cycle_{parts.cycle},
       counts_{parts.counts},
       peers_{parts.peers},
+      calls_{parts.calls},
       out_{parts.out},
       lanes_{parts.lanes},
       views_{parts.views},
-      door_{parts.door},
+      queue_{parts.queue},
+      shared_{parts.shared},
       delivery_{parts.delivery},
       claimants_{parts.claimants},
       answers_any_{parts.answers_any},
       held_{memory.carve<held>(bounds.connections_max)},
-      claims_{parts.door.slots(), parts.claimants, one_in} {}
+      claims_{parts.shared.slots(), parts.claimants, one_in} {}
 
 // ---- who it is
 
-std::uint32_t receiver::first_but(std::uint32_t but) const noexcept {
-  std::uint32_t first = no_index;
-  for (std::uint32_t i = 0; i < lanes_.size(); ++i) {
+pair_index receiver::first_but(pair_index but) const noexcept {
+  pair_index first{};
+  for (const pair_index i : lanes_.ids()) {
     if (i == but || !views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives)
       continue;
-    if (first == no_index || views_[i].order < views_[first].order) first = i;
+    if (!first || views_[i].order < views_[first].order) first = i;
   }
   return first;
 }
 
-void receiver::detach(std::uint32_t pair) noexcept {
+void receiver::detach(pair_index pair) noexcept {
   pair_ = first_but(pair);
   if (counted_ == pair) counted_ = unknown;
 }
 
-bool receiver::is_there() const noexcept { return pair_ != no_index || answers_any_ || door_.manned(); }
+bool receiver::is_there() const noexcept { return pair_ || answers_any_ || shared_.has_receiver(); }
 
-// The counts are of another receiver from now on, with whom no message is yet; of the shared inbox' old ones
-// nobody needs to know.
+// The counts begin again for a new receiver, which has no message yet. What the old one still has is not
+// counted.
 void receiver::begin() noexcept {
   counted_ = pair_;
   for (held& one : held_) one = {};
   untaken_ = answers_ = 0;
   claims_ = claims{slots(), claimants_, one_in};
   marked_ = false;
-  door_.forget_senders();
+  shared_.forget_senders();
   taken_at_ = cycle_.now;
   ++cycle_.places_freed;
 }
@@ -73,7 +75,7 @@ void receiver::forget_answers() noexcept {
   for (held& one : held_) one.answers = 0;
 }
 
-// ---- what came home
+// ---- released slots
 
 inline void receiver::note_taken(detail::peer_ref from) noexcept {
   taken_at_ = cycle_.now;
@@ -89,9 +91,9 @@ void receiver::mark_home() noexcept {
   begin_if_new();
   if (marked_) return;
   marked_ = true;
-  if (counted_ == no_index) {
-    door_.mark_inbound();
-    before_mark_ = door_.submitted();
+  if (!counted_) {
+    shared_.mark();
+    before_mark_ = queue_.submitted();
   } else {
     home_mark_ = lanes_[counted_].service.in.home->mark_home();
     before_mark_ = lanes_[counted_].service.out.out->waiting_at_least();
@@ -102,10 +104,10 @@ void receiver::count_home(std::size_t taken) noexcept {
   before_mark_ -= std::min<std::uint64_t>(before_mark_, taken);
   if (before_mark_ != 0) return;
   marked_ = false;
-  // What came home since the mark was made is seen by the next one only.
+  // Slots that were released after the mark are found with the next mark.
   if (taken != 0) ++looks_wanted_;
-  if (counted_ == no_index) {
-    (void)door_.collect_marked([this](detail::peer_ref from) { note_taken(from); });
+  if (!counted_) {
+    (void)shared_.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;
   }
   const detail::filling_end& path = lanes_[counted_].service.in;
@@ -114,25 +116,25 @@ void receiver::count_home(std::size_t taken) noexcept {
 
 void receiver::look() noexcept {
   begin_if_new();
-  if (counted_ == no_index) door_.ask_for_slots(); // what came home before is found here, or there
+  if (!counted_) shared_.ask_for_slots(); // a slot released before is found below
   mark_home();
   count_home(0);
 }
 
 // ---- shares
 
-// Those of the inbox, or of the way out where these are fewer.
+// The slots of the inbox, or of the queue for answers if these are fewer.
 inline std::uint32_t receiver::slots() const noexcept {
-  if (counted_ == no_index) return door_.slots();
+  if (!counted_) return shared_.slots();
   const detail::lane& by = lanes_[counted_];
   return std::min(by.service.in.count, by.user.out.count);
 }
 
 inline bool receiver::has_share(peer_index peer) const noexcept {
   const peer_queues& queues = out_.of(peer);
-  // Answers to its calls have fewer places while it does not read.
-  const bool replies_wait = queues.backpressured() && queues.replies.count + peers_[peer].calls_asked >=
-                                                          outbox::replies_max_backpressured;
+  // Answers to its calls have fewer places while the peer does not read.
+  const bool replies_wait = queues.backpressured() &&
+                            queues.replies.count + calls_.asked_by(peer) >= replies_max_backpressured;
   if (queues.told_full || replies_wait) return false;
   const held& of = held_[peer];
   const std::uint32_t left = left_of(slots(), untaken_ + answers_);
@@ -146,10 +148,10 @@ bool receiver::is_absent() const noexcept {
 admission receiver::admit(peer_index peer) noexcept {
   begin_if_new();
   if (has_share(peer) || ROWE_MUTANT(inbox_share)) return admission::now;
-  if (!is_there()) return admission::now;                   // nobody has shares where nobody receives
-  if (counted_ == no_index) door_.drop_expired(cycle_.now); // so that they come home
+  if (!is_there()) return admission::now;          // no receiver, no shares
+  if (!counted_) shared_.drop_expired(cycle_.now); // which releases their slots
   mark_home();
-  count_home(0); // what is home, unless something was handed over before
+  count_home(0); // released slots, unless a submission from before is still to be taken
   if (has_share(peer)) return admission::now;
   return !is_absent() ? admission::later : admission::never;
 }
@@ -157,17 +159,16 @@ admission receiver::admit(peer_index peer) noexcept {
 status receiver::deliver(const detail::value_header& header, std::string_view text) noexcept {
   begin_if_new();
   status done = errc::full;
-  if (counted_ != no_index) {
-    json::decoder::diagnosis nothing; // who receives takes texts
+  if (counted_) {
+    json::decoder::diagnosis nothing; // the receiver takes texts
     if (has_place()) done = delivery_.deliver(counted_, header, text, nothing);
   } else {
-    const bool call = header.what == detail::entry::invocation;
-    done = door_.deliver({.what = call ? door_request::invocation : door_request::message,
-                          .peer = header.peer,
-                          .call = header.call,
-                          .stamped = cycle_.now,
-                          .expires = rt::time_point{rt::duration{header.expires_ns}}},
-                         text, [this](detail::peer_ref from) { note_taken(from); });
+    done = shared_.deliver({.what = header.what,
+                            .peer = header.peer,
+                            .call = header.call,
+                            .stamped = cycle_.now,
+                            .expires = rt::time_point{rt::duration{header.expires_ns}}},
+                           text, [this](detail::peer_ref from) { note_taken(from); });
   }
   if (!done) {
     counts_.add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
@@ -182,7 +183,7 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
 
 // ---- for tests
 
-// The counts of all are sums over peers, and what is kept for peers is what they have not taken.
+// The totals are the sums over peers, and the kept claims are what peers have not taken.
 bool receiver::check() const noexcept {
   held sum;
   std::uint32_t wanted = claims_.connections() * claims_.claim();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Who receives what no other handle takes: plain messages, and calls of services that nobody provides. It is
-// the handle that receives and was attached first, or else the shared inbox of the front door.
+// The receiver of what no other handle takes: plain messages, and calls of services that nobody provides.
+// Among the handles that receive it is the one that was attached first; if there is none, the shared inbox.
 //
-// Whoever receives has so many slots, of which a peer may have its share (shares.hpp): a quarter is kept for
-// claims, for who receives gives slots back all the time. A peer's are those of its messages that were not
-// taken or are still in the receiver's hands, and those of answers that are parked on the way to it. So who
-// answers each message with one finds room for the answer.
+// The receiver has a number of slots, and each peer has a share of them (shares.hpp). A quarter is kept for
+// claims; that is enough, since a receiver releases slots all the time. A peer is charged for its messages
+// until the receiver releases them, and for answers that are parked on the way to it. So a receiver that
+// answers each message with one message finds room for the answer.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -20,18 +20,20 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/call_table.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
-#include "service/front_door.hpp"
 #include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
 #include "service/pair_table.hpp"
 #include "service/peer_table.hpp"
+#include "service/shared_inbox.hpp"
 #include "service/shares.hpp"
+#include "service/submission_queue.hpp"
 
 namespace rowe::service {
 
-// Whether a message of a peer may go to whoever receives.
+// Whether the receiver takes a message of a peer.
 enum class admission : std::uint8_t { now, later, never };
 
 class receiver {
@@ -40,47 +42,49 @@ class receiver {
     cycle_state& cycle;
     counters& counts;
     peer_table& peers;
+    const call_table& calls;
     const outbox& out;
-    std::span<detail::lane> lanes;
-    std::span<lane_view> views;
-    front_door& door;
+    rows<pair_index, detail::lane> lanes;
+    rows<pair_index, pair_row> views;
+    submission_queue& queue;
+    shared_inbox& shared;
     local_delivery& delivery;
-    std::uint32_t claimants; // how many connections there may be, each with its claim
-    bool answers_any;        // somebody answers calls, although nobody has asked for any yet
+    std::uint32_t claimants; // how many connections there may be; each has a claim
+    bool answers_any;        // somebody will answer calls, though nobody waits for one yet
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<held>(bounds.connections_max);
   }
   receiver(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
 
-  // The handle that receives; no_index: the shared inbox.
-  std::uint32_t pair() const noexcept { return pair_; }
-  // Whether somebody waits for calls that no handle serves.
+  // The handle that is the receiver; none: it is the shared inbox.
+  pair_index pair() const noexcept { return pair_; }
+  // Whether somebody receives calls that no handle serves.
   bool is_there() const noexcept;
-  // A handle has come, or goes.
-  void attach() noexcept { pair_ = first_but(no_index); }
-  void detach(std::uint32_t pair) noexcept;
-  // A peer goes: what it sent is nobody's share any more.
+  // A handle was attached, or is being detached.
+  void attach() noexcept { pair_ = first_but({}); }
+  void detach(pair_index pair) noexcept;
+  // A peer leaves: no share is charged for its messages any more.
   void forget(peer_index peer) noexcept;
 
-  // `later`: there is no room, and whoever receives is at work. `never`: it does not take anything.
+  // `later`: there is no room, and the receiver is at work. `never`: the receiver takes nothing.
   admission admit(peer_index peer) noexcept;
   // Errors: full, too_big, counted.
   status deliver(const detail::value_header& header, std::string_view text) noexcept;
 
-  // ---- what came home
+  // ---- released slots
 
-  // Whoever answers a message does so before its slot goes home: such a slot counts until all that was handed
-  // over before it came home has been taken, and is counted where it is parked. So the submissions of whoever
-  // receives are taken between these two; `taken`: how many that were.
+  // A receiver submits its answer before it releases the message's slot. So a released slot is charged until
+  // all that was submitted before its release has been taken; if the answer is parked, it is charged from
+  // then on. Hence the receiver's submissions are taken between these two calls; `taken`: how many that were.
   void mark_home() noexcept;
   void count_home(std::size_t taken) noexcept;
-  // For those who wait for room. A handle does not tell what it takes; the shared inbox does, from here on.
+  // Looks for released slots. A handle wakes nobody when it releases one; the shared inbox does, from now on.
   void look() noexcept;
-  // Raised where what came home may have to be looked at once more.
+  // Raised when released slots may have to be looked at once more.
   std::uint64_t looks_wanted() const noexcept { return looks_wanted_; }
 
-  // Answers of whoever receives that are parked: counted anew in each of its turns.
+  // The receiver's parked answers are counted anew in each of its turns.
   void begin_answers() noexcept {
     if (answers_ != 0) forget_answers();
   }
@@ -94,12 +98,12 @@ class receiver {
  private:
   // Of one peer.
   struct held {
-    std::uint32_t untaken = 0; // messages
-    std::uint32_t answers = 0; // parked, in the last turn of whoever receives
+    std::uint32_t untaken = 0; // messages that it sent and the receiver still has
+    std::uint32_t answers = 0; // answers to it, parked in the receiver's last turn
   };
-  static constexpr std::uint32_t unknown = no_index - 1;
+  static constexpr pair_index unknown{UINT32_MAX - 1};
 
-  std::uint32_t first_but(std::uint32_t but) const noexcept;
+  pair_index first_but(pair_index but) const noexcept;
   void begin_if_new() noexcept {
     if (pair_ != counted_) begin();
   }
@@ -108,8 +112,7 @@ class receiver {
   void note_taken(detail::peer_ref from) noexcept;
   std::uint32_t slots() const noexcept;
   bool has_place() const noexcept {
-    return counted_ == no_index ? door_.free_inbound() != 0
-                                : lanes_[counted_].service.in.home->seen_by_owner() != 0;
+    return !counted_ ? shared_.free_slots() != 0 : lanes_[counted_].service.in.home->seen_by_owner() != 0;
   }
   bool has_share(peer_index peer) const noexcept;
   bool is_absent() const noexcept;
@@ -117,23 +120,25 @@ class receiver {
   cycle_state& cycle_;
   counters& counts_;
   peer_table& peers_;
+  const call_table& calls_;
   const outbox& out_;
-  std::span<detail::lane> lanes_;
-  std::span<lane_view> views_;
-  front_door& door_;
+  rows<pair_index, detail::lane> lanes_;
+  rows<pair_index, pair_row> views_;
+  submission_queue& queue_;
+  shared_inbox& shared_;
   local_delivery& delivery_;
   const std::uint32_t claimants_;
   const bool answers_any_;
 
-  std::uint32_t pair_ = no_index;    // that receives; none: the shared inbox
-  std::uint32_t counted_ = no_index; // that the counts are of
+  pair_index pair_{};    // the receiver; none: the shared inbox
+  pair_index counted_{}; // the receiver that the counts are of
   rows<peer_index, held> held_;
-  claims claims_;                 // by what was not taken
+  claims claims_;                 // for the counts of untaken messages
   std::uint32_t untaken_ = 0;     // of all peers
-  std::uint32_t answers_ = 0;     // likewise
-  rt::time_point taken_at_{};     // when one was taken last, or the first began to wait
-  std::uint64_t home_mark_ = 0;   // of a handle: what is home up to here is counted next,
-  std::uint64_t before_mark_ = 0; // when so many more submissions were taken
+  std::uint32_t answers_ = 0;     // of all peers, too
+  rt::time_point taken_at_{};     // when a message was taken last, or the first began to wait
+  std::uint64_t home_mark_ = 0;   // a handle: slots released up to here are counted next,
+  std::uint64_t before_mark_ = 0; // after so many more submissions were taken
   bool marked_ = false;
   std::uint64_t looks_wanted_ = 0;
 };

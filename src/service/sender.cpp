@@ -10,16 +10,11 @@
 namespace rowe::service {
 namespace {
 
-constexpr unsigned batches_max = 8; // to one peer in one cycle
+constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / write_work_bytes; }
 
-// Work of one cycle, beyond which the next peer waits for the next cycle: a call of the transport counts as
-// one, and so does each 16 KiB. About 200 us on a fast core.
-constexpr std::size_t work_per_cycle = 32;
-constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / (16 * 1024); }
-
-// A batch has room for the largest message, with all that may have to go in front of it.
+// A batch has capacity for the largest message, with all headers that may precede it.
 std::size_t buffer_bytes(const limits& bounds) noexcept {
-  return std::max(batch_bytes_max, wire_slots::large_bytes(bounds) + wire::frame_header_bytes_max +
+  return std::max(batch_bytes_max, slot_pool::large_bytes(bounds) + wire::frame_header_bytes_max +
                                        sizeof(control_frames) + sizeof(stop_frames));
 }
 
@@ -36,11 +31,11 @@ sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noex
     : counts_{parts.counts},
       peers_{parts.peers},
       subscriptions_{parts.topics.subscriptions()},
-      envelope_{parts.topics.envelope()},
+      protocols_{parts.protocols},
       store_{parts.store},
       out_{parts.out},
       slots_{parts.store.slots()},
-      carrier_{parts.carrier},
+      transport_{parts.to_peers},
       keys_{memory, parts.random},
       urgent_{memory,
               bounds,
@@ -48,7 +43,7 @@ sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noex
                .counts = parts.counts,
                .peers = parts.peers,
                .out = parts.out,
-               .carrier = parts.carrier,
+               .to_peers = parts.to_peers,
                .keys = keys_}},
       partial_{memory,
                bounds,
@@ -80,13 +75,12 @@ void sender::ignore_credit(peer_index peer) noexcept {
 
 // ---- in turn
 
-// Peers that have still more after their share are put behind those that have not had theirs, and no more
-// values are taken from handles before all have had it: in their queues those would push out what was not
-// offered yet.
+// A peer that has more to write after its turn goes behind those that have not had theirs. Until all have had
+// their turn, no more values are taken from handles: newer values would evict what was not offered yet.
 void sender::flush_scheduled(bool to_all) noexcept {
   if (turn_left_ == 0) turn_left_ = out_.scheduled();
   for (std::uint32_t left = out_.scheduled(); left != 0; --left) {
-    if (!to_all && work_ >= work_per_cycle) return;
+    if (!to_all && work_ >= write_work_per_cycle) return;
     const peer_index next = out_.take_scheduled();
     if (turn_left_ != 0) --turn_left_;
     if (peers_[next].state != connection::phase::free) flush(next);
@@ -96,17 +90,17 @@ void sender::flush_scheduled(bool to_all) noexcept {
 void sender::flush(peer_index peer) noexcept {
   peer_queues& queues = out_.of(peer);
   const recipient to{peer, peers_[peer], queues, urgent_.masks(peer)};
-  // What stays, stays for a reason, and whoever lifts it schedules the peer.
+  // What is not written now waits for something, and whoever brings that schedules the peer.
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
-  for (unsigned round = 0; more && round < batches_max && !queues.blocked; ++round) {
-    if (queues.owed != 0) out_.place_owed(peer); // before anything is gathered: it may evict
+  for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
+    if (queues.owed != 0) out_.place_owed(peer); // before gathering, since it may evict
     batch next{buffer_, pieces_};
     if (gather_urgent(to, next)) gather_messages(to, next);
     queues.held = next.held;
     const bool waited = queues.waits_to_begin;
     write(to, next);
-    const bool may_begin_now = waited && !queues.waits_to_begin; // a frame of its own has ended
+    const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
     const bool owes = queues.owed != 0 && !next.held && !queues.waits_to_begin;
     more = next.more || owes || may_begin_now;
   }
@@ -114,7 +108,7 @@ void sender::flush(peer_index peer) noexcept {
   if (more) out_.schedule(peer);
 }
 
-// What does not wait for the rest of the cycle; messages follow then.
+// Writes the frames that do not wait for the end of the cycle; messages follow then.
 void sender::flush_urgent(peer_index peer) noexcept {
   const recipient to{peer, peers_[peer], out_.of(peer), urgent_.masks(peer)};
   if (!to.queues.blocked) {
@@ -127,7 +121,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
 
 inline void sender::write(const recipient& to, batch& what) noexcept {
   const std::span<const std::byte> whole = what.whole();
-  const std::size_t taken = what.count != 0 ? carrier_.write(to.peer.id, {&whole, 1}) : 0;
+  const std::size_t taken = what.count != 0 ? transport_.write(to.peer.id, {&whole, 1}) : 0;
   if (what.count != 0) work_ += work_of(taken);
   counts_.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
@@ -138,13 +132,12 @@ inline void sender::write(const recipient& to, batch& what) noexcept {
 
 // ---- gathering
 
-// What is written next, in the order in which it is: a partial frame, what is urgent. False when no message
-// may follow.
+// Gathers what is written first: a partial frame, then urgent frames. False: no message may follow.
 inline bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
   return gather_partial(to, into) && urgent_.gather(to.index, into);
 }
 
-// Then messages, by their priority.
+// Then gathers messages, by their priority.
 inline void sender::gather_messages(const recipient& to, batch& into) noexcept {
   peer_queues& from = to.queues;
   // A server must know of a topic before anything is published on it.
@@ -153,31 +146,30 @@ inline void sender::gather_messages(const recipient& to, batch& into) noexcept {
     const bool replies = p == static_cast<std::size_t>(replies_at) && !from.replies.empty();
     if (!replies && from.direct[p].empty() && from.ready[p].empty()) continue;
     into.credit = urgent_.room(to.index, static_cast<priority>(p));
-    if (replies && !gather_queue(to, from.replies, no_index, into)) return;
-    if (!from.direct[p].empty() && !gather_queue(to, from.direct[p], no_index, into)) return;
+    if (replies && !gather_queue(to, from.replies, {}, into)) return;
+    if (!from.direct[p].empty() && !gather_queue(to, from.direct[p], {}, into)) return;
     for (subscription_id i = from.ready[p].head; i; i = subscriptions_[i].next_ready) {
-      if (!gather_queue(to, subscriptions_[i].waiting, i.value, into)) return;
+      if (!gather_queue(to, subscriptions_[i].waiting, i, into)) return;
     }
   }
 }
 
-// The rest of the partial frame. Nothing may come before it. False when nothing may follow either.
+// Gathers the rest of a partial frame. Nothing may go before it. False: nothing may follow, either.
 inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
   const partial_frame& frame = partial_.of(to.index);
   if (!frame) return true;
-  return gather_frame(to.masked, frame.written, into,
-                      {.slot = frame.slot,
-                       .key = frame.key,
-                       .is = batch_piece::origin::partial,
-                       .unslashed = frame.unslashed});
+  const batch_piece piece{
+      .slot = frame.slot, .key = frame.key, .is = batch_piece::origin::partial, .own_head = frame.own_head};
+  if (frame.own_head) return gather_headed(to.masked, frame.written, into, piece, frame.head);
+  return gather_frame(to.masked, frame.written, into, piece);
 }
 
-// As much of a queue as the batch has room for; of a throttled one, one message. False when the batch is
-// full, or the peer's credit is used up. A frame is begun as long as there is any credit, however long it is.
-inline bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept {
+// Gathers as much of a queue as the batch takes; of a throttled subscription, one message. False: the batch
+// is full, or the peer's credit is used up. Any credit at all is enough to begin a frame, however long.
+inline bool sender::gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept {
   out_.drop_expired(from);
-  const bool one = of != no_index && subscriptions_[subscription_id{of}].throttle > rt::duration{0};
-  const bool unslashed = of != no_index && subscriptions_[subscription_id{of}].unslashed;
+  const bool one = of && subscriptions_[of].throttle > rt::duration{0};
+  const bool own_head = of && subscriptions_[of].own_head;
   const queue_entries& entries = out_.entries();
   for (entry_id at = from.entries.head; at; at = entries.after(at)) {
     const slot_ref slot = entries.at(at);
@@ -188,9 +180,11 @@ inline bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t
                       .subscription = of,
                       .slot = slot.index,
                       .is = batch_piece::origin::message,
-                      .unslashed = unslashed};
+                      .own_head = own_head};
     if (to.masked) piece.key = keys_.next();
-    if (!gather_frame(to.masked, 0, into, piece)) {
+    const bool fits = own_head ? gather_headed(to.masked, 0, into, piece, head_of(piece))
+                               : gather_frame(to.masked, 0, into, piece);
+    if (!fits) {
       into.more = true;
       return false;
     }
@@ -199,13 +193,11 @@ inline bool sender::gather_queue(const recipient& to, queue& from, std::uint32_t
   return true;
 }
 
-// The frame of a slot, or what is left of it behind `skip` bytes. As a server the header stands in front of
-// the text already, for all peers alike; as a client the frame is masked on its way into the batch. False
-// when that has no room for it.
+// Gathers the frame of a slot, without its first `skip` bytes. As a server: the slot has the header before
+// the text already, the same for all peers. As a client: the frame is masked as it is copied into the batch.
+// False: the batch has no room for it.
 bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
   const auto payload = std::as_bytes(slots_.text(of.slot));
-  if (of.unslashed) [[unlikely]]
-    return gather_headed(masked, skip, into, of);
   const wire::role ours = masked ? wire::role::client : wire::role::server;
   const std::size_t header = wire::frame_header_bytes(payload.size(), ours);
   const std::size_t bytes = header + payload.size() - skip;
@@ -217,8 +209,8 @@ bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batc
   std::byte* at = into.place(bytes, of);
   if (skip < header) {
     std::array<std::byte, wire::frame_header_bytes_max> whole;
-    (void)wire::write_frame_header(whole.data(), wire::opcode::text, payload.size(),
-                                   of.key); // its size is `header`
+    const auto what = slots_.binary(of.slot) ? wire::opcode::binary : wire::opcode::text;
+    (void)wire::write_frame_header(whole.data(), what, payload.size(), of.key); // its size is `header`
     std::memcpy(at, whole.data() + skip, header - skip);
     at += header - skip;
     skip = header;
@@ -228,16 +220,24 @@ bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batc
   return true;
 }
 
-// The same of a topic's message for a peer that calls the topic by its name without the slash: what stands in
-// front of that is written anew, on the way into the batch.
-bool sender::gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
-  const wire::message_head head = envelope_.head_of({.unslashed = true});
-  const auto rest_of_it = std::as_bytes(slots_.text(of.slot)).subspan(head.from);
+wire::message_head sender::head_of(const batch_piece& of) const noexcept {
+  const subscription& to = subscriptions_[of.subscription];
+  return protocols_.of(to.codec).head_of({.tag = to.tag,
+                                          .published_ns = rt::nanoseconds_of(slots_.published(of.slot)),
+                                          .unslashed = to.unslashed});
+}
+
+// As gather_frame(), for a peer that is not sent the shared text of the slot: the head of its own is written
+// as the message is copied into the batch.
+bool sender::gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of,
+                           const wire::message_head& head) noexcept {
+  const auto rest_of_it = head.from == 0 ? std::as_bytes(slots_.body(of.slot))
+                                         : std::as_bytes(slots_.text(of.slot)).subspan(head.from);
   const std::size_t payload_bytes = head.size + rest_of_it.size();
   std::array<std::byte, wire::frame_header_bytes_max> header;
   const auto key = masked ? std::optional{of.key} : std::nullopt;
   const std::size_t header_bytes =
-      wire::write_frame_header(header.data(), wire::opcode::text, payload_bytes, key);
+      wire::write_frame_header(header.data(), opcode_of(head.as), payload_bytes, key);
   const std::size_t bytes = header_bytes + payload_bytes - skip;
   if (!into.fits(bytes)) return false;
   std::byte* at = into.place(bytes, of);
@@ -262,7 +262,7 @@ bool sender::gather_headed(bool masked, std::size_t skip, batch& into, const bat
 
 // ---- what the socket took
 
-// Whole frames are done with, one may be partial, the rest stays queued where it is.
+// Frames that were written whole are done, one may be partial, and the others stay queued.
 inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcept {
   for (std::size_t i = 0; i < sent.count; ++i) {
     const batch_piece& piece = sent.pieces[i];
@@ -294,8 +294,9 @@ inline void sender::commit_message(const recipient& to, const batch_piece& piece
     count_message_out(to.peer);
     return store_.delivered(piece.slot);
   }
-  partial_.begin(to.index,
-                 {.slot = piece.slot, .written = part, .key = piece.key, .unslashed = piece.unslashed});
+  partial_frame begun{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
+  if (piece.own_head) begun.head = head_of(piece);
+  partial_.begin(to.index, begun);
 }
 
 void sender::count_message_out(connection& peer) noexcept {
@@ -306,8 +307,8 @@ void sender::count_message_out(connection& peer) noexcept {
 // The transport keeps the rest of the frame itself, if it can.
 void sender::hand_over_rest(const recipient& to) noexcept {
   batch rest{buffer_, pieces_};
-  (void)gather_partial(to, rest); // it goes alone
-  const std::size_t taken = carrier_.write_rest(to.peer.id, rest.whole());
+  (void)gather_partial(to, rest); // a batch of its own
+  const std::size_t taken = transport_.write_rest(to.peer.id, rest.whole());
   counts_.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
   commit(to, rest, taken);
@@ -316,7 +317,7 @@ void sender::hand_over_rest(const recipient& to) noexcept {
 // ---- frames that pass messages
 
 void sender::send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept {
-  (void)urgent_.add_control(peer, what, payload); // peers that know none get none
+  (void)urgent_.add_control(peer, what, payload); // a peer without control frames gets none
   out_.schedule(peer);
 }
 
@@ -326,14 +327,15 @@ void sender::send_close(peer_index peer, std::uint16_t code, std::string_view re
   flush(peer);
 }
 
-void sender::add_stop_reply(peer_index peer, std::span<const char> text) noexcept {
-  if (text.empty() || !urgent_.add_stop_reply(peer, text)) return counts_.add(counter::stop_answers_lost);
+void sender::add_stop_reply(peer_index peer, std::span<const char> text, wire::message_kind kind) noexcept {
+  if (text.empty() || !urgent_.add_stop_reply(peer, text, opcode_of(kind)))
+    return counts_.add(counter::stop_answers_lost);
   count_message_out(peers_[peer]);
   flush_urgent(peer);
 }
 
-void sender::add_stop_state(peer_index peer, std::span<const char> text) noexcept {
-  if (text.empty() || !urgent_.add_stop_state(peer, text)) return;
+void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::message_kind kind) noexcept {
+  if (text.empty() || !urgent_.add_stop_state(peer, text, opcode_of(kind))) return;
   count_message_out(peers_[peer]);
   out_.schedule(peer);
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writes what waits in the outbox: each peer that is scheduled gets what its queues have ready, many frames
-// in one call of the transport. What is urgent goes first, then messages by their priority, the subscriptions
-// of one priority in turn. What may be on its way to a peer is bounded by its credit, which pings measure
+// Writes what waits in the outbox. Each scheduled peer gets what its queues have ready, many frames in one
+// call of the transport. Urgent frames go first, then messages by their priority; the subscriptions of one
+// priority take turns. A peer's credit bounds what may be on its way to it; pings measure the credit
 // (credit.hpp).
 //
-// A stop must not wait until a thousand peers are written to. So the peers take turns, and one cycle does a
-// stated amount of work.
+// A stop must not wait until a thousand peers have been written to. So the peers take turns, and one cycle
+// does a stated amount of work.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
@@ -28,6 +28,7 @@
 #include "service/outbox.hpp"
 #include "service/partial_frames.hpp"
 #include "service/peer_table.hpp"
+#include "service/service_limits.hpp"
 #include "service/timers.hpp"
 #include "service/transport.hpp"
 #include "service/urgent_frames.hpp"
@@ -42,49 +43,52 @@ class sender {
     counters& counts;
     timers& due;
     peer_table& peers;
-    router& topics;
+    topic_table& topics;
     message_store& store;
     outbox& out;
-    transport& carrier;
+    transport& to_peers;
     entropy& random;
+    const wire::protocol_set& protocols;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   sender(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { urgent_.open(peer); }
-  // What it has in hand is lost.
+  // A frame that is partly written is lost.
   void forget(peer_index peer) noexcept;
 
   // ---- messages
 
-  // Whoever is scheduled, in turn, up to the work of one cycle. What lives no longer than this cycle is
-  // offered to all, however much work that is.
+  // Writes to the scheduled peers in turn, up to the work of one cycle. If a message expires with this cycle,
+  // it writes to all of them, however much work that is.
   void flush_all() noexcept {
     const bool to_all = store_.take_lives_no_longer();
     work_ = 0;
     if (out_.scheduled() != 0) flush_scheduled(to_all);
   }
-  // Messages to one peer too: only when what is over has been taken out, by timers in this cycle.
+  // Writes to one peer. Only after timers have dropped what has expired by this cycle.
   void flush(peer_index peer) noexcept;
-  // Somebody has not had a turn since the round began: no more values are taken from handles until all have.
+  // A peer has not had its turn in this round: no more values are taken from handles until all have.
   bool round_open() const noexcept { return turn_left_ != 0; }
   // The transport has room again.
   void writable(peer_index peer) noexcept;
-  // The peer is not read any more: its pongs lie behind what we do not read, so only the kernel's limit
-  // holds.
+  // The peer is not read any more. Its pongs lie behind what is not read, so credit cannot be measured; only
+  // the kernel's limit holds.
   void ignore_credit(peer_index peer) noexcept;
 
   // ---- frames that pass messages
 
   void send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
-  // A close frame, unless it would stand in the middle of another frame; and everything in front of it.
+  // Writes a close frame after all that goes before it; none in the middle of another frame.
   void send_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept;
-  // An answer about the stop, written at once. Counted when it finds no room.
-  void add_stop_reply(peer_index peer, std::span<const char> text) noexcept;
-  // The stop's state, in the place of an older one.
-  void add_stop_state(peer_index peer, std::span<const char> text) noexcept;
+  // Writes an answer about the stop at once. Counted as lost if there is no room for it.
+  void add_stop_reply(peer_index peer, std::span<const char> text,
+                      wire::message_kind kind = wire::message_kind::text) noexcept;
+  // Writes the state of the stop; it replaces an older state that is not written yet.
+  void add_stop_state(peer_index peer, std::span<const char> text,
+                      wire::message_kind kind = wire::message_kind::text) noexcept;
 
-  // What is known of the way to a peer; and frames that it has a part of.
+  // The urgent frames and the credit of each peer; and the frames that are partly written.
   urgent_frames& urgent() noexcept { return urgent_; }
   partial_frames& partial() noexcept { return partial_; }
   const partial_frames& partial() const noexcept { return partial_; }
@@ -92,7 +96,7 @@ class sender {
   bool check() const noexcept;
 
  private:
-  // Whom is written to, looked up once.
+  // The peer that is written to, looked up once.
   struct recipient {
     peer_index index;
     connection& peer;
@@ -107,9 +111,11 @@ class sender {
   bool gather_urgent(const recipient& to, batch& into) noexcept;
   void gather_messages(const recipient& to, batch& into) noexcept;
   bool gather_partial(const recipient& to, batch& into) noexcept;
-  bool gather_queue(const recipient& to, queue& from, std::uint32_t of, batch& into) noexcept;
+  bool gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
   bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
-  bool gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
+  wire::message_head head_of(const batch_piece& of) const noexcept;
+  bool gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of,
+                     const wire::message_head& head) noexcept;
   void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
 
@@ -118,18 +124,18 @@ class sender {
   counters& counts_;
   peer_table& peers_;
   const rows<subscription_id, subscription> subscriptions_;
-  const wire::codec& envelope_;
+  const wire::protocol_set& protocols_;
   message_store& store_;
   outbox& out_;
-  wire_slots& slots_;
-  transport& carrier_;
+  slot_pool& slots_;
+  transport& transport_;
   mask_keys keys_;
   urgent_frames urgent_;
   partial_frames partial_;
   std::span<std::byte> buffer_;   // a batch of frames,
-  std::span<batch_piece> pieces_; // and where they came from
-  std::uint32_t turn_left_ = 0;   // how many of those scheduled have not had their share of this round
-  std::size_t work_ = 0;          // of this cycle
+  std::span<batch_piece> pieces_; // and where each came from
+  std::uint32_t turn_left_ = 0;   // how many scheduled peers have not had their turn in this round
+  std::size_t work_ = 0;          // done in this cycle
 };
 
 } // namespace rowe::service

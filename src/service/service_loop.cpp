@@ -73,20 +73,20 @@ void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   }
   const rt::time_point until = std::min(next, now_ + core_.idle_time_max(poll_period_));
   switch (policy_) {
-  case idle::poll: carrier_.wait(now_, until); break;
+  case idle::poll: transport_.wait(now_, until); break;
   case idle::wake:
-    if (until > now_) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { carrier_.wait(now_, until); });
+    if (until > now_) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { transport_.wait(now_, until); });
     break;
   case idle::phase: {
     const rt::time_point due = core_.phases().wait_until(now_, poll_period_);
     if (due <= now_) return; // until a value comes that is due
-    carrier_.wait(now_, std::min(until, due));
+    transport_.wait(now_, std::min(until, due));
     if (due <= until) core_.phases().woke(due, clock::now());
     break;
   }
   case idle::spin:
     if (!fifo || !naps_.due()) return; // the time is that of the last cycle's end
-    carrier_.wait(now_, now_ + nap_budget::nap);
+    transport_.wait(now_, now_ + nap_budget::nap);
   }
   now_ = clock::now();
   if (fifo) naps_.waited_until(now_);
@@ -97,7 +97,7 @@ void service_loop::say_goodbye() noexcept {
   core_.close_all(now_);
   while (core_.peers() != 0 && now_ < until) {
     cycle();
-    carrier_.wait(now_, std::min(until, now_ + std::chrono::milliseconds{10}));
+    transport_.wait(now_, std::min(until, now_ + std::chrono::milliseconds{10}));
     now_ = clock::now();
   }
 }
@@ -106,7 +106,7 @@ void service_loop::stop(rt::time_point drain_until) noexcept {
   // release: pairs with the acquire in run(); what was published before is seen there
   drain_until_ns_.store(std::min(rt::nanoseconds_of(drain_until), rt::nanoseconds_of(rt::never) - 1),
                         std::memory_order_release);
-  carrier_.wake();
+  transport_.wake();
 }
 
 } // namespace rowe::service

@@ -60,9 +60,9 @@ class nap_budget {
 class service_loop {
  public:
   // `bell` is what handles ring, under idle::wake.
-  service_loop(core& does, transport& carrier, rt::wake_bell<>& bell, idle policy,
+  service_loop(core& does, transport& sockets, rt::wake_bell<>& bell, idle policy,
                rt::duration poll_period) noexcept
-      : core_{does}, carrier_{carrier}, bell_{bell}, policy_{policy}, poll_period_{poll_period} {}
+      : core_{does}, transport_{sockets}, bell_{bell}, policy_{policy}, poll_period_{poll_period} {}
 
   // Runs until stop(). `fifo`: the thread was granted SCHED_FIFO. Service thread.
   void run(bool fifo) noexcept;
@@ -81,7 +81,7 @@ class service_loop {
   void say_goodbye() noexcept;
 
   core& core_;
-  transport& carrier_;
+  transport& transport_;
   rt::wake_bell<>& bell_;
   const idle policy_;
   const rt::duration poll_period_;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much one peer may take of what all peers share: topics, services, subscriptions, calls, latched values,
-// slots of whoever receives, slots with messages to one peer. Two rules hold for all of them, and a third for
-// what belongs to this process.
+// the receiver's slots, and slots with messages to one peer. Two rules hold for each of these pools, and a
+// third for what belongs to this process.
 //
-// Each connection that there may be has a claim to an equal share of one half of the pool. What it has not
-// taken of that is kept for it. So who comes last finds its claim, whoever came before.
+// Each possible connection has a claim to an equal share of one half of the pool. The part that it has not
+// taken is kept for it. So the peer that comes last still finds its claim.
 //
-// Of what is not kept nobody takes more than they leave. It is the dynamic threshold with a factor of one
+// Of the rest, a peer may take no more than it leaves. This is the dynamic threshold with a factor of one
 // (Choudhury and Hahne, "Dynamic queue length thresholds for shared-memory packet switches", IEEE/ACM
-// Transactions on Networking 6, 1998). By itself it shares only what is given back soon: of what is held for
-// long the first takes a half, the second a quarter, and the tenth finds nothing.
+// Transactions on Networking 6, 1998). Alone it is fair only for what is released soon: of what is held for
+// long, the first peer takes a half, the second a quarter, and the tenth finds nothing.
 //
-// A part of each pool is this process's own, and no peer's: places for all its handles, or a quarter.
+// A part of each pool belongs to this process and to no peer: places for all its handles, or a quarter.
 #pragma once
 #include <algorithm>
 #include <cassert>
@@ -21,9 +21,9 @@
 
 namespace rowe::service {
 
-// The claims to a pool of `pool` pieces: `one_in` of them are kept, 2 for a half. Whoever holds something of
-// it has a count of that; all counts begin with 0. Where the pool is too small for one piece each, those who
-// come first find it.
+// The claims to a pool of `pool` pieces. One in `one_in` of them is kept: 2 keeps a half. Each holder has a
+// count of what it holds; all counts begin with 0. If the pool has less than one piece for each, the first
+// who come get one.
 class claims {
  public:
   claims(std::uint32_t pool, std::uint32_t connections, std::uint32_t one_in = 2) noexcept
@@ -42,15 +42,15 @@ class claims {
     held -= count;
   }
 
-  // Whether one who holds `held` may take `count` more where `left` are free for peers.
+  // Whether a holder of `held` pieces may take `count` more, if `left` are free for peers.
   bool may_take(std::uint32_t held, std::uint32_t left, std::uint32_t count = 1) const noexcept {
     if (count > left) return false;
     return held + count <= claim_ || held + count + kept() <= left - count + 1;
   }
-  // How many are kept for those who hold less than their claim.
+  // How many pieces are kept for holders of less than their claim.
   std::uint32_t kept() const noexcept { return std::min(wanted_, kept_max_); }
   std::uint32_t claim() const noexcept { return claim_; }
-  // What all of them are still to take of their claims is the sum over them of kept_for(held).
+  // How much of their claims all holders have not taken: the sum of kept_for(held).
   std::uint32_t wanted() const noexcept { return wanted_; }
   std::uint32_t connections() const noexcept { return connections_; }
   std::uint32_t kept_for(std::uint32_t held) const noexcept { return claim_ - std::min(held, claim_); }
@@ -62,8 +62,8 @@ class claims {
   std::uint32_t wanted_; // what all are still to take of their claims
 };
 
-// How many of a pool of `count` peers may have together where this process wants `own` of them; it gets three
-// quarters at most.
+// How many of `count` pieces all peers together may have, if this process wants `own` of them. It gets at
+// most three quarters.
 constexpr std::uint32_t share_of_peers(std::uint32_t count, std::uint32_t own) noexcept {
   const std::uint32_t most = count - count / 4;
   return count - (own < most ? own : most);

@@ -8,13 +8,14 @@
 #include <cstring>
 #include <span>
 
+#include "service/service_limits.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
 
 class stop_frames {
  public:
-  static constexpr std::size_t room_bytes = 4096;
+  static constexpr std::size_t room_bytes = stop_room_bytes;
 
   // What is to be written, oldest first.
   std::span<const std::byte> rest() const noexcept { return {bytes_.data() + written_, size_ - written_}; }
@@ -30,15 +31,17 @@ class stop_frames {
     begun_ = false;
   }
 
-  // A text frame, masked where there is a key. False when there is no room for it.
-  bool add_answer(std::span<const char> text, const wire::mask_key* key) noexcept {
+  // A frame, masked where there is a key. False when there is no room for it.
+  bool add_answer(std::span<const char> text, const wire::mask_key* key,
+                  wire::opcode what = wire::opcode::text) noexcept {
     if (frame_bytes(text, key) > bytes_.size() - (size_ - written_)) drop_state(); // the answer matters more
-    return place(text, key);
+    return place(text, key, what);
   }
   // The state, in the place of one that was not begun.
-  bool add_state(std::span<const char> text, const wire::mask_key* key) noexcept {
+  bool add_state(std::span<const char> text, const wire::mask_key* key,
+                 wire::opcode what = wire::opcode::text) noexcept {
     drop_state();
-    if (!place(text, key)) return false;
+    if (!place(text, key, what)) return false;
     state_bytes_ = frame_bytes(text, key);
     state_at_ = size_ - state_bytes_;
     return true;
@@ -59,7 +62,7 @@ class stop_frames {
     if (written_ == size_) clear();
   }
 
-  bool place(std::span<const char> text, const wire::mask_key* key) noexcept {
+  bool place(std::span<const char> text, const wire::mask_key* key, wire::opcode what) noexcept {
     const std::size_t needed = frame_bytes(text, key);
     if (needed > bytes_.size() - size_ && written_ != 0) {
       std::memmove(bytes_.data(), bytes_.data() + written_, size_ - written_);
@@ -72,10 +75,10 @@ class stop_frames {
     std::byte* const at = bytes_.data() + size_;
     const auto payload = std::as_bytes(text);
     if (key != nullptr) {
-      const std::size_t header = wire::write_frame_header(at, wire::opcode::text, payload.size(), *key);
+      const std::size_t header = wire::write_frame_header(at, what, payload.size(), *key);
       wire::mask_copy({at + header, payload.size()}, payload, *key);
     } else {
-      const std::size_t header = wire::write_frame_header(at, wire::opcode::text, payload.size());
+      const std::size_t header = wire::write_frame_header(at, what, payload.size());
       std::memcpy(at + header, payload.data(), payload.size());
     }
     size_ += needed;

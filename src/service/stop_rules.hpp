@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rules of the stop, as a function of time and of what peers and loops say: who stops, who may reset,
-// what the permit is. No I/O, no clock, no connections: a peer is a name and a number that never comes twice.
-// The core tells it what arrives and asks it what to publish; docs/stop.md has the rules in words. Service
-// thread only.
+// The rules of the stop, as a function of time and of what peers and loops say: who stops, who may reset, and
+// what the permit is. No I/O, no clock, no connections: a peer is a name and a number that is never used
+// again. The core tells it what arrives and asks it what to publish. docs/stop.md has the rules in words.
+// Service thread only.
 //
-// A tick is a number of milliseconds since the endpoint was opened, plus a number drawn then, so a tick tells
-// when it was issued and one of an earlier run is of no use.
+// A tick is a number of milliseconds since the endpoint was opened, plus a seed drawn then. So a tick tells
+// when it was issued, and a tick of an earlier run is invalid.
 //
-// A stop has two numbers. `number` is what peers name it by: every stop by somebody new, and every reset, has
-// one of its own, which never comes again. `latch` is what the loops' words have room for, 16 bits: it is
-// raised with the number, but at most once in the millisecond of a tick. To the loops, stops of one
-// millisecond are one stop: whoever has met the first stands for all of them. Why that is enough:
+// A stop has two numbers. `number` is its name for peers: every stop by a new source, and every reset, has
+// one of its own, which is never used again. `latch` fits into the loops' words, 16 bits: it is raised with
+// the number, but at most once in the millisecond of a tick. To the loops, the stops of one millisecond are
+// one stop: a loop that has stopped for the first has stopped for all of them. Why that is enough:
 // docs/decisions/0027-show-loops-one-stop-a-millisecond.md.
 #pragma once
 #include <array>

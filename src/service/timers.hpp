@@ -13,7 +13,7 @@
 #include <rowe/rt/timer_wheel.hpp>
 
 #include "service/ids.hpp"
-#include "service/wire_slots.hpp"
+#include "service/slot_pool.hpp"
 
 namespace rowe::service {
 
@@ -70,7 +70,7 @@ class timers {
   // Where the nodes of each kind begin. A slot's node has its number.
   struct first_nodes {
     explicit first_nodes(const limits& bounds) noexcept
-        : subscription{static_cast<std::uint32_t>(wire_slots::count(bounds))},
+        : subscription{static_cast<std::uint32_t>(slot_pool::count(bounds))},
           peer{subscription + bounds.subscriptions_max},
           call{peer + bounds.connections_max},
           single{call + bounds.calls_max},

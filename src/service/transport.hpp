@@ -79,7 +79,7 @@ class transport_sink {
   // Bytes as they came; the span may be written to, and `tailroom_bytes` behind it may be read.
   // The core may call transport::write() and close() from here, for this connection and for others.
   virtual void on_bytes(connection_id connection, std::span<std::byte> bytes) noexcept = 0;
-  // How many bytes of this connection are wanted now, at most. Those that are not stay with the carrier;
+  // How many bytes of this connection are wanted now, at most. Those that are not stay with the transport;
   // poll() asks again, and wait() may return at once.
   virtual std::size_t wanted_bytes(connection_id) const noexcept { return SIZE_MAX; }
   // write() took less than it was given before, and now there is room again.
@@ -108,8 +108,8 @@ enum class close_how : std::uint8_t {
   aborted, // at once
 };
 
-// What a carrier has for handshakes and pages: memory, and places.
-struct carrier_memory {
+// What a transport has for handshakes and pages: memory, and places.
+struct transport_memory {
   std::uint64_t bytes_used = 0;
   std::uint64_t bytes_peak = 0;  // the most it has used
   std::uint64_t allocations = 0; // none while peers are only connected
@@ -132,14 +132,14 @@ class transport {
   // The eventfd that wake() writes to: who writes to it does the same. -1 where there is none.
   virtual int wake_descriptor() const noexcept = 0;
 
-  // Hands `pieces` to the connection in order, in as few system calls as the carrier allows. Returns the
+  // Hands `pieces` to the connection in order, in as few system calls as the transport allows. Returns the
   // bytes taken: all, or fewer when there is no more room (then on_writable() follows), or 0. Never buffers
-  // more than the carrier itself does, never waits.
+  // more than the transport itself does, never waits.
   virtual std::size_t write(connection_id connection,
                             std::span<const std::span<const std::byte>> pieces) noexcept = 0;
 
-  // Hands over the rest of a frame that write() took a part of, beyond what the carrier holds otherwise:
-  // nothing can go to the peer before it anyway. Returns the bytes taken; 0 where a carrier cannot.
+  // Hands over the rest of a frame that write() took a part of, beyond what the transport holds otherwise:
+  // nothing can go to the peer before it anyway. Returns the bytes taken; 0 where a transport cannot.
   // on_writable() follows as after write().
   virtual std::size_t write_rest(connection_id connection, std::span<const std::byte> rest) noexcept {
     (void)connection, (void)rest;
@@ -149,7 +149,7 @@ class transport {
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 
-  // Whether the peer is so near that what the carrier itself holds matters more than what it needs to keep
+  // Whether the peer is so near that what the transport itself holds matters more than what it needs to keep
   // the way there filled. Not near, until this is called.
   virtual void set_near(connection_id connection, bool near) noexcept = 0;
 
@@ -159,10 +159,7 @@ class transport {
   // Client only: begins one attempt to reach the configured remote. Ends in on_open() or on_refused().
   virtual void connect() noexcept = 0;
 
-  // True while an attempt, a handshake or an HTTP answer is under way.
-  virtual bool busy() const noexcept = 0;
-
-  virtual carrier_memory memory() const noexcept { return {}; }
+  virtual transport_memory memory() const noexcept { return {}; }
 };
 
 } // namespace rowe::service

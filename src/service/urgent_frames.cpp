@@ -12,7 +12,7 @@ urgent_frames::urgent_frames(rt::arena& memory, const limits& bounds, const need
       counts_{parts.counts},
       peers_{parts.peers},
       out_{parts.out},
-      carrier_{parts.carrier},
+      transport_{parts.to_peers},
       keys_{parts.keys},
       outputs_{memory.carve<output>(bounds.connections_max)} {}
 
@@ -50,16 +50,16 @@ bool urgent_frames::add_close(peer_index peer, std::uint16_t code, std::string_v
   return add_control(peer, wire::opcode::close, std::span{body}.first(bytes));
 }
 
-bool urgent_frames::add_stop_reply(peer_index peer, std::span<const char> text) noexcept {
+bool urgent_frames::add_stop_reply(peer_index peer, std::span<const char> text, wire::opcode what) noexcept {
   wire::mask_key key;
   if (masks(peer)) key = keys_.next();
-  return outputs_[peer].stop.add_answer(text, masks(peer) ? &key : nullptr);
+  return outputs_[peer].stop.add_answer(text, masks(peer) ? &key : nullptr, what);
 }
 
-bool urgent_frames::add_stop_state(peer_index peer, std::span<const char> text) noexcept {
+bool urgent_frames::add_stop_state(peer_index peer, std::span<const char> text, wire::opcode what) noexcept {
   wire::mask_key key;
   if (masks(peer)) key = keys_.next();
-  return outputs_[peer].stop.add_state(text, masks(peer) ? &key : nullptr);
+  return outputs_[peer].stop.add_state(text, masks(peer) ? &key : nullptr, what);
 }
 
 // ---- writing
@@ -109,7 +109,7 @@ void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payloa
   to.unresponsive = false;
   if (to.low_rtt != to.credit.near()) {
     to.low_rtt = !to.low_rtt;
-    carrier_.set_near(peers_[peer].id, to.low_rtt);
+    transport_.set_near(peers_[peer].id, to.low_rtt);
   }
   if (out_.of(peer).held || to.credit.settling()) out_.schedule(peer);
 }

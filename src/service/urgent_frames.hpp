@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes to a peer before any message: pings, pongs, the close frame, and what it is told about the stop.
-// With the pings comes what is known of the way to the peer: how much may be under way (credit.hpp), and
-// whether it is there at all. Service thread only; nothing waits or allocates.
+// The frames that go to a peer before any message: pings, pongs, the close frame, and what it is told about
+// the stop. Pings also measure how much may be on its way to the peer (credit.hpp), and show whether the peer
+// is alive. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -34,7 +34,7 @@ class urgent_frames {
     counters& counts;
     peer_table& peers;
     outbox& out;
-    transport& carrier;
+    transport& to_peers;
     mask_keys& keys;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
@@ -49,27 +49,27 @@ class urgent_frames {
 
   // ---- what is to be written
 
-  // False where the peers know no control frames.
+  // False: the peer's protocol has no control frames.
   bool add_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
   bool add_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept;
-  // Text frames; false when there is no room. The state takes the place of an older one.
-  bool add_stop_reply(peer_index peer, std::span<const char> text) noexcept;
-  bool add_stop_state(peer_index peer, std::span<const char> text) noexcept;
+  // False when there is no room. The state takes the place of an older one.
+  bool add_stop_reply(peer_index peer, std::span<const char> text, wire::opcode what) noexcept;
+  bool add_stop_state(peer_index peer, std::span<const char> text, wire::opcode what) noexcept;
 
   // ---- writing
 
-  // Behind a partial frame, in front of messages. False when no message may follow.
+  // After a partial frame, before messages. False: no message may follow.
   bool gather(peer_index peer, batch& into) noexcept;
   void commit_control(peer_index peer, std::size_t taken) noexcept {
     outputs_[peer].control.written += taken;
   }
   void commit_stop(peer_index peer, std::size_t taken) noexcept { outputs_[peer].stop.advance(taken); }
   void wrote(peer_index peer, std::size_t bytes) noexcept { outputs_[peer].credit.wrote(bytes, cycle_.now); }
-  // How many bytes a batch may have before the last frame of the priority is begun.
+  // The bytes up to which a batch may begin one more frame of this priority.
   std::size_t room(peer_index peer, priority at) const noexcept {
     return peers_[peer].unheard ? SIZE_MAX : outputs_[peer].credit.room(at);
   }
-  // Whether one more frame may be begun; if not, the batch says what for it waits.
+  // Whether one more frame may be begun; if not, the batch says what it waits for.
   bool may_go_on(peer_index peer, batch& into) noexcept;
 
   // ---- liveness
@@ -77,10 +77,10 @@ class urgent_frames {
   void take_pong(peer_index peer, std::span<const std::byte> payload) noexcept;
   // Ask as soon as possible whether it is alive.
   void request_ping(peer_index peer) noexcept { outputs_[peer].credit.ask(); }
-  // Schedules a ping that is due; counts a peer that answers none in time.
+  // Schedules a due ping; counts a peer that does not answer one in time.
   void check_responsive(peer_index peer) noexcept;
   bool unresponsive(peer_index peer) const noexcept { return outputs_[peer].unresponsive; }
-  // Of the pings that are not answered, when the oldest was sent; never: there is none.
+  // When the oldest unanswered ping was sent; never: there is none.
   rt::time_point waits_for_pong_since(peer_index peer) const noexcept {
     return outputs_[peer].credit.waits_since();
   }
@@ -95,7 +95,7 @@ class urgent_frames {
   // What goes to one peer.
   struct output {
     class credit credit;
-    bool low_rtt = false;      // the transport was told so
+    bool low_rtt = false;      // as the transport was told
     bool unresponsive = false; // it answers no pings, and that was counted
     control_frames control;
     stop_frames stop;
@@ -107,7 +107,7 @@ class urgent_frames {
   counters& counts_;
   peer_table& peers_;
   outbox& out_;
-  transport& carrier_;
+  transport& transport_;
   mask_keys& keys_;
   rows<peer_index, output> outputs_;
 };

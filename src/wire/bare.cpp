@@ -73,7 +73,7 @@ std::optional<refusal> read_service(const found_members& found, std::size_t byte
   return std::nullopt;
 }
 
-void read_error(const found_members& found, std::span<char> scratch, envelope& out) noexcept {
+void read_error(const found_members& found, std::span<char> scratch, request& out) noexcept {
   if (!found.given(error)) return;
   const std::string_view object = found.values[error].raw; // anything else has no members
   const auto code = json::find(object, "code");
@@ -81,9 +81,9 @@ void read_error(const found_members& found, std::span<char> scratch, envelope& o
   const auto word = json::to_string(*code, scratch.first(std::min(code_bytes_max, scratch.size())));
   if (!word || word->empty() || word->size() > code_bytes_max) return;
   out.failed = true;
-  out.error_code = *word;
+  out.code = *word;
   const auto text = json::find(object, "text");
-  if (text && text->type == json::kind::string) out.error_text_raw = text->raw;
+  out.body_raw = text && text->type == json::kind::string ? text->raw : std::string_view{};
 }
 
 std::optional<refusal> refuse_twice(const found_members& found, std::span<const reserved> which) noexcept {
@@ -96,33 +96,41 @@ std::optional<refusal> refuse_twice(const found_members& found, std::span<const 
 } // namespace
 
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
-                              const name_limits& limits, envelope& out) noexcept {
+                              const name_limits& limits, request& out, op_member& of_rosbridge) noexcept {
   const auto found = collect(validated_text, names);
-  out.has_op = found.given(op);
-  if (out.has_op) {
+  of_rosbridge = op_member::none;
+  if (found.given(op)) {
     const json::value first =
         found.times[op] == 1 ? found.values[op] : *json::find(validated_text, names[op]);
-    out.op_is_text = first.type == json::kind::string;
+    of_rosbridge = first.type == json::kind::string ? op_member::text : op_member::other;
+    if (of_rosbridge == op_member::text) return std::nullopt;
   }
-  // Both ids are read whatever is wrong, for the answer; but which of two was meant nobody knows.
+  out.form = call_args::form::object;
+  out.what = found.given(in_reply_to) ? verb::reply : found.given(message_id) ? verb::call : verb::message;
+  // Both ids are read whatever is wrong; but which of two was meant nobody knows.
   std::optional<refusal> wrong;
-  for (const auto& [which, into] :
-       {std::pair{message_id, &out.id_raw}, {in_reply_to, &out.in_reply_to_raw}}) {
+  std::string_view asked;
+  std::string_view answered;
+  for (const auto& [which, into] : {std::pair{message_id, &asked}, {in_reply_to, &answered}}) {
     if (found.times[which] > 1) continue;
     if (const auto bad = read_id(which, found, limits.id_bytes_max, *into); bad && !wrong) wrong = bad;
   }
-  out.what = found.given(in_reply_to)  ? kind::reply
-             : found.given(message_id) ? kind::invocation
-                                       : kind::message;
+  if (out.what == verb::call) out.id_raw = asked; // for the answer
   if (const auto twice = refuse_twice(found, std::array{message_id, in_reply_to, ttl_ms})) return twice;
   if (wrong) return wrong;
   if (const auto bad = read_ttl(found, out.ttl_ns)) return bad;
-  if (out.what == kind::invocation) {
+  if (out.what == verb::call) {
     if (const auto twice = refuse_twice(found, std::array{service})) return twice;
-    return read_service(found, limits.name_bytes_max, scratch, out.service);
+    if (const auto bad = read_service(found, limits.name_bytes_max, scratch, out.service)) return bad;
   }
-  if (out.what == kind::reply) {
+  if (out.what == verb::reply) {
     if (const auto twice = refuse_twice(found, std::array{error})) return twice;
+  }
+  if (of_rosbridge == op_member::other)
+    return refusal{.what = refusal::kind::wrong_type, .member = names[op], .expected = "a string"};
+  out.body_raw = validated_text.text;
+  if (out.what == verb::reply) {
+    out.id_raw = answered;
     read_error(found, scratch, out);
   }
   return std::nullopt;

@@ -28,27 +28,8 @@
 
 namespace rowe::wire::bare {
 
-enum class kind : std::uint8_t { message, invocation, reply };
-
-// What stands on a text. Views point into the text or into the scratch buffer.
-struct envelope {
-  kind what = kind::message;
-  std::string_view id_raw;          // message_id as JSON, a string with its quotes or an integer; empty: none
-  std::string_view in_reply_to_raw; // likewise
-  // invocation: its `service` where that is a string, unescaped; empty: none. Read of nothing else: there the
-  // member is the users' own.
-  std::string_view service;
-  std::int64_t ttl_ns = unlimited; // 0 or more
-  // The first member `op`: where it is a string the text is rosbridge's, and nothing else here means
-  // anything.
-  bool has_op = false;
-  bool op_is_text = false;
-  // reply: it is a refusal: `error` is an object with a string `code` of 1 to code_bytes_max bytes. Any other
-  // `error` is the users' own, and the reply an ordinary one.
-  bool failed = false;
-  std::string_view error_code;     // unescaped
-  std::string_view error_text_raw; // `text` as JSON, a string with its quotes; empty: none
-};
+// The first member `op` of a text: where it is a string the text is rosbridge's.
+enum class op_member : std::uint8_t { none, text, other };
 
 inline constexpr std::size_t code_bytes_max = 64; // of an error's code
 
@@ -57,9 +38,14 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
   return limits.name_bytes_max + code_bytes_max;
 }
 
-// Reads one validated text into an envelope that is as it was made. `scratch` is scratch_bytes(limits) long
-// and is lent as long as the envelope is used. On a refusal, `out` still has what, and the ids as far as they
-// are good: an invocation that is refused can be answered, by write_error() with its id_raw.
+// Reads one validated text into a request that is as it was made; all of it but its codec. `scratch` is
+// scratch_bytes(limits) long and is lent as long as the request is used. Where `op` is a text, nothing else
+// means anything. On a refusal, `out` has what, and of a call the id as far as it is good: it can be
+// answered, by write_error().
+//
+// A call's `service` is what its member says where that is a string. A reply has failed where `error` is an
+// object with a string `code` of 1 to code_bytes_max bytes; its body is the `text` of that, as JSON, where
+// there is one. Any other `error` is the users' own.
 //
 // Decided: a text that is no object is a message. An object with both ids is a reply; its message_id is read
 // and checked all the same. null is a wrong type for an id. Ids are strings or integers, not more than
@@ -68,7 +54,7 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 // or more, fractions allowed; one that 64 bits of nanoseconds cannot hold is none. None of message_id,
 // in_reply_to and ttl_ms may stand there twice; of an invocation, service neither; of a reply, error neither.
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
-                              const name_limits& limits, envelope& out) noexcept;
+                              const name_limits& limits, request& out, op_member& op) noexcept;
 
 // Whether a text, which need not be JSON, was meant as an invocation or a reply of this dialect: it has
 // `"message_id":` or `"in_reply_to":` somewhere.

@@ -5,23 +5,30 @@
 
 namespace rowe::wire {
 
-void bare_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
-                            const call_args& args) const noexcept {
-  if (args.is == call_args::form::object) return bare::write_invocation(out, args.text, id);
-  bare::write_call(out, service, id, [&](json::writer& body) { write_args(body, args); });
+message_kind bare_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
+                                    const call_args& args) const noexcept {
+  if (args.is == call_args::form::object) {
+    bare::write_invocation(out, args.text, id);
+  } else {
+    bare::write_call(out, service, id, [&](json::writer& body) { write_args(body, args); });
+  }
+  return message_kind::text;
 }
 
-void bare_codec::write_reply(json::writer& out, const call_origin& call, const body& value) const noexcept {
+message_kind bare_codec::write_reply(json::writer& out, const call_origin& call,
+                                     const body& value) const noexcept {
   // In a value these are members like others; here they would stand beside our own.
   const bool wraps = value.is_text() && find_reserved(value.text());
   bare::write_reply(out, call.id_raw, [&](json::writer& body) {
     wraps ? write_result(body, value.text()) : value.write(body);
   });
+  return message_kind::text;
 }
 
-void bare_codec::write_failure(json::writer& out, const call_origin& call,
-                               const diagnostic& why) const noexcept {
+message_kind bare_codec::write_failure(json::writer& out, const call_origin& call,
+                                       const diagnostic& why) const noexcept {
   bare::write_error(out, call.id_raw, why.code, why.text);
+  return message_kind::text;
 }
 
 bool bare_codec::means_no_service(const request& failed, std::string_view, std::string_view) const noexcept {
@@ -29,10 +36,11 @@ bool bare_codec::means_no_service(const request& failed, std::string_view, std::
 }
 
 // As a client nothing is answered but calls: an answer could only start a quarrel of two programs.
-void bare_codec::write_error(json::writer& out, const error_context& to,
-                             const diagnostic& why) const noexcept {
-  if (to.to_server && to.id_raw.empty()) return;
+message_kind bare_codec::write_error(json::writer& out, const error_context& to,
+                                     const diagnostic& why) const noexcept {
+  if (to.to_server && to.id_raw.empty()) return message_kind::none;
   bare::write_error(out, to.id_raw, why.code, why.text);
+  return message_kind::text;
 }
 
 } // namespace rowe::wire

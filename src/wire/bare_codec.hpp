@@ -10,14 +10,16 @@ class bare_codec final : public codec {
   constexpr explicit bare_codec(codec_id id) noexcept
       : codec{{.id = id, .name = "bare", .fails_as_refusal = true}} {}
 
-  void write_call(json::writer& out, std::string_view service, std::string_view id,
-                  const call_args& args) const noexcept override;
-  void write_reply(json::writer& out, const call_origin& call, const body& value) const noexcept override;
-  void write_failure(json::writer& out, const call_origin& call,
-                     const diagnostic& why) const noexcept override;
+  message_kind write_call(json::writer& out, std::string_view service, std::string_view id,
+                          const call_args& args) const noexcept override;
+  message_kind write_reply(json::writer& out, const call_origin& call,
+                           const body& value) const noexcept override;
+  message_kind write_failure(json::writer& out, const call_origin& call,
+                             const diagnostic& why) const noexcept override;
   bool means_no_service(const request& failed, std::string_view sentence,
                         std::string_view service) const noexcept override;
-  void write_error(json::writer& out, const error_context& to, const diagnostic& why) const noexcept override;
+  message_kind write_error(json::writer& out, const error_context& to,
+                           const diagnostic& why) const noexcept override;
 };
 
 } // namespace rowe::wire

@@ -15,6 +15,7 @@
 
 #include "wire/refusal.hpp"
 #include "wire/request.hpp"
+#include "wire/websocket.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::json {
@@ -36,6 +37,7 @@ struct decode_room {
   std::span<char> scratch; // decode_scratch_bytes(limits)
   std::span<char, refusal::text_bytes_max> sentence;
   name_limits limits;
+  std::uint32_t from = 0; // the place of the request in its message: 0, or `next` of the one before
 };
 // Bytes that suffice for every decoder.
 constexpr std::size_t decode_scratch_bytes(const name_limits& limits) noexcept {
@@ -44,8 +46,9 @@ constexpr std::size_t decode_scratch_bytes(const name_limits& limits) noexcept {
 
 enum class decoded : std::uint8_t {
   request,
-  refused,   // the request has its codec and what the answer needs, as far as they are good
-  malformed, // likewise; it is no message of this protocol at all
+  refused,     // the request has its codec and what the answer needs, as far as they are good
+  malformed,   // likewise; it is no message of this protocol at all
+  unsupported, // such messages have no meaning, and the connection ends
 };
 
 class message_decoder {
@@ -54,18 +57,29 @@ class message_decoder {
   // unsupported or unknown, `why` says it.
   virtual decoded decode(const json::document& text, const decode_room& room, request& into,
                          diagnostic& why) const noexcept = 0;
+  // The same of a binary message. The request's body is not validated.
+  virtual decoded decode_binary(std::span<const std::byte>, const decode_room&, request&,
+                                diagnostic&) const noexcept {
+    return decoded::unsupported;
+  }
   // In which codec a text is answered that is no JSON: what can be seen of it decides, then what its peer
   // spoke last.
   virtual codec_id guess(std::string_view text, codec_id spoke_last) const noexcept = 0;
   // Whether a message of which this is the beginning may be a stop. Only reading it says so; this decides
   // whether it is read before its turn.
-  virtual bool may_be_stop(std::string_view begins) const noexcept = 0;
+  virtual bool may_be_stop(opcode what, std::string_view begins) const noexcept = 0;
 
  protected:
   ~message_decoder() = default;
 };
 
 // ---- writing
+
+// What was written, and so what kind of frame it goes in. None: nothing, for the codec has no such message.
+enum class message_kind : std::uint8_t { none, text, binary };
+constexpr opcode opcode_of(message_kind kind) noexcept {
+  return kind == message_kind::binary ? opcode::binary : opcode::text;
+}
 
 // One JSON value: a text that is there already, or what writes it in place. Lends both.
 class body {
@@ -112,15 +126,25 @@ struct announcement {
 
 // One delivery of a topic's message.
 struct delivery {
-  bool unslashed = false; // the peer calls the topic by its name without the slash
+  std::uint32_t tag = no_number; // of the subscription
+  std::int64_t published_ns = 0; // of the endpoint's clock
+  bool unslashed = false;        // the peer calls the topic by its name without the slash
 };
 
 // How a topic's message goes to whoever cannot be sent the shared text as it lies there: these bytes, then
-// the rest of that from `from` on.
+// the body alone, or the shared text from `from` on.
 struct message_head {
   std::array<std::byte, 32> bytes{};
   std::uint8_t size = 0;
-  std::uint8_t from = 0;
+  std::uint8_t from = 0; // 0: the body alone
+  message_kind as = message_kind::text;
+};
+
+// A topic or a service of this endpoint, for peers that are shown them; its number is never given again.
+struct listed {
+  std::uint32_t number = no_number;
+  std::string_view name{};
+  std::string_view type{}; // empty: none
 };
 
 // Bytes of an announcement, and of an error; no codec needs more.
@@ -145,27 +169,47 @@ class codec {
   // The envelope around the messages of a topic, of a codec that has one for all who speak it.
   virtual void write_topic_head(json::writer&, std::string_view) const noexcept {}
   virtual std::string_view topic_tail() const noexcept { return {}; }
-  // The same for one delivery.
+  // Of a delivery that is no shared text.
   virtual message_head head_of(const delivery&) const noexcept { return {}; }
 
   // A call of a peer's service, with an id of ours.
-  virtual void write_call(json::writer& out, std::string_view service, std::string_view id,
-                          const call_args& args) const noexcept = 0;
-  virtual void write_reply(json::writer& out, const call_origin& call, const body& value) const noexcept = 0;
-  virtual void write_failure(json::writer& out, const call_origin& call,
-                             const diagnostic& why) const noexcept = 0;
+  virtual message_kind write_call(json::writer& out, std::string_view service, std::string_view id,
+                                  const call_args& args) const noexcept = 0;
+  virtual message_kind write_reply(json::writer& out, const call_origin& call,
+                                   const body& value) const noexcept = 0;
+  virtual message_kind write_failure(json::writer& out, const call_origin& call,
+                                     const diagnostic& why) const noexcept = 0;
   // Whether a reply that failed, with this sentence, says that nobody provides the service.
   virtual bool means_no_service(const request& failed, std::string_view sentence,
                                 std::string_view service) const noexcept = 0;
 
-  // Writes nothing where that is not for this peer to hear.
-  virtual void write_error(json::writer& out, const error_context& to,
-                           const diagnostic& why) const noexcept = 0;
+  // Nothing where that is not for this peer to hear.
+  virtual message_kind write_error(json::writer& out, const error_context& to,
+                                   const diagnostic& why) const noexcept = 0;
 
-  // Each of these writes nothing where the dialect has no such message.
-  virtual void write_subscription(json::writer&, const announcement&) const noexcept {}
-  virtual void write_advertisement(json::writer&, const announcement&) const noexcept {}
-  virtual void write_provision(json::writer&, const announcement&) const noexcept {}
+  // As a client: what a server is told.
+  virtual message_kind write_subscription(json::writer&, const announcement&) const noexcept {
+    return message_kind::none;
+  }
+  virtual message_kind write_advertisement(json::writer&, const announcement&) const noexcept {
+    return message_kind::none;
+  }
+  virtual message_kind write_provision(json::writer&, const announcement&) const noexcept {
+    return message_kind::none;
+  }
+
+  // As a server: what a client is told unasked, where its protocol says so. First who we are; then which
+  // topics and services were added, or removed: of those the numbers alone. A topic that gets a type is
+  // removed, and added under another number.
+  virtual message_kind write_hello(json::writer&, std::string_view) const noexcept {
+    return message_kind::none;
+  }
+  virtual message_kind write_topics(json::writer&, std::span<const listed>, bool) const noexcept {
+    return message_kind::none;
+  }
+  virtual message_kind write_services(json::writer&, std::span<const listed>, bool) const noexcept {
+    return message_kind::none;
+  }
 
  protected:
   constexpr explicit codec(const traits& its) noexcept : traits_{its} {}

@@ -28,52 +28,31 @@ diagnostic diagnose(const refusal& why, const decode_room& room) noexcept {
   return {.code = why.code(), .text = why.text(room.sentence)};
 }
 
-verb verb_of(bare::kind what) noexcept {
-  switch (what) {
-  case bare::kind::invocation: return verb::call;
-  case bare::kind::reply: return verb::reply;
-  case bare::kind::message: break;
-  }
-  return verb::message;
-}
-
 } // namespace
 
 decoded json_decoder::decode(const json::document& text, const decode_room& room, request& into,
                              diagnostic& why) const noexcept {
   // Rosbridge's clients put it first, so that most of their members need not be looked at twice.
-  json::object_walk members{text};
-  json::member first;
-  if (members.next(first) && json::name_is(first, "op") && first.what.type == json::kind::string)
+  const json::member* const first = text.noted.empty() ? nullptr : text.noted.data();
+  if (first != nullptr && json::name_is(*first, "op") && first->what.type == json::kind::string)
     return decode_rosbridge(text, room, into, why);
   return decode_other(text, room, into, why);
 }
 
 inline decoded json_decoder::decode_other(const json::document& text, const decode_room& room, request& into,
                                           diagnostic& why) const noexcept {
-  bare::envelope said;
-  const auto wrong = bare::decode(text, room.scratch, room.limits, said);
-  if (said.op_is_text) return decode_rosbridge(text, room, into, why);
+  auto op = bare::op_member::none;
+  const auto wrong = bare::decode(text, room.scratch, room.limits, into, op);
+  if (op == bare::op_member::text) return decode_rosbridge(text, room, into, why);
   into.codec = bare_;
-  into.what = verb_of(said.what);
-  if (!json::is_object(text.text)) {
+  if (wrong) {
+    why = diagnose(*wrong, room);
+    return decoded::refused;
+  }
+  if (text.noted.empty() && !json::is_object(text.text)) {
     why = diagnose({.what = refusal::kind::not_an_object}, room);
     return decoded::malformed;
   }
-  if (wrong || said.has_op) {
-    // The answer to anything else but an invocation would have an id that nobody waits for.
-    if (into.what == verb::call) into.id_raw = said.id_raw;
-    const refusal op_is_no_text{.what = refusal::kind::wrong_type, .member = "op", .expected = "a string"};
-    why = diagnose(wrong ? *wrong : op_is_no_text, room);
-    return decoded::refused;
-  }
-  into.id_raw = into.what == verb::reply ? said.in_reply_to_raw : said.id_raw;
-  into.service = said.service;
-  into.form = call_args::form::object;
-  into.failed = said.failed;
-  into.body_raw = said.failed ? said.error_text_raw : text.text;
-  into.code = said.error_code;
-  into.ttl_ns = said.ttl_ns;
   return decoded::request;
 }
 
@@ -94,7 +73,8 @@ codec_id json_decoder::guess(std::string_view text, codec_id spoke_last) const n
 
 // Whether a text of which this is the beginning has a "service" or "topic" of its own that is the stop: not
 // one inside of something else.
-bool json_decoder::may_be_stop(std::string_view begins) const noexcept {
+bool json_decoder::may_be_stop(opcode what, std::string_view begins) const noexcept {
+  if (what != opcode::text) return false;
   const bool marked = std::any_of(std::begin(stop_marks), std::end(stop_marks), [&](std::string_view mark) {
     return begins.find(mark) != std::string_view::npos;
   });

@@ -13,7 +13,7 @@ class json_decoder final : public message_decoder {
   decoded decode(const json::document& text, const decode_room& room, request& into,
                  diagnostic& why) const noexcept override;
   codec_id guess(std::string_view text, codec_id spoke_last) const noexcept override;
-  bool may_be_stop(std::string_view begins) const noexcept override;
+  bool may_be_stop(opcode what, std::string_view begins) const noexcept override;
 
  private:
   decoded decode_rosbridge(const json::document& text, const decode_room& room, request& into,

@@ -31,8 +31,8 @@ struct members {
 };
 
 template <std::size_t Count>
-members<Count> collect(const json::document& object,
-                       const std::array<std::string_view, Count>& names) noexcept {
+inline members<Count> collect(const json::document& object,
+                              const std::array<std::string_view, Count>& names) noexcept {
   members<Count> found;
   json::object_walk walk{object};
   for (json::member m; walk.next(m);) {

@@ -18,8 +18,10 @@ struct capabilities {
   bool control_frames = true; // pings, pongs and close frames
   bool masks = true;          // frames of a client
   bool unmasked_accepted = false;
-  bool topics = true;            // a server is told which topics and services this process wants and offers
-  bool takes_messages = false;   // plain messages, before it said one itself
+  bool topics = true;          // a server is told which topics and services this process wants and offers
+  bool takes_messages = false; // plain messages, before it said one itself
+  bool binary = false;         // binary messages have a meaning
+  bool listing = false;        // a client is told at once who we are, and which topics and services there are
   bool state_as_message = false; // it knows no topics: the stop's state is a plain message, unasked
 };
 

@@ -36,6 +36,8 @@ enum class verb : std::uint8_t {
 // Of a status, and of set_level: what is at least that grave is reported.
 enum class severity : std::uint8_t { none, error, warning, info };
 
+inline constexpr std::uint32_t no_number = UINT32_MAX;
+
 inline constexpr std::int64_t unlimited = -1; // of a time: it has no end, or none was given
 
 struct name_limits {
@@ -66,6 +68,7 @@ struct request {
   bool latch = false;                           // advertise, publish, subscribe
   bool has_queue_length = false;                // subscribe
   bool keep_all = false;                        // subscribe, advertise: so much history
+  bool by_number = false;                       // numbers stand in place of names, see below
   severity level = severity::info;              // status, set_level
   std::string_view verb_text;                   // the dialect's own word
   std::string_view id_raw;              // as it stood there, to be echoed; reply: the call's. Empty: none
@@ -80,6 +83,16 @@ struct request {
   std::int64_t queue_size = 100;        // advertise: 0 or more
   std::int64_t lifespan_ns = unlimited; // subscribe, advertise: a time to live
   std::int64_t deadline_ns = unlimited; // subscribe, advertise: most time between two messages
+  // Of codecs with numbers: that which the peer gave its subscription, or the topic that it advertises.
+  std::uint32_t tag = no_number;
+  // by_number: of the topic, or of the service; ours, or a topic's that the peer gave. With neither, the tag
+  // names one of its subscriptions.
+  std::uint32_t channel = no_number;
+  bool channel_is_peers = false;
+  std::uint32_t service_number = no_number;
+  // A message may list several requests, but none for handles of this process, which may have to wait: where
+  // in it the next one stands; 0: there is none.
+  std::uint32_t next = 0;
 };
 
 inline constexpr std::int64_t milliseconds_max = INT64_MAX / 1'000'000; // as nanoseconds it still fits

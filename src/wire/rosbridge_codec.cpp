@@ -32,25 +32,28 @@ message_head rosbridge_codec::head_of(const delivery& to) const noexcept {
   return head;
 }
 
-void rosbridge_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
-                                 const call_args& args) const noexcept {
+message_kind rosbridge_codec::write_call(json::writer& out, std::string_view service, std::string_view id,
+                                         const call_args& args) const noexcept {
   rosbridge::write_call_service_head(out, service, id);
   write_args(out, args);
   rosbridge::write_call_service_tail(out);
+  return message_kind::text;
 }
 
-void rosbridge_codec::write_reply(json::writer& out, const call_origin& call,
-                                  const body& value) const noexcept {
+message_kind rosbridge_codec::write_reply(json::writer& out, const call_origin& call,
+                                          const body& value) const noexcept {
   rosbridge::write_service_response_head(out, call.service, call.id_raw, true);
   value.write(out);
   rosbridge::write_service_response_tail(out);
+  return message_kind::text;
 }
 
-void rosbridge_codec::write_failure(json::writer& out, const call_origin& call,
-                                    const diagnostic& why) const noexcept {
+message_kind rosbridge_codec::write_failure(json::writer& out, const call_origin& call,
+                                            const diagnostic& why) const noexcept {
   rosbridge::write_service_response_head(out, call.service, call.id_raw, false);
   out.string(why.text);
   rosbridge::write_service_response_tail(out);
+  return message_kind::text;
 }
 
 bool rosbridge_codec::means_no_service(const request&, std::string_view sentence,
@@ -58,25 +61,30 @@ bool rosbridge_codec::means_no_service(const request&, std::string_view sentence
   return says_no_service(sentence, service);
 }
 
-void rosbridge_codec::write_error(json::writer& out, const error_context& to,
-                                  const diagnostic& why) const noexcept {
-  if (to.to_server || to.level == severity::none) return;
+message_kind rosbridge_codec::write_error(json::writer& out, const error_context& to,
+                                          const diagnostic& why) const noexcept {
+  if (to.to_server || to.level == severity::none) return message_kind::none;
   rosbridge::write_status(out, severity::error, to.id_raw, why.text);
+  return message_kind::text;
 }
 
-void rosbridge_codec::write_subscription(json::writer& out, const announcement& what) const noexcept {
+message_kind rosbridge_codec::write_subscription(json::writer& out, const announcement& what) const noexcept {
   what.begins ? rosbridge::write_subscribe(out, {.topic = what.name, .type = what.type})
               : rosbridge::write_unsubscribe(out, what.name, 1);
+  return message_kind::text;
 }
 
-void rosbridge_codec::write_advertisement(json::writer& out, const announcement& what) const noexcept {
+message_kind rosbridge_codec::write_advertisement(json::writer& out,
+                                                  const announcement& what) const noexcept {
   what.begins ? rosbridge::write_advertise(out, {.topic = what.name, .type = what.type, .latch = what.latch})
               : rosbridge::write_unadvertise(out, what.name, 1);
+  return message_kind::text;
 }
 
-void rosbridge_codec::write_provision(json::writer& out, const announcement& what) const noexcept {
+message_kind rosbridge_codec::write_provision(json::writer& out, const announcement& what) const noexcept {
   what.begins ? rosbridge::write_advertise_service(out, what.name, what.type)
               : rosbridge::write_unadvertise_service(out, what.name);
+  return message_kind::text;
 }
 
 } // namespace rowe::wire

@@ -15,9 +15,7 @@ namespace rowe::wire {
 // One thread; never waits, never allocates; linear in the bytes given.
 class utf8_check {
  public:
-  void reset() noexcept { *this = utf8_check{}; }
-
-  // False as soon as the text so far cannot be the beginning of valid UTF-8; then only reset() makes sense.
+  // False as soon as the text so far cannot be the beginning of valid UTF-8; then the rest means nothing.
   bool feed(std::span<const std::byte> piece) noexcept;
 
   // True when no character is half there: what the end of a text demands.

@@ -434,10 +434,12 @@ std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept {
   return frame ? frame->header + frame->payload : 0;
 }
 
-std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept {
-  constexpr auto whole_text = static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(opcode::text));
+std::string_view look_at_message(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept {
+  constexpr auto whole = [](opcode what) {
+    return static_cast<std::byte>(final_bit | static_cast<std::uint8_t>(what));
+  };
   const auto frame = extent_of(bytes);
-  if (!frame || bytes[0] != whole_text) return {};
+  if (!frame || (bytes[0] != whole(opcode::text) && bytes[0] != whole(opcode::binary))) return {};
   const std::size_t looked = std::min(frame->payload, room.size());
   mask_key key{};
   if ((number_of(bytes[1]) & mask_bit) != 0)

@@ -179,9 +179,9 @@ std::size_t write_frame_header(std::byte* out, opcode what, std::uint64_t payloa
 std::byte* write_frame_header_before(std::byte* payload, opcode what, std::uint64_t payload_bytes,
                                      std::optional<mask_key> key = std::nullopt) noexcept;
 
-// The beginning of the text that a whole unfragmented text frame at the front of `bytes` carries, unmasked
-// into `room` and cut at its end; empty when there is no such frame. Nothing is checked: for a first look.
-std::string_view look_at_text(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept;
+// The beginning of the message that a whole unfragmented frame at the front of `bytes` carries, unmasked into
+// `room` and cut at its end; empty when there is no such frame. Nothing is checked: for a first look.
+std::string_view look_at_message(std::span<const std::byte> bytes, std::span<std::byte> room) noexcept;
 
 // The length of the frame at the front of `bytes`; 0 when it is not here whole. Nothing is checked.
 std::size_t whole_frame_bytes(std::span<const std::byte> bytes) noexcept;

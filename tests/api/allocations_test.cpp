@@ -202,7 +202,7 @@ TEST(allocations, are_none_for_what_lanes_send_receive_and_invoke) {
   });
 }
 
-TEST(allocations, are_none_for_what_threads_send_receive_and_invoke_at_the_front_door) {
+TEST(allocations, are_none_for_what_ordinary_threads_send_receive_and_invoke) {
   two_ends e;
   const auto echoes = beside{[&] {
     const auto came = e.robot.receive(1ms);

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "endpoints.hpp"
 
@@ -72,25 +73,29 @@ TEST(stop, holds_at_the_start_until_it_is_reset) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
   EXPECT_TRUE(loop.becomes(false));
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   EXPECT_TRUE(loop.becomes(true));
 }
 
 TEST(stop, asked_for_in_this_process_is_acknowledged) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   ASSERT_TRUE(loop.becomes(true));
-  ASSERT_TRUE(robot.stop("a button", timeout));
+  const auto before = rowe::rt::monotonic_clock::now();
+  const auto stopped = robot.emergency_stop({.source = "a button"}, timeout);
+  ASSERT_TRUE(stopped) << stopped.error().name();
+  EXPECT_GE(stopped->acknowledged, before);
+  EXPECT_LE(stopped->acknowledged, rowe::rt::monotonic_clock::now());
   EXPECT_TRUE(loop.becomes(false));
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   EXPECT_TRUE(loop.becomes(true));
 }
 
 TEST(stop, asked_for_by_a_peer_is_acknowledged_with_times) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   ASSERT_TRUE(loop.becomes(true));
   auto peer = endpoint::connect("ws://127.0.0.1:" + std::to_string(robot.port())).value();
   ASSERT_TRUE(peer.wait_peer(timeout));
@@ -107,15 +112,14 @@ TEST(stop, nobody_acknowledges_is_said_to_be_so) {
   options.stop.observe_timeout = 50ms;
   auto robot = endpoint::listen(0, options).value();
   obedient loop{latch(robot), false};
-  const auto done = robot.stop("a button", timeout);
-  EXPECT_EQ(done.code(), errc::timed_out);
-  EXPECT_EQ(robot.reset_stop(20ms).code(), errc::timed_out);
+  EXPECT_EQ(robot.emergency_stop({.source = "a button"}, timeout).code(), errc::timed_out);
+  EXPECT_EQ(robot.reset_emergency_stop({}, 20ms).code(), errc::timed_out);
 }
 
 TEST(stop, without_guards_is_not_reset) {
   auto robot = endpoint::listen(0).value();
   obedient loop{latch(robot)};
-  EXPECT_EQ(robot.reset_stop(timeout).code(), errc::refused);
+  EXPECT_EQ(robot.reset_emergency_stop({}, timeout).code(), errc::refused);
   EXPECT_FALSE(loop.moving());
 }
 
@@ -124,13 +128,13 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
   options.limits.door_slots = 4;
   auto robot = endpoint::listen(0, options).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   ASSERT_TRUE(loop.becomes(true));
-  const auto done = robot.stop("no time", 0ms); // or a cycle that has begun before takes it in time
+  const auto done = robot.emergency_stop({.source = "no time"}, 0ms); // perhaps in time, by chance
   EXPECT_TRUE(done || done.code() == errc::timed_out) << done.error().name();
   EXPECT_TRUE(loop.becomes(false));
 
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   ASSERT_TRUE(loop.becomes(true));
   // All slots, for good: what the service thread has room for further on leaves its slot in the next cycle.
   const auto cycles = [&] { return endpoints::count_of(robot, "cycles"); };
@@ -140,16 +144,14 @@ TEST(stop, comes_even_where_there_is_no_time_to_wait_and_no_room_to_ask) {
     if (taken) last = cycles();
     if (!taken && before >= last + 3) break;
   }
-  // Half of the slots are left by what waits for a peer; that was under way may have them still.
-  const auto beside = robot.stop("no room", 10ms);
-  EXPECT_TRUE(beside || beside.code() == errc::full || beside.code() == errc::timed_out);
+  EXPECT_TRUE(robot.emergency_stop({.source = "no room"}, timeout)); // nor does its answer need any
   EXPECT_TRUE(loop.becomes(false));
 }
 
 TEST(stop, comes_when_the_endpoint_begins_to_close) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(
       robot.try_send(rowe::message{"waits", "for a peer"}, rowe::rt::for_ever)); // so it drains for long
@@ -163,8 +165,109 @@ TEST(stop, comes_when_the_endpoint_begins_to_close) {
 
 TEST(stop, of_a_robot_without_a_latch_is_no_service) {
   auto robot = endpoint::listen(0).value();
-  EXPECT_EQ(robot.stop("test", timeout).code(), errc::no_service);
-  EXPECT_EQ(robot.reset_stop(timeout).code(), errc::no_service);
+  EXPECT_EQ(robot.emergency_stop({}, timeout).code(), errc::no_service);
+  EXPECT_EQ(robot.reset_emergency_stop({}, timeout).code(), errc::no_service);
+}
+
+TEST(stop, of_a_client_without_a_latch_is_not_its_servers) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{latch(robot)};
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
+  ASSERT_TRUE(loop.becomes(true));
+  auto viewer = endpoints::connected(robot);
+  const std::uint64_t stops = endpoints::count_of(robot, "stops");
+  EXPECT_EQ(viewer.emergency_stop({.source = "viewer"}, timeout).code(), errc::no_service);
+  ASSERT_TRUE(viewer.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout)); // behind it
+  EXPECT_EQ(endpoints::count_of(robot, "stops"), stops);
+}
+
+std::string state_of(endpoint& robot) {
+  return std::string{robot.invoke(rowe::message{"service", "/rowe/stop/state"}, timeout).value().value()};
+}
+bool says(const std::string& text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+TEST(stop, says_who_and_why_and_is_cut_where_there_is_no_room_for_more) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{latch(robot)};
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
+  while (robot.try_event()) {}
+  // 63 and 192 bytes end within an umlaut.
+  const std::string source = std::string(62, 's') + "\u00fc and more";
+  const std::string reason = std::string(191, 'r') + "\u00fc and more";
+  const auto stopped = robot.emergency_stop({.source = source, .reason = reason}, timeout);
+  ASSERT_TRUE(stopped) << stopped.error().name();
+  const auto told = robot.try_event();
+  ASSERT_TRUE(told);
+  EXPECT_EQ(told->what_kind, rowe::event::kind::stop);
+  EXPECT_EQ(std::string_view{told->peer}, std::string(62, 's'));
+  EXPECT_EQ(std::string_view{told->what}, "stopped: request, " + std::string(191, 'r'));
+  const std::string state = state_of(robot);
+  EXPECT_TRUE(says(state, R"("cause":"request","source":")" + std::string(62, 's') + '"')) << state;
+  EXPECT_TRUE(says(state, R"("number":)" + std::to_string(stopped->number) + ',')) << state;
+}
+
+TEST(stop, whose_number_is_named_is_reset_and_no_other) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{latch(robot)};
+  const auto first = robot.emergency_stop({.source = "first"}, timeout).value();
+  const auto second = robot.emergency_stop({.source = "second"}, timeout).value();
+  EXPECT_NE(first.number, second.number);
+  EXPECT_EQ(robot.reset_emergency_stop({.number = first.number}, timeout).code(), errc::refused);
+  EXPECT_FALSE(loop.moving());
+  const auto moves = robot.reset_emergency_stop({.number = second.number}, timeout);
+  ASSERT_TRUE(moves) << moves.error().name();
+  EXPECT_TRUE(says(state_of(robot), R"("number":)" + std::to_string(moves->number) + ','));
+  EXPECT_TRUE(loop.becomes(true));
+  EXPECT_EQ(robot.reset_emergency_stop({}, timeout).value().number, moves->number); // it moves already
+}
+
+TEST(stop, that_was_not_reset_in_time_is_not_reset_later) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  auto base = latch(robot);
+  (void)base.engaged(); // and does not acknowledge
+  EXPECT_EQ(robot.reset_emergency_stop({}, 20ms).code(), errc::timed_out);
+  base.acknowledge();
+  for (int i = 0; i < 3; ++i) (void)state_of(robot); // each takes a cycle
+  EXPECT_TRUE(base.engaged());
+}
+
+TEST(stop, asked_for_by_several_threads_at_once_is_acknowledged_to_each) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  obedient loop{latch(robot)};
+  std::atomic<int> acknowledged = 0;
+  std::atomic<int> refused = 0;
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back([&, i] {
+      for (int j = 0; j < 50; ++j) {
+        const std::string source = "thread " + std::to_string(i);
+        if (robot.emergency_stop({.source = source}, timeout)) ++acknowledged;
+        // Whoever is overtaken by another's stop is refused.
+        if (robot.reset_emergency_stop({}, timeout).code() == errc::refused) ++refused;
+      }
+    });
+  }
+  for (std::thread& one : threads) one.join();
+  EXPECT_EQ(acknowledged, 200);
+  EXPECT_LT(refused, 200);
+}
+
+TEST(stop, ends_with_the_endpoint_for_whoever_waits) {
+  auto robot = endpoint::listen(0, unguarded()).value();
+  auto base = latch(robot); // it never looks
+  std::atomic<errc> stopped{errc::misuse};
+  std::atomic<errc> reset{errc::misuse};
+  std::thread stops{[&] { stopped = robot.emergency_stop({}, timeout).code(); }};
+  std::thread resets{[&] { reset = robot.reset_emergency_stop({}, timeout).code(); }};
+  ASSERT_TRUE(endpoints::eventually([&] { return endpoints::count_of(robot, "stops") != 0; }));
+  ASSERT_TRUE(robot.close());
+  stops.join();
+  resets.join();
+  EXPECT_EQ(stopped, errc::closed);
+  EXPECT_TRUE(reset == errc::closed || reset == errc::refused); // closing is a stop, too
+  EXPECT_EQ(robot.emergency_stop({}, timeout).code(), errc::closed);
+  EXPECT_EQ(robot.reset_emergency_stop({}, timeout).code(), errc::closed);
+  EXPECT_TRUE(base.engaged());
 }
 
 TEST(stop, comes_when_a_loop_goes) {
@@ -172,7 +275,7 @@ TEST(stop, comes_when_a_loop_goes) {
   obedient base{latch(robot, "base")};
   {
     obedient arm{latch(robot, "arm")};
-    ASSERT_TRUE(robot.reset_stop(timeout));
+    ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
     ASSERT_TRUE(base.becomes(true));
   }
   EXPECT_TRUE(base.becomes(false));
@@ -181,7 +284,7 @@ TEST(stop, comes_when_a_loop_goes) {
 TEST(stop, comes_when_the_endpoint_closes_and_stays) {
   auto robot = endpoint::listen(0, unguarded()).value();
   obedient loop{latch(robot)};
-  ASSERT_TRUE(robot.reset_stop(timeout));
+  ASSERT_TRUE(robot.reset_emergency_stop({}, timeout));
   ASSERT_TRUE(loop.becomes(true));
   ASSERT_TRUE(robot.close());
   EXPECT_TRUE(loop.becomes(false));
@@ -195,7 +298,7 @@ TEST(stop, comes_when_a_loop_does_not_look_in_time) {
   const auto until = rowe::rt::monotonic_clock::now() + timeout;
   const auto waits = [&] { return !base.has_moved() && rowe::rt::monotonic_clock::now() < until; };
   std::thread resets{[&] {
-    while (waits()) (void)robot.reset_stop(timeout);
+    while (waits()) (void)robot.reset_emergency_stop({}, timeout);
   }};
   while (waits()) {
     if (slow.engaged()) slow.acknowledge();

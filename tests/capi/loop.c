@@ -3,13 +3,15 @@
 #include "pair.h"
 
 #include <math.h>
+#include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 
 #include <rowe/loop.h>
 
 static int64_t deadline_ns(void) { return rowe_now_ns() + timeout_ms * INT64_C(1000000); }
 
-// Asks until something is there, or timeout is over.
+// Asks until something is there, or the time is over.
 #define UNTIL_THERE(code, call)                                                                              \
   do {                                                                                                       \
     const int64_t until = deadline_ns();                                                                     \
@@ -322,6 +324,71 @@ static void text_is_read_in_place(void) {
   CHECK(i == INT64_MIN);
 }
 
+static atomic_bool loop_is_over, loop_moves;
+
+// A loop that acknowledges whatever engages it.
+static void* obey(void* of) {
+  struct rowe_stop_latch* const latch = of;
+  while (!atomic_load(&loop_is_over)) {
+    const int64_t now_ns = rowe_now_ns();
+    const bool engaged = rowe_stop_engaged(latch, now_ns);
+    if (engaged) rowe_stop_acknowledge(latch, now_ns);
+    atomic_store(&loop_moves, !engaged);
+  }
+  return NULL;
+}
+
+static void loops_are_stopped_and_let_go_by_threads(void) {
+  const struct rowe_options unguarded = {.bytes = sizeof unguarded,
+                                         .stop_unguarded = true,
+                                         .stop_service_timeout_ms = 10000,
+                                         .stop_observe_timeout_ms = 10000};
+  struct rowe_endpoint* const robot = rowe_open_local_endpoint_with(0, &unguarded);
+  struct rowe_emergency_stop_result stopped = {0, 0};
+  struct rowe_emergency_stop_reset_result moves = {0};
+  CHECK_CODE(rowe_emergency_stop(robot, NULL, timeout_ms, &stopped), rowe_error_no_service);
+  CHECK_CODE(rowe_reset_emergency_stop(robot, NULL, timeout_ms, &moves), rowe_error_no_service);
+
+  const struct rowe_latch_options base = {.bytes = sizeof base, .loop_timeout_ms = 10000};
+  struct rowe_stop_latch* const latch = rowe_stop_latch_open(robot, &base);
+  pthread_t loop;
+  // By the loop's own clock, which it may have read a moment before the stop reached it.
+  const int64_t before_ns = rowe_now_ns();
+  CHECK_EQUAL(pthread_create(&loop, NULL, obey, latch), 0);
+  CHECK_EQUAL(rowe_reset_emergency_stop(robot, NULL, timeout_ms, &moves), rowe_ok);
+  CHECK(moves.number != 0);
+
+  const struct rowe_emergency_stop_request why = {.bytes = sizeof why, .source = "hand", .reason = "smoke"};
+  CHECK_EQUAL(rowe_emergency_stop(robot, &why, timeout_ms, &stopped), rowe_ok);
+  CHECK(stopped.number > moves.number);
+  CHECK(stopped.acknowledged_ns >= before_ns);
+  struct rowe_event told = {.kind = rowe_event_limit};
+  while (rowe_try_event(robot, &told) == rowe_ok) {
+  } // the last one
+  CHECK_EQUAL(told.kind, rowe_event_stop);
+  CHECK_TEXT(told.peer, "hand");
+  CHECK_TEXT(told.what, "stopped: request, smoke");
+
+  struct rowe_emergency_stop_reset_request that = {.bytes = sizeof that, .number = moves.number};
+  CHECK_CODE(rowe_reset_emergency_stop(robot, &that, timeout_ms, NULL), rowe_error_refused);
+  that.number = stopped.number;
+  CHECK_EQUAL(rowe_reset_emergency_stop(robot, &that, timeout_ms, NULL), rowe_ok);
+  that.bytes = 1;
+  CHECK_CODE(rowe_reset_emergency_stop(robot, &that, timeout_ms, NULL), rowe_error_bad_argument);
+
+  // What cannot be read stops all the same.
+  const struct rowe_emergency_stop_request newer = {.bytes = sizeof newer + 8};
+  CHECK_CODE(rowe_emergency_stop(robot, &newer, timeout_ms, &stopped), rowe_error_bad_argument);
+  CHECK(!atomic_load(&loop_moves));
+  CHECK_EQUAL(rowe_close(robot, 0), rowe_ok);
+  CHECK_CODE(rowe_emergency_stop(robot, NULL, timeout_ms, NULL), rowe_error_closed);
+  CHECK_CODE(rowe_reset_emergency_stop(robot, NULL, timeout_ms, NULL), rowe_error_closed);
+  atomic_store(&loop_is_over, true);
+  CHECK_EQUAL(pthread_join(loop, NULL), 0);
+  rowe_stop_latch_free(latch);
+  rowe_endpoint_free(robot);
+}
+
 int main(void) {
   text_is_written_in_place();
   text_is_read_in_place();
@@ -331,5 +398,6 @@ int main(void) {
   a_lane_has_its_limits();
   what_a_loop_publishes_arrives();
   handles_outlive_their_endpoint();
+  loops_are_stopped_and_let_go_by_threads();
   return failures != 0;
 }

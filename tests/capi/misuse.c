@@ -40,6 +40,8 @@ static void endpoints(void) {
   CHECK_CODE(rowe_try_event(NULL, &event), rowe_error_misuse);
   CHECK_CODE(rowe_try_event(endpoint, NULL), rowe_error_misuse);
   CHECK_NULL(rowe_stats(NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_emergency_stop(NULL, NULL, 0, NULL), rowe_error_misuse);
+  CHECK_CODE(rowe_reset_emergency_stop(NULL, NULL, 0, NULL), rowe_error_misuse);
   CHECK_NULL(rowe_lane_open(NULL, NULL), rowe_error_misuse);
   CHECK_NULL(rowe_publisher_open(NULL, "/x", NULL), rowe_error_misuse);
   CHECK_NULL(rowe_publisher_open(endpoint, NULL, NULL), rowe_error_misuse);

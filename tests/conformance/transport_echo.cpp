@@ -43,8 +43,8 @@ constexpr std::size_t kept_bytes_max = 65536; // of a connection's buffer, once 
 
 class echo final : public service::transport_sink {
  public:
-  echo(service::transport& carrier, std::uint32_t connections_max)
-      : carrier_{carrier}, peers_(connections_max) {}
+  echo(service::transport& sockets, std::uint32_t connections_max)
+      : transport_{sockets}, peers_(connections_max) {}
 
   bool met_anyone() const noexcept { return met_anyone_; }
   bool has_peers() const noexcept { return count_ > 0; }
@@ -137,19 +137,19 @@ class echo final : public service::transport_sink {
   void flush(peer& p) {
     if (p.written < p.out.size()) {
       const std::span<const std::byte> rest{p.out.data() + p.written, p.out.size() - p.written};
-      p.written += carrier_.write(p.id, {&rest, 1});
+      p.written += transport_.write(p.id, {&rest, 1});
     }
     const bool all = p.written == p.out.size();
     if (all) {
       p.out.clear();
       p.written = 0;
       if (p.out.capacity() > kept_bytes_max) p.out.shrink_to_fit();
-      if (p.leaving) return carrier_.close(p.id, service::close_how::flushed);
+      if (p.leaving) return transport_.close(p.id, service::close_how::flushed);
     }
-    carrier_.read_enabled(p.id, all);
+    transport_.read_enabled(p.id, all);
   }
 
-  service::transport& carrier_;
+  service::transport& transport_;
   std::vector<peer> peers_;
   std::size_t count_ = 0;
   bool met_anyone_ = false;
@@ -226,21 +226,21 @@ struct signals_heard {
 };
 
 // Runs until a signal, or for a client until its one connection is over.
-int run(net::socket_transport& carrier, const arguments& given) {
+int run(net::socket_transport& sockets, const arguments& given) {
   net::socket_limits limits;
-  echo echoes{carrier, limits.connections_max};
-  const signals_heard heard{carrier};
+  echo echoes{sockets, limits.connections_max};
+  const signals_heard heard{sockets};
   if (given.connect) {
-    carrier.connect();
+    sockets.connect();
   } else {
-    std::printf("transport_echo listens on %s, port %u\n", given.listen->host.c_str(), carrier.port());
+    std::printf("transport_echo listens on %s, port %u\n", given.listen->host.c_str(), sockets.port());
     std::fflush(stdout);
   }
   while (!ended) {
-    carrier.poll(rt::monotonic_clock::now(), echoes);
+    sockets.poll(rt::monotonic_clock::now(), echoes);
     if (given.connect && echoes.refused()) return 1;
     if (given.connect && echoes.met_anyone() && !echoes.has_peers()) return 0;
-    carrier.wait(rt::monotonic_clock::now(), rt::never);
+    sockets.wait(rt::monotonic_clock::now(), rt::never);
   }
   return 0;
 }
@@ -277,10 +277,10 @@ int main(int count, char** values) {
                stderr);
     return 2;
   }
-  auto carrier = open(*given);
-  if (!carrier) {
-    std::fprintf(stderr, "transport_echo: %s\n", carrier.error().message().c_str());
+  auto sockets = open(*given);
+  if (!sockets) {
+    std::fprintf(stderr, "transport_echo: %s\n", sockets.error().message().c_str());
     return 1;
   }
-  return run(**carrier, *given);
+  return run(**sockets, *given);
 }

@@ -27,7 +27,6 @@ ROWS = {
 # Of bench/json_steps.cpp, for one message: some 4 % above what it takes.
 LIMITS = {
     "encode_odometry": 3270,
-    "encode_unchanged_covariances": 3780,
     "write_small_call": 312,
     "read_small_call": 1930,
     "read_publish_envelope": 4830,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // For paths.py, which counts the instructions of each path of the service thread under callgrind. Every path
 // has a core of its own on a stage. It is walked a thousand times, to be warm, and then a thousand times more
-// in counted_steps(). Only what the core does is counted: not the carrier, and not what handles do, which
+// in counted_steps(). Only what the core does is counted: not the transport, and not what handles do, which
 // instructions.py counts.
 //
 // Prints the paths' names, in the order in which counted_steps() is called.
@@ -67,8 +67,9 @@ struct relay : place {
 // A struct of a handle goes to one peer.
 struct publish_value : place {
   explicit publish_value(rowe::keep kept = rowe::keep::all)
-      : place{1}, by{handle_on<rowe::publisher<odometry>>(
-                          on, rowe::detail::advertise_request<odometry>("/odom", {.keep = kept}))} {
+      : place{1},
+        by{handle_on<rowe::publisher<odometry>>(
+            on, rowe::detail::advertise_request<odometry>("/odom", {.keep = kept}))} {
     connect(1);
     on.net.say(0, subscribe_to("/odom"));
     settle();
@@ -87,8 +88,8 @@ struct publish_newest : publish_value {
 // A struct of a handle goes to another handle of this process.
 struct publish_to_handle : place {
   publish_to_handle()
-      : place{1}, by{handle_on<rowe::publisher<odometry>>(
-                      on, rowe::detail::advertise_request<odometry>("/odom", {}))},
+      : place{1},
+        by{handle_on<rowe::publisher<odometry>>(on, rowe::detail::advertise_request<odometry>("/odom", {}))},
         to{handle_on<rowe::subscriber<odometry>>(on,
                                                  rowe::detail::subscribe_request<odometry>("/odom", {}))} {
     settle();
@@ -105,8 +106,9 @@ struct publish_to_handle : place {
 // What a peer publishes is read into a struct of a handle.
 struct receive_value : place {
   receive_value()
-      : place{1}, to{handle_on<rowe::subscriber<odometry>>(
-                      on, rowe::detail::subscribe_request<odometry>("/odom", {}))} {
+      : place{1},
+        to{handle_on<rowe::subscriber<odometry>>(on,
+                                                 rowe::detail::subscribe_request<odometry>("/odom", {}))} {
     connect(1);
   }
   void step() {
@@ -130,8 +132,9 @@ struct subscribe_and_unsubscribe : place {
 // A peer calls, a handle answers.
 struct call_answered_by_handle : place {
   call_answered_by_handle()
-      : place{1}, by{handle_on<rowe::responder<odometry, odometry>>(
-                      on, rowe::detail::serve_request<odometry, odometry>("/same", {}))} {
+      : place{1},
+        by{handle_on<rowe::responder<odometry, odometry>>(
+            on, rowe::detail::serve_request<odometry, odometry>("/same", {}))} {
     connect(1);
     frames_a_step = 1;
   }
@@ -161,8 +164,9 @@ std::string answer_to(std::string_view call) {
 // A handle calls, a peer answers.
 struct call_asked_of_peer : place {
   call_asked_of_peer()
-      : place{1}, by{handle_on<rowe::caller<odometry, odometry>>(
-                      on, rowe::detail::client_request<odometry, odometry>("/same", {}))} {
+      : place{1},
+        by{handle_on<rowe::caller<odometry, odometry>>(
+            on, rowe::detail::client_request<odometry, odometry>("/same", {}))} {
     connect(1);
     on.net.say(0, R"({"op":"advertise_service","service":"/same"})");
     settle();
@@ -198,8 +202,7 @@ struct call_between_peers : place {
 
 // A handle's plain message goes to a peer.
 struct direct_message : place {
-  direct_message()
-      : place{1}, by{handle_on<rowe::lane>(on, rowe::detail::talk_request({.receive = true}))} {
+  direct_message() : place{1}, by{handle_on<rowe::lane>(on, rowe::detail::talk_request({.receive = true}))} {
     connect(1);
     on.net.say(0, text); // from now on it is bare
     settle();
@@ -224,15 +227,14 @@ struct message_of_peer : direct_message {
 // And one of any thread's to a peer.
 struct message_of_thread : direct_message {
   void step() {
-    need(on.door.submit({.what = rowe::service::door_request::message}, text));
+    need(on.submissions.submit({.what = rowe::detail::entry::message}, text));
     settle();
   }
 };
 
 // A peer stops, and is answered when the loop has looked.
 struct stop : place {
-  stop()
-      : place{1}, latch{handle_on<rowe::stop_latch>(on, rowe::detail::latch_request({.name = "base"}))} {
+  stop() : place{1}, latch{handle_on<rowe::stop_latch>(on, rowe::detail::latch_request({.name = "base"}))} {
     connect(1);
     frames_a_step = 1;
   }
@@ -257,9 +259,7 @@ struct idle_cycle : scale::handles {
 
 } // namespace
 
-extern "C" [[gnu::noinline]] void counted_steps(void (*walk)(void*), void* path) {
-  walk(path);
-}
+extern "C" [[gnu::noinline]] void counted_steps(void (*walk)(void*), void* path) { walk(path); }
 
 namespace {
 

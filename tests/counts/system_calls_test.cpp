@@ -31,10 +31,10 @@ struct sockets {
   explicit sockets(std::uint32_t connections_max) {
     rowe::net::listen_options how;
     how.limits.connections_max = connections_max;
-    carrier = rowe::net::listening(how);
+    listening = rowe::net::listening(how);
   }
-  operator rowe::service::transport&() { return *carrier; } // NOLINT(google-explicit-constructor)
-  std::unique_ptr<rowe::net::socket_transport> carrier;
+  operator rowe::service::transport&() { return *listening; } // NOLINT(google-explicit-constructor)
+  std::unique_ptr<rowe::net::socket_transport> listening;
 };
 
 rowe::endpoint_options options() {
@@ -137,7 +137,7 @@ struct system_calls : testing::Test {
   // One that has subscribed, and has been sent so much that its first ping is answered: then its socket's
   // buffer is as it stays.
   peer& listening_to(std::string_view topic) {
-    peer& made = peers.emplace_back(on.net.carrier->port());
+    peer& made = peers.emplace_back(on.net.listening->port());
     while (!made.upgraded()) on.cycle(1ms);
     made.say(R"({"op":"subscribe","topic":")" + std::string{topic} + "\"}");
     for (int i = 0; i < 50; ++i) {
@@ -191,7 +191,7 @@ TEST_F(system_calls, are_three_for_it_as_well_when_it_was_waited_for) {
   for (int i = 0; i < 1000; ++i) {
     one.say(R"({"op":"publish","topic":"/echo","msg":{"n":1}})");
     const auto calls = counted_arrival([&] {
-      on.net.carrier->wait(on.now, on.now + 1s);
+      on.net.listening->wait(on.now, on.now + 1s);
       on.cycle(0ns);
     });
     ASSERT_EQ(calls, 3U) << i; // epoll_pwait2, recv, send

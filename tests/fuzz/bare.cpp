@@ -60,35 +60,35 @@ std::string written(reader& validator, Write write, std::size_t less) {
 
 struct read_envelope {
   scratch_buffer scratch;
-  envelope out;
+  request out;
+  op_member op{};
 };
 
 // Users' own members may be reserved ones or stand there twice; then it is enough to have been JSON.
 bool read_back(std::string_view text, read_envelope& into) {
-  return !decode(text, into.scratch, limits, into.out);
+  into.out = {};
+  return !decode(text, into.scratch, limits, into.out, into.op) && into.op == op_member::none;
 }
 
-void check_envelope(const envelope& e, std::string_view text, std::string_view scratch) {
-  require((e.what == kind::reply) == !e.in_reply_to_raw.empty(), "a reply has the id that it answers");
-  require(e.what == kind::reply || (e.what == kind::invocation) == !e.id_raw.empty(),
-          "an invocation has an id");
-  require(e.id_raw.size() <= limits.id_bytes_max && e.in_reply_to_raw.size() <= limits.id_bytes_max,
-          "ids keep their limit");
+void check_request(const request& e, std::string_view text, std::string_view scratch) {
+  require((e.what == verb::message) == e.id_raw.empty(),
+          "a call has an id, and a reply that which it answers");
+  require(e.id_raw.size() <= limits.id_bytes_max, "ids keep their limit");
   require(e.service.size() <= limits.name_bytes_max, "services keep their limit");
-  require(e.service.empty() || e.what == kind::invocation, "only invocations name a service");
+  require(e.service.empty() || e.what == verb::call, "only calls name a service");
   require(e.ttl_ns >= unlimited, "times to live keep their limit");
-  require(e.failed == !e.error_code.empty() && e.error_code.size() <= code_bytes_max, "errors have a code");
-  require(e.failed || e.error_text_raw.empty(), "only errors have a text");
-  for (const std::string_view raw : {e.id_raw, e.in_reply_to_raw, e.error_text_raw}) {
+  require(e.failed == !e.code.empty() && e.code.size() <= code_bytes_max, "errors have a code");
+  require(e.failed || e.body_raw == text, "what is no error is the whole text");
+  for (const std::string_view raw : {e.id_raw, e.body_raw}) {
     require(lies_in(raw, text), "values lie in the text");
   }
-  for (const std::string_view name : {e.service, e.error_code}) {
+  for (const std::string_view name : {e.service, e.code}) {
     require(lies_in(name, text) || lies_in(name, scratch), "names lie where they should");
   }
 }
 
 // The valid text as a body of every kind of message.
-void write_around(reader& validator, std::string_view text, const envelope& from, std::size_t less) {
+void write_around(reader& validator, std::string_view text, const request& from, std::size_t less) {
   const bool object = json::root(text).type == json::kind::object;
   const std::size_t members = members_of(text);
   const std::string_view id_raw = from.id_raw.empty() ? "\"7\"" : from.id_raw;
@@ -99,7 +99,7 @@ void write_around(reader& validator, std::string_view text, const envelope& from
       validator, [&](json::writer& w) { write_invocation(w, text, "i.1"); }, less);
   require(members_of(invocation) == (object ? members + 1 : 2), "an invocation has one member more");
   if (!find_reserved(text) && read_back(invocation, back)) {
-    require(back.out.what == kind::invocation && back.out.id_raw == "\"i.1\"", "an invocation keeps its id");
+    require(back.out.what == verb::call && back.out.id_raw == "\"i.1\"", "an invocation keeps its id");
   }
 
   const auto body = [text](json::writer& w) { w.raw(text); };
@@ -114,16 +114,15 @@ void write_around(reader& validator, std::string_view text, const envelope& from
       validator, [&](json::writer& w) { write_reply(w, id_raw, text); }, less);
   require(members_of(reply) == (object ? members + 1 : 2), "a reply has one member more");
   if (!find_reserved(text) && read_back(reply, back)) {
-    require(back.out.what == kind::reply && back.out.in_reply_to_raw == id_raw, "a reply keeps its id");
+    require(back.out.what == verb::reply && back.out.id_raw == id_raw, "a reply keeps its id");
   }
 
   const std::string error = written(
       validator, [&](json::writer& w) { write_error(w, id_raw, "code", text); }, less);
-  require(read_back(error, back) && back.out.failed && back.out.error_code == "code" &&
-              back.out.in_reply_to_raw == id_raw,
+  require(read_back(error, back) && back.out.failed && back.out.code == "code" && back.out.id_raw == id_raw,
           "an error says the same");
   std::vector<char> room(text.size());
-  const std::string_view quoted = back.out.error_text_raw;
+  const std::string_view quoted = back.out.body_raw;
   require(json::to_string({json::kind::string, quoted}, room) == text, "in the same words");
 
   if (json::root(text).type != json::kind::array && !object) return;
@@ -133,8 +132,8 @@ void write_around(reader& validator, std::string_view text, const envelope& from
   const bool apart = members_of(delivered) == 3 && args.raw == json::root(text).raw;
   require(apart || members_of(delivered) == members + 2, "a delivered call has all arguments");
   if (read_back(delivered, back)) {
-    require(back.out.what == kind::invocation && back.out.service == service &&
-                back.out.id_raw == "\"i.1\"" && !json::find(delivered, "op"),
+    require(back.out.what == verb::call && back.out.service == service && back.out.id_raw == "\"i.1\"" &&
+                !json::find(delivered, "op"),
             "a delivered call is an invocation of the service, whatever its arguments");
   }
 }
@@ -151,8 +150,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::vector<char> exact(data, data + size); // without tailroom: decoding needs none
   const std::string_view text{exact.data(), exact.size()};
   scratch_buffer scratch;
-  envelope out;
-  const auto wrong = decode(text, scratch, limits, out);
+  request out;
+  op_member op{};
+  const auto wrong = decode(text, scratch, limits, out, op);
   const auto reserved = find_reserved(text);
   require(!reserved || text[*reserved] == '"', "a reserved member is where it is said to be");
   if (!valid) return 0;
@@ -161,10 +161,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::array<char, 2 * refusal::text_bytes_max> plenty;
     const std::string_view sentence = wrong->text(room);
     require(!sentence.empty() && sentence == wrong->text(plenty), "a diagnostic is whole");
-    require(lies_in(out.id_raw, text) && lies_in(out.in_reply_to_raw, text), "an answer has a good id");
-  } else {
-    check_envelope(out, text, {scratch.data(), scratch.size()});
+    require(lies_in(out.id_raw, text), "an answer has a good id");
+  } else if (op == op_member::none) {
+    check_request(out, text, {scratch.data(), scratch.size()});
   }
-  write_around(*validator, text, wrong ? envelope{} : out, size * 31 + (size > 1 ? data[size / 2] : 0));
+  write_around(*validator, text, wrong ? request{} : out, size * 31 + (size > 1 ? data[size / 2] : 0));
   return 0;
 }

@@ -122,7 +122,7 @@ class script_run {
     case 9: respond(what >> 4); break;
     case 10: call(what >> 4); break;
     case 11: publish(); break;
-    case 12: door(s); break;
+    case 12: threads(s); break;
     case 13: close_lane(what >> 4); break;
     case 14:
       if (stage::peer* const p = one(what >> 4)) hear(*p);
@@ -149,15 +149,15 @@ class script_run {
     peers_.back()->leave();
     for (int i = 0; i < 4; ++i) cycle(1ms);
     for (const std::uint32_t slot : waiting_) {
-      require(on_.door.wait(slot, rowe::time_point{1ns}), "whoever waits gets an outcome");
-      on_.door.give_back(slot);
+      require(on_.submissions.wait(slot, rowe::time_point{1ns}), "whoever waits gets an outcome");
+      on_.submissions.release(slot);
     }
     for (int i = 0; i < 30; ++i) { // a peer with a backlog is gone only when that was processed
-      while (const auto slot = on_.door.try_receive(on_.now)) on_.door.give_back_inbound(*slot);
+      while (const auto slot = on_.inbox.try_receive(on_.now)) on_.inbox.release(*slot);
       cycle(1ms);
     }
     require(on_.core.slots_in_use() == 0, "every slot is free");
-    require(on_.door.all_home(), "every slot of the submission queue is free");
+    require(on_.all_slots_free(), "every slot of the submission queue is free");
     require(on_.board.peers() == 0, "no peer is left");
   }
 
@@ -255,8 +255,8 @@ class script_run {
       const std::string text = s.text();
       (void)rowe::detail::start_letter(
           *lanes_[0], to, text,
-          rowe::detail::letter(rowe::detail::entry::message, rowe::detail::ref_of(to), on_.now,
-                               rowe::detail::expiry_after(on_.now, time_of(how >> 4))));
+          rowe::detail::message_header(rowe::detail::entry::message, rowe::detail::ref_of(to), on_.now,
+                                       rowe::detail::expiry_after(on_.now, time_of(how >> 4))));
       break;
     }
     case 4: (void)talker_.try_finish(); break;
@@ -289,26 +289,26 @@ class script_run {
     (void)rowe::detail::publish_into(*lanes_[3], sizeof value, on_.now,
                                      [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
   }
-  void door(script& s) {
+  void threads(script& s) {
     const std::uint8_t how = s.byte();
-    using rowe::service::door_request;
+    using rowe::detail::entry;
     if (how % 4 == 3) {
-      const auto slot = on_.door.try_receive(on_.now);
+      const auto slot = on_.inbox.try_receive(on_.now);
       if (!slot) return;
-      const auto call = on_.door.inbound_header(*slot).call;
-      on_.door.give_back_inbound(*slot);
-      (void)on_.door.submit(
-          {.what = how > 127 ? door_request::reply : door_request::refusal, .call = call, .stamped = on_.now},
-          s.text());
+      const auto call = on_.inbox.header(*slot).call;
+      on_.inbox.release(*slot);
+      (void)on_.submissions.submit(
+          {.what = how > 127 ? entry::reply : entry::refusal, .call = call, .stamped = on_.now}, s.text());
       return;
     }
     const bool invokes = how % 4 == 2;
     const bool waits = invokes || how % 4 == 1;
-    const auto slot = on_.door.submit({.what = invokes ? door_request::invocation : door_request::message,
-                                       .wants_outcome = waits,
-                                       .stamped = on_.now,
-                                       .expires = rowe::rt::deadline_after(on_.now, time_of(how >> 4))},
-                                      s.text());
+    const auto slot =
+        on_.submissions.submit({.what = invokes ? entry::invocation : entry::message,
+                                .wants_outcome = waits,
+                                .stamped = on_.now,
+                                .expires = rowe::rt::deadline_after(on_.now, time_of(how >> 4))},
+                               s.text());
     if (slot && waits) waiting_.push_back(*slot);
   }
   void close_lane(std::size_t which) {

@@ -154,7 +154,6 @@ TEST_F(allocation, never_happens_in_walking_and_reading) {
 
 TEST_F(allocation, never_happens_in_writing_and_encoding) {
   const encoder e = encoder::compile(describe<ros::odometry>()).value();
-  encoder::memory memory = e.remember().value();
   std::vector<char> room(2 * e.bytes_max() + 1000);
   std::mt19937_64 random{1};
   std::normal_distribution<double> metres;
@@ -169,7 +168,7 @@ TEST_F(allocation, never_happens_in_writing_and_encoding) {
       w.key("msg");
       e.encode(&o, w);
       w.key("again");
-      e.encode(&o, w, memory);
+      e.encode(&o, w);
       w.key("é");
       w.string("\n\xff");
       w.end_object();

@@ -43,9 +43,8 @@ program random_program(std::mt19937_64& random, std::size_t threads, std::size_t
   return p;
 }
 
-// Programs in which two or three threads chase each other round in a circle, so that one edge more or less
-// between two operations decides whether the last outcome is possible. Their orders are dealt out anew each
-// time.
+// Programs of two or three threads whose operations form a cycle, so that one edge more or less between two
+// operations decides whether the last outcome is possible. Their orders are chosen at random each time.
 constexpr std::size_t x = 0;
 constexpr std::size_t y = 1;
 constexpr std::size_t z = 2;

@@ -62,7 +62,7 @@ TEST(explorer, reports_a_race_of_two_writes_that_no_flag_joins) {
 }
 
 TEST(explorer, reports_a_write_that_may_overtake_a_read_done_before_it) {
-  // The reader says it has read; the writer does not listen (relaxed), so in time it may write too early.
+  // The reader stores that it has read; the writer's load is relaxed, so it may write too early.
   struct overtakes {
     atomics::plain<int> datum;
     atomics::variable<bool> read;
@@ -231,7 +231,7 @@ TEST(explorer, refuses_more_actors_than_it_has_room_for) {
   EXPECT_TRUE(contains(explore<crowd>().failure, "more actors"));
 }
 
-// How a sleeper is woken with two words: each side stores its own and then loads the other's.
+// How a sleeper is woken by two words: each side stores its own and then loads the other's.
 template <order StoreData, order LoadAsleep, order StoreAsleep, order LoadData>
 struct sleeps_and_wakes {
   atomics::variable<int> data;

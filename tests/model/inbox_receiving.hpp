@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A receiver at the shared inbox, deliveries, and closing, as far as threads meet there: what
-// service/front_door.cpp does with the words they share, statement by statement, for one receiver. With one
+// service/shared_inbox.cpp does with the words they share, statement by statement, for one receiver. With one
 // receiver its fetch_add and compare-exchange are exchanges; promela/shared_inbox.pml has several.
 #pragma once
 #include <array>
@@ -24,9 +24,9 @@ struct modelled_inbox {
   futex::word wake_count{0};
 
   // wake_receiver()
-  void wake_receiver(std::uint32_t seen) {
+  void wake_receiver(std::uint32_t count) {
     if (sleepers.load(std::memory_order_seq_cst) == 0) return;
-    wake_count.exchange(seen, std::memory_order_release);
+    wake_count.exchange(count, std::memory_order_release);
     futex::wake(wake_count);
   }
   // deliver(): the service thread's, of the `tail`th message.
@@ -42,8 +42,8 @@ struct modelled_inbox {
     closed.store(true, std::memory_order_seq_cst);
     wake_receiver(1);
   }
-  // pop_inbox()
-  std::optional<std::uint32_t> pop_inbox() {
+  // pop()
+  std::optional<std::uint32_t> pop() {
     const std::uint64_t head = inbox_head.load(std::memory_order_acquire);
     if (head == inbox_tail.load(std::memory_order_seq_cst)) return std::nullopt;
     const std::uint32_t entry = places[head % places_count].load(std::memory_order_relaxed);
@@ -52,14 +52,14 @@ struct modelled_inbox {
   }
   // receive(): nothing when it is closed.
   std::optional<std::uint32_t> receive() {
-    if (const auto slot = pop_inbox()) return slot;
+    if (const auto slot = pop()) return slot;
     sleepers.exchange(1, std::memory_order_seq_cst);
     bool over = false;
     std::optional<std::uint32_t> found;
     for (;;) {
       const std::uint32_t seen = wake_count.load(std::memory_order_acquire);
       over = closed.load(std::memory_order_seq_cst);
-      found = pop_inbox();
+      found = pop();
       if (found || over) break;
       futex::wait(wake_count, seen, rt::never);
     }

@@ -84,34 +84,31 @@ TEST(inbox_receiving, gets_what_came_before_it_was_closed) {
 }
 
 TEST(inbox_receiving, has_the_accesses_that_the_source_has) {
-  const std::string source = "src/service/front_door.cpp";
+  const std::string source = "src/service/shared_inbox.cpp";
   const source_access expected[] = {
       {source,
-       "if(sleepers_.load(std::memory_order_seq_cst)==0)return;bell_.exchange(bell,std::memory_order_"
-       "release);rt::futex::wake(bell_);",
+       "if(sleepers_.load(std::memory_order_seq_cst)==0)return;wake_count_.exchange(count,std::memory_"
+       "order_release);rt::futex::wake(wake_count_);",
        1},
       {source,
-       "places_[tail&(places_.size()-1)].store(slot,std::memory_order_relaxed);inbox_tail_.store(tail+1,"
-       "std::memory_order_seq_cst);wake_receiver(static_cast<std::uint32_t>(2*(tail+1)));",
+       "places_[tail&(places_.size()-1)].store(slot,std::memory_order_relaxed);tail_.store(tail+1,std::"
+       "memory_order_seq_cst);wake_receiver(static_cast<std::uint32_t>(2*(tail+1)));",
        1},
       {source, "closed_.store(true,std::memory_order_seq_cst);wake_receiver(1);", 1},
-      {source, "returnclosed_.load(std::memory_order_seq_cst);", 1},
+      {"src/service/shared_inbox.hpp", "returnclosed_.load(std::memory_order_seq_cst);", 1},
       {source,
-       "head=inbox_head_.load(std::memory_order_acquire);while(head!=inbox_tail_.load(std::memory_order_"
-       "seq_cst)){",
-       1},
-      {source,
-       "inbox_head_.compare_exchange_weak(head,head+1,std::memory_order_acq_rel,std::memory_order_"
-       "acquire)",
+       "head=head_.load(std::memory_order_acquire);while(head!=tail_.load(std::memory_order_seq_cst)){", 1},
+      {source, "head_.compare_exchange_weak(head,head+1,std::memory_order_acq_rel,std::memory_order_acquire)",
        2},
       {source, "sleepers_.fetch_add(1,std::memory_order_seq_cst);errcwhy", 1},
-      {source, "rung=bell_.load(std::memory_order_acquire);constboolclosed=is_closed();found=pop_unexpired(",
+      {source,
+       "seen=wake_count_.load(std::memory_order_acquire);constboolclosed=is_closed();found=pop_unexpired(",
        1},
       {source,
-       "sleepers_.fetch_sub(1,std::memory_order_seq_cst);if(why==errc::closed)rt::futex::wake(bell_);", 1},
-      {source, "sleepers_.", 4},                   // and check()
-      {source, "rt::futex::wake(room_bell_);", 1}, // of those who send
-      {source, "rt::futex::", 4},
+       "sleepers_.fetch_sub(1,std::memory_order_seq_cst);if(why==errc::closed)rt::futex::wake(wake_count_);",
+       1},
+      {source, "sleepers_.", 4}, // and check()
+      {source, "rt::futex::", 3},
   };
   expect_in_sources(expected);
 }
@@ -121,8 +118,8 @@ TEST(inbox_receiving, needs_every_memory_order_it_asks_for) {
                              named_scenario{"delivered_then_closed", explore_two<delivered_then_closed>},
                              named_scenario{"closed_alone", explore_two<closed_alone>}};
   constexpr const char* several = "it orders several receivers, and here is one";
-  const std::array listed{stronger_than_needed{"pop_inbox", "inbox_head.load", order::relaxed, several},
-                          stronger_than_needed{"pop_inbox", "inbox_head.exchange", order::relaxed, several},
+  const std::array listed{stronger_than_needed{"pop", "inbox_head.load", order::relaxed, several},
+                          stronger_than_needed{"pop", "inbox_head.exchange", order::relaxed, several},
                           stronger_than_needed{"receive", "sleepers.exchange(0", order::relaxed,
                                                "whoever still counts it wakes in vain"}};
   EXPECT_EQ((mutation_test{"model/inbox_receiving.hpp", scenarios, listed}.findings()), "");

@@ -97,9 +97,9 @@ inline bool all_home(modelled_lane& gone) {
   return gone.came_home.given() == popped;
 }
 
-// ---- lanes.cpp
+// ---- handle_registry.cpp
 
-// core::take_from_lanes() with attach(), take_from() and detach(). True when a lane went back.
+// handle_registry::scan() with attach() and detach(), and what handles submit. True when a lane went back.
 template <class Take>
 bool turn_lane(modelled_lane& lane, const status& answer, Take take) {
   const auto take_all = [&] {

@@ -279,21 +279,21 @@ TEST(closing, takes_what_was_published_before) {
 // What is modelled is what the sources do where they do not use the real thing: each access stands there as
 // it does here, and there are no others.
 TEST(lane_life, has_the_accesses_that_the_sources_have) {
-  const std::string taking = "src/service/lanes.cpp", loop = "src/service/service_loop.cpp",
-                    home = "src/service/lane_home.hpp";
+  const std::string audiences = "src/service/audiences.cpp", handles = "src/service/topic_handles.cpp",
+                    loop = "src/service/service_loop.cpp", home = "src/service/lane_home.hpp";
   const source_access expected[] = {
       {home, "path.home->given()+aside==popped", 1},
-      {taking,
-       "if(!views_[i].attached||views_[i].topic!=topic_index||detail::subscribes(lanes_[i].kind))continue;",
-       1}, // update_wanted()
-      {taking, "if(i==index||!views_[i].attached||views_[i].topic!=topic_index)continue;", 1}, // announce()
-      {taking,
+      {audiences,
+       "if(!views_[i].attached||views_[i].topic!=index||detail::subscribes(lanes_[i].kind))continue;", 1},
+      {audiences, "lanes_[i].kind", 1},
+      {handles, "if(i==pair||!views_[i].attached||views_[i].topic!=views_[pair].topic)continue;", 1},
+      {handles,
        "if(views_[i].attached&&views_[i].topic==topic&&detail::subscribes(lanes_[i].kind)==that_reads)", 1},
-      {taking, "lanes_[i].kind", 3},
+      {handles, "lanes_[i].kind", 2},
       {loop, "drain_until_ns_.load(std::memory_order_acquire)", 1},
       {loop,
        "drain_until_ns_.store(std::min(rt::nanoseconds_of(drain_until),rt::nanoseconds_of(rt::never)-1),"
-       "std::memory_order_release);carrier_.wake();",
+       "std::memory_order_release);transport_.wake();",
        1},
       {loop, "drain_until_ns_.", 2},
   };
@@ -307,11 +307,10 @@ TEST(lane_life, needs_every_memory_order_it_asks_for) {
                              named_scenario{"closes_a_waiter", explore_two<closes_a_waiter>},
                              named_scenario{"two_threads", explore_two<two_threads>},
                              named_scenario{"outlived_by_a_view", explore_two<outlived_by_a_view>}};
-  const std::array listed{
-      stronger_than_needed{"wait_answer", "pair_phase::free, ", order::relaxed,
-                           "only set-up looks for free lanes, and its mutex orders that"},
-      stronger_than_needed{"hold", "pair_phase::held, ", order::relaxed,
-                           "who finds it held leaves it alone until it is free"}};
+  const std::array listed{stronger_than_needed{"wait_answer", "pair_phase::free, ", order::relaxed,
+                                               "only set-up looks for free lanes, and its mutex orders that"},
+                          stronger_than_needed{"hold", "pair_phase::held, ", order::relaxed,
+                                               "who finds it held leaves it alone until it is free"}};
   EXPECT_EQ((mutation_test{"rowe/detail/pair_lifecycle.hpp", scenarios, listed}.findings()), "");
   EXPECT_EQ((mutation_test{"model/lane_life.hpp", scenarios, {}}.findings()), "");
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A handle that sleeps until there is room in its queue, and the service thread, which releases slots without
-// a look at whether somebody waits for them: detail::wait_room() and core::tell_of_room(), as far as the two
-// meet. A run in which the handle is left asleep has failed.
+// a look at whether somebody waits for them: detail::wait_room() and handle_submissions::tell_room(), as far
+// as the two meet. A run in which the handle is left asleep has failed.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -20,11 +20,11 @@ namespace {
 
 using notification = rt::notification<atomics, futex>;
 
-// The service thread does a cycle or two of its own accord, and one whenever it is woken.
+// The service thread does a cycle or two by itself, and one whenever it is woken.
 template <int GivesIn>
 struct room_comes {
   atomics::variable<std::uint32_t> room_asked{0};
-  atomics::variable<std::uint32_t> home{0}; // slots
+  atomics::variable<std::uint32_t> free_slots{0};
   atomics::variable<std::uint32_t> woken{0};
   notification news;
   notification service;
@@ -33,7 +33,7 @@ struct room_comes {
 
   void cycle(bool gives) {
     if (gives) {
-      home.store(1, order::release);
+      free_slots.store(1, order::release);
       gave = true;
     }
     const std::uint32_t asked = room_asked.load(order::acquire);
@@ -54,7 +54,7 @@ struct room_comes {
                 room_asked.store(1, order::release);
                 woken.store(1, order::release);
                 service.notify();
-                require(news.wait_until(rt::never, [this] { return home.load(order::acquire) != 0; }),
+                require(news.wait_until(rt::never, [this] { return free_slots.load(order::acquire) != 0; }),
                         "without a deadline a wait ends only when there is room");
                 room_asked.store(0, order::release);
               }}}};
@@ -68,14 +68,13 @@ TEST(room, wakes_who_waits_for_it_whenever_it_comes) {
 }
 
 TEST(room, has_the_accesses_that_the_sources_have) {
-  const std::string handle = "include/rowe/detail/calls.hpp", service = "src/service/talking.cpp";
+  const std::string handle = "include/rowe/detail/calls.hpp", service = "src/service/handle_submissions.cpp";
   const source_access expected[] = {
       {handle, "on.room_asked.store(on.user.room_waits,std::memory_order_release);handle.wake_service();", 1},
       {handle, "on.room_asked.store(0,std::memory_order_release);", 1},
       {handle, "room_asked.", 2},
       {service, "asked=lanes_[i].room_asked.load(std::memory_order_acquire);", 1},
-      {service, "lane.room_asked.load(std::memory_order_acquire)!=0;",
-       1}, // whether tell_of_room() is to look
+      {service, "lane.room_asked.load(std::memory_order_acquire)!=0;", 1}, // whether tell_room() is to look
       {service, "room_asked.", 2},
   };
   expect_in_sources(expected);

@@ -53,7 +53,7 @@ struct loop {
   }
 };
 
-// stop_rules and core::turn_stop(), as far as the words go.
+// stop_rules and stop_service::update(), as far as the words go.
 struct service {
   permit_word granted;
   latch_number number = 1;

@@ -45,7 +45,7 @@ struct queue_pair {
     require(in.try_push(value), "there is a place for every value");
     to.wakes.ring(advances);
   }
-  // As core::take_from().
+  // As handle_submissions::take().
   void take() {
     advances.mark();
     while (const auto value = out.try_pop()) require(*value == taken++, "values come in order, each once");

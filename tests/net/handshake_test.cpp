@@ -20,7 +20,6 @@ TEST(handshake, opens_a_connection_by_an_upgrade) {
   EXPECT_EQ(opened.path, "/robot");
   EXPECT_EQ(opened.subprotocol, "");
   EXPECT_EQ(opened.address.substr(0, 10), "127.0.0.1:");
-  EXPECT_FALSE(transport->busy());
 }
 
 TEST(handshake, passes_on_what_lies_behind_the_upgrade_in_the_same_segment) {
@@ -201,7 +200,7 @@ TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
   drive.stop_clock();
   raw_socket client{transport->port()};
   ASSERT_TRUE(client.send("GET / HTTP/1.1\r\n"));
-  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   ASSERT_TRUE(drive.until([&] { return client.all_arrived(); }));
   drive.turn(); // the bytes are seen by now
   drive.turn();
@@ -212,14 +211,13 @@ TEST(handshake, cuts_a_header_that_does_not_end_in_time) {
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_EQ(client.text.substr(0, 12), "HTTP/1.1 408");
   ASSERT_EQ(drive.sink().refusals.size(), 1U);
-  EXPECT_FALSE(transport->busy());
 }
 
 TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
   auto transport = listening();
   driver drive{*transport};
   raw_socket client{transport->port()};
-  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   drive.skip(5100ms);
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_TRUE(client.text.empty());
@@ -229,16 +227,17 @@ TEST(handshake, closes_a_silent_socket_in_time_without_a_report) {
 TEST(handshake, forgets_a_client_that_leaves_before_its_header_ends) {
   auto transport = listening();
   driver drive{*transport};
+  const std::size_t before = open_descriptors();
   {
     raw_socket client{transport->port()};
     ASSERT_TRUE(client.send("GET / HT"));
-    ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+    ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   }
-  EXPECT_TRUE(drive.until([&] { return !transport->busy(); }));
+  EXPECT_TRUE(drive.until([&] { return open_descriptors() == before; }));
   raw_socket client{transport->port()};
-  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 2; }));
   client.reset();
-  EXPECT_TRUE(drive.until([&] { return !transport->busy(); }));
+  EXPECT_TRUE(drive.until([&] { return open_descriptors() == before; }));
   EXPECT_TRUE(drive.sink().refusals.empty());
 }
 
@@ -284,6 +283,7 @@ TEST(handshake, refuses_an_upgrade_beyond_connections_max_and_still_serves_pages
 TEST(handshake, refuses_what_finds_no_place_on_the_spot) {
   auto transport = listening({.limits = {.handshakes_max = 1, .handshake_bytes = 16 << 20}});
   driver drive{*transport};
+  const std::uint64_t resting = transport->memory().bytes_used;
   const std::string large(4 << 20, 'p');
   drive.sink().answer = [&](const service::http_request&) { return page_of(large); };
   raw_socket reader{transport->port(), "127.0.0.1", 2048}; // of nothing: its page stays under way
@@ -296,7 +296,7 @@ TEST(handshake, refuses_what_finds_no_place_on_the_spot) {
   ASSERT_EQ(drive.sink().refusals.size(), 1U);
 
   reader.reset();
-  ASSERT_TRUE(drive.until([&] { return !transport->busy(); }));
+  ASSERT_TRUE(drive.until([&] { return transport->memory().bytes_used == resting; }));
   const raw_socket client = upgraded(drive, *transport);
   EXPECT_EQ(drive.sink().opens.size(), 1U);
 }

@@ -209,7 +209,7 @@ TEST(listen, answers_503_when_an_upgrade_finds_no_descriptor_for_libwebsockets) 
   auto transport = listening();
   driver drive{*transport};
   raw_socket client{transport->port()};
-  ASSERT_TRUE(drive.until([&] { return transport->busy(); }));
+  ASSERT_TRUE(drive.until([&] { return transport->counters().accepted == 1; }));
   {
     const few_descriptors none{0};
     ASSERT_TRUE(client.send(upgrade_request(transport->port())));

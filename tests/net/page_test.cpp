@@ -63,7 +63,6 @@ TEST_F(page, is_answered_with_the_headers_that_protect_it) {
   EXPECT_FALSE(drive.sink().pages[0].accepts_gzip);
   EXPECT_TRUE(drive.sink().opens.empty());
   EXPECT_TRUE(drive.sink().refusals.empty());
-  EXPECT_FALSE(transport->busy());
 }
 
 TEST_F(page, says_when_its_body_is_compressed) {
@@ -116,29 +115,31 @@ TEST_F(page, reaches_a_slow_reader_whole_though_the_body_changes_after_the_poll)
   for (std::size_t i = 0; i < body.size(); i += 4096) body[i] = static_cast<char>('a' + i / 4096 % 26);
   const std::string expected = body;
   drive.stop_clock();
+  const std::uint64_t resting = transport->memory().bytes_used;
   raw_socket client{transport->port(), "127.0.0.1", 4096};
   ASSERT_TRUE(client.send(request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
-  EXPECT_TRUE(transport->busy());
+  EXPECT_GT(transport->memory().bytes_used, resting);
   std::fill(body.begin(), body.end(), '!');
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_FALSE(client.failed);
   EXPECT_TRUE(body_of(client) == expected);
-  EXPECT_FALSE(transport->busy());
+  EXPECT_EQ(transport->memory().bytes_used, resting);
 }
 
 TEST_F(page, is_cut_when_its_reader_does_not_read) {
   body.resize(8 << 20, 'x');
   drive.stop_clock();
+  const std::uint64_t resting = transport->memory().bytes_used;
   raw_socket client{transport->port(), "127.0.0.1", 4096};
   ASSERT_TRUE(client.send(request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
   drive.skip(9900ms);
   drive.turn();
-  EXPECT_TRUE(transport->busy());
+  EXPECT_GT(transport->memory().bytes_used, resting);
   drive.skip(200ms);
   drive.turn();
-  EXPECT_FALSE(transport->busy());
+  EXPECT_EQ(transport->memory().bytes_used, resting);
   ASSERT_TRUE(drive.until([&] { return client.ended(); }));
   EXPECT_TRUE(client.failed);
 }
@@ -146,11 +147,12 @@ TEST_F(page, is_cut_when_its_reader_does_not_read) {
 TEST_F(page, is_given_up_when_its_reader_vanishes) {
   body.resize(8 << 20, 'x');
   drive.stop_clock();
+  const std::uint64_t resting = transport->memory().bytes_used;
   raw_socket client{transport->port(), "127.0.0.1", 4096};
   ASSERT_TRUE(client.send(request(transport->port(), "/")));
   ASSERT_TRUE(drive.until([&] { return !drive.sink().pages.empty(); }));
   client.reset();
-  EXPECT_TRUE(drive.until([&] { return !transport->busy(); }));
+  EXPECT_TRUE(drive.until([&] { return transport->memory().bytes_used == resting; }));
 }
 
 TEST(etag, is_matched_in_lists_weakly_and_by_a_star) {

@@ -127,7 +127,7 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
   EXPECT_EQ(there().told("call ").size(), calls / 2);
 }
 
-TEST_P(conversation, serves_threads_at_the_front_door) {
+TEST_P(conversation, serves_ordinary_threads) {
   const auto reply = here().invoke(message("service", "/something", "n", 1), timeout);
   ASSERT_TRUE(reply) << reply.error().name();
   EXPECT_NE(reply->value().find(std::to_string(there().process())), std::string_view::npos);

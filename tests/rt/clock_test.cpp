@@ -42,17 +42,5 @@ TEST(clock, measures_what_a_reading_costs) {
   EXPECT_EQ(static_cast<bool>(cost), cost.cheap);
 }
 
-TEST(fake_clock, moves_only_when_told_to) {
-  rowe::rt::fake_clock clock;
-  const time_point start = clock.now();
-  EXPECT_EQ(clock.now(), start);
-  clock.advance(3ms);
-  EXPECT_EQ(clock.now(), start + 3ms);
-  clock.sleep_until(start + 1ms);
-  EXPECT_EQ(clock.now(), start + 3ms);
-  clock.sleep_until(start + 4ms);
-  EXPECT_EQ(clock.now(), start + 4ms);
-}
-
 } // namespace
 } // namespace clock_test

@@ -2,6 +2,7 @@
 // The grid, overruns and ends of a periodic loop under a fake clock; signals and stop() under the kernel's.
 #include <rowe/rt/periodic.hpp>
 
+#include "fake_clock.hpp"
 #include "watchdog.hpp"
 
 #include <gtest/gtest.h>
@@ -18,10 +19,10 @@ namespace {
 using namespace std::chrono_literals;
 using rowe::rt::basic_periodic;
 using rowe::rt::duration;
-using rowe::rt::fake_clock;
 using rowe::rt::never;
 using rowe::rt::periodic;
 using rowe::rt::time_point;
+using rowe::tests::fake_clock;
 using fake_periodic = basic_periodic<fake_clock>;
 
 TEST(periodic, begins_its_grid_with_the_first_wait_which_returns_at_once) {

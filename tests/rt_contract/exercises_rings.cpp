@@ -178,16 +178,6 @@ constexpr exercise list[] = {
        const auto h = home_with(rt, places);
        rt.calls([&](std::uint64_t) { use(h.owner.home_at_least()); });
      }},
-    {"home_consumer::all_home", "when they are",
-     [](real_time& rt) {
-       const auto h = home_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(h.owner.all_home()); });
-     }},
-    {"home_consumer::all_home", "when one is out",
-     [](real_time& rt) {
-       const auto h = home_with(rt, 1);
-       rt.calls([&](std::uint64_t) { use(h.owner.all_home()); });
-     }},
     {"home_ring::slots", "always",
      [](real_time& rt) {
        const auto h = home_with(rt, 0);

@@ -333,29 +333,29 @@ TEST_F(calling, takes_only_one_answer_to_a_call) {
 // ---- what a thread that waits learns of its reply
 
 struct replying : core_test {
-  replying() { (void)on.door.try_receive(on.now); } // from now on the front door takes calls
+  replying() { (void)on.inbox.try_receive(on.now); } // from now on the shared inbox takes calls
   rowe::detail::call_ref next_call() {
-    const auto slot = on.door.try_receive(on.now);
+    const auto slot = on.inbox.try_receive(on.now);
     if (!slot) return {};
-    const rowe::detail::call_ref asked = on.door.inbound_header(*slot).call;
-    on.door.give_back_inbound(*slot);
+    const rowe::detail::call_ref asked = on.inbox.header(*slot).call;
+    on.inbox.release(*slot);
     return asked;
   }
   std::uint32_t reply(rowe::detail::call_ref to, std::string_view text, rowe::duration ttl = -1ns) {
-    const auto slot = on.door.submit({.what = rowe::service::door_request::reply,
-                                      .wants_outcome = true,
-                                      .call = to,
-                                      .stamped = on.now,
-                                      .expires = rowe::rt::deadline_after(on.now, ttl)},
-                                     text);
+    const auto slot = on.submissions.submit({.what = rowe::detail::entry::reply,
+                                             .wants_outcome = true,
+                                             .call = to,
+                                             .stamped = on.now,
+                                             .expires = rowe::rt::deadline_after(on.now, ttl)},
+                                            text);
     EXPECT_TRUE(slot);
     return *slot;
   }
   std::string outcome(std::uint32_t slot) {
-    if (!on.door.drained()) return "waits";
-    EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
-    const auto done = on.door.outcome(slot);
-    on.door.give_back(slot);
+    if (!on.submissions.drained()) return "waits";
+    EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
+    const auto done = on.submissions.outcome(slot);
+    on.submissions.release(slot);
     return done ? "sent" : std::string{done.error().name()};
   }
 };

@@ -703,7 +703,7 @@ TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
     on.cycle();
     rest += taken();
   }
-  // Between the two nobody received: the front door kept some of them, and one was in its turn.
+  // Between the two nobody received: the shared inbox kept some of them, and one was in its turn.
   EXPECT_EQ(rest.size() + on.count(counter::inbox_full), 20U - 5U);
 }
 
@@ -740,15 +740,15 @@ TEST_F(sharing, keeps_a_place_for_who_comes_last) {
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
-TEST(front_door_shares, keep_a_place_for_who_comes_last) {
+TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
   rowe::endpoint_options options = small_options();
   options.limits.door_slots = 64;
   theatre on{options};
   const auto taken = [&] {
     std::string letters;
-    while (const auto slot = on.door.try_receive(on.now)) {
-      letters += std::string{on.door.inbound_text(*slot)}.substr(9, 1);
-      (void)on.door.give_back_inbound(*slot); // the next cycle comes anyway
+    while (const auto slot = on.inbox.try_receive(on.now)) {
+      letters += std::string{on.inbox.text(*slot)}.substr(9, 1);
+      (void)on.inbox.release(*slot); // the next cycle comes anyway
     }
     return letters;
   };
@@ -798,9 +798,9 @@ TEST(sharing_alone, keeps_what_was_read_at_once) {
   for (int i = 0; i < 200; ++i) {
     on.cycle();
     EXPECT_TRUE(on.core.check());
-    if (const auto slot = on.door.try_receive(on.now)) {
-      seen += on.door.inbound_text(*slot)[9];
-      on.door.give_back_inbound(*slot);
+    if (const auto slot = on.inbox.try_receive(on.now)) {
+      seen += on.inbox.text(*slot)[9];
+      on.inbox.release(*slot);
     }
   }
   EXPECT_EQ(seen, said);
@@ -821,9 +821,9 @@ TEST(sharing_hop, reads_no_further_either) {
   std::size_t seen = 0;
   for (int i = 0; i < 20; ++i) {
     on.cycle();
-    while (const auto slot = on.door.try_receive(on.now)) {
+    while (const auto slot = on.inbox.try_receive(on.now)) {
       ++seen;
-      on.door.give_back_inbound(*slot);
+      on.inbox.release(*slot);
     }
   }
   EXPECT_EQ(seen + on.count(counter::inbox_full), 20U);

@@ -262,7 +262,7 @@ TEST(core_sharing, sends_messages_to_everyone_beside_one_that_queues_all_it_may)
   std::size_t heard = 0;
   for (int i = 0; i < 100; ++i) {
     ASSERT_TRUE(
-        on.door.submit({.what = rowe::service::door_request::message, .stamped = on.now}, R"({"a":1})"));
+        on.submissions.submit({.what = rowe::detail::entry::message, .stamped = on.now}, R"({"a":1})"));
     on.cycle();
     heard += fine.hear().size();
   }
@@ -510,7 +510,7 @@ TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
   EXPECT_EQ(on.count(counter::stalled_peers), 2U) << "those that were waited for, and nobody else";
 }
 
-// A carrier that keeps the rest of frames itself, as sockets can.
+// A transport that keeps the rest of frames itself, as sockets can.
 TEST(core_sharing, lets_nobody_wait_where_the_carrier_keeps_the_rest_of_frames) {
   auto options = hub_options();
   options.limits.large_slots = 8;

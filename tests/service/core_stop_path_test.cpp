@@ -138,7 +138,7 @@ TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
   }
   EXPECT_TRUE(look()); // none of this was a stop
   EXPECT_FALSE(take(inbox));
-  EXPECT_FALSE(on.door.try_receive(on.now));
+  EXPECT_FALSE(on.inbox.try_receive(on.now));
   EXPECT_EQ(on.count(counter::stop_refusals), 0U);
 }
 
@@ -148,8 +148,8 @@ TEST_F(stop_path, hears_nothing_that_is_said_to_everyone) {
   (void)answer_to(p, R"({"a":1})");
   peer ordinary{on};
   (void)answer_to(ordinary, R"({"a":1})");
-  const auto sent = on.door.submit(
-      {.what = rowe::service::door_request::message, .stamped = on.now, .expires = rowe::rt::never},
+  const auto sent = on.submissions.submit(
+      {.what = rowe::detail::entry::message, .stamped = on.now, .expires = rowe::rt::never},
       R"({"to":"everyone"})");
   ASSERT_TRUE(sent);
   on.cycles(3);

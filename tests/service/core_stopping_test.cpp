@@ -407,8 +407,154 @@ TEST_F(stopping, of_one_peer_does_not_keep_others_from_waiting_for_their_answer)
 TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
   peer operator_{on};
   start(operator_);
-  on.board.ask_to_stop();
+  on.board.stops.ask();
   on.cycle();
+  EXPECT_FALSE(look());
+}
+
+// A thread of this process: its side of the two windows.
+struct local_thread {
+  theatre& on;
+  rowe::service::local_stop_asked asked{};
+  rowe::service::local_stop_answered heard{};
+
+  void stop(std::string_view source, std::string_view reason = {}) {
+    ++asked.stops;
+    ASSERT_TRUE(asked.source.assign(source) && asked.reason.assign(reason));
+    on.board.stops.hand_in(asked);
+    on.board.stops.ask();
+  }
+  void reset(std::uint64_t number = 0, rowe::rt::time_point until = rowe::rt::never) {
+    ++asked.resets;
+    asked.number = number;
+    asked.until = until;
+    on.board.stops.hand_in(asked);
+  }
+  const rowe::service::local_stop_answered& hear() {
+    on.board.stops.hear(heard);
+    return heard;
+  }
+};
+
+TEST_F(stopping, asked_for_by_this_process_is_answered_when_the_loop_has_acknowledged) {
+  peer operator_{on};
+  start(operator_);
+  local_thread thread{on};
+  thread.stop("button", "smoke");
+  on.cycle();
+  EXPECT_EQ(thread.hear().stops, 0U);
+  EXPECT_FALSE(look());
+  EXPECT_EQ(thread.hear().stops, 1U);
+  EXPECT_GT(thread.heard.acknowledged, on.now - 2ms);
+  thread.stop("button"); // a repeat: the loop stands already
+  on.cycle();
+  EXPECT_EQ(thread.hear().stops, 2U);
+}
+
+TEST_F(stopping, asked_for_by_this_process_twice_is_answered_at_once_for_both) {
+  peer operator_{on};
+  start(operator_);
+  local_thread thread{on};
+  thread.stop("one");
+  thread.stop("other");
+  on.cycle();
+  EXPECT_FALSE(look());
+  EXPECT_EQ(thread.hear().stops, 2U);
+}
+
+TEST_F(stopping, words_that_come_behind_it_are_shown) {
+  peer operator_{on};
+  start(operator_);
+  local_thread thread{on};
+  on.board.stops.ask();
+  on.cycle();
+  EXPECT_FALSE(look());
+  EXPECT_EQ(thread.hear().stops, 0U);
+  thread.stop("late");
+  on.cycle();
+  EXPECT_FALSE(look());
+  EXPECT_EQ(thread.hear().stops, 1U);
+  operator_.say(R"({"op":"call_service","id":"s","service":"/rowe/stop/state"})");
+  on.cycle();
+  EXPECT_EQ(member(answer_in(operator_.hear(), "s"), "source"), "\"late\"");
+}
+
+TEST_F(stopping, does_not_go_on_looking_for_an_answer_that_nobody_waits_for) {
+  peer operator_{on};
+  start(operator_);
+  local_thread thread{on};
+  thread.stop("button");
+  on.cycle();
+  EXPECT_LE(on.next_wake, on.now + 1ms); // a loop cannot wake anybody
+  on.cycles(60);
+  EXPECT_GT(on.next_wake, on.now + 1ms);
+  EXPECT_EQ(thread.hear().stops, 0U);
+}
+
+TEST_F(stopping, is_reset_by_this_process_when_the_loop_has_acknowledged) {
+  local_thread thread{on};
+  thread.reset();
+  on.cycle();
+  EXPECT_EQ(thread.hear().resets, 0U);
+  look();
+  on.cycle();
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_TRUE(thread.heard.reset_outcome);
+  EXPECT_TRUE(look());
+  thread.reset(); // it moves
+  on.cycle();
+  EXPECT_EQ(thread.hear().resets, 2U);
+  EXPECT_TRUE(thread.heard.reset_outcome);
+}
+
+TEST_F(stopping, is_answered_to_this_process_also_where_a_reset_comes_with_the_acknowledgment) {
+  peer operator_{on};
+  start(operator_);
+  local_thread thread{on};
+  thread.stop("button");
+  on.cycle();
+  EXPECT_TRUE(latch->engaged(on.now));
+  latch->acknowledge(on.now);
+  const auto acknowledged = on.now;
+  thread.reset();
+  on.cycle();
+  EXPECT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.stops, 1U);
+  EXPECT_EQ(thread.heard.acknowledged, acknowledged);
+  EXPECT_EQ(thread.heard.reset_number, thread.heard.stop_number + 1);
+  EXPECT_TRUE(look());
+}
+
+TEST_F(stopping, is_not_reset_by_this_process_too_late) {
+  local_thread thread{on};
+  thread.reset(0, on.now + 5ms);
+  on.cycles(10);
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::timed_out);
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(look());
+}
+
+TEST_F(stopping, is_not_reset_by_this_process_when_another_one_came) {
+  peer operator_{on};
+  local_thread thread{on};
+  thread.reset();
+  on.cycle();
+  operator_.say(stop_call);
+  on.cycle();
+  on.cycle();
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
+  EXPECT_FALSE(look());
+  EXPECT_FALSE(look());
+}
+
+TEST_F(stopping_guarded, is_not_reset_by_this_process_without_a_guard) {
+  local_thread thread{on};
+  look();
+  thread.reset();
+  on.cycles(2);
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
   EXPECT_FALSE(look());
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 using namespace stage;
 using rowe::errc;
-using rowe::service::door_request;
+using rowe::detail::entry;
 
 // A queue to one peer that does not read is full before that has its share of the slots.
 rowe::endpoint_options with_many_slots() {
@@ -25,30 +25,31 @@ struct talking : core_test {
   // A message of a thread that waits for what becomes of it, or not.
   std::uint32_t send(std::string_view text, rowe::duration ttl = -1ns, bool waits = true,
                      rowe::detail::peer_ref to = {}) {
-    const auto slot = on.door.submit({.what = door_request::message,
-                                      .wants_outcome = waits,
-                                      .peer = to,
-                                      .stamped = on.now,
-                                      .expires = ttl == 0ns ? on.now : rowe::rt::deadline_after(on.now, ttl)},
-                                     text);
+    const auto slot =
+        on.submissions.submit({.what = entry::message,
+                               .wants_outcome = waits,
+                               .peer = to,
+                               .stamped = on.now,
+                               .expires = ttl == 0ns ? on.now : rowe::rt::deadline_after(on.now, ttl)},
+                              text);
     EXPECT_TRUE(slot);
     return *slot;
   }
   // What became of it; "waits" while nothing has.
   std::string outcome(std::uint32_t slot) {
-    if (on.door.unsettled() == 0 || on.door.drained()) {
-      EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
-      const auto done = on.door.outcome(slot);
-      on.door.give_back(slot);
+    if (on.submissions.incomplete() == 0 || on.submissions.drained()) {
+      EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
+      const auto done = on.submissions.outcome(slot);
+      on.submissions.release(slot);
       return done ? "sent" : std::string{done.error().name()};
     }
     return "waits";
   }
   std::string received() {
-    const auto slot = on.door.try_receive(on.now);
+    const auto slot = on.inbox.try_receive(on.now);
     if (!slot) return std::string{slot.error().name()};
-    std::string text{on.door.inbound_text(*slot)};
-    on.door.give_back_inbound(*slot);
+    std::string text{on.inbox.text(*slot)};
+    on.inbox.release(*slot);
     return text;
   }
 };
@@ -245,8 +246,8 @@ TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
 
 TEST_F(talking, leaves_slots_to_topics_however_many_messages_wait_for_a_peer) {
   for (int i = 0; i < 200; ++i) {
-    // What finds the front door full is told so.
-    (void)on.door.submit({.what = door_request::message, .stamped = on.now}, R"({"a":1})");
+    // What finds the submission queue full is told so.
+    (void)on.submissions.submit({.what = entry::message, .stamped = on.now}, R"({"a":1})");
     on.cycle();
   }
   const std::uint32_t slots = on.options.limits.small_slots;
@@ -273,7 +274,7 @@ TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
   on.net.weather_of(slow.id()).room_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {
-    const auto slot = on.door.submit({.what = door_request::message, .stamped = on.now}, R"({"a":1})");
+    const auto slot = on.submissions.submit({.what = entry::message, .stamped = on.now}, R"({"a":1})");
     accepted += static_cast<bool>(slot);
     on.cycle();
   }
@@ -282,7 +283,7 @@ TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
-// Fills the queue towards a peer that does not read, and leaves one more at the front door.
+// Fills the queue towards a peer that does not read, and leaves one more in the submission queue.
 struct held_up : talking {
   held_up() {
     slow.say("{}");
@@ -293,7 +294,7 @@ struct held_up : talking {
       send(R"({"to":"slow"})", -1ns, false, to_slow);
       on.cycle();
     }
-    EXPECT_EQ(on.door.unsettled(), 1U);
+    EXPECT_EQ(on.submissions.incomplete(), 1U);
   }
   peer slow{on}, fine{on};
   rowe::detail::peer_ref to_slow{slow.id().index, slow.id().generation};
@@ -305,19 +306,18 @@ TEST_F(held_up, does_not_keep_other_threads_from_other_peers) {
   send(R"({"to":"all"})", -1ns, false);
   on.cycle();
   EXPECT_EQ(fine.hear(), (texts{R"({"to":"fine"})", R"({"to":"all"})"}));
-  EXPECT_EQ(on.door.unsettled(), 1U);
+  EXPECT_EQ(on.submissions.incomplete(), 1U);
 }
 
 TEST_F(held_up, does_not_keep_calls_and_replies_from_their_way) {
-  while (received() != "empty") continue; // and from now on the front door takes calls
+  while (received() != "empty") continue; // and from now on the shared inbox takes calls
   fine.say(R"({"service":"x","message_id":1})");
   on.cycle();
-  const auto asked = on.door.try_receive(on.now);
+  const auto asked = on.inbox.try_receive(on.now);
   ASSERT_TRUE(asked);
-  ASSERT_TRUE(on.door.submit(
-      {.what = door_request::reply, .call = on.door.inbound_header(*asked).call, .stamped = on.now},
-      R"({"done":true})"));
-  on.door.give_back_inbound(*asked);
+  ASSERT_TRUE(on.submissions.submit(
+      {.what = entry::reply, .call = on.inbox.header(*asked).call, .stamped = on.now}, R"({"done":true})"));
+  on.inbox.release(*asked);
   on.cycle();
   EXPECT_EQ(fine.hear(), texts{R"({"done":true,"in_reply_to":1})"});
 }
@@ -325,10 +325,10 @@ TEST_F(held_up, does_not_keep_calls_and_replies_from_their_way) {
 TEST_F(held_up, tells_who_waits_behind_it_that_the_time_is_over) {
   const auto slot = send(R"({"to":"slow"})", 20ms, true, to_slow);
   on.cycles(30);
-  ASSERT_EQ(on.door.unsettled(), 1U) << "the second is over, the first goes on waiting";
-  EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
-  EXPECT_EQ(on.door.outcome(slot).code(), errc::expired);
-  on.door.give_back(slot);
+  ASSERT_EQ(on.submissions.incomplete(), 1U) << "the second is over, the first goes on waiting";
+  EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
+  EXPECT_EQ(on.submissions.outcome(slot).code(), errc::expired);
+  on.submissions.release(slot);
 }
 
 TEST_F(held_up, keeps_the_order_towards_it) {
@@ -436,8 +436,8 @@ TEST_F(held_up_lane, goes_on_with_other_peers_calls_and_replies) {
 TEST_F(held_up_lane, counts_what_waits_when_the_endpoint_closes) {
   EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
   on.core.close_all(on.now);
-  EXPECT_EQ(on.door.unsettled(), 0U);
-  EXPECT_EQ(on.count(counter::lost_at_close), 2U) << "one in the lane, and one at the front door";
+  EXPECT_EQ(on.submissions.incomplete(), 0U);
+  EXPECT_EQ(on.count(counter::lost_at_close), 2U) << "one in the lane, and one in the submission queue";
   const auto late = send(R"({"to":"all"})");
   on.cycle();
   EXPECT_EQ(outcome(late), "closed");
@@ -504,9 +504,9 @@ TEST_F(held_up, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_sh
   send(R"({"to":"slow"})", -1ns, false, to_slow);
   const auto slot = send(R"({"to":"slow"})", -1ns, true, to_slow);
   on.cycle();
-  EXPECT_TRUE(on.door.wait(slot, rowe::rt::never));
-  EXPECT_EQ(on.door.outcome(slot).code(), errc::full);
-  on.door.give_back(slot);
+  EXPECT_TRUE(on.submissions.wait(slot, rowe::rt::never));
+  EXPECT_EQ(on.submissions.outcome(slot).code(), errc::full);
+  on.submissions.release(slot);
   EXPECT_EQ(on.count(counter::outbox_full), 1U);
 }
 
@@ -520,12 +520,12 @@ TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) 
   peer slow[3] = {peer{on}, peer{on}, peer{on}};
   std::uint32_t sent[3] = {};
   const auto send = [&](std::size_t to) {
-    const auto slot = on.door.submit({.what = door_request::message,
-                                      .wants_outcome = false,
-                                      .peer = {slow[to].id().index, slow[to].id().generation},
-                                      .stamped = on.now,
-                                      .expires = rowe::rt::never},
-                                     R"({"n":1})");
+    const auto slot = on.submissions.submit({.what = entry::message,
+                                             .wants_outcome = false,
+                                             .peer = {slow[to].id().index, slow[to].id().generation},
+                                             .stamped = on.now,
+                                             .expires = rowe::rt::never},
+                                            R"({"n":1})");
     ASSERT_TRUE(slot);
     ++sent[to];
     on.cycle();
@@ -679,14 +679,14 @@ struct talking_client : testing::Test {
 
 TEST_F(talking_client, sends_to_its_server_without_being_asked) {
   const auto slot =
-      on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
+      on.submissions.submit({.what = entry::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
   on.cycle();
   peer server{on, rowe::service::side::client};
   on.cycles(2);
   EXPECT_EQ(server.hear(), texts{R"({"a":1})"});
-  EXPECT_TRUE(on.door.wait(*slot, rowe::rt::never));
-  EXPECT_TRUE(on.door.outcome(*slot));
-  on.door.give_back(*slot);
+  EXPECT_TRUE(on.submissions.wait(*slot, rowe::rt::never));
+  EXPECT_TRUE(on.submissions.outcome(*slot));
+  on.submissions.release(*slot);
 }
 
 TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
@@ -695,21 +695,21 @@ TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
   options.limits.message_bytes_max = 128 * 1024;
   options.limits.door_slot_bytes = 100 * 1024;
   theatre on{options, rowe::service::side::client};
-  const auto large = on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now},
-                                    R"({"a":")" + std::string(65535, 'x') + R"("})");
+  const auto large = on.submissions.submit({.what = entry::message, .wants_outcome = true, .stamped = on.now},
+                                           R"({"a":")" + std::string(65535, 'x') + R"("})");
   const auto small =
-      on.door.submit({.what = door_request::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
+      on.submissions.submit({.what = entry::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
   const auto id = on.net.open(rowe::service::side::client);
   on.cycles(20, 1s); // long enough for pings
   const auto sent = on.net.sent(id);
   const std::string bytes{reinterpret_cast<const char*>(sent.data()), sent.size()};
   EXPECT_EQ(bytes, std::string("\x81\x07", 2) + R"({"a":1})") << "one frame, unmasked";
-  EXPECT_TRUE(on.door.wait(*large, rowe::rt::never));
-  EXPECT_EQ(on.door.outcome(*large).code(), errc::too_big);
-  EXPECT_TRUE(on.door.wait(*small, rowe::rt::never));
-  EXPECT_TRUE(on.door.outcome(*small));
-  on.door.give_back(*large);
-  on.door.give_back(*small);
+  EXPECT_TRUE(on.submissions.wait(*large, rowe::rt::never));
+  EXPECT_EQ(on.submissions.outcome(*large).code(), errc::too_big);
+  EXPECT_TRUE(on.submissions.wait(*small, rowe::rt::never));
+  EXPECT_TRUE(on.submissions.outcome(*small));
+  on.submissions.release(*large);
+  on.submissions.release(*small);
   EXPECT_TRUE(on.core.check());
 }
 

@@ -103,13 +103,13 @@ TEST_F(writing, large_messages_leave_turns_to_fewer_peers) {
 
 TEST_F(writing, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
   all_say("{}"); // they speak the bare dialect
-  const auto sent = on.door.submit({.what = rowe::service::door_request::message,
-                                    .wants_outcome = false,
-                                    .peer = {},
-                                    .call = {},
-                                    .stamped = on.now,
-                                    .expires = on.now},
-                                   R"({"data":1})");
+  const auto sent = on.submissions.submit({.what = rowe::detail::entry::message,
+                                           .wants_outcome = false,
+                                           .peer = {},
+                                           .call = {},
+                                           .stamped = on.now,
+                                           .expires = on.now},
+                                          R"({"data":1})");
   ASSERT_TRUE(sent);
   on.cycle();
   EXPECT_EQ(heard(), crowd);

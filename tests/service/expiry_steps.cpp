@@ -35,16 +35,16 @@ rowe::endpoint_options options(std::uint32_t pending) {
 }
 
 void send(stage::theatre& on, duration ttl) {
-  const auto slot = on.door.submit({.what = rowe::service::door_request::message,
-                                    .stamped = on.now,
-                                    .expires = rowe::rt::deadline_after(on.now, ttl)},
-                                   R"({"status":"ok","battery":0.73})");
+  const auto slot = on.submissions.submit({.what = rowe::detail::entry::message,
+                                           .stamped = on.now,
+                                           .expires = rowe::rt::deadline_after(on.now, ttl)},
+                                          R"({"status":"ok","battery":0.73})");
   if (!slot) std::abort();
 }
 
 } // namespace
 
-// The lives are drawn before, so that only the core's instructions are counted, and the door's.
+// The lives are drawn before, so that only the core's instructions are counted, and the submission queue's.
 extern "C" [[gnu::noinline]] void expiry_steps(stage::theatre& on, const std::vector<duration>& lives,
                                                duration each) {
   for (const duration ttl : lives) {

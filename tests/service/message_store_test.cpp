@@ -13,9 +13,9 @@ namespace {
 using namespace std::chrono_literals;
 using rowe::service::counter;
 using rowe::service::message_store;
-using rowe::service::no_index;
 using rowe::service::outcome;
 using rowe::service::slot_class;
+using rowe::service::slot_id;
 using rowe::service::slot_use;
 using rowe::service::timer;
 
@@ -41,7 +41,7 @@ struct message_store_test : testing::Test {
       memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
   int asked_for_room = 0;
 
-  std::uint32_t compose(std::string_view text, rowe::rt::time_point expires = rowe::rt::never) {
+  slot_id compose(std::string_view text, rowe::rt::time_point expires = rowe::rt::never) {
     return store.compose(
         expires, [&](rowe::json::writer& into) { into.append(text); }, slot_use::ordinary,
         [&](slot_class) { ++asked_for_room; });
@@ -55,22 +55,22 @@ struct message_store_test : testing::Test {
     cycle.now += time;
     while (const auto one = due.take_due(cycle.now)) {
       ASSERT_EQ(one->what, timer::slot);
-      store.expire(one->index);
+      store.expire({one->index});
     }
   }
   void TearDown() override { EXPECT_TRUE(store.check()); }
 };
 
 TEST_F(message_store_test, writes_what_does_not_fit_a_small_slot_into_a_large_one) {
-  const std::uint32_t slot = compose(std::string(1000, 'x'));
-  ASSERT_NE(slot, no_index);
+  const auto slot = compose(std::string(1000, 'x'));
+  ASSERT_TRUE(slot);
   EXPECT_EQ(store.slots().class_of(slot), slot_class::large);
   EXPECT_EQ(store.slots().in_use(), 1U);
 }
 
 TEST_F(message_store_test, asks_for_room_where_all_slots_are_taken_and_counts_what_finds_none) {
-  for (int i = 0; i < 5; ++i) ASSERT_NE(compose("x"), no_index); // three small ones, then two large ones
-  EXPECT_EQ(compose("x"), no_index);
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(compose("x")); // three small ones, then two large ones
+  EXPECT_FALSE(compose("x"));
   EXPECT_GT(asked_for_room, 0);
   EXPECT_EQ(counts.read(counter::no_slot), 1U);
 }
@@ -79,17 +79,17 @@ TEST_F(message_store_test, keeps_a_slot_for_the_stop) {
   for (int i = 0; i < 5; ++i) (void)compose("x");
   const auto write = [](rowe::json::writer& into) { into.append("stop"); };
   const auto none = [](slot_class) { FAIL() << "nobody makes room for the stop"; };
-  EXPECT_NE(store.compose(rowe::rt::never, write, slot_use::stop, none), no_index);
+  EXPECT_TRUE(store.compose(rowe::rt::never, write, slot_use::stop, none));
 }
 
 TEST_F(message_store_test, counts_what_no_slot_is_large_enough_for) {
-  EXPECT_EQ(compose(std::string(10'000, 'x')), no_index);
+  EXPECT_FALSE(compose(std::string(10'000, 'x')));
   EXPECT_EQ(counts.read(counter::too_big), 1U);
   EXPECT_EQ(store.slots().in_use(), 0U);
 }
 
 TEST_F(message_store_test, frees_what_is_over_whoever_still_has_it) {
-  const std::uint32_t slot = compose("x", cycle.now + 5ms);
+  const auto slot = compose("x", cycle.now + 5ms);
   const auto ref = store.slots().ref(slot);
   store.slots().retain(slot);
   store.arm_unwritten();
@@ -109,13 +109,13 @@ TEST_F(message_store_test, says_that_something_lives_no_longer_than_this_cycle_o
 }
 
 TEST_F(message_store_test, notes_no_outcome_of_what_nobody_tracks) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.delivered(slot);
   EXPECT_FALSE(store.has_outcomes());
 }
 
 TEST_F(message_store_test, notes_that_a_message_was_sent_and_ended) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.track(slot, false);
   store.delivered(slot);
   const auto told = outcomes();
@@ -126,7 +126,7 @@ TEST_F(message_store_test, notes_that_a_message_was_sent_and_ended) {
 }
 
 TEST_F(message_store_test, notes_that_a_message_was_sent_before_its_other_deliveries_end) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.track(slot, false);
   store.slots().retain(slot); // for a second peer
   store.delivered(slot);
@@ -140,7 +140,7 @@ TEST_F(message_store_test, notes_that_a_message_was_sent_before_its_other_delive
 }
 
 TEST_F(message_store_test, keeps_a_message_that_lost_its_deliveries_until_it_is_let_go) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.track(slot, true);
   store.slots().retain(slot); // queued for one peer,
   store.release(slot);        // which leaves
@@ -154,7 +154,7 @@ TEST_F(message_store_test, keeps_a_message_that_lost_its_deliveries_until_it_is_
 }
 
 TEST_F(message_store_test, keeps_a_message_no_longer_than_until_it_was_sent_once) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.track(slot, true);
   store.slots().retain(slot);
   store.delivered(slot);
@@ -165,7 +165,7 @@ TEST_F(message_store_test, keeps_a_message_no_longer_than_until_it_was_sent_once
 }
 
 TEST_F(message_store_test, notes_that_a_message_was_evicted) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.track(slot, false);
   store.note_evicted(slot);
   store.release(slot);
@@ -175,7 +175,7 @@ TEST_F(message_store_test, notes_that_a_message_was_evicted) {
 }
 
 TEST_F(message_store_test, notes_that_the_time_of_a_message_was_over) {
-  const std::uint32_t slot = compose("x", cycle.now + 1ms);
+  const auto slot = compose("x", cycle.now + 1ms);
   store.track(slot, false);
   store.arm_unwritten();
   pass(10ms);
@@ -185,18 +185,18 @@ TEST_F(message_store_test, notes_that_the_time_of_a_message_was_over) {
 }
 
 TEST_F(message_store_test, tells_outcomes_in_the_order_in_which_they_came_about) {
-  const std::uint32_t first = compose("a"), second = compose("b"), third = compose("c");
-  for (const std::uint32_t slot : {first, second, third}) store.track(slot, false);
+  const auto first = compose("a"), second = compose("b"), third = compose("c");
+  for (const slot_id slot : {first, second, third}) store.track(slot, false);
   store.delivered(second);
   store.release(third);
   store.delivered(first);
-  std::vector<std::uint32_t> order;
+  std::vector<slot_id> order;
   for (const outcome& one : outcomes()) order.push_back(one.slot);
   EXPECT_EQ(order, (std::vector{second, third, first}));
 }
 
 TEST_F(message_store_test, cancels_what_is_queued) {
-  const std::uint32_t slot = compose("x");
+  const auto slot = compose("x");
   store.track(slot, false);
   const auto ref = store.slots().ref(slot);
   EXPECT_TRUE(store.cancel(ref));
@@ -206,7 +206,7 @@ TEST_F(message_store_test, cancels_what_is_queued) {
 }
 
 TEST_F(message_store_test, does_not_cancel_what_a_socket_has_the_beginning_of) {
-  const std::uint32_t slot = compose("x", cycle.now + 1ms);
+  const auto slot = compose("x", cycle.now + 1ms);
   store.track(slot, false);
   store.arm_unwritten();
   store.slots().begin(slot);

@@ -17,10 +17,11 @@ using namespace std::chrono_literals;
 using rowe::priority;
 using rowe::service::connection;
 using rowe::service::counter;
-using rowe::service::no_index;
 using rowe::service::peer_index;
 using rowe::service::queue;
+using rowe::service::slot_id;
 using rowe::service::subscription_id;
+using rowe::service::topic_id;
 
 rowe::limits few(std::uint32_t slots = 8) {
   rowe::limits bounds;
@@ -44,15 +45,16 @@ struct outbox_test : testing::Test {
   const rowe::limits bounds;
   const std::size_t bytes =
       rowe::service::timers::footprint_bytes(bounds) + rowe::service::peer_table::footprint_bytes(bounds) +
-      rowe::service::router::footprint_bytes(bounds) + rowe::service::latch_store::footprint_bytes(bounds) +
+      rowe::service::topic_table::footprint_bytes(bounds) +
+      rowe::service::latch_store::footprint_bytes(bounds) +
       rowe::service::message_store::footprint_bytes(bounds) + rowe::service::outbox::footprint_bytes(bounds);
   rowe::rt::arena memory{bytes, rowe::rt::page_lock::none};
   rowe::service::cycle_state cycle{.now = rowe::rt::time_point{1s}};
   rowe::service::counters counts;
   rowe::service::timers due{memory, bounds, cycle.now};
   rowe::service::peer_table peers{memory, bounds};
-  rowe::service::router topics{memory, bounds,
-                               rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
+  rowe::service::topic_table topics{memory, bounds,
+                                    rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
   rowe::service::latch_store latches{memory, bounds};
   rowe::service::message_store store{
       memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
@@ -74,29 +76,29 @@ struct outbox_test : testing::Test {
     out.open({index});
     return {index};
   }
-  std::uint32_t topic(std::string_view name) {
-    const std::uint32_t index = topics.find_or_add(name);
+  topic_id topic(std::string_view name) {
+    const auto index = topics.find_or_add(name);
     topics.hold(index);
     return index;
   }
-  std::uint32_t subscribe(peer_index peer, std::uint32_t topic, std::int64_t throttle_ms = 0,
-                          std::uint32_t queue_length = 0) {
-    const std::uint32_t index = topics.add_subscription(topic, peer.value, peers[peer].first_subscription);
+  subscription_id subscribe(peer_index peer, topic_id topic, std::int64_t throttle_ms = 0,
+                            std::uint32_t queue_length = 0) {
+    const auto index = topics.add_subscription(topic, peer);
     auto& s = topics.subscription_at(index);
     s.request_count = 1;
     s.requests[0] = {.throttle = std::chrono::milliseconds{throttle_ms}, .queue_length = queue_length};
     out.merge_requests(index);
     return index;
   }
-  void publish(std::uint32_t topic, std::string_view body, rowe::rt::time_point expires = rowe::rt::never) {
-    const std::uint32_t slot =
-        out.compose_message(topic, expires, [&](rowe::json::writer& into) { into.append(body); });
-    ASSERT_NE(slot, no_index);
+  void publish(topic_id topic, std::string_view body, rowe::rt::time_point expires = rowe::rt::never) {
+    const auto slot =
+        out.compose_message(topic, cycle.now, expires, [&](rowe::json::writer& into) { into.append(body); });
+    ASSERT_TRUE(slot);
     out.fan_out(topic, slot);
     store.release(slot);
   }
   bool reply(peer_index to, std::string_view text) {
-    return out.reply(to, [&](rowe::json::writer& into) { into.append(text); }) != no_index;
+    return out.reply(to, [&](rowe::json::writer& into) { into.append(text); }).value != slot_id::none;
   }
   // The bodies that wait in a queue, oldest first.
   std::vector<std::string> waiting(const queue& of) {
@@ -109,29 +111,29 @@ struct outbox_test : testing::Test {
     }
     return all;
   }
-  std::vector<std::string> waiting(std::uint32_t subscription) {
+  std::vector<std::string> waiting(subscription_id subscription) {
     return waiting(topics.subscription_at(subscription).waiting);
   }
   // As the sender does: everything of one subscription that is ready is written.
-  void write(std::uint32_t subscription) {
+  void write(subscription_id subscription) {
     queue& from = topics.subscription_at(subscription).waiting;
     while (!from.empty()) {
-      const std::uint32_t slot = out.entries().front(from).index;
+      const auto slot = out.entries().front(from).index;
       out.take_front(from, slot, subscription);
       store.delivered(slot);
     }
   }
   void write_replies(peer_index peer, int count) {
     for (queue& from = out.of(peer).replies; count != 0 && !from.empty(); --count) {
-      const std::uint32_t slot = out.entries().front(from).index;
-      out.take_front(from, slot, no_index);
+      const auto slot = out.entries().front(from).index;
+      out.take_front(from, slot, {});
       store.delivered(slot);
     }
   }
-  std::vector<std::uint32_t> ready(peer_index peer, priority at = priority::normal) {
-    std::vector<std::uint32_t> all;
+  std::vector<subscription_id> ready(peer_index peer, priority at = priority::normal) {
+    std::vector<subscription_id> all;
     const auto& on = out.of(peer).ready[static_cast<std::size_t>(at)];
-    for (auto i = on.head; i; i = topics.subscriptions()[i].next_ready) all.push_back(i.value);
+    for (auto i = on.head; i; i = topics.subscriptions()[i].next_ready) all.push_back(i);
     return all;
   }
   void TearDown() override {
@@ -206,7 +208,7 @@ TEST_F(outbox_test, makes_a_throttled_queue_ready_when_its_time_has_come) {
   cycle.now += 101ms;
   const auto one = due.take_due(cycle.now);
   ASSERT_TRUE(one && one->what == rowe::service::timer::subscription);
-  out.throttle_over(one->index);
+  out.throttle_over({one->index});
   EXPECT_EQ(ready(peer), std::vector{of});
 }
 
@@ -219,7 +221,7 @@ TEST_F(outbox_test, lets_ready_subscriptions_take_turns) {
   }
   EXPECT_EQ(ready(peer), (std::vector{a, b}));
   auto& from = topics.subscription_at(a).waiting;
-  const std::uint32_t slot = out.entries().front(from).index;
+  const auto slot = out.entries().front(from).index;
   out.take_front(from, slot, a); // one message of a is written
   store.delivered(slot);
   out.rotate_ready(peer);
@@ -251,7 +253,7 @@ TEST_F(outbox_test, takes_the_oldest_from_whoever_holds_most_where_all_slots_are
 TEST_F(outbox_test, says_whose_reply_was_evicted_to_whoever_tracks_it) {
   const auto peer = join(0);
   for (int i = 0; i < 8; ++i) ASSERT_TRUE(reply(peer, "reply"));
-  const std::uint32_t oldest = out.entries().front(out.of(peer).replies).index;
+  const auto oldest = out.entries().front(out.of(peer).replies).index;
   store.track(oldest, false);
   ASSERT_TRUE(reply(peer, "one more"));
   rowe::service::outcome told;
@@ -274,7 +276,7 @@ TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_
     write_replies(reader, 1);
   }
   EXPECT_EQ(to_reader, 80U);
-  EXPECT_EQ(to_other, rowe::service::outbox::replies_max_backpressured);
+  EXPECT_EQ(to_other, rowe::service::replies_max_backpressured);
   EXPECT_EQ(counts.read(counter::outbox_full), 80U - to_other);
 }
 
@@ -299,13 +301,13 @@ TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
   out.drop(of);
   EXPECT_EQ(store.slots().in_use(), 0U);
   EXPECT_EQ(counts.read(counter::lost_with_peer), 3U);
-  topics.remove_subscription(of, peers[peer].first_subscription);
+  topics.remove_subscription(of);
 }
 
 TEST_F(outbox_test, gives_everything_back_when_a_peer_goes) {
   const auto peer = join(0);
   ASSERT_TRUE(reply(peer, "x"));
-  const std::uint32_t slot = out.compose(rowe::rt::never, [](rowe::json::writer& into) { into.append("y"); });
+  const auto slot = out.compose(rowe::rt::never, [](rowe::json::writer& into) { into.append("y"); });
   ASSERT_TRUE(out.push_direct(peer, priority::normal, slot));
   store.release(slot);
   out.forget(peer);

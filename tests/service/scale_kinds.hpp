@@ -3,8 +3,8 @@
 // struct below. For tests that count instructions: scale_steps.cpp compares few with many,
 // tests/counts/path_steps.cpp adds further paths and holds their counts.
 //
-// The carrier is one that costs nothing for who is quiet: its peers read at once, answer pings, and say what
-// they are told to.
+// The transport is one that costs nothing for who is quiet: its peers read at once, answer pings, and say
+// what they are told to.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -55,7 +55,6 @@ class lean_carrier final : public rowe::service::transport {
   void set_near(connection_id, bool) noexcept override {}
   void read_enabled(connection_id, bool) noexcept override {}
   void connect() noexcept override {}
-  bool busy() const noexcept override { return false; }
 
   bool has_more() const { return !said_.empty(); }
 
@@ -329,7 +328,7 @@ struct waiting : place {
     settle();
   }
   void send_to_all() {
-    const auto sent = on.door.submit({.what = rowe::service::door_request::message}, R"({"data":1})");
+    const auto sent = on.submissions.submit({.what = rowe::detail::entry::message}, R"({"data":1})");
     if (!sent) std::abort();
     settle();
   }

@@ -21,11 +21,12 @@
 #include <rowe/subscriber.hpp>
 
 #include "api/lane_memory.hpp"
-#include "net/memory_transport.hpp"
-#include "service/board.hpp"
+#include "memory_transport/memory_transport.hpp"
 #include "service/core.hpp"
-#include "service/front_door.hpp"
 #include "service/memory_plan.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/shared_state.hpp"
+#include "service/submission_queue.hpp"
 #include "wire/websocket.hpp"
 #include "json/reader.hpp"
 
@@ -74,7 +75,8 @@ class theatre_over {
  public:
   explicit theatre_over(const rowe::endpoint_options& chosen = small_options(),
                         rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1,
-                        rowe::rt::time_point begins = rowe::rt::time_point{std::chrono::seconds{1000}})
+                        rowe::rt::time_point begins = rowe::rt::time_point{std::chrono::seconds{1000}},
+                        const rowe::wire::protocol_set* protocols = nullptr)
       : options{chosen},
         memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
         random{seed},
@@ -83,15 +85,17 @@ class theatre_over {
         net{chosen.limits.connections_max},
         lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
         now{begins},
-        board{*memory.make<rowe::service::board>(memory, chosen.limits)},
-        door{*memory.make<rowe::service::front_door>(memory, chosen.limits)},
+        board{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
+        submissions{*memory.make<rowe::service::submission_queue>(memory, chosen.limits)},
+        inbox{*memory.make<rowe::service::shared_inbox>(memory, chosen.limits)},
         bell{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
         core{*memory.make<rowe::service::core>(
-            memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board, door,
+            memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board, submissions,
+            inbox,
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
-                rowe::wire::protocols_of(options.profile)},
+                protocols != nullptr ? *protocols : rowe::wire::protocols_of(options.profile)},
             now)} {}
 
   // Moves the time and does one cycle.
@@ -106,6 +110,13 @@ class theatre_over {
 
   std::uint64_t count(rowe::service::counter which) const {
     return rowe::service::read_count(board, lanes, which);
+  }
+
+  // Of ordinary threads.
+  bool all_slots_free() { return submissions.all_free() && inbox.all_free(); }
+  const char* check_slots() {
+    const char* const wrong = submissions.check();
+    return wrong != nullptr ? wrong : inbox.check();
   }
 
   // Offers a lane as set-up does. It is active after the next cycle.
@@ -160,8 +171,9 @@ class theatre_over {
   std::span<rowe::detail::lane> lanes;
   rowe::rt::time_point now;
   rowe::rt::time_point next_wake{};
-  rowe::service::board& board;
-  rowe::service::front_door& door;
+  rowe::service::shared_state& board;
+  rowe::service::submission_queue& submissions;
+  rowe::service::shared_inbox& inbox;
   rowe::rt::wake_bell<>& bell; // of idle::wake; nobody sleeps here
   rowe::service::core& core;
   std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
@@ -172,8 +184,11 @@ using theatre = theatre_over<rowe::net::memory_transport>;
 class peer {
  public:
   explicit peer(theatre& in, rowe::service::side ours = rowe::service::side::server,
-                std::string_view address = "127.0.0.1:50000", std::string_view path = "/")
-      : net_{in.net}, id_{in.net.open(ours, address, path)}, masks_{ours == rowe::service::side::server} {
+                std::string_view address = "127.0.0.1:50000", std::string_view path = "/",
+                std::string_view subprotocol = {})
+      : net_{in.net},
+        id_{in.net.open(ours, address, path, subprotocol)},
+        masks_{ours == rowe::service::side::server} {
     assembly_.resize(128 * 1024); // more than the core's options on a stage allow, and filled in no time
     parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,
                   {.message_bytes_max = assembly_.size() - 64, .fragments_max = 1000}, assembly_);
@@ -194,7 +209,7 @@ class peer {
   }
   void send_raw(std::span<const std::byte> bytes) { net_.arrive(id_, bytes); }
 
-  // What has come since the last call: texts; pings are answered, the close code kept.
+  // What has come since the last call: texts, and binary messages; pings are answered, the close code kept.
   std::vector<std::string> hear(std::size_t bytes_max = SIZE_MAX) {
     std::vector<std::string> texts;
     const auto sent = net_.sent(id_);
@@ -206,7 +221,9 @@ class peer {
       const auto step = parser_.next(rest);
       rest = rest.subspan(step.consumed);
       const std::string_view text{reinterpret_cast<const char*>(step.payload.data()), step.payload.size()};
-      if (step.event == rowe::wire::frame_event::text) texts.emplace_back(text);
+      const bool binary = step.event == rowe::wire::frame_event::binary;
+      if (step.event == rowe::wire::frame_event::text || binary) texts.emplace_back(text);
+      if (binary) ++binaries;
       if (step.event == rowe::wire::frame_event::ping) {
         ++pings;
         if (answers_pings) send(rowe::wire::opcode::pong, text);
@@ -241,6 +258,7 @@ class peer {
 
   std::uint16_t close_code = 0;
   std::string close_reason;
+  int binaries = 0; // of what was heard
   int pings = 0;
   int pongs = 0;
   bool answers_pings = true;

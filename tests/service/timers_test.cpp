@@ -34,7 +34,7 @@ TEST_F(timers_test, takes_no_more_memory_than_it_says) {
 TEST_F(timers_test, tells_whose_time_has_come_of_the_first_and_the_last_row_of_each_kind) {
   using rowe::service::call_index, rowe::service::peer_index, rowe::service::slot_id,
       rowe::service::subscription_id;
-  const auto slots = static_cast<std::uint32_t>(rowe::service::wire_slots::count(bounds));
+  const auto slots = static_cast<std::uint32_t>(rowe::service::slot_pool::count(bounds));
   all.arm(slot_id{0}, start + 1ms);
   all.arm(slot_id{slots - 1}, start + 2ms);
   all.arm(subscription_id{0}, start + 3ms);

@@ -44,7 +44,7 @@ inline duration some_time(random_source& random) {
 
 inline std::string reply_text(std::uint32_t answer) { return R"({"sum":)" + std::to_string(answer) + "}"; }
 
-// A message's text; now and then one that is none.
+// A message's text; now and then a bad one.
 inline std::string message_text(random_source& random, std::uint32_t n, bool good) {
   constexpr const char* bad[] = {"{", "[]", R"({"op":1})", R"({"message_id":"1"})"};
   if (!good) return bad[random.below(std::size(bad))];
@@ -188,10 +188,10 @@ class lane_user final : public actor {
     const rowe::connection whom = to != nullptr ? to->named() : rowe::everyone;
     bool accepted = false;
     if (waits) {
-      const auto call =
-          rowe::detail::start_letter(lane_, whom, text,
-                                     rowe::detail::letter(rowe::detail::entry::message,
-                                                          rowe::detail::ref_of(whom), in_.on.now, expires));
+      const auto call = rowe::detail::start_letter(lane_, whom, text,
+                                                   rowe::detail::message_header(rowe::detail::entry::message,
+                                                                                rowe::detail::ref_of(whom),
+                                                                                in_.on.now, expires));
       accepted = call.has_value();
       if (accepted) opened({call->index, call->generation}, {true, n});
     } else {
@@ -235,7 +235,7 @@ class lane_user final : public actor {
   void reply(const rowe::message_view& to) {
     const std::uint32_t k = number_after(to.value(), R"("a":)");
     switch (in_.random.below(6)) {
-    case 0: return; // forgotten: the call ends by its time
+    case 0: return; // forgotten: the call times out
     case 1:
       if (handle_.try_refuse(to, "no", in_.on.now)) in_.book.refuse(k);
       return;
@@ -294,7 +294,7 @@ class server final : public actor {
     const std::uint32_t k = call_of(asked);
     if (in_.random.one_in(8)) return in_.book.refuse(k); // forgets it
     if (in_.random.one_in(8)) {
-      (void)handle_.refuse(asked, "no", in_.on.now); // whoever has gone needs no refusal
+      (void)handle_.refuse(asked, "no", in_.on.now); // a caller that is gone needs no refusal
       return in_.book.refuse(k);
     }
     if constexpr (of_text) {

@@ -22,7 +22,7 @@ struct world_context {
 
 class messaging_peer {
  public:
-  struct request { // that it was asked
+  struct request { // a call that it got
     std::string id_raw;
     std::uint32_t call = 0;
     bool rosbridge = false;
@@ -71,7 +71,7 @@ class messaging_peer {
     }
   }
 
-  // ---- asks
+  // ---- calls
 
   // A call of `service`; its id is one of before now and then.
   void ask(std::string_view service, bool rosbridge, duration timeout) {
@@ -108,7 +108,7 @@ class messaging_peer {
     link_->say(text);
   }
 
-  // How many of its calls were not answered although their time must be over.
+  // How many of its calls were not answered although their deadlines have passed.
   std::size_t overdue() const {
     std::size_t count = 0;
     for (const auto& [id, under] : calls_) count += under.limited ? under.waiting : 0;
@@ -145,7 +145,7 @@ class messaging_peer {
     }
     }
   }
-  // What somebody else was asked.
+  // The calls that others got.
   void answer_for(const request& r) { say_answer(r, in_.book.new_false_answer()); }
 
  private:

@@ -5,11 +5,9 @@
 // checks, besides the core's own structures:
 //
 //   - a message is begun within its time to live and given to a peer once, in its sender's order; a sender
-//   that
-//     waits for the outcome is told the true one, once
+//     that waits for the outcome is told the true one, once
 //   - a call is sent to one callee, once; its caller gets one completion: the first answer that the callee
-//   gave
-//     under the call's id, and nobody else's; never a time-out before its time
+//     gave under the call's id, and nobody else's; never a time-out before its time
 //   - a peer is never answered what it did not ask, nor twice
 //
 // At the end of a run, when everyone has had time: everyone was told, the counters explain what was lost, and
@@ -100,7 +98,7 @@ class messaging_world : public sim_base {
     for (int i = 0; i < 5; ++i) quiesce(20ms);
     if (on_.core.slots_in_use() != 0) fail("a slot is lost");
     if (!on_.core.drained()) fail("something waits for nobody");
-    if (!on_.door.all_home()) fail("a slot of the submission queue is lost");
+    if (!on_.all_slots_free()) fail("a slot of the submission queue is lost");
     std::uint64_t explained = 0;
     for (const counter c : {counter::expired, counter::outbox_full, counter::no_slot, counter::lost_with_peer,
                             counter::malformed, counter::too_big})

@@ -42,10 +42,10 @@ class ordinary_threads {
   std::size_t waiting_threads() const { return waiting_.size(); }
 
  private:
-  using door_request = rowe::service::door_request;
+  using entry = rowe::detail::entry;
   struct waiting {
     std::uint32_t slot = 0;
-    door_request what = door_request::message;
+    entry what = entry::message;
     std::uint32_t number = 0; // in the ledger
   };
 
@@ -65,14 +65,14 @@ class ordinary_threads {
                                                   .only_now = ttl == 0ns,
                                                   .good = good,
                                                   .waits = waits});
-    const auto slot = in_.on.door.submit({.what = door_request::message,
-                                          .wants_outcome = waits,
-                                          .peer = ref(to),
-                                          .stamped = in_.on.now,
-                                          .expires = expires},
-                                         message_text(in_.random, n, good));
+    const auto slot = in_.on.submissions.submit({.what = entry::message,
+                                                 .wants_outcome = waits,
+                                                 .peer = ref(to),
+                                                 .stamped = in_.on.now,
+                                                 .expires = expires},
+                                                message_text(in_.random, n, good));
     if (!slot) return in_.book.take_back_message();
-    if (waits) waiting_.push_back({*slot, door_request::message, n});
+    if (waits) waiting_.push_back({*slot, entry::message, n});
   }
 
   void invoke(const messaging_peer* to) {
@@ -83,14 +83,14 @@ class ordinary_threads {
     const std::string text = R"({"service":")" +
                              std::string{services[in_.random.below(std::size(services))]} + R"(","a":)" +
                              std::to_string(k) + R"(,"b":0})";
-    const auto slot = in_.on.door.submit({.what = door_request::invocation,
-                                          .wants_outcome = true,
-                                          .peer = ref(to),
-                                          .stamped = in_.on.now,
-                                          .expires = deadline},
-                                         text);
+    const auto slot = in_.on.submissions.submit({.what = entry::invocation,
+                                                 .wants_outcome = true,
+                                                 .peer = ref(to),
+                                                 .stamped = in_.on.now,
+                                                 .expires = deadline},
+                                                text);
     if (!slot) return in_.book.take_back_call();
-    waiting_.push_back({*slot, door_request::invocation, k});
+    waiting_.push_back({*slot, entry::invocation, k});
   }
 
   // Takes the outcome of one request, or gives up before it is there.
@@ -98,38 +98,38 @@ class ordinary_threads {
     if (waiting_.empty()) return;
     const auto which = waiting_.begin() + static_cast<std::ptrdiff_t>(in_.random.below(waiting_.size()));
     if (!outcome_is_there(*which)) {
-      if (which->what == door_request::message) in_.book.message(which->number).waits = false;
-      if (which->what == door_request::invocation) in_.book.call(which->number).wanted = false;
+      if (which->what == entry::message) in_.book.message(which->number).waits = false;
+      if (which->what == entry::invocation) in_.book.call(which->number).wanted = false;
     }
     waiting_.erase(which);
   }
 
   bool outcome_is_there(const waiting& one) {
-    auto& door = in_.on.door;
-    if (!door.wait(one.slot, time_point{1ns})) return false; // long past, so it does not sleep
-    const rowe::status done = door.outcome(one.slot);
-    if (one.what == door_request::message) {
+    auto& queue = in_.on.submissions;
+    if (!queue.wait(one.slot, time_point{1ns})) return false; // long past, so it does not sleep
+    const rowe::status done = queue.outcome(one.slot);
+    if (one.what == entry::message) {
       in_.book.told_of_message(one.number, done, in_.on.now);
-    } else if (one.what == door_request::invocation) {
-      const std::uint32_t sum = number_after(door.reply_text(one.slot), R"("sum":)");
+    } else if (one.what == entry::invocation) {
+      const std::uint32_t sum = number_after(queue.reply_text(one.slot), R"("sum":)");
       if (done && sum == 0) in_.book.fail("a reply without what it must hold");
       in_.book.ended(one.number, done ? sum : 0, done ? errc::misuse : done.code(), in_.on.now);
     }
-    door.give_back(one.slot);
+    queue.release(one.slot);
     return true;
   }
 
   void receive() {
-    auto& door = in_.on.door;
-    const auto slot = door.try_receive(in_.on.now);
+    auto& inbox = in_.on.inbox;
+    const auto slot = inbox.try_receive(in_.on.now);
     if (!slot) return;
-    if (door.inbound_header(*slot).what == door_request::invocation) {
-      held_.push_back({door.inbound_header(*slot).call, number_after(door.inbound_text(*slot), R"("a":)")});
+    if (inbox.header(*slot).what == entry::invocation) {
+      held_.push_back({inbox.header(*slot).call, number_after(inbox.text(*slot), R"("a":)")});
     }
-    door.give_back_inbound(*slot);
+    inbox.release(*slot);
   }
   void receive_all() {
-    for (std::uint32_t left = in_.on.door.slots(); left > 0; --left) receive();
+    for (std::uint32_t left = in_.on.inbox.slots(); left > 0; --left) receive();
   }
 
   void answer() {
@@ -141,14 +141,14 @@ class ordinary_threads {
     const bool refuses = in_.random.one_in(8);
     const bool waits = in_.random.one_in(2);
     const std::uint32_t r = refuses ? 0 : in_.book.new_answer(k);
-    const auto slot = in_.on.door.submit({.what = refuses ? door_request::refusal : door_request::reply,
-                                          .wants_outcome = waits,
-                                          .call = call,
-                                          .stamped = in_.on.now},
-                                         refuses ? "no" : reply_text(r));
+    const auto slot = in_.on.submissions.submit({.what = refuses ? entry::refusal : entry::reply,
+                                                 .wants_outcome = waits,
+                                                 .call = call,
+                                                 .stamped = in_.on.now},
+                                                refuses ? "no" : reply_text(r));
     if (!slot) return refuses ? void() : in_.book.take_back_answer(k);
     if (refuses) in_.book.refuse(k);
-    if (waits) waiting_.push_back({*slot, refuses ? door_request::refusal : door_request::reply, k});
+    if (waits) waiting_.push_back({*slot, refuses ? entry::refusal : entry::reply, k});
   }
 
   world_context& in_;

@@ -7,8 +7,8 @@
 #include <random>
 #include <string>
 
-#include "service/router.hpp"
 #include "service/stage.hpp"
+#include "service/topic_table.hpp"
 
 namespace sim {
 

@@ -67,10 +67,10 @@ struct member_rule {
   domain is = domain::text;
 };
 
-// Whose state matters to what is said: the dimensions of the coverage table.
+// The dimensions of the coverage table: the things whose state matters to a text.
 enum class dimension : std::uint8_t { topic, subscription, service, call, answer, stop, connection };
 
-// How it goes out.
+// In what form it is sent.
 enum class form : std::uint8_t {
   rosbridge,    // an object with op
   bare,         // an object
@@ -109,14 +109,14 @@ std::size_t row_of(std::size_t operation, std::size_t member, std::size_t value)
 std::string text_of(const row_name& row);
 inline domain domain_of(const row_name& row) { return operations()[row.operation].members[row.member].is; }
 
-// What the one who chooses knows of the world.
+// What a generator knows of the world.
 struct knowledge {
   rowe::limits bounds{};
   std::string made_up;                        // a prefix of names that nobody else makes up
   std::vector<std::string> asked{};           // ids of calls that this peer was asked and has not answered
   std::vector<std::string> answered{};        // and has answered
   std::vector<std::string> asked_of_others{}; // that somebody else was asked
-  std::vector<std::string> own_calls{};       // ids of calls that this peer asks at the moment
+  std::vector<std::string> own_calls{};       // ids of this peer's open calls
   std::int64_t stop_number = 1;
   std::int64_t tick = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> old_stops{}; // numbers and ticks that were shown before

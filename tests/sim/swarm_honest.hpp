@@ -173,7 +173,7 @@ class honest {
     const bool counts = link_ && in_.cycles > subscribed_at_ + 10 && subscribed_at_ != 0;
     rowe::publisher<json_text> steady{harness::handle_of(steady_->lane())};
     const std::string text = "{\"h\":" + std::to_string(++steady_number_) + "}";
-    (void)steady.publish(text, in_.on.now); // what became of it is seen at the other end
+    (void)steady.publish(text, in_.on.now); // the other end sees what became of it
     if (counts && ++sent_ == window) {
       if (got_ < heard_min)
         in_.fail("floor_topic", "of " + std::to_string(window) +
@@ -193,14 +193,14 @@ class honest {
     }
   }
 
-  // Published now and then, for those who come late.
+  // Published now and then, for late subscribers.
   void publish_map() {
     if (!ready() || in_.on.now < map_next_) return;
     map_next_ = in_.on.now + 700ms;
     rowe::publisher<json_text> map{harness::handle_of(map_->lane())};
     if (map.publish("{\"m\":\"" + std::string(800, 'm') + "\"}", in_.on.now)) map_published_in_ = in_.cycles;
   }
-  // Comes late again and again.
+  // Subscribes late again and again.
   void look_at_map() {
     if (map_published_in_ == 0 || in_.cycles < map_published_in_ + 3 || map_asked_in_ != 0) return;
     if (in_.on.now < map_looks_next_) return;
@@ -222,7 +222,7 @@ class honest {
       if (!asked) return;
       const std::string text{asked->value()};
       (void)responder_.reply(*asked, rowe::json::is_object(text) ? text : "{}",
-                             in_.on.now); // who has gone needs none
+                             in_.on.now); // a caller that is gone needs none
     }
   }
 
@@ -288,21 +288,22 @@ class honest {
   }
   // The ordinary thread: what it cannot send it holds, and takes nothing meanwhile.
   void send_back() {
-    using rowe::service::door_request;
-    auto& door = in_.on.door;
+    using rowe::detail::entry;
+    auto& inbox = in_.on.inbox;
     for (unsigned left = takes_at_once; left > 0; --left) {
       if (!held_) {
-        const auto slot = door.try_receive(in_.on.now);
+        const auto slot = inbox.try_receive(in_.on.now);
         if (!slot) return;
-        const auto& came = door.inbound_header(*slot);
-        held_.emplace(came, std::string{door.inbound_text(*slot)});
-        (void)door.give_back_inbound(*slot); // the next cycle comes anyway
+        const auto& came = inbox.header(*slot);
+        held_.emplace(came, std::string{inbox.text(*slot)});
+        (void)inbox.release(*slot); // the next cycle comes anyway
         const std::int64_t number = integer_after(held_->second, "{\"e\":");
         if (number >= 0) took_plainly_ = static_cast<std::uint64_t>(number);
       }
-      const bool is_call = held_->first.what == door_request::invocation;
+      const bool is_call = held_->first.what == entry::invocation;
       if (!is_call && is_full(held_->first.peer)) return;
-      const auto sent = door.submit({.what = is_call ? door_request::reply : door_request::message,
+      const auto sent =
+          in_.on.submissions.submit({.what = is_call ? entry::reply : entry::message,
                                      .peer = held_->first.peer,
                                      .call = held_->first.call,
                                      .stamped = in_.on.now,
@@ -482,7 +483,7 @@ class honest {
   std::uint64_t took_plainly_ = 0;                    // the newest that was received
   std::uint64_t sent_plainly_in_ = 0;
   time_point sent_plainly_at_{};
-  std::optional<std::pair<rowe::service::door_header, std::string>> held_;
+  std::optional<std::pair<rowe::service::inbound_header, std::string>> held_;
 };
 
 } // namespace swarm

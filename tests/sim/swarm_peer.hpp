@@ -18,7 +18,7 @@
 
 namespace swarm {
 
-// What every text that a peer is sent must be. One reader for all: a run has one thread.
+// Checks every text that a peer is sent. One reader for all: a run has one thread.
 class codec_check {
  public:
   enum class kind : std::uint8_t { wrong, publish, status, request, answer, announcement, bare_message };
@@ -72,26 +72,19 @@ class codec_check {
   }
   heard bare(std::string_view text) {
     namespace b = rowe::wire::bare;
-    b::envelope said;
+    using rowe::wire::verb;
+    rowe::wire::request said;
+    auto op = b::op_member::none;
     const rowe::wire::name_limits names{.name_bytes_max = 1024, .id_bytes_max = 1024};
     scratch_.resize(b::scratch_bytes(names));
-    if (const auto no = b::decode(rowe::json::document{text}, scratch_, names, said)) {
+    if (const auto no = b::decode(rowe::json::document{text}, scratch_, names, said, op)) {
       std::array<char, rowe::wire::refusal::text_bytes_max> why;
       return {.why = std::string{no->text(why)}};
     }
-    heard out{.in_bare = true, .body = text};
-    switch (said.what) {
-    case b::kind::message: out.is = kind::bare_message; break;
-    case b::kind::invocation:
-      out.is = kind::request;
-      out.id_raw = said.id_raw;
-      break;
-    case b::kind::reply:
-      out.is = kind::answer;
-      out.id_raw = said.in_reply_to_raw;
-      out.failed = said.failed;
-      break;
-    }
+    heard out{.id_raw = std::string{said.id_raw}, .in_bare = true, .body = text, .failed = said.failed};
+    out.is = said.what == verb::call    ? kind::request
+             : said.what == verb::reply ? kind::answer
+                                        : kind::bare_message;
     return out;
   }
 
@@ -199,7 +192,7 @@ class untrusted_peer {
     std::uint64_t heard = 0;
   };
 
-  // Who in hop_2014 is a client is sent unmasked frames by design.
+  // A client of profile hop_2014 is sent unmasked frames by design.
   bool unmasked_is_right() const {
     return in_.ours == rowe::service::side::client && in_.on.options.profile == rowe::peer_profile::hop_2014;
   }
@@ -261,7 +254,7 @@ class untrusted_peer {
       std::vector<std::byte> bytes;
       append_frame(bytes, opcode::text, said.text);
       const std::size_t now = 1 + in_.random.below(bytes.size());
-      // What is missing comes with whatever is said next, which then is no frame of its own: rarely right.
+      // The rest of the frame is the beginning of the next text, so it is rarely right.
       return link_->send_raw(std::span{bytes}.first(in_.random.one_in(2) ? bytes.size() : now));
     }
     case form::no_frame: return link_->send_raw(std::as_bytes(std::span{said.text}));
@@ -418,7 +411,7 @@ class untrusted_peer {
     }
   }
 
-  // ---- what it hears
+  // ---- what it receives
 
   void hear_text(const std::string& text) {
     using kind = codec_check::kind;

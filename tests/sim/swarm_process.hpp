@@ -67,12 +67,12 @@ class handle {
   bool latched() const { return latched_; }
   rowe::detail::lane& lane() { return *lane_; }
   pair_phase phase() const { return lane_->lifecycle.look(); }
-  bool is_detached() const { return phase() == pair_phase::held; } // nothing is left but its memory
+  bool is_detached() const { return phase() == pair_phase::held; } // only its memory is left
   bool honest = false;                                             // its owner alone uses it
   bool told = false;                                               // that it was refused
   bool of_topic() const { return kind_ <= handle_kind::subscribe_value; }
 
-  // Everybody may look at whether the loop moves; of a latch.
+  // Of a latch: whether the loop moves. Anybody may look.
   bool moves = false;
   bool looks = true;
 
@@ -91,12 +91,12 @@ class handle {
     }
   }
 
-  // In each step: what a thread does that waits, and what a loop does.
+  // In each step: the part of a thread that waits, and of a loop.
   void wait() {
     if (kind_ == handle_kind::call_wait || kind_ == handle_kind::latch) begin_use();
     if (kind_ == handle_kind::call_wait) wait_for_call();
   }
-  // A loop that obeys.
+  // A loop that obeys its latch.
   bool look() {
     auto& latch = std::get<rowe::stop_latch>(user_);
     const bool engaged = latch.engaged(in_.on.now);
@@ -106,7 +106,7 @@ class handle {
   }
   bool acknowledges = true;
 
-  // The handle goes. What it gave out goes before it, or after it.
+  // Closes the handle. Views and requests that it gave out end before it, or after it.
   void close() {
     const bool holds = !calls_.empty() || waits_ || outlived();
     if (in_.random.one_in(4)) let_go();
@@ -187,7 +187,7 @@ class handle {
     requests_.erase(requests_.begin() + static_cast<std::ptrdiff_t>(which));
     switch (in_.random.below(8)) {
     case 0: return;                                                // forgotten
-    case 1: (void)responder.refuse(one, "no", in_.on.now); return; // who has gone needs none
+    case 1: (void)responder.refuse(one, "no", in_.on.now); return; // a caller that is gone needs none
     case 2: (void)responder.reply(one, "[", in_.on.now); return;   // likewise
     default: (void)responder.reply(one, "{\"x\":\"" + filling() + "\"}", in_.on.now); return; // likewise
     }
@@ -267,7 +267,7 @@ class handle {
     auto& lane_user = std::get<rowe::lane>(user_);
     switch (in_.random.below(8)) {
     case 0:
-    case 1: // what finds no room is counted
+    case 1: // a message that finds no room is counted
       (void)lane_user.try_send(in_.random.one_in(16) ? "[]" : "{\"x\":\"" + filling() + "\"}", some_time(),
                                in_.on.now);
       return;
@@ -333,7 +333,7 @@ class process {
   std::vector<std::unique_ptr<handle>>& handles() { return handles_; }
   bool receives = true; // else nothing here takes what comes for nobody: the honest peer's thread receives
 
-  // Opens one; the honest actors name theirs.
+  // Opens a handle; those of the honest peer have names.
   handle* open(handle_kind kind, const rowe::detail::lane_request& asked) {
     if (!has_free_lane()) return nullptr;
     std::unique_ptr<handle> made;
@@ -368,7 +368,7 @@ class process {
                               .type = in_.random.one_of(types),
                               .text_bytes_max = in_.random.one_in(2) ? 200U : 3000U};
     if (in_.random.one_in(3)) topic.period = 20ms;
-    // So that what this process latches fits in its half, whatever it is.
+    // So few that the latched values of this process always fit in its half.
     if (topic.latched && in_.known.bounds.latched_bytes <= 16 * 1024)
       topic.text_bytes_max = std::min(topic.text_bytes_max, 1000U);
     const std::string name{own_topics[in_.random.below(std::min(in_.known.names, std::size(own_topics)))]};
@@ -437,7 +437,7 @@ class process {
     one.act();
   }
 
-  // After each cycle: what set-up was told. One that is refused is closed, as set-up does.
+  // After each cycle: the answers to set-up. A refused handle is closed, as set-up does.
   void look_at_answers() {
     for (const auto& one : closing_) {
       if (one->outlived() && in_.random.one_in(32)) one->let_go();
@@ -471,7 +471,7 @@ class process {
       if (!one->honest) one->finish_up();
     }
     collect_outcomes();
-    while (const auto slot = in_.on.door.try_receive(in_.on.now)) in_.on.door.give_back_inbound(*slot);
+    while (const auto slot = in_.on.inbox.try_receive(in_.on.now)) in_.on.inbox.release(*slot);
     held_.clear();
   }
   void close_all() {
@@ -485,8 +485,9 @@ class process {
 
   void use_submissions() {
     in_.say("an ordinary thread of the process acts");
-    using rowe::service::door_request;
-    auto& door = in_.on.door;
+    using rowe::detail::entry;
+    auto& queue = in_.on.submissions;
+    auto& inbox = in_.on.inbox;
     constexpr rowe::duration times[] = {0ns, 3ms, 40ms, -1ns};
     switch (in_.random.below(8)) {
     case 0:
@@ -501,21 +502,20 @@ class process {
                                             R"({"a":1})",
                                             "["};
       const auto slot =
-          door.submit({.what = invokes ? door_request::invocation : door_request::message,
-                       .wants_outcome = waits,
-                       .stamped = in_.on.now,
-                       .expires = rowe::rt::deadline_after(in_.on.now, in_.random.one_of(times))},
-                      in_.random.one_of(texts));
+          queue.submit({.what = invokes ? entry::invocation : entry::message,
+                        .wants_outcome = waits,
+                        .stamped = in_.on.now,
+                        .expires = rowe::rt::deadline_after(in_.on.now, in_.random.one_of(times))},
+                       in_.random.one_of(texts));
       if (slot && waits) waiting_.push_back(*slot);
       return;
     }
     case 3:
     case 4: {
-      const auto slot = door.try_receive(in_.on.now);
+      const auto slot = inbox.try_receive(in_.on.now);
       if (!slot) return;
-      if (door.inbound_header(*slot).what == door_request::invocation)
-        held_.push_back(door.inbound_header(*slot).call);
-      (void)door.give_back_inbound(*slot); // the next cycle comes anyway
+      if (inbox.header(*slot).what == entry::invocation) held_.push_back(inbox.header(*slot).call);
+      (void)inbox.release(*slot); // the next cycle comes anyway
       return;
     }
     case 5:
@@ -524,12 +524,11 @@ class process {
       const auto call = held_.front();
       held_.pop_front();
       const bool waits = in_.random.one_in(2);
-      const auto slot =
-          door.submit({.what = in_.random.one_in(4) ? door_request::refusal : door_request::reply,
-                       .wants_outcome = waits,
-                       .call = call,
-                       .stamped = in_.on.now},
-                      in_.random.one_in(8) ? "7" : R"({"sum":3})");
+      const auto slot = queue.submit({.what = in_.random.one_in(4) ? entry::refusal : entry::reply,
+                                      .wants_outcome = waits,
+                                      .call = call,
+                                      .stamped = in_.on.now},
+                                     in_.random.one_in(8) ? "7" : R"({"sum":3})");
       if (slot && waits) waiting_.push_back(*slot);
       return;
     }
@@ -537,10 +536,10 @@ class process {
     }
   }
   void collect_outcomes() {
-    auto& door = in_.on.door;
+    auto& queue = in_.on.submissions;
     std::erase_if(waiting_, [&](std::uint32_t slot) {
       // Long past, so it does not sleep; a thread that gives up before the end may not look again.
-      if (door.wait(slot, time_point{1ns})) door.give_back(slot);
+      if (queue.wait(slot, time_point{1ns})) queue.release(slot);
       return true;
     });
   }

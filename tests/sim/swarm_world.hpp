@@ -61,7 +61,7 @@ struct plan {
   bool roomy = true;      // limits as small robots have them: the floors hold
   bool has_honest = true; //
   bool jumps = false;     // of time, by seconds
-  bool freezes = false;   // the service thread is kept from its core now and then
+  bool freezes = false;   // the service thread gets no core now and then
   bool floods = false;    // of stops: more than a number of 16 bits counts
   std::uint64_t bad_in = 6;
   std::uint64_t untrusted_max = 5;
@@ -110,13 +110,13 @@ inline plan draw_plan(std::uint64_t seed) {
   l.refusals_per_second_max = random.one_in(2) ? 20 : random.one_in(2) ? 1 : 0;
   l.latched_bytes = random.one_in(2) ? 64 * 1024 : 8 * 1024;
   if (random.one_in(2)) o.call_timeout = 300ms;
-  if (random.one_in(2)) { // nothing but its share bounds what one peer holds
+  if (random.one_in(2)) { // only the shares bound what one peer holds
     l.subscriptions_per_connection_max = l.subscriptions_max;
     l.calls_per_connection_max = l.calls_max;
     l.advertisements_per_connection_max = l.topics_max;
   }
   p.roomy = !random.one_in(4);
-  if (p.roomy) { // of what is shared there is enough that each of eight peers has a part
+  if (p.roomy) { // of each pool there is enough for eight peers
     l.topics_max = 64;
     l.services_max = 32;
     l.calls_max = 64;
@@ -188,7 +188,7 @@ class world {
       if (rows()[row].own) continue;
       const value_class& one = classes_of(domain_of(rows()[row]))[rows()[row].value];
       if (one.name == "absent" && one.good) uses_[row] += 6; // most texts leave out most members
-      if (!one.good) uses_[row] = std::max(uses_[row], 1U);  // of these one text has one, and only a few have
+      if (!one.good) uses_[row] = std::max(uses_[row], 1U);  // few texts have such a class, and each has one
     }
     operations_ = weights{operations().size()};
     operations_.randomise(random_);
@@ -258,7 +258,7 @@ class world {
     for (int i = 0; i < 5; ++i) quiesce();
     process_.close_all();
     for (int i = 0; i < 40; ++i) quiesce();
-    far_end last{on_, plan_.ours}; // what is for a peer waits for one
+    far_end last{on_, plan_.ours}; // pending messages wait for a peer
     last.say("{}");
     for (int i = 0; i < 40; ++i) {
       last.hear();
@@ -266,16 +266,16 @@ class world {
     }
     last.leave();
     for (int i = 0; i < 5; ++i) quiesce();
-    for (int left = 4000; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.door.all_home()); --left)
+    for (int left = 4000; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.all_slots_free()); --left)
       quiesce(); // what has come is taken
     if (broken()) return;
     if (on_.core.slots_in_use() != 0)
       result_.fail("end", std::to_string(on_.core.slots_in_use()) + " slots are not free");
     if (!process_.all_closed()) result_.fail("end", "a handle that is closed stays");
     if (!on_.core.drained()) result_.fail("end", "something waits for nobody");
-    if (!on_.door.all_home()) {
-      const char* const wrong = on_.door.check();
-      const bool waits = on_.door.try_receive(on_.now).has_value();
+    if (!on_.all_slots_free()) {
+      const char* const wrong = on_.check_slots();
+      const bool waits = on_.inbox.try_receive(on_.now).has_value();
       result_.fail("end", std::string{"a slot of the submission queue is not free: "} +
                               (wrong != nullptr ? wrong
                                : waits          ? "a message waits to be received"

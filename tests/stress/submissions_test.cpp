@@ -5,7 +5,8 @@
 // number, and a text made of it, so that a slot with two holders shows. tests/model shows what this run
 // cannot: orders that this processor does not use. This run adds the real words, moodycamel's queue, and
 // ThreadSanitizer.
-#include "service/front_door.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/submission_queue.hpp"
 
 #include <array>
 #include <atomic>
@@ -26,7 +27,8 @@ namespace {
 
 using namespace std::chrono_literals;
 using namespace rowe;
-using service::front_door;
+using service::shared_inbox;
+using service::submission_queue;
 using tests::stressed;
 using tests::watchdog;
 
@@ -43,11 +45,21 @@ limits bounds_with(std::uint32_t slots) {
 
 struct fixture {
   explicit fixture(std::uint32_t slots)
-      : memory{rt::arena::bytes_for<front_door>() + front_door::footprint_bytes(bounds_with(slots)),
+      : memory{rt::arena::bytes_for<submission_queue>() +
+                   submission_queue::footprint_bytes(bounds_with(slots)) +
+                   rt::arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds_with(slots)),
                rt::page_lock::none},
-        door{*memory.make<front_door>(memory, bounds_with(slots))} {}
+        submissions{*memory.make<submission_queue>(memory, bounds_with(slots))},
+        inbox{*memory.make<shared_inbox>(memory, bounds_with(slots))} {}
+  // With nobody inside.
+  void check() {
+    EXPECT_STREQ(submissions.check(), nullptr);
+    EXPECT_STREQ(inbox.check(), nullptr);
+    EXPECT_TRUE(submissions.all_free() && inbox.all_free());
+  }
   rt::arena memory;
-  front_door& door;
+  submission_queue& submissions;
+  shared_inbox& inbox;
 };
 
 // The number and then one character that goes with it, so that a torn text shows.
@@ -74,37 +86,38 @@ struct tally {
 };
 
 // One ordinary thread. Ends after so many requests, or when the endpoint is closed.
-void use(front_door& door, std::uint32_t user, std::uint64_t requests, std::uint64_t seed, tally& count) {
+void use(fixture& h, std::uint32_t user, std::uint64_t requests, std::uint64_t seed, tally& count) {
   std::mt19937_64 random{seed + user};
   for (std::uint64_t place = 0; place != requests; ++place) {
     const std::uint64_t own = number(user, place);
     const bool waits = random() % 4 != 0;
     result<std::uint32_t> asked = errc::full;
-    while ((asked = door.submit({.wants_outcome = waits}, text_of(own))).code() == errc::full && !asked)
+    while ((asked = h.submissions.submit({.wants_outcome = waits}, text_of(own))).code() == errc::full &&
+           !asked)
       std::this_thread::yield();
     if (!asked) break; // closed
     ++count.submitted;
     if (waits) {
       const rt::time_point now = rt::monotonic_clock::now();
       const std::array deadlines{rt::never, rt::time_point{}, now + 1us, now + 20us, now + 500us};
-      if (door.wait(*asked, deadlines[random() % deadlines.size()])) {
+      if (h.submissions.wait(*asked, deadlines[random() % deadlines.size()])) {
         ++count.answered;
-        const std::string_view reply = door.reply_text(*asked);
-        const status& outcome = door.outcome(*asked);
+        const std::string_view reply = h.submissions.reply_text(*asked);
+        const status& outcome = h.submissions.outcome(*asked);
         count.wrong += outcome ? reply != text_of(own) + "!" : outcome.code() != errc::closed;
-        door.give_back(*asked);
+        h.submissions.release(*asked);
       } else {
         ++count.abandoned;
       }
     }
     if (random() % 2 == 0) {
-      const auto arrived = random() % 2 == 0 ? door.try_receive(rt::monotonic_clock::now())
-                                             : door.receive(rt::monotonic_clock::now() + 30us);
+      const auto arrived = random() % 2 == 0 ? h.inbox.try_receive(rt::monotonic_clock::now())
+                                             : h.inbox.receive(rt::monotonic_clock::now() + 30us);
       if (arrived) {
         ++count.received;
-        const std::string_view text = door.inbound_text(*arrived);
+        const std::string_view text = h.inbox.text(*arrived);
         count.wrong += text != text_of(number_of(text));
-        door.give_back_inbound(*arrived);
+        h.inbox.release(*arrived);
       }
     }
   }
@@ -113,14 +126,15 @@ void use(front_door& door, std::uint32_t user, std::uint64_t requests, std::uint
 // The service thread: takes, keeps some for later, completes in any order. Checks the order of each thread.
 class server {
  public:
-  server(front_door& door, std::uint64_t seed, tally& count) : door_{door}, random_{seed}, count_{count} {}
+  server(fixture& h, std::uint64_t seed, tally& count)
+      : submissions_{h.submissions}, inbox_{h.inbox}, random_{seed}, count_{count} {}
 
   void turn() {
-    door_.take(
+    submissions_.take(
         [this](std::uint32_t slot) {
-          const std::uint64_t asked = number_of(door_.request_text(slot));
+          const std::uint64_t asked = number_of(submissions_.request_text(slot));
           std::uint64_t& last = last_of_[asked % users];
-          count_.wrong += door_.request_text(slot) != text_of(asked) || asked < last;
+          count_.wrong += submissions_.request_text(slot) != text_of(asked) || asked < last;
           last = asked + 1;
           ++taken;
           held_.push_back(slot);
@@ -131,11 +145,11 @@ class server {
       const std::uint64_t number = delivered;
       // Some are expired when they come.
       const auto expires = random_() % 8 == 0 ? rt::time_point{} : rt::never;
-      if (door_.deliver({.expires = expires}, text_of(number))) ++delivered;
+      if (inbox_.deliver({.expires = expires}, text_of(number))) ++delivered;
     }
     if (held_.empty()) std::this_thread::yield();
   }
-  void settle_all() {
+  void complete_all() {
     while (!held_.empty()) complete_one();
   }
 
@@ -147,32 +161,33 @@ class server {
     std::swap(held_.back(), held_[random_() % held_.size()]);
     const std::uint32_t slot = held_.back();
     held_.pop_back();
-    door_.settle(slot, {}, text_of(number_of(door_.request_text(slot))) + "!");
+    submissions_.complete(slot, {}, text_of(number_of(submissions_.request_text(slot))) + "!");
   }
 
-  front_door& door_;
+  submission_queue& submissions_;
+  shared_inbox& inbox_;
   std::mt19937_64 random_;
   tally& count_;
   std::vector<std::uint32_t> held_;
   std::array<std::uint64_t, users> last_of_{}; // the number after the last one seen
 };
 
-std::vector<std::thread> send_users(front_door& door, std::uint64_t requests, std::uint64_t seed,
-                                    tally& count, std::atomic<std::uint32_t>& inside) {
+std::vector<std::thread> send_users(fixture& h, std::uint64_t requests, std::uint64_t seed, tally& count,
+                                    std::atomic<std::uint32_t>& inside) {
   std::vector<std::thread> threads;
   inside = users;
   for (std::uint32_t user = 0; user != users; ++user)
     threads.emplace_back([&, user, requests, seed] {
-      use(door, user, requests, seed, count);
+      use(h, user, requests, seed, count);
       --inside;
     });
   return threads;
 }
 
-void empty_inbox(front_door& door, tally& count) {
-  while (const auto left = door.try_receive(rt::monotonic_clock::now())) {
+void empty_inbox(fixture& h, tally& count) {
+  while (const auto left = h.inbox.try_receive(rt::monotonic_clock::now())) {
     ++count.received;
-    door.give_back_inbound(*left);
+    h.inbox.release(*left);
   }
 }
 
@@ -186,20 +201,19 @@ TEST_P(submissions_stress, completes_each_request_once_and_frees_every_slot) {
   fixture h{GetParam()};
   tally count;
   std::atomic<std::uint32_t> inside;
-  auto threads = send_users(h.door, stressed(3'000), seed, count, inside);
-  server serves{h.door, seed, count};
+  auto threads = send_users(h, stressed(3'000), seed, count, inside);
+  server serves{h, seed, count};
   while (inside != 0) serves.turn();
-  while (!h.door.drained()) {
+  while (!h.submissions.drained()) {
     serves.turn();
-    serves.settle_all();
+    serves.complete_all();
   }
   for (std::thread& thread : threads) thread.join();
-  empty_inbox(h.door, count);
+  empty_inbox(h, count);
   EXPECT_EQ(count.wrong, 0U);
   EXPECT_EQ(serves.taken, count.submitted);
-  EXPECT_EQ(serves.delivered, count.received + h.door.expired());
-  EXPECT_STREQ(h.door.check(), nullptr);
-  EXPECT_TRUE(h.door.all_home());
+  EXPECT_EQ(serves.delivered, count.received + h.inbox.expired());
+  h.check();
 }
 
 TEST_P(submissions_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle) {
@@ -211,20 +225,21 @@ TEST_P(submissions_stress, leaves_nobody_waiting_when_it_finishes_in_the_middle)
     fixture h{GetParam()};
     tally count;
     std::atomic<std::uint32_t> inside;
-    auto threads = send_users(h.door, UINT64_MAX, seed + round, count, inside);
-    server serves{h.door, seed + round, count};
+    auto threads = send_users(h, UINT64_MAX, seed + round, count, inside);
+    server serves{h, seed + round, count};
     const std::uint64_t turns = random() % 300;
     for (std::uint64_t turn = 0; turn != turns; ++turn) serves.turn();
-    if (round % 2 == 0) h.door.close();
-    h.door.finish();
+    h.inbox.close();
+    if (round % 2 == 0) h.submissions.close();
+    h.submissions.finish();
     for (std::thread& thread : threads) thread.join();
-    h.door.finish(); // completes what was submitted while it finished
-    empty_inbox(h.door, count);
+    h.submissions.finish(); // completes what was submitted while it finished
+    empty_inbox(h, count);
     ASSERT_EQ(count.wrong, 0U);
     ASSERT_LE(serves.taken, count.submitted);
-    ASSERT_EQ(serves.delivered, count.received + h.door.expired());
-    ASSERT_STREQ(h.door.check(), nullptr);
-    ASSERT_TRUE(h.door.all_home());
+    ASSERT_EQ(serves.delivered, count.received + h.inbox.expired());
+    h.check();
+    ASSERT_FALSE(HasFailure());
   }
 }
 
@@ -238,7 +253,7 @@ TEST_P(submissions_stress, keeps_the_order_of_each_thread) {
   for (std::uint32_t sender = 0; sender != senders; ++sender)
     threads.emplace_back([&, sender] {
       for (std::uint32_t i = 0; i != messages;) {
-        if (h.door.submit({.peer = {sender, i}}, "x"))
+        if (h.submissions.submit({.peer = {sender, i}}, "x"))
           ++i;
         else
           std::this_thread::yield();
@@ -248,11 +263,11 @@ TEST_P(submissions_stress, keeps_the_order_of_each_thread) {
   std::uint64_t wrong = 0;
   std::uint64_t idle = 0;
   for (std::uint64_t taken = 0; taken != senders * messages;) {
-    const std::size_t count = h.door.take(
+    const std::size_t count = h.submissions.take(
         [&](std::uint32_t slot) {
-          const detail::peer_ref sent = h.door.request(slot).peer;
+          const detail::peer_ref sent = h.submissions.request(slot).peer;
           wrong += sent.generation != next[sent.index]++;
-          h.door.settle(slot, {});
+          h.submissions.complete(slot, {});
         },
         SIZE_MAX);
     if (count == 0 && ++idle % 20'000 == 0) std::this_thread::yield(); // seldom, else they go in step
@@ -260,8 +275,7 @@ TEST_P(submissions_stress, keeps_the_order_of_each_thread) {
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(wrong, 0U);
-  EXPECT_STREQ(h.door.check(), nullptr);
-  EXPECT_TRUE(h.door.all_home());
+  h.check();
 }
 
 } // namespace

@@ -8,18 +8,16 @@ A rule is a function that takes the tree and yields findings. Every exception st
 reason; one that excuses nothing any more is a finding itself. tidy_test.py plants offences against each rule
 in a copy of the tree and sees that they are found.
 """
-import collections
 import os
 import re
 import sys
 
-from tree import code_suffixes, tree
+import inside
+from tree import code_suffixes, finding, tree
 
 columns_max = 110
 library = ("src", "include", "rt")
 product = (*library, "tools", "docs")
-
-finding = collections.namedtuple("finding", "path line rule what")
 
 # (path, rule): why it may.
 exempt = {
@@ -27,7 +25,7 @@ exempt = {
     ("rt/src/arena.cpp", "banned-word"): "each page is to be written, although its content does not change",
     ("rt/src/thread.cpp", "banned-word"): "each page of the stack is to be written, although nobody reads it",
     ("rt/tripwire/scope.cpp", "no-output-no-abort"): "stopping the program is what a tripwire is for",
-    ("src/service/front_door.cpp", "core-is-a-function"): "the threads that sleep at the door read the clock",
+    ("src/service/shared_inbox.cpp", "core-is-a-function"): "the threads that sleep there read the clock",
     ("src/service/service_loop.cpp", "core-is-a-function"): "the loop around the core reads the clock for it",
     ("tests/capi/paper_listings.c", "white-space"): "the paper prints its listings with tabs",
     ("tests/rt/tripwire_test.cpp", "no-sleep-in-tests"): "the sleep is what the tripwire has to see",
@@ -50,7 +48,7 @@ def matches(t, paths, pattern, rule, what, raw=False):
 def libraries_stay_in_their_room(t):
     """Each foreign library is seen by one room; tests and benches may use them as baselines."""
     homes = {r"\blws_|libwebsockets|\bLWS_": "src/net/", r"simdjson": "src/json/", r"dragonbox": "src/json/",
-             r"moodycamel|concurrentqueue": "src/service/front_door"}
+             r"moodycamel|concurrentqueue": "src/service/number_queue"}
     for pattern, home in homes.items():
         elsewhere = [path for path in t.within(product) if not path.startswith(home)]
         yield from matches(t, elsewhere, pattern, "library-room", "{} belongs to " + home, raw=True)
@@ -147,6 +145,18 @@ def the_core_has_no_clock_and_no_chance(t):
                r"\brandom_device\b|\bmt19937|\bgetrandom\b|\bthis_thread\b|\bgettid\b|\bpthread_self\b")
     core = t.within(["src/service", "src/wire"])
     yield from matches(t, core, pattern, "core-is-a-function", "{}: comes in as an argument")
+
+
+def the_service_names_no_codec(t):
+    """src/service knows codecs, and not which, also in strings and comments. What users set and read is
+    called after one of them."""
+    allowed = r'options\.bare_unasked\b|key\("bare"\)'
+    names = r"(?<![a-z])(?:rosbridge|bare|hop|foxglove)(?![a-z])|wire/\w+_(?:codec|decoder)\.hpp|peer_profile"
+    pattern = re.compile(rf"{allowed}|({names})", re.IGNORECASE)
+    for path in t.within(["src/service"]):
+        for number, line in enumerate(t.lines(path), 1):
+            for found in filter(None, pattern.findall(line)):
+                yield finding(path, number, "codec", f"{found}: only src/wire knows which codecs there are")
 
 
 def tests_do_not_sleep(t):
@@ -348,9 +358,8 @@ replaced = {
     "weather": "link conditions"}
 # Names that folders beyond `worded` give; `dialect` is a member on the wire.
 named_elsewhere = (
-    "`dialect`", "bell_", "bell_rope", "carrier_", "detail::letter", "exchange(bell", "front_door",
-    "phase_plan", "phase_plan_test", "room_bell_", "stage::theatre", "start_letter", "wake_bell",
-    "wake_bell_test", "weather_of")
+    "`dialect`", "bell_rope", "stage::theatre",
+    "start_letter", "wake_bell", "wake_bell_test", "weather_of")
 
 
 def words_are_the_fields(t):
@@ -371,10 +380,11 @@ def words_are_the_fields(t):
 rules = (
     libraries_stay_in_their_room, rooms_include_along_the_arrows, outsiders_include_the_interface_only,
     no_fences_and_no_volatile, the_library_neither_prints_nor_ends_the_program,
-    the_core_has_no_clock_and_no_chance, tests_do_not_sleep, errors_are_not_swallowed,
-    orders_name_their_partner, a_pairs_words_have_one_home, sources_name_their_licence, lines_fit,
-    white_space_is_plain, nothing_is_left_open, no_machine_is_named, named_files_exist,
-    documented_code_is_compiled, links_lead_somewhere, words_are_the_fields)
+    the_core_has_no_clock_and_no_chance, the_service_names_no_codec, tests_do_not_sleep,
+    errors_are_not_swallowed, orders_name_their_partner, a_pairs_words_have_one_home,
+    sources_name_their_licence, lines_fit, white_space_is_plain, nothing_is_left_open, no_machine_is_named,
+    named_files_exist, documented_code_is_compiled, links_lead_somewhere, words_are_the_fields,
+    *inside.rules)
 
 
 def check(root):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tests the tidy test: offences are planted in a copy of the tree, and each must be found where it is; what
-only looks like one must not be."""
+"""Tests the tidy test: offences are planted in a copy of the tree, some in place of a file that is right, and
+each must be found where it is; what only looks like one must not be."""
 import os
 import shutil
 import tempfile
@@ -56,6 +56,12 @@ plants = [
      spdx + "clock_gettime(CLOCK_MONOTONIC, &t);\nstd::chrono::steady_clock::now();\nrand();\n"
      "std::random_device r;\nstd::this_thread::get_id();\nrt::monotonic_clock::now();\n",
      [(line, "core-is-a-function") for line in range(2, 8)]),
+    ("src/service/plant_5.cpp",
+     spdx + '#include "wire/rosbridge.hpp"\n#include "wire/json_decoder.hpp"\nwire::bare::decode(text);\n'
+     'if (by == peer_profile::standard) return;\nif (subprotocol == "foxglove.sdk.v1") return;\n'
+     '// as Hop has it\nbool is_bare = codec == hop_;\ninto.key("bare"); // of rosbridge_suite\n',
+     [(2, "codec"), (3, "codec"), (4, "codec"), (5, "codec"), (6, "codec"), (7, "codec"), (8, "codec"),
+      (8, "codec"), (9, "codec")]),
     ("src/wire/plant_q.cpp", spdx + "std::chrono::system_clock::now();\n", [(2, "core-is-a-function")]),
     ("tests/rt/plant_r.cpp", spdx + "std::this_thread::sleep_for(1ms);\nusleep(5);\n",
      [(2, "no-sleep-in-tests"), (3, "no-sleep-in-tests")]),
@@ -86,6 +92,31 @@ plants = [
     ("bench/plant_3.cmake", hash_spdx + "# see docs/nowhere.md\n", [(2, "named-file")]),
     ("docs/plant_6.md", "Letters go by the front door.\nA carrier and a `dialect`, or dialects.\n",
      [(1, "word"), (1, "word"), (2, "word"), (2, "word")]),
+    ("src/service/mask_keys.cpp",
+     spdx + '#include "service/mask_keys.hpp"\n#include "service/ids.hpp"\n#include "service/sender.hpp"\n',
+     [(4, "include-order")]),
+    ("src/service/plant_8.cpp", spdx + '#include "service/ids.hpp"\n', [(2, "include-order")]),
+    ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "size")]),
+    ("src/service/core_parts.hpp",
+     spdx + "class core_parts {\n  event_log events_;\n  timers timers_;\n  topic_rates rates_;\n"
+     "  topic_table topics_;\n  stop_service stop_service_;\n  handle_registry registry_;\n};\n",
+     [(6, "include-order")]),
+    ("docs/inside.md",
+     "# Inside\n```\n  handle_registry\n  stop_service\n  timers   topic_rates\n"
+     "  topic_table   cycle_state\n```\n"
+     "## The parts\n"
+     "| `event_log` | a | b |\n| `timers` | a | b |\n| `topic_table` | a | b |\n## The journeys\n"
+     "1. `core.cpp: cycle` begins.\n"
+     "   1. `handle_registry.cpp: scan` is called, and calls\n"
+     "      1. `handle_submissions.cpp: take`, which calls\n"
+     "         1. `broker.hpp: publish`, and not\n"
+     "         2. `outbox.cpp: fan_out`.\n"
+     "   2. `stop_service.hpp: update` comes earlier.\n"
+     "2. `broker.cpp: nothing_of_the_kind` is not there,\n"
+     "3. `include/rowe/detail/nowhere.hpp: publish` neither.\n"
+     "4. `core.cpp` has no function here.\n",
+     [(1, "inside"), (5, "inside"), (11, "inside"), (17, "inside"), (18, "inside"), (19, "inside"),
+      (19, "inside"), (20, "inside"), (20, "named-file"), (21, "inside")]),
     ("tests/sim/plant_7.cpp", spdx + "int weather_of_today;\nauto roll = DICE;\nint x; // it naps\n",
      [(2, "word"), (3, "word"), (4, "word")]),
 ]
@@ -94,7 +125,10 @@ plants = [
 innocent = [
     ("src/net/innocent_a.cpp",
      spdx + '#include "service/transport.hpp"\n#include "wire/utf8.hpp"\nlws_context* c;\n'),
-    ("src/service/front_door_innocent.cpp", spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
+    ("src/service/number_queue_innocent.cpp", spdx + "#include <concurrentqueue/concurrentqueue.h>\n"),
+    ("src/service/innocent_a.cpp",
+     spdx + '#include "wire/codec.hpp"\n.messages_unasked = options.bare_unasked,\ninto.key("bare");\n'
+     "const codec& in = protocols_.of(asked.codec); // barely, or by hops\n"),
     ("src/service/innocent_b.cpp",
      spdx + '// rand() and steady_clock would be wrong.\nconst char* word = "volatile, rand(), TIMEOUT";\n'
      "std::snprintf(room, 8, format);\nauto strand(int);\nint brand(int);\n"),

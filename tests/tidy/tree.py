@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The files of a working tree, and C++ without what stands in its comments and strings."""
+"""The files of a working tree, C++ without its comments and strings, and what is found in them."""
+import collections
 import functools
 import os
 import re
+
+finding = collections.namedtuple("finding", "path line rule what")
 
 code_suffixes = (".hpp", ".cpp", ".h", ".c")
 source_suffixes = code_suffixes + (".S", ".py", ".js", ".css", ".html", ".svg", ".cmake", ".sh", ".pml")

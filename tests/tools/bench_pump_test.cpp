@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The schedule, what a stall is charged to, and what is kept of it, on a clock that moves only when told to.
+#include "rt/fake_clock.hpp"
 #include "tools/bench/pump.hpp"
 
 #include <deque>
@@ -73,7 +74,7 @@ TEST(bench_recording, halves_a_round_trip_where_it_is_told_to) {
 // Answers in order, each `latency` after it was sent, but nothing between `stalled` and `resumed`; has room
 // for `room` at once, and loses what `loses` names.
 struct fake_peer {
-  rt::fake_clock& clock;
+  tests::fake_clock& clock;
   rt::duration latency = 50us;
   time_point stalled = rt::never, resumed = rt::never;
   std::size_t room = 1000;
@@ -101,7 +102,7 @@ struct fake_peer {
 };
 
 struct bench_pump : testing::Test {
-  rt::fake_clock clock;
+  tests::fake_clock clock;
   fake_peer peer{clock};
   recording samples{1ms};
 

@@ -30,15 +30,16 @@ class decoded {
  public:
   explicit decoded(std::string text) : text_{std::move(text)} {
     EXPECT_TRUE(is_json(text_)) << text_;
-    wrong_ = decode(text_, scratch_, limits, envelope_);
+    wrong_ = decode(text_, scratch_, limits, request_, op_);
   }
   decoded(const decoded&) = delete;
 
-  const envelope* operator->() const {
+  const request* operator->() const {
     EXPECT_FALSE(wrong_) << text_ << ": " << sentence();
-    return &envelope_;
+    return &request_;
   }
-  const envelope& as_far_as_read() const { return envelope_; }
+  const request& as_far_as_read() const { return request_; }
+  op_member op() const { return op_; }
   std::string sentence() const {
     std::array<char, refusal::text_bytes_max> room{};
     return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
@@ -47,7 +48,8 @@ class decoded {
  private:
   std::string text_;
   std::array<char, scratch_bytes(limits)> scratch_{};
-  envelope envelope_;
+  request request_;
+  op_member op_{};
   std::optional<refusal> wrong_;
 };
 
@@ -57,14 +59,13 @@ std::string sentence_for(std::string text) { return decoded{std::move(text)}.sen
 
 TEST(bare_decode, reads_the_papers_invocation_and_its_reply) {
   const decoded invocation{R"({"service":"add-two-numbers","a":38,"b":4,"message_id":"7.a"})"};
-  EXPECT_EQ(invocation->what, kind::invocation);
+  EXPECT_EQ(invocation->what, verb::call);
   EXPECT_EQ(invocation->id_raw, R"("7.a")");
   EXPECT_EQ(invocation->service, "add-two-numbers");
-  EXPECT_EQ(invocation->in_reply_to_raw, "");
   EXPECT_EQ(invocation->ttl_ns, unlimited);
   const decoded reply{R"({"result":42,"in_reply_to":"7.a"})"};
-  EXPECT_EQ(reply->what, kind::reply);
-  EXPECT_EQ(reply->in_reply_to_raw, R"("7.a")");
+  EXPECT_EQ(reply->what, verb::reply);
+  EXPECT_EQ(reply->id_raw, R"("7.a")");
   EXPECT_FALSE(reply->failed);
 }
 
@@ -73,7 +74,7 @@ TEST(bare_decode, takes_everything_else_for_a_message) {
        {"{}", R"({"x":1,"service":"/lamp"})", "[]", "7", "\"message_id\"", "null", R"([{"message_id":1}])",
         R"({"x":{"message_id":1,"in_reply_to":2,"ttl_ms":-1}})"}) {
     const decoded d{text};
-    EXPECT_EQ(d->what, kind::message) << text;
+    EXPECT_EQ(d->what, verb::message) << text;
     EXPECT_EQ(d->id_raw, "");
     EXPECT_EQ(d->service, "");
     EXPECT_EQ(d->ttl_ns, unlimited);
@@ -81,25 +82,21 @@ TEST(bare_decode, takes_everything_else_for_a_message) {
 }
 
 TEST(bare_decode, says_what_the_first_member_named_op_is) {
-  const std::pair<const char*, bool> texts[] = {{R"({"x":1,"op":"publish"})", true},
-                                                {R"({"x":1,"\u006fp":"publish"})", true},
-                                                {R"( {"op":"publish","op":1} )", true},
-                                                {R"({"op":1,"op":"publish"})", false},
-                                                {R"({"op":null,"message_id":1})", false}};
-  for (const auto& [text, is_text] : texts) {
-    const decoded d{text};
-    EXPECT_TRUE(d.as_far_as_read().has_op) << text;
-    EXPECT_EQ(d.as_far_as_read().op_is_text, is_text) << text;
-  }
-  for (const char* text : {R"({"x":{"op":"publish"}})", R"(["op"])", R"("op")"})
-    EXPECT_FALSE(decoded { text } -> has_op) << text;
+  const std::pair<const char*, op_member> texts[] = {{R"({"x":1,"op":"publish"})", op_member::text},
+                                                     {R"({"x":1,"\u006fp":"publish"})", op_member::text},
+                                                     {R"( {"op":"publish","op":1} )", op_member::text},
+                                                     {R"({"op":1,"op":"publish"})", op_member::other},
+                                                     {R"({"op":null,"message_id":1})", op_member::other},
+                                                     {R"({"x":{"op":"publish"}})", op_member::none},
+                                                     {R"(["op"])", op_member::none},
+                                                     {R"("op")", op_member::none}};
+  for (const auto& [text, op] : texts) EXPECT_EQ(decoded{text}.op(), op) << text;
 }
 
 TEST(bare_decode, takes_an_object_with_both_ids_for_a_reply) {
   const decoded d{R"({"message_id":2,"in_reply_to":1,"service":"/s"})"};
-  EXPECT_EQ(d->what, kind::reply);
-  EXPECT_EQ(d->id_raw, "2");
-  EXPECT_EQ(d->in_reply_to_raw, "1");
+  EXPECT_EQ(d->what, verb::reply);
+  EXPECT_EQ(d->id_raw, "1");
   EXPECT_EQ(d->service, "");
 }
 
@@ -109,7 +106,7 @@ TEST(bare_decode, takes_ids_of_either_kind_as_they_stand) {
     EXPECT_EQ(
         decoded { "{\"message_id\":" + raw + "}" } -> id_raw, raw);
     EXPECT_EQ(
-        decoded { "{ \"in_reply_to\" : " + raw + " }" } -> in_reply_to_raw, raw);
+        decoded { "{ \"in_reply_to\" : " + raw + " }" } -> id_raw, raw);
   }
 }
 
@@ -159,13 +156,13 @@ TEST(bare_decode, tells_a_refusal_from_an_ordinary_reply) {
   const decoded failed{
       R"({"error":{"code":"no_s\u0065rvice","text":"there is \"none\""},"in_reply_to":"7"})"};
   EXPECT_TRUE(failed->failed);
-  EXPECT_EQ(failed->error_code, "no_service");
-  EXPECT_EQ(failed->error_text_raw, R"("there is \"none\"")");
+  EXPECT_EQ(failed->code, "no_service");
+  EXPECT_EQ(failed->body_raw, R"("there is \"none\"")");
   const decoded wordless{R"({"in_reply_to":1,"error":{"code":"x"}})"};
   EXPECT_TRUE(wordless->failed);
-  EXPECT_EQ(wordless->error_text_raw, "");
+  EXPECT_EQ(wordless->body_raw, "");
   EXPECT_EQ(
-      decoded { R"({"in_reply_to":1,"error":{"code":"x","text":7}})" } -> error_text_raw, "");
+      decoded { R"({"in_reply_to":1,"error":{"code":"x","text":7}})" } -> body_raw, "");
 }
 
 TEST(bare_decode, leaves_other_errors_to_the_users) {
@@ -174,7 +171,7 @@ TEST(bare_decode, leaves_other_errors_to_the_users) {
                                    std::string{R"(["code"])"}, std::string{R"({"code":404,"text":"x"})"},
                                    std::string{R"({"code":""})"}, R"({"code":")" + long_code + "\"}"}) {
     const decoded d{"{\"in_reply_to\":1,\"error\":" + error + "}"};
-    EXPECT_EQ(d->what, kind::reply);
+    EXPECT_EQ(d->what, verb::reply);
     EXPECT_FALSE(d->failed) << error;
   }
   EXPECT_FALSE(decoded { R"({"error":{"code":"x","text":"y"}})" } -> failed);
@@ -211,6 +208,7 @@ TEST(bare_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
        R"(the member "service" is 17 bytes long; the limit is 16)"},
       {R"({"message_id":1,"service":"a\tb"})",
        R"(the member "service" must have no control characters; it is "a\tb")"},
+      {R"({"op":7,"message_id":1})", R"(the member "op" must be a string)"},
       {R"({"ttl_ms":-1})", R"(the member "ttl_ms" must not be negative; it is -1)"},
       {R"({"ttl_ms":"5"})", R"(the member "ttl_ms" must be a number of milliseconds; it is "5")"},
       {R"({"message_id":1,"ttl_ms":null})",
@@ -221,12 +219,15 @@ TEST(bare_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
 
 TEST(bare_decode, keeps_the_id_for_the_answer_to_a_refusal) {
   const decoded service{R"({"service":"","message_id":"a"})"};
-  EXPECT_EQ(service.as_far_as_read().what, kind::invocation);
+  EXPECT_EQ(service.as_far_as_read().what, verb::call);
   EXPECT_EQ(service.as_far_as_read().id_raw, R"("a")");
   const decoded twice{R"({"ttl_ms":1,"ttl_ms":1,"message_id":5})"};
   EXPECT_EQ(twice.as_far_as_read().id_raw, "5");
+  const decoded reply{R"({"in_reply_to":1,"message_id":2,"ttl_ms":-1})"};
+  EXPECT_EQ(reply.as_far_as_read().what, verb::reply);
+  EXPECT_EQ(reply.as_far_as_read().id_raw, "");
   const decoded which{R"({"message_id":5,"message_id":6})"};
-  EXPECT_EQ(which.as_far_as_read().what, kind::invocation);
+  EXPECT_EQ(which.as_far_as_read().what, verb::call);
   EXPECT_EQ(which.as_far_as_read().id_raw, "");
 }
 
@@ -344,16 +345,16 @@ TEST(bare_write, writes_what_it_can_read) {
   const decoded called{written([&](json::writer& w) {
     write_call(w, service, "i\"d", [](json::writer& b) { b.raw(R"({"ttl_ms":5})"); });
   })};
-  EXPECT_EQ(called->what, kind::invocation);
+  EXPECT_EQ(called->what, verb::call);
   EXPECT_EQ(called->service, service);
   EXPECT_EQ(called->id_raw, R"("i\"d")");
   EXPECT_EQ(called->ttl_ns, 5'000'000);
   const decoded answered{
       written([&](json::writer& w) { write_error(w, called->id_raw, "expired", "late"); })};
-  EXPECT_EQ(answered->what, kind::reply);
-  EXPECT_EQ(answered->in_reply_to_raw, called->id_raw);
-  EXPECT_EQ(answered->error_code, "expired");
-  EXPECT_EQ(answered->error_text_raw, R"("late")");
+  EXPECT_EQ(answered->what, verb::reply);
+  EXPECT_EQ(answered->id_raw, called->id_raw);
+  EXPECT_EQ(answered->code, "expired");
+  EXPECT_EQ(answered->body_raw, R"("late")");
 }
 
 TEST(bare_write, writes_all_or_says_that_it_does_not_fit) {

@@ -119,15 +119,6 @@ TEST(utf8, is_incomplete_while_a_character_is_half_there) {
   EXPECT_TRUE(check.complete());
 }
 
-TEST(utf8, is_as_new_after_reset) {
-  utf8_check check;
-  EXPECT_FALSE(check.feed(bytes_of("\xed\xa0")));
-  check.reset();
-  EXPECT_TRUE(check.complete());
-  EXPECT_TRUE(check.feed(bytes_of("\xed\x9f\xbf")));
-  EXPECT_TRUE(check.complete());
-}
-
 TEST(utf8, finds_a_bad_byte_at_every_position_of_a_long_text) {
   for (std::size_t length = 1; length < 100; ++length) {
     for (std::size_t at = 0; at < length; ++at) {

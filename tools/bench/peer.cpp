@@ -134,7 +134,7 @@ class stoppable {
     for (;;) {
       auto request = reset_.next(-1ns);
       if (!request) return;
-      const status done = on.reset_stop(timeout_default);
+      const auto done = on.reset_emergency_stop({}, timeout_default);
       (void)(done ? reset_.reply(*request, "{}") : reset_.refuse(*request, done.error().message()));
     }
   }

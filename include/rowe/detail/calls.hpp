@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The user's side of lanes that talk, call and respond: sending letters, keeping the table of a lane's own
+// The user's side of lanes that talk, call and respond: sending messages, keeping the table of a lane's own
 // calls, taking what arrived and what became of calls.
 //
 // A call has a place in its lane's table from its beginning until the slot of its end is given back. There
@@ -46,7 +46,8 @@ constexpr peer_ref ref_of(connection c) noexcept { return {c.index, c.generation
 inline bool gone(const lane& on, peer_ref whom) noexcept {
   if (whom.generation == 0) return false;
   if (whom.index >= on.peer_generations.size()) return true; // of another endpoint
-  // relaxed: pairs with the stores in board::set_connection(); advice, which the service thread checks again
+  // relaxed: pairs with the stores in shared_state::set_connection(); advice, which the service thread checks
+  // again
   return on.peer_generations[whom.index].load(std::memory_order_relaxed) != whom.generation;
 }
 
@@ -54,7 +55,8 @@ inline bool gone(const lane& on, peer_ref whom) noexcept {
 inline bool takes(const lane& on, peer_ref whom) noexcept {
   if (whom.generation == 0) return true;
   if (whom.index >= on.peers_taking.size()) return false; // of another endpoint
-  // relaxed: pairs with the stores in board::set_taking(); advice, which the service thread checks again
+  // relaxed: pairs with the stores in shared_state::set_taking(); advice, which the service thread checks
+  // again
   return on.peers_taking[whom.index].load(std::memory_order_relaxed) == whom.generation;
 }
 
@@ -69,8 +71,8 @@ inline bool expired_at(const value_header& what, time_point now) noexcept {
 
 // ---- out
 
-// The header of a letter: what goes to `to` and is dropped when it was not written at `expires`.
-constexpr value_header letter(entry what, peer_ref to, time_point now, time_point expires) noexcept {
+// The header of a message: what goes to `to` and is dropped when it was not written at `expires`.
+constexpr value_header message_header(entry what, peer_ref to, time_point now, time_point expires) noexcept {
   value_header made;
   made.stamped_ns = rt::nanoseconds_of(now);
   made.expires_ns = rt::nanoseconds_of(expires);
@@ -339,7 +341,7 @@ inline call_id id_of_end(const lane& on, std::uint32_t slot) noexcept {
 
 // The header of an invocation that is given up after `timeout`.
 constexpr value_header call_header(time_point now, duration timeout, connection to = everyone) noexcept {
-  return letter(entry::invocation, ref_of(to), now, rt::deadline_after(now, timeout));
+  return message_header(entry::invocation, ref_of(to), now, rt::deadline_after(now, timeout));
 }
 
 inline error error_of(const value_header& end) noexcept {

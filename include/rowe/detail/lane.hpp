@@ -187,7 +187,7 @@ struct lane {
   duration period{};                      // likewise; 0: not known
   rt::wake_bell<>* bell = nullptr;        // rung for whatever is sent by `out`; null but for idle::wake
   bool receives = false;                  // talk: it may be the generic receiver
-  // The generations of the endpoint's connections (board): a peer that is gone has another one.
+  // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
   // The same of those that take messages; 0 of one that has its share of what waits.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peers_taking;

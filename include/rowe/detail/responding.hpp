@@ -72,7 +72,7 @@ class open_request {
       on.user.replies_aside.push(slots_.answer);
       return closed(on) ? errc::closed : is_gone ? errc::peer_lost : errc::expired;
     }
-    value_header header = letter(what, asked_.peer, now, rt::never);
+    value_header header = message_header(what, asked_.peer, now, rt::never);
     header.call = asked_.call;
     return post_slot(on, slots_.answer, header, value, bytes) ? status{} : status{errc::misuse};
   }
@@ -92,7 +92,7 @@ class open_request {
     lane& on = *std::exchange(lane_, nullptr);
     if (holds_text_) on.user.in.home->give(slots_.in);
     value_header header =
-        letter(entry::refusal, asked_.peer, time_point{duration{asked_.stamped_ns}}, rt::never);
+        message_header(entry::refusal, asked_.peer, time_point{duration{asked_.stamped_ns}}, rt::never);
     header.call = asked_.call;
     (void)post_slot(on, slots_.answer, header, why.data(), why.size()); // after closing nobody reads it
   }

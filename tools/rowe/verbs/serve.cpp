@@ -191,8 +191,8 @@ void summarise(const demo_report& driven, const console& to) {
 // A robot starts stopped. Whoever starts the demo wants to see it drive, so it is let go once, and no more.
 void let_go(endpoint& hub, bool guarded, const console& to) {
   if (guarded) return to.note("the robot stands until a page guards it and resets its stop (--guarded)");
-  if (const status done = hub.reset_stop(let_go_time); !done)
-    return to.error("the robot stands: its stop cannot be reset: ", done.error().message());
+  if (const auto moves = hub.reset_emergency_stop({}, let_go_time); !moves)
+    return to.error("the robot stands: its stop cannot be reset: ", moves.error().message());
   to.note("the robot drives unguarded: it stops when asked to, not when nobody watches (see --guarded)");
 }
 

@@ -62,19 +62,4 @@ struct clock_cost {
 // Measures it; takes about a millisecond. Set-up: makes system calls, reads /sys.
 clock_cost clock_is_cheap() noexcept;
 
-// A clock that moves only when told to. One thread.
-class fake_clock {
- public:
-  time_point now() const noexcept { return now_; }
-  void advance(duration by) noexcept { now_ += by; }
-  void set(time_point to) noexcept { now_ = to; }
-  // What a periodic loop calls to wait: a fake clock is there at once.
-  void sleep_until(time_point deadline) noexcept {
-    if (deadline > now_) now_ = deadline;
-  }
-
- private:
-  time_point now_{std::chrono::seconds{1000}};
-};
-
 } // namespace rowe::rt

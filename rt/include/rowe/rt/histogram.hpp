@@ -122,10 +122,6 @@ class histogram {
   void write_bars(Sink&& sink) const {
     write_bars(piece_of<Sink>, &sink);
   }
-  // The same into a buffer, cut after the last line that fits; returns the part written.
-  std::string_view percentiles_text(std::span<char> buffer,
-                                    duration unit = std::chrono::microseconds{1}) const;
-  std::string_view bars_text(std::span<char> buffer) const;
 
  private:
   using put = void (*)(void* sink, std::string_view piece);

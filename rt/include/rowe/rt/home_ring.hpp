@@ -114,10 +114,6 @@ class home_consumer {
     return seen_tail_ - slots_;
   }
 
-  // Whether every slot is at home: nobody holds one, so their memory may be used for something else. Once
-  // true it stays so until the owner takes one. Never waits.
-  ROWE_RT bool all_home() noexcept { return home_at_least() == slots_; }
-
   home_consumer(const home_consumer&) = delete;
   home_consumer& operator=(const home_consumer&) = delete;
 

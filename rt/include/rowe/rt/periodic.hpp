@@ -38,7 +38,7 @@ struct kernel_clock {
   static void sleep_until(time_point deadline) noexcept;
 };
 
-// `Clock` has now() and sleep_until(deadline), as kernel_clock and fake_clock do.
+// `Clock` has now() and sleep_until(deadline), as kernel_clock does.
 template <class Clock>
 class basic_periodic {
  public:

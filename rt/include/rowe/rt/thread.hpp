@@ -48,8 +48,6 @@ class thread {
   // errno of the start: 0, or why there is no thread (EAGAIN: a limit on threads or memory).
   int error() const noexcept { return error_; }
   const rt::grants& grants() const noexcept { return grants_; }
-  // For pthread_* calls; only while joinable().
-  pthread_t native_handle() const noexcept { return handle_; }
 
  private:
   struct start_block; // lives on the starting thread's stack until the new one says that it needs it no more

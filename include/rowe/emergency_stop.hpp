@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a thread without a loop says when it stops the loops of its endpoint, or lets them go again:
+// endpoint::emergency_stop() and reset_emergency_stop(). A software stop, which complements a wired one and
+// never replaces it. See docs/stop.md.
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/rt/clock.hpp>
+
+namespace rowe {
+
+// Texts are UTF-8. What is longer than its bound is cut between two characters: no text keeps a stop from
+// being carried out.
+struct emergency_stop_request {
+  std::string_view source = {}; // who stops, shown to everyone; at most 63 bytes; empty: "this process"
+  std::string_view reason = {}; // why, for the event (event::kind::stop); at most 192 bytes
+};
+
+// The stop that every loop has acknowledged.
+struct emergency_stop_result {
+  std::uint64_t number = 0;         // as peers know it, above 0; a later stop has another one
+  rt::time_point acknowledged = {}; // when the last loop did, by its own clock
+};
+
+// Which stop is to end.
+struct emergency_stop_reset_request {
+  std::uint64_t number = 0; // 0: whichever there is when the service thread looks
+};
+
+struct emergency_stop_reset_result {
+  std::uint64_t number = 0; // what peers are shown while the loops may move
+};
+
+} // namespace rowe

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "api/local_stops.hpp"
+
+#include <algorithm>
+
+#include <rowe/endpoint.hpp>
+
+#include "api/endpoint_state.hpp"
+#include "json/utf8.hpp"
+
+namespace rowe {
+namespace detail {
+namespace {
+
+// As much of it as there is room for.
+template <std::size_t Bytes>
+void assign_cut(fixed_string<Bytes>& to, std::string_view from) noexcept {
+  (void)to.assign(json::utf8_prefix(from, Bytes)); // so it fits
+}
+
+error timed_out(duration after) noexcept { return {errc::timed_out, 0, after.count()}; }
+
+} // namespace
+
+void local_stops::stop_loops() noexcept {
+  shared_.ask();
+  transport_.wake();
+}
+
+// Sleeps until `is(answered)`, or the service thread has ended, or `deadline` has come. What is asked for by
+// several at once is told by whoever comes first, so each looks into what all have heard. True: it is so.
+template <class Is>
+bool local_stops::wait_heard(time_point deadline, answered& into, Is&& is) noexcept {
+  bool heard = false;
+  (void)queue_.wait_room(deadline, [&] {
+    const bool over = ended(); // before looking: what was told before it ended is still there
+    const std::lock_guard hearing{hearing_};
+    shared_.hear(heard_);
+    heard = is(heard_);
+    if (heard) into = heard_;
+    return heard || over;
+  });
+  return heard;
+}
+
+result<emergency_stop_result> local_stops::stop(const emergency_stop_request& what, duration timeout) {
+  if (!begun()) return queue_.is_closed() ? errc::closed : errc::no_service;
+  const duration wait = timeout < duration::zero() ? observe_timeout_ : std::min(timeout, observe_timeout_);
+  const time_point deadline = rt::deadline_after(rt::monotonic_clock::now(), wait);
+  std::unique_lock asking{asking_, std::try_to_lock};
+  if (!asking) { // another thread is just handing in its words: ours may wait for that, the stop may not
+    stop_loops();
+    asking.lock();
+  }
+  const std::uint64_t mine = ++asked_.stops;
+  assign_cut(asked_.source, what.source);
+  assign_cut(asked_.reason, what.reason);
+  shared_.hand_in(asked_);
+  asking.unlock();
+  stop_loops();
+
+  answered all;
+  if (wait_heard(deadline, all, [&](const answered& heard) { return heard.stops >= mine; }))
+    return emergency_stop_result{all.stop_number, all.acknowledged};
+  return ended() ? error{errc::closed} : timed_out(wait);
+}
+
+// While no other thread does. `resets` is 0 where the service thread has ended without an answer.
+local_stops::answered local_stops::reset_alone(std::uint64_t number, time_point deadline) {
+  std::uint64_t mine = 0;
+  {
+    const std::lock_guard asking{asking_};
+    mine = ++asked_.resets;
+    asked_.number = number;
+    asked_.until = deadline;
+    shared_.hand_in(asked_);
+  }
+  transport_.wake();
+  answered all;
+  if (!wait_heard(rt::never, all, [&](const answered& heard) { return heard.resets >= mine; })) return {};
+  return all;
+}
+
+// The service thread carries it out before `deadline` or not at all, and always says which: nobody is told
+// that it was too late while the loops go.
+result<emergency_stop_reset_result> local_stops::reset(const emergency_stop_reset_request& what,
+                                                       duration timeout) {
+  if (queue_.is_closed()) return errc::closed;
+  if (!begun()) return errc::no_service;
+  const time_point deadline = rt::deadline_after(rt::monotonic_clock::now(), timeout);
+  if (!queue_.wait_room(deadline, [&] { return resetting_.try_lock(); })) return timed_out(timeout);
+  const answered all = reset_alone(what.number, deadline);
+  resetting_.unlock();
+  queue_.tell_room(); // the next one
+  if (all.resets == 0) return errc::closed;
+  if (all.reset_outcome) return emergency_stop_reset_result{all.reset_number};
+  if (all.reset_outcome.code() == errc::timed_out) return timed_out(timeout);
+  return all.reset_outcome.error();
+}
+
+} // namespace detail
+
+result<emergency_stop_result> endpoint::emergency_stop(const emergency_stop_request& what, duration timeout) {
+  return state_->stops().stop(what, timeout);
+}
+
+result<emergency_stop_reset_result> endpoint::reset_emergency_stop(const emergency_stop_reset_request& what,
+                                                                   duration timeout) {
+  return state_->stops().reset(what, timeout);
+}
+
+} // namespace rowe

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// What peers advertise: topics, and the numbers by which some of them know those. Service thread only;
+// nothing waits or allocates.
+#pragma once
+#include <algorithm>
+#include <cstdint>
+#include <span>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/ids.hpp"
+#include "service/slot_pool.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+struct advertisement {
+  topic_id topic{};
+  bool latched = false;                // what this peer publishes there is kept for those who come late
+  std::uint32_t tag = wire::no_number; // the peer's number for it
+};
+
+class advertisement_table {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<row>(bounds.connections_max) +
+           rt::arena::bytes_for<advertisement>(std::size_t{bounds.connections_max} *
+                                               bounds.advertisements_per_connection_max);
+  }
+  advertisement_table(rt::arena& memory, const limits& bounds) noexcept
+      : rows_{memory.carve<row>(bounds.connections_max)} {
+    const std::size_t each = bounds.advertisements_per_connection_max;
+    const auto all = memory.carve<advertisement>(bounds.connections_max * each);
+    for (const peer_index i : rows_.ids()) rows_[i].places = all.subspan(i.value * each, each);
+  }
+
+  std::span<advertisement> of(peer_index peer) const noexcept {
+    return rows_[peer].places.first(rows_[peer].count);
+  }
+  // Null where the peer does not advertise the topic.
+  advertisement* find(peer_index peer, topic_id topic) const noexcept {
+    const auto mine = of(peer);
+    const auto found =
+        std::find_if(mine.begin(), mine.end(), [topic](const advertisement& a) { return a.topic == topic; });
+    return found != mine.end() ? &*found : nullptr;
+  }
+  // The topic that the peer advertises by this number; none where there is none.
+  topic_id find_tag(peer_index peer, std::uint32_t tag) const noexcept {
+    for (const advertisement& one : of(peer)) {
+      if (one.tag == tag) return one.topic;
+    }
+    return {};
+  }
+  std::size_t places() const noexcept { return rows_[{0}].places.size(); } // of each peer
+  bool full(peer_index peer) const noexcept { return rows_[peer].count == places(); }
+  void add(peer_index peer, const advertisement& one) noexcept {
+    row& to = rows_[peer];
+    to.places[to.count++] = one;
+  }
+  // The last one takes its place.
+  void remove(peer_index peer, advertisement& one) noexcept {
+    row& from = rows_[peer];
+    one = from.places[--from.count];
+  }
+
+ private:
+  struct row {
+    std::uint32_t count = 0;
+    std::span<advertisement> places;
+  };
+  rows<peer_index, row> rows_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/advertisements.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/names.hpp"
+#include "wire/refusal.hpp"
+#include "wire/text_out.hpp"
+
+namespace rowe::service {
+
+void advertisements::forget(peer_index peer) noexcept {
+  for (const topic_id i : topics_.topic_ids())
+    if (!ROWE_MUTANT(latch_of_the_gone)) places_.forget_latched(i, {latch_owner::kind::peer, peer.value});
+  while (!table_.of(peer).empty()) {
+    const topic_id topic = table_.of(peer).back().topic;
+    table_.remove(peer, table_.of(peer).back());
+    places_.let_go(topic);
+  }
+}
+
+void advertisements::advertise(connection& c, const wire::request& asked) noexcept {
+  if (is_own_name(asked.topic))
+    return refusals_.refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
+  const topic_id topic = places_.topic_for(c, asked);
+  if (!topic) return;
+  const bool typed = !topics_.type(topic).empty();
+  const peer_index peer{c.id.index};
+  const auto mine = table_.of(peer);
+  advertisement* const known = table_.find(peer, topic);
+  places_.hold(topic); // the advertisement's
+  if (!topics_.set_type(topic, asked.type)) {
+    std::array<char, 192> why;
+    const std::string_view type = topics_.type(topic);
+    const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
+                                    static_cast<int>(std::min<std::size_t>(type.size(), 128)), type.data());
+    places_.let_go(topic);
+    return refusals_.refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
+  }
+  if (!typed) readers_.tell_other_types(topic);
+  const bool renumbers = std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
+    return asked.tag != wire::no_number && (a.topic == topic) != (a.tag == asked.tag);
+  });
+  if (renumbers) {
+    places_.let_go(topic);
+    return refusals_.refuse(c, asked.id_raw,
+                            "advertise: this peer has the topic by another number, or the number");
+  }
+  if (known != nullptr) {
+    known->latched = known->latched || asked.latch;
+    return places_.let_go(topic);
+  }
+  if (table_.full(peer)) {
+    places_.let_go(topic);
+    return refusals_.refuse_limit(c, asked.id_raw, "topics advertised by one peer", table_.places(),
+                                  "advertisements_per_connection_max");
+  }
+  table_.add(peer, {.topic = topic, .latched = asked.latch, .tag = asked.tag});
+}
+
+void advertisements::unadvertise(connection& c, const wire::request& asked) noexcept {
+  if (!withdraw({c.id.index}, topics_.find(asked.topic)))
+    refusals_.refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
+}
+
+bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {
+  advertisement* const one = topic ? table_.find(peer, topic) : nullptr;
+  if (one == nullptr) return false;
+  table_.remove(peer, *one);
+  places_.forget_latched(topic, {latch_owner::kind::peer, peer.value});
+  places_.let_go(topic);
+  return true;
+}
+
+void advertisements::replace_type(topic_id topic, std::string_view type) noexcept {
+  std::array<char, 640> why;
+  const std::string_view name = topics_.name(topic);
+  const std::string_view before = topics_.type(topic);
+  const int bytes =
+      std::snprintf(why.data(), why.size(),
+                    "advertise: the topic %.*s has the type %.*s here now; it was advertised as %.*s",
+                    static_cast<int>(name.size()), name.data(), static_cast<int>(type.size()), type.data(),
+                    static_cast<int>(before.size()), before.data());
+  const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
+  topics_.replace_type(topic, type);
+  for (const peer_index peer : peers_.ids()) {
+    // Never the last who holds the topic: the handle does.
+    if (peers_[peer].open() && withdraw(peer, topic)) refusals_.refuse(peers_[peer], {}, text);
+  }
+}
+
+// Frees the place of a topic that only peers have, of whoever holds most of those, for one of this process;
+// all who hold it are told. Peers come to have more than their part of the places where a handle leaves a
+// topic to those who subscribed. False where there is none.
+bool advertisements::take_back_topic() noexcept {
+  peer_index most{};
+  std::uint32_t held_by_most = 0;
+  for (const peer_index peer : peers_.ids()) {
+    const std::uint32_t held = places_.held_by(peer);
+    if (held <= held_by_most) continue;
+    most = peer;
+    held_by_most = held;
+  }
+  if (!most || ROWE_MUTANT(made_up_topics)) return false;
+  topic_id taken{};
+  for (const advertisement& one : table_.of(most)) {
+    if (topics_.of_peers(one.topic)) taken = one.topic;
+  }
+  for (subscription_id i = topics_.first_subscription(most); i; i = topics_.subscription_at(i).next_on_peer) {
+    if (topics_.of_peers(topics_.subscription_at(i).topic)) taken = topics_.subscription_at(i).topic;
+  }
+  std::array<char, wire::refusal::text_bytes_max> room;
+  wire::text_out why{room};
+  why.add("the topic ").add_shortened(topics_.name(taken), 96);
+  why.add(" is given up: this process needs its place (limit topics_max)");
+  places_.hold(taken); // until all know
+  for (const peer_index peer : peers_.ids()) {
+    const bool advertised = withdraw(peer, taken);
+    const bool had = readers_.end(peer, taken) || advertised;
+    if (had && peers_[peer].open()) refusals_.refuse(peers_[peer], {}, why.text());
+  }
+  places_.let_go(taken);
+  return true;
+}
+
+} // namespace rowe::service

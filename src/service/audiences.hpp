@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// Tells publishers of this process whether anybody listens. Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include <rowe/detail/lane.hpp>
+
+#include "service/pair_table.hpp"
+#include "service/publish_predictor.hpp"
+#include "service/topic_table.hpp"
+
+namespace rowe::service {
+
+class audiences {
+ public:
+  struct needs {
+    rows<pair_index, detail::lane> lanes;
+    rows<pair_index, pair_row> views;
+    topic_table& topics;
+    publish_predictor& phases;
+  };
+  explicit audiences(const needs& parts) noexcept
+      : lanes_{parts.lanes}, views_{parts.views}, topics_{parts.topics}, phases_{parts.phases} {}
+
+  // The listeners of the topic may have changed.
+  void update(topic_id topic) noexcept;
+  // A publisher is detached.
+  void leave(pair_index pair) noexcept {
+    if (lanes_[pair].audience.advice() == detail::audience::somebody) --listened_;
+  }
+  // How many publishers somebody listens to.
+  std::uint32_t listened() const noexcept { return listened_; }
+
+ private:
+  rows<pair_index, detail::lane> lanes_;
+  rows<pair_index, pair_row> views_;
+  topic_table& topics_;
+  publish_predictor& phases_;
+  std::uint32_t listened_ = 0;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sends a value to everyone who wants it. The value is encoded once, not for each peer. Values of this
+// process and values that peers publish go the same way: into the queues of peers, and into the inboxes of
+// handles. Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+
+#include "service/advertisement_table.hpp"
+#include "service/core_options.hpp"
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/event_log.hpp"
+#include "service/latch_store.hpp"
+#include "service/local_delivery.hpp"
+#include "service/outbox.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/refusals.hpp"
+#include "service/topic_rates.hpp"
+#include "service/topic_table.hpp"
+#include "wire/request.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+// The peer that published a relayed value, and the id of its request; none: this process published it.
+struct published_by {
+  detail::peer_ref peer{};
+  std::string_view id_raw{};
+};
+
+class broker {
+ public:
+  struct needs {
+    const core_options& options;
+    const cycle_state& cycle;
+    counters& counts;
+    event_log& events;
+    peer_table& peers;
+    topic_table& topics;
+    latch_store& latches;
+    message_store& store;
+    outbox& out;
+    refusals& refused;
+    local_delivery& delivery;
+    rows<pair_index, pair_row> views;
+    const advertisement_table& advertised;
+  };
+  explicit broker(const needs& parts) noexcept
+      : options_{parts.options},
+        cycle_{parts.cycle},
+        counts_{parts.counts},
+        events_{parts.events},
+        peers_{parts.peers},
+        topics_{parts.topics},
+        latches_{parts.latches},
+        store_{parts.store},
+        out_{parts.out},
+        refusals_{parts.refused},
+        delivery_{parts.delivery},
+        views_{parts.views},
+        advertised_{parts.advertised} {}
+
+  // Sends a value to everyone who wants it now. It was published at `published` and expires at `expires`. If
+  // `latches` names an owner, the value is kept for late subscribers. `write_body(json::writer&)` writes the
+  // value directly into the slot: by the encoder of a struct, or by copying text that is JSON already.
+  template <class WriteBody>
+  void publish(topic_id topic, rt::time_point published, rt::time_point expires, latch_owner latches,
+               WriteBody&& write_body, const published_by& who = {}) noexcept;
+  // A peer published: passes it to subscribed handles of this process and, in a hub, to subscribed peers.
+  void relay(connection& c, const wire::request& asked) noexcept;
+  // A value that is not queued as a message of the topic, to the handles that subscribed.
+  void deliver(const topic& on, std::span<const char> body, const published_by& who = {}) noexcept {
+    for (pair_index i = on.first_inbox; i; i = views_[i].next_inbox) deliver_to(i, body, who);
+  }
+  // The latched value, to a handle that was just attached.
+  void deliver_latched(pair_index pair) noexcept;
+
+ private:
+  bool is_wanted_now(const topic& on) noexcept;
+  void keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept;
+  void deliver_to(pair_index pair, std::span<const char> body, const published_by& who) noexcept;
+  void tell_misfit(pair_index pair, const published_by& who, std::string_view why) noexcept;
+
+  const core_options& options_;
+  const cycle_state& cycle_;
+  counters& counts_;
+  event_log& events_;
+  peer_table& peers_;
+  topic_table& topics_;
+  latch_store& latches_;
+  message_store& store_;
+  outbox& out_;
+  refusals& refusals_;
+  local_delivery& delivery_;
+  rows<pair_index, pair_row> views_;
+  const advertisement_table& advertised_;
+};
+
+// ---- inline
+
+template <class WriteBody>
+void broker::publish(topic_id index, rt::time_point published, rt::time_point expires, latch_owner latches,
+                     WriteBody&& write_body, const published_by& who) noexcept {
+  topic& on = topics_.at(index);
+  topic_rates::note(on, published);
+  if (expires < cycle_.now) return counts_.add(counter::expired);
+  const bool keeps = latches.who != latch_owner::kind::nobody;
+  if (!keeps && !is_wanted_now(on)) return;
+  const slot_id slot = out_.compose_message(index, published, expires, write_body);
+  if (!slot) return;
+  on.bytes = store_.slots().body(slot).size();
+  if (keeps) keep_latched(on, slot, latches);
+  out_.fan_out(index, slot);
+  deliver(on, store_.slots().body(slot), who);
+  store_.release(slot);
+}
+
+} // namespace rowe::service

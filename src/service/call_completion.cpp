@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/call_completion.hpp"
+
+#include <array>
+#include <utility>
+
+#include "service/checked_text.hpp"
+#include "wire/object_form.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+namespace {
+
+// A string's text for people; what does not fit or is no string is shown as it stands there.
+std::string_view sentence_of(std::string_view raw, std::span<char> scratch) noexcept {
+  if (raw.empty()) return {};
+  const json::value v = json::root(raw);
+  if (const auto text = json::to_string(v, scratch)) return *text;
+  return raw.substr(0, scratch.size());
+}
+
+} // namespace
+
+call_completion::call_completion(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : cycle_{parts.cycle},
+      counts_{parts.counts},
+      timers_{parts.due},
+      peers_{parts.peers},
+      calls_{parts.calls},
+      store_{parts.store},
+      slots_{parts.store.slots()},
+      out_{parts.out},
+      refused_{parts.refused},
+      messages_{parts.messages},
+      delivery_{parts.delivery},
+      lanes_{parts.lanes},
+      views_{parts.views},
+      validator_{parts.validator},
+      protocols_{parts.protocols},
+      unarmed_{memory.carve<call_index>(bounds.calls_max)} {}
+
+call_index call_completion::open(const call_endpoint& caller, std::string_view id_raw,
+                                 std::string_view service, rt::time_point until) noexcept {
+  const call_index index = calls_.open(caller, id_raw, service);
+  if (!index) return {};
+  calls_.at(index).deadline = until;
+  if (until == rt::never) return index;
+  if (until <= cycle_.now || unarmed_count_ == unarmed_.size()) {
+    timers_.arm(index, until);
+  } else {
+    unarmed_[unarmed_count_++] = index;
+  }
+  return index;
+}
+
+void call_completion::arm_all_open() noexcept {
+  for (const call_index index : unarmed_.first(std::exchange(unarmed_count_, 0))) {
+    const call& one = calls_.at(index); // perhaps another one by now, which does no harm
+    if (one.open && one.deadline != rt::never) timers_.arm(index, one.deadline);
+  }
+}
+
+result<call_index> call_completion::find_given(const call_endpoint& callee, detail::call_ref which) noexcept {
+  call* const found = calls_.find(which);
+  const bool given = found != nullptr && found->callee.who == callee.who &&
+                     (callee.who != call_endpoint::kind::pair ||
+                      (found->callee.index == callee.index && found->callee.generation == callee.generation));
+  if (given) return call_index{which.index};
+  add(counter::replies_unsent);
+  return gone_as();
+}
+
+status call_completion::answer(const call_endpoint& callee, detail::call_ref which,
+                               const local_reply& with) noexcept {
+  const auto index = find_given(callee, which);
+  if (!index) return index.error();
+  if (with.expires < cycle_.now) {
+    add(counter::expired);
+    fail(*index, {errc::refused}, "the reply was not sent within its time to live");
+    return errc::expired;
+  }
+  result<slot_id> slot = slot_id{};
+  if (with.encoder != nullptr) {
+    const auto encode = [&](json::writer& into) { with.encoder->encode(with.value, into); };
+    slot = finish(*index, wire::body{encode}, with.expires);
+  } else {
+    if (const status fine = check_object_text(validator_, with.text); !fine) {
+      add(counter::malformed);
+      fail(*index, {errc::refused}, "the provider's reply was no proper JSON object");
+      return fine;
+    }
+    slot = finish_with(*index, with.text, with.expires);
+  }
+  if (with.waits.who == call_endpoint::kind::nobody) {
+    end_without_room(*index, slot);
+    return slot ? status{} : slot.error();
+  }
+  if (!slot) return slot.error();
+  const bool here = !*slot; // who asked is of this process, and has it
+  here ? tell(with.waits, with.own, {}) : messages_.track_reply(*slot, with.waits, with.own);
+  return {};
+}
+
+status call_completion::refuse(const call_endpoint& callee, detail::call_ref which,
+                               std::string_view why) noexcept {
+  const auto index = find_given(callee, which);
+  if (!index) return index.error();
+  fail(*index, {errc::refused}, why);
+  return {};
+}
+
+void call_completion::take_reply(connection& c, const wire::request& said) noexcept {
+  const auto meant = calls_.read_id(said.id_raw);
+  if (!meant) return add(counter::replies_foreign);
+  call* const found = calls_.find(*meant);
+  if (found == nullptr) return add(counter::replies_late);
+  if (!found->callee.is(c.id)) return add(counter::replies_foreign);
+  const call_index call{meant->index};
+  if (!said.failed) return complete(call, said.body_raw.empty() ? std::string_view{"{}"} : said.body_raw);
+  std::array<char, wire::no_service_bytes_max> room;
+  const std::string_view sentence = sentence_of(said.body_raw, room);
+  const wire::codec& in = protocols_.of(said.codec);
+  const bool unknown = in.means_no_service(said, sentence, calls_.service(call));
+  fail(call, {unknown ? errc::no_service : errc::refused}, sentence);
+}
+
+// The call is answered with a value; towards a peer the answer may have a time of its own. Returns the slot
+// of an answer on its way to a peer, or none where one of this process has it. Errors: peer_lost, closed;
+// full: it found no room, and the call has not ended.
+result<slot_id> call_completion::finish(call_index index, const wire::body& value,
+                                        rt::time_point expires) noexcept {
+  const call ended = calls_.at(index);
+  if (ended.caller.who != call_endpoint::kind::peer) {
+    const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { value.write(into); });
+    if (!slot) return errc::full;
+    const auto given = finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()});
+    store_.release(slot);
+    return given;
+  }
+  connection* const c = peers_.find(ended.caller.connection());
+  if (c == nullptr || !c->open()) {
+    add(counter::replies_unsent);
+    close(index);
+    return gone_as();
+  }
+  const wire::codec& codec = protocols_.of(ended.caller.speaks);
+  const wire::call_origin asked{.service = calls_.service(index), .id_raw = calls_.id_raw(index)};
+  const slot_id slot = out_.reply(
+      {c->id.index}, [&](json::writer& into) { return codec.write_reply(into, asked, value); }, expires);
+  if (!slot) return errc::full;
+  close(index);
+  return slot;
+}
+
+result<slot_id> call_completion::finish_with(call_index index, std::string_view text,
+                                             rt::time_point expires) noexcept {
+  const call ended = calls_.at(index);
+  if (ended.caller.who == call_endpoint::kind::peer) return finish(index, wire::body{text}, expires);
+  // Whoever asked with an object gets one.
+  const bool reads_objects = ended.caller.who == call_endpoint::kind::thread ||
+                             lanes_[ended.caller.pair()].kind == detail::lane_kind::talk;
+  if (reads_objects && !json::is_object(text)) {
+    const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
+    if (!slot) return errc::full;
+    close(index);
+    tell(ended.caller, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});
+    store_.release(slot);
+    return slot_id{};
+  }
+  close(index);
+  tell(ended.caller, ended.own, {}, text);
+  return slot_id{};
+}
+
+// A call whose reply found no room ends without it, where nobody is to try again.
+void call_completion::end_without_room(call_index index, const result<slot_id>& finished) noexcept {
+  if (!finished && finished.code() == errc::full) fail_for_room(index);
+}
+
+void call_completion::fail_for_room(call_index index) noexcept {
+  fail(index, {errc::full}, "the reply finds no room: it is too large, or too many wait");
+}
+
+void call_completion::time_out(call_index index) noexcept {
+  add(counter::calls_timed_out);
+  fail(index, {errc::timed_out, 0, calls_.at(index).timeout.count()});
+}
+
+void call_completion::fail(call_index index, const error& why, std::string_view sentence) noexcept {
+  const call ended = calls_.at(index);
+  std::array<char, wire::no_service_bytes_max> room;
+  if (why.code == errc::no_service && sentence.empty() && ended.service_bytes != 0) {
+    sentence = wire::no_service_sentence(calls_.service(index), room);
+  } else if (why.code == errc::timed_out) {
+    sentence = "the service did not answer in time";
+  } else if (sentence.empty()) {
+    sentence = why.message(room);
+  }
+  if (ended.caller.who != call_endpoint::kind::peer) {
+    close(index);
+    return tell(ended.caller, ended.own, why, sentence);
+  }
+  add(counter::calls_refused);
+  connection* const c = peers_.find(ended.caller.connection());
+  if (c != nullptr && c->open()) {
+    refused_.fail_call(*c, ended.caller.speaks,
+                       {.service = calls_.service(index), .id_raw = calls_.id_raw(index)},
+                       {.code = why.name(), .text = sentence});
+  }
+  close(index);
+}
+
+void call_completion::close(call_index index) noexcept {
+  timers_.disarm(index);
+  messages_.cancel(calls_.at(index).request);
+  calls_.close(index);
+}
+
+// ---- who goes
+
+void call_completion::forget(connection_id peer) noexcept {
+  for (const auto i : calls_.ids()) {
+    const call& one = calls_.at(i);
+    if (!one.open) continue;
+    if (one.caller.is(peer)) {
+      close(i);
+    } else if (one.callee.is(peer)) {
+      if (!cycle_.closing) add(counter::calls_lost);
+      fail(i, {gone_as()});
+    }
+  }
+}
+
+void call_completion::forget_pair(pair_index pair) noexcept {
+  for (const auto i : calls_.ids()) {
+    const call& one = calls_.at(i);
+    if (!one.open) continue;
+    if (one.caller.who == call_endpoint::kind::pair && one.caller.pair() == pair) {
+      close(i);
+    } else if (one.callee.who == call_endpoint::kind::pair && one.callee.pair() == pair) {
+      fail(i, {errc::no_service});
+    }
+  }
+}
+
+// ---- for tests
+
+// Each call in flight has somebody who asked and somebody who may still answer.
+bool call_completion::check() const noexcept {
+  const auto there = [this](const call_endpoint& p) {
+    if (p.who == call_endpoint::kind::pair)
+      return views_[p.pair()].attached && views_[p.pair()].generation == p.generation;
+    return p.who != call_endpoint::kind::peer || peers_.find(p.connection()) != nullptr;
+  };
+  for (const auto i : calls_.ids()) {
+    const call& one = calls_.at(i);
+    if (one.open && !(there(one.caller) && there(one.callee))) return false;
+  }
+  return true;
+}
+
+} // namespace rowe::service

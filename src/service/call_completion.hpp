@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// How calls end: what this process and its peers answer, and who is told. A reply that finds no room is an
+// error of the callee, which may try again; everything else closes the call. Only the service thread decides
+// which of reply, refusal, time-out and loss comes first. Nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/result.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/call_table.hpp"
+#include "service/cycle_state.hpp"
+#include "service/direct_messages.hpp"
+#include "service/local_delivery.hpp"
+#include "service/outbox.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/refusals.hpp"
+#include "service/timers.hpp"
+#include "wire/protocols.hpp"
+#include "json/encoder.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+// What a handle or a thread of this process answers.
+struct local_reply {
+  std::string_view text{};                // JSON; used if there is no value
+  const json::encoder* encoder = nullptr; // of the value
+  const std::byte* value = nullptr;
+  rt::time_point expires = rt::never;
+  call_endpoint waits{}; // who is told when it is written; or nobody
+  detail::call_ref own{};
+};
+
+class call_completion {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    counters& counts;
+    timers& due;
+    peer_table& peers;
+    call_table& calls;
+    message_store& store;
+    outbox& out;
+    refusals& refused;
+    direct_messages& messages;
+    local_delivery& delivery;
+    rows<pair_index, const detail::lane> lanes;
+    rows<pair_index, const pair_row> views;
+    json::reader& validator;
+    const wire::protocol_set& protocols;
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<call_index>(bounds.calls_max);
+  }
+  call_completion(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  // Begins a call, as call_table::open(). The caller is told if nobody answers before the deadline.
+  call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service,
+                  rt::time_point until) noexcept;
+  // Most calls are answered in the cycle that begins them, and never need the wheel. At the end of a cycle
+  // this puts the others on it.
+  void arm_open() noexcept {
+    if (unarmed_count_ != 0) arm_all_open();
+  }
+
+  // ---- answered
+
+  // A handle or a thread answers a call that was given to it and has not ended. `waits` is told when the
+  // answer is written. Errors: there is nobody to answer; the text is no JSON; the answer has expired; there
+  // is no room. After an error `waits` is not told by this function, and after the last one the callee may
+  // try again.
+  status answer(const call_endpoint& callee, detail::call_ref which, const local_reply& with) noexcept;
+  status refuse(const call_endpoint& callee, detail::call_ref which, std::string_view why) noexcept;
+  // By a peer.
+  void take_reply(connection& c, const wire::request& said) noexcept;
+  // The endpoint itself answers, and does not try again: a reply that finds no room is lost.
+  void complete(call_index call, std::string_view text) noexcept {
+    end_without_room(call, finish_with(call, text));
+  }
+
+  // ---- not answered
+
+  // The call fails; the caller is told the code and the diagnostic.
+  void fail(call_index call, const error& why, std::string_view sentence = {}) noexcept;
+  void fail_for_room(call_index call) noexcept;
+  void time_out(call_index call) noexcept;
+  // A peer has left: its own calls need no answer, and the calls that it was to answer fail.
+  void forget(connection_id peer) noexcept;
+  // The same for a handle.
+  void forget_pair(pair_index pair) noexcept;
+
+  bool check() const noexcept;
+
+ private:
+  void add(counter which) noexcept { counts_.add(which); }
+  void tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
+            std::string_view text = {}) noexcept {
+    delivery_.complete(whom, own, outcome, text);
+  }
+  // The error for a caller whose callee has left.
+  errc gone_as() const noexcept { return cycle_.closing ? errc::closed : errc::peer_lost; }
+  void arm_all_open() noexcept;
+  result<call_index> find_given(const call_endpoint& callee, detail::call_ref which) noexcept;
+  result<slot_id> finish(call_index call, const wire::body& value, rt::time_point expires) noexcept;
+  result<slot_id> finish_with(call_index call, std::string_view text,
+                              rt::time_point expires = rt::never) noexcept;
+  void end_without_room(call_index call, const result<slot_id>& finished) noexcept;
+  void close(call_index call) noexcept;
+
+  const cycle_state& cycle_;
+  counters& counts_;
+  timers& timers_;
+  peer_table& peers_;
+  call_table& calls_;
+  message_store& store_;
+  slot_pool& slots_;
+  outbox& out_;
+  refusals& refused_;
+  direct_messages& messages_;
+  local_delivery& delivery_;
+  rows<pair_index, const detail::lane> lanes_;
+  rows<pair_index, const pair_row> views_;
+  json::reader& validator_;
+  const wire::protocol_set& protocols_;
+  std::span<call_index> unarmed_; // with a deadline, begun in this cycle
+  std::uint32_t unarmed_count_ = 0;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/call_requests.hpp"
+
+#include <array>
+
+#include "wire/object_form.hpp"
+#include "json/decoder.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+namespace {
+
+using form = wire::call_args::form;
+
+std::string_view text_at(slot_pool& slots, slot_id slot) noexcept {
+  return {slots.text(slot).data(), slots.text(slot).size()};
+}
+
+} // namespace
+
+call_requests::call_requests(const needs& parts) noexcept
+    : cycle_{parts.cycle},
+      counts_{parts.counts},
+      peers_{parts.peers},
+      calls_{parts.calls},
+      store_{parts.store},
+      slots_{parts.store.slots()},
+      out_{parts.out},
+      delivery_{parts.delivery},
+      inbox_{parts.inbox},
+      messages_{parts.messages},
+      completion_{parts.completion},
+      stop_{parts.stop},
+      lanes_{parts.lanes},
+      views_{parts.views} {}
+
+void call_requests::send(call_index index, const connection* to, const wire::codec& in,
+                         std::string_view service, const wire::call_args& what) noexcept {
+  call& asked = calls_.at(index);
+  std::array<char, call_table::our_id_bytes_max> room;
+  const std::string_view id = calls_.write_id(room, index, peers_.opened());
+  const auto write = [&](json::writer& into) { return in.write_call(into, service, id, what); };
+  const bool stops = stop_gate::service_named(service) == stop_verb::stop;
+  const slot_id slot = out_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
+  if (!slot) return completion_.fail(index, {errc::full});
+  asked.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
+                               : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
+  asked.request = slots_.ref(slot);
+  counts_.add(counter::calls_out);
+  const status sent = messages_.send_request(slot, to != nullptr ? peer_index{to->id.index} : peer_index{},
+                                             calls_.ref(index), stops);
+  if (!sent) completion_.fail(index, sent.error());
+}
+
+inline detail::value_header call_requests::header_of(call_index index) const noexcept {
+  const call& asked = calls_.at(index);
+  const bool by_peer = asked.caller.who == call_endpoint::kind::peer;
+  return {.stamped_ns = rt::nanoseconds_of(cycle_.now),
+          .expires_ns = rt::nanoseconds_of(asked.deadline),
+          .what = detail::entry::invocation,
+          .peer =
+              by_peer ? detail::peer_ref{asked.caller.index, asked.caller.generation} : detail::peer_ref{},
+          .call = calls_.ref(index)};
+}
+
+void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::call_args& what) noexcept {
+  calls_.at(index).callee = call_endpoint::of(pair, views_[pair].generation);
+  const detail::value_header header = header_of(index);
+  status done;
+  json::decoder::diagnosis fault;
+  std::array<char, json::decoder::diagnosis::text_bytes_max> room;
+  std::string_view fault_text; // where the text that it points into is gone
+  const bool decodes = lanes_[pair].decoder != nullptr;
+  if (what.is == form::args || (decodes && what.is == form::object)) {
+    done = delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
+  } else {
+    const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { wire::write_args(into, what); });
+    if (!slot) return completion_.fail(index, {errc::full});
+    done = delivery_.deliver(pair, header, text_at(slots_, slot), fault);
+    if (!done && decodes) fault_text = fault.text(room);
+    store_.release(slot);
+  }
+  if (done) {
+    awaited_ = pair;
+    return;
+  }
+  switch (done.code()) {
+  case errc::full:
+    counts_.add(counter::inbox_full);
+    return refuse(index, "the service is busy: all its places for requests are taken");
+  case errc::too_big: counts_.add(counter::too_big); return refuse(index, done.error().message(room));
+  default:
+    counts_.add(counter::undecodable);
+    return refuse(index, fault_text.empty() ? fault.text(room) : fault_text);
+  }
+}
+
+void call_requests::hand_to_receiver(call_index index, std::string_view service,
+                                     const wire::call_args& what) noexcept {
+  const pair_index pair = inbox_.pair();
+  calls_.at(index).callee = pair ? call_endpoint::of(pair, views_[pair].generation)
+                                 : call_endpoint{.who = call_endpoint::kind::thread};
+  const detail::value_header header = header_of(index);
+  status done;
+  if (what.is == form::object) {
+    done = inbox_.deliver(header, what.text);
+  } else {
+    std::array<char, call_table::our_id_bytes_max> room;
+    const std::string_view id = calls_.write_id(room, index, peers_.opened());
+    const slot_id slot = out_.compose(
+        rt::never, [&](json::writer& into) { wire::write_delivered_call(into, service, what.text, id); });
+    if (!slot) return completion_.fail(index, {errc::full});
+    done = inbox_.deliver(header, text_at(slots_, slot));
+    store_.release(slot);
+  }
+  if (done) {
+    awaited_ = pair; // none: a thread that submitted it sleeps
+    return;
+  }
+  std::array<char, 192> why;
+  refuse(index, done.code() == errc::full ? "nobody takes calls fast enough: the inbox is full"
+                                          : done.error().message(why));
+}
+
+void call_requests::hand_to_stop(call_index index, stop_verb which, const wire::call_args& what) noexcept {
+  calls_.at(index).callee = {.who = call_endpoint::kind::core};
+  const stop_asker asker{.who = calls_.at(index).caller, .call = calls_.ref(index)};
+  if (what.is != form::value) return stop_.carry_out(which, asker, what.text);
+  const slot_id slot = out_.compose(
+      rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
+  if (!slot) return stop_.carry_out(which, asker, {}); // a stop all the same
+  stop_.carry_out(which, asker, text_at(slots_, slot));
+  store_.release(slot);
+}
+
+} // namespace rowe::service

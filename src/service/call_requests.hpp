@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+// The request of a call on its way to whoever is to answer it: a responder, whoever receives, a peer, or the
+// stop. Where it cannot be handed over the call ends. Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <rowe/detail/lane.hpp>
+
+#include "service/call_completion.hpp"
+#include "service/call_table.hpp"
+#include "service/cycle_state.hpp"
+#include "service/direct_messages.hpp"
+#include "service/local_delivery.hpp"
+#include "service/outbox.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/receiver.hpp"
+#include "service/stop_service.hpp"
+#include "wire/codec.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+class call_requests {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    counters& counts;
+    const peer_table& peers;
+    call_table& calls;
+    message_store& store;
+    outbox& out;
+    local_delivery& delivery;
+    receiver& inbox;
+    direct_messages& messages;
+    call_completion& completion;
+    stop_service& stop;
+    rows<pair_index, const detail::lane> lanes;
+    rows<pair_index, const pair_row> views;
+  };
+  explicit call_requests(const needs& parts) noexcept;
+
+  // To a peer; with none it waits for the first who comes.
+  void send(call_index call, const connection* to, const wire::codec& in, std::string_view service,
+            const wire::call_args& what) noexcept;
+  // To a responder of this process.
+  void hand_to_pair(call_index call, pair_index pair, const wire::call_args& what) noexcept;
+  // To whoever receives what no other handle takes, as one object whatever it came in.
+  void hand_to_receiver(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+  // A call of this process; a peer's does not come so far.
+  void hand_to_stop(call_index call, stop_verb which, const wire::call_args& what) noexcept;
+
+  // The handle that was given a call in this cycle, the last one, and may answer at once; or none.
+  pair_index awaited() const noexcept { return awaited_; }
+  pair_index take_awaited() noexcept { return std::exchange(awaited_, {}); }
+  void forget_pair(pair_index pair) noexcept {
+    if (awaited_ == pair) awaited_ = {};
+  }
+
+ private:
+  detail::value_header header_of(call_index call) const noexcept;
+  void refuse(call_index call, std::string_view why) noexcept {
+    completion_.fail(call, {errc::refused}, why);
+  }
+
+  const cycle_state& cycle_;
+  counters& counts_;
+  const peer_table& peers_;
+  call_table& calls_;
+  message_store& store_;
+  slot_pool& slots_;
+  outbox& out_;
+  local_delivery& delivery_;
+  receiver& inbox_;
+  direct_messages& messages_;
+  call_completion& completion_;
+  stop_service& stop_;
+  rows<pair_index, const detail::lane> lanes_;
+  rows<pair_index, const pair_row> views_;
+  pair_index awaited_{};
+};
+
+} // namespace rowe::service

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decides who answers a call. The call comes from a handle or a thread of this process, or from a peer in any
+// dialect. It goes to a responder, to the receiver, to a peer or to the stop, or the endpoint answers it
+// itself. call_completion.hpp brings its end back to the caller. Service thread only; nothing waits or
+// allocates.
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/call_completion.hpp"
+#include "service/call_requests.hpp"
+#include "service/call_table.hpp"
+#include "service/core_options.hpp"
+#include "service/cycle_state.hpp"
+#include "service/endpoint_services.hpp"
+#include "service/local_delivery.hpp"
+#include "service/peer_table.hpp"
+#include "service/receiver.hpp"
+#include "service/refusals.hpp"
+#include "service/service_directory.hpp"
+#include "service/stop_service.hpp"
+#include "wire/protocols.hpp"
+#include "wire/request.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+// A call of a handle or a thread of this process.
+struct call_start {
+  call_endpoint caller{};
+  detail::call_ref own{};
+  std::string_view service; // empty: the text names it
+  wire::call_args what;
+  detail::peer_ref to{}; // generation 0: whoever provides the service
+  rt::time_point began{};
+  rt::time_point deadline = rt::never;
+};
+
+class call_router {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    const core_options& options;
+    counters& counts;
+    peer_table& peers;
+    call_table& calls;
+    const service_directory& directory;
+    refusals& refused;
+    receiver& inbox;
+    local_delivery& delivery;
+    call_completion& completion;
+    call_requests& requests;
+    endpoint_services& own;
+    stop_service& stop;
+    json::reader& validator;
+    const wire::protocol_set& protocols;
+  };
+  explicit call_router(const needs& parts) noexcept;
+
+  // A call of a peer, within its rate, that is not for the stop. False: the receiver has no room now and is
+  // at work; nothing has happened.
+  bool take_call(connection& c, const wire::request& asked) noexcept;
+  void start(const call_start& asked) noexcept;
+
+ private:
+  // `busy` may be the fault of others, so a peer that asks again is not cut for it.
+  enum class cause : std::uint8_t { peer, busy };
+  void refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
+              std::string_view why) noexcept;
+  void add(counter which) noexcept { counts_.add(which); }
+  rt::time_point time_limit(std::int64_t time_ns) const noexcept;
+  bool goes_to_receiver(std::string_view service) const noexcept;
+  void stop_anyway(const call_start& asked) noexcept;
+  void route(call_index call, std::string_view service, const wire::call_args& what,
+             detail::peer_ref to) noexcept;
+  void ask_anyone(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+
+  const cycle_state& cycle_;
+  const core_options& options_;
+  counters& counts_;
+  peer_table& peers_;
+  call_table& calls_;
+  const service_directory& directory_;
+  refusals& refused_;
+  receiver& inbox_;
+  local_delivery& delivery_;
+  call_completion& completion_;
+  call_requests& requests_;
+  endpoint_services& own_;
+  stop_service& stop_;
+  json::reader& validator_;
+  const wire::protocol_set& protocols_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/dispatcher.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <utility>
+
+#include "service/stop_gate.hpp"
+
+namespace rowe::service {
+namespace {
+
+// Scratch for the longest names a request may have.
+std::size_t scratch_bytes(const limits& bounds) noexcept {
+  return wire::decode_scratch_bytes({.name_bytes_max = bounds.topic_bytes_max});
+}
+
+std::string_view text_of(std::span<const std::byte> bytes) noexcept {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+// Why a text is no JSON. Some programs write NaN and infinities, which JSON does not have.
+std::string_view sentence_of(const error& why, std::string_view text, std::span<char> room) noexcept {
+  const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
+  for (const std::string_view word : {std::string_view{"NaN"}, std::string_view{"Infinity"}}) {
+    if (why.code != errc::malformed || !text.substr(at).starts_with(word)) continue;
+    const int bytes = std::snprintf(
+        room.data(), room.size(),
+        "the text is no valid JSON, which has no %s (at byte %zu): send null, or leave the member out",
+        word.data(), at);
+    return {room.data(), static_cast<std::size_t>(bytes)};
+  }
+  return why.message(room);
+}
+
+bool is_for_servers(wire::verb what) noexcept {
+  using wire::verb;
+  return what != verb::publish && what != verb::status && what != verb::call && what != verb::reply;
+}
+
+} // namespace
+
+std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
+  return rt::arena::bytes_for(scratch_bytes(bounds));
+}
+
+dispatcher::dispatcher(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : options_{parts.options},
+      cycle_{parts.cycle},
+      counts_{parts.counts},
+      events_{parts.events},
+      peers_{parts.peers},
+      refusals_{parts.refused},
+      inbox_{parts.inbox},
+      ingress_{parts.in},
+      messages_{parts.messages},
+      broker_{parts.values},
+      subscriptions_{parts.readers},
+      advertisements_{parts.writers},
+      providers_{parts.providers},
+      listings_{parts.listed},
+      completion_{parts.completion},
+      calls_{parts.calls},
+      stop_{parts.stop},
+      validator_{parts.validator},
+      protocols_{parts.protocols},
+      scratch_{memory.carve<char>(scratch_bytes(bounds))} {}
+
+// ---- messages
+
+void dispatcher::dispatch(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
+  connection& c = peers_[from];
+  excess_ = !c.messages.take(cycle_.now);
+  counts_.add(counter::messages_in);
+  ++c.messages_in;
+  read(c, message, binary);
+  if (std::exchange(excess_, false)) refusals_.note_excess(c);
+}
+
+void dispatcher::dispatch_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
+  heard_before_ = true;
+  read(peers_[from], message, binary);
+  heard_before_ = false;
+}
+
+inline void dispatcher::read_text(connection& c, std::span<const std::byte> payload) noexcept {
+  const std::string_view text = text_of(payload);
+  if (const status valid = validator_.validate(text); !valid) {
+    counts_.add(counter::malformed);
+    if (drops_excess()) return;
+    return refuse_malformed(c, text, valid.error());
+  }
+  json::document known = validator_.last(); // its members are noted until the next validation
+  for (std::uint32_t from = 0;;) {
+    wire::request asked;
+    wire::diagnostic why;
+    sentence_room sentence;
+    const wire::decoded read = c.protocol->reads.decode(known, decode_room(sentence, from), asked, why);
+    take(c, read, asked, known, why);
+    from = asked.next;
+    if (from == 0 || !c.open()) return;
+    known = json::document{text}; // what was noted may be gone
+  }
+}
+
+void dispatcher::read_binary(connection& c, std::span<const std::byte> message) noexcept {
+  wire::request asked;
+  wire::diagnostic why;
+  sentence_room sentence;
+  wire::decoded read = c.protocol->reads.decode_binary(message, decode_room(sentence, 0), asked, why);
+  if (read == wire::decoded::unsupported) {
+    counts_.add(counter::refused_requests);
+    return peers_.close_later(c, no_binary_sentence, wire::close_code::unsupported_data);
+  }
+  json::document body;
+  if (read == wire::decoded::request && !asked.body_raw.empty()) {
+    if (const status valid = validator_.validate(asked.body_raw); !valid) {
+      read = wire::decoded::malformed;
+      why = {.code = valid.error().name(), .text = sentence_of(valid.error(), asked.body_raw, sentence)};
+    } else if (body = validator_.last(); !json::is_object(body.text)) {
+      read = wire::decoded::malformed;
+      why = {.code = "not_an_object", .text = "the body must be a JSON object"};
+    }
+  }
+  take(c, read, asked, body, why);
+}
+
+// One request of a message. `known`: what of the message is JSON.
+inline void dispatcher::take(connection& c, wire::decoded read, wire::request& asked,
+                             const json::document& known, const wire::diagnostic& why) noexcept {
+  c.spoke_last = asked.codec;
+  if (read == wire::decoded::malformed) counts_.add(counter::malformed);
+  // A peer that speaks as users of this process do also takes plain messages.
+  const bool speaks_messages = asked.codec == protocols_.messages.id() && read != wire::decoded::malformed;
+  if (speaks_messages && !c.stop_only && !std::exchange(c.takes_messages, true))
+    messages_.deliver_pending({c.id.index});
+  const std::string_view unknown = asked.by_number ? listings_.put_names(c, asked) : std::string_view{};
+  if (read == wire::decoded::request && unknown.empty()) return carry_out(c, asked, known, why);
+  if (stop_.in_use() && (stop_gate::asks_to_stop(known) || stop_gate::names_stop(asked)))
+    stop_.carry_out_unanswered(c, known.text);
+  if (drops_excess()) return;
+  const wire::diagnostic unnamed{.code = "unknown_number", .text = unknown};
+  refusals_.refuse(c, asked, read == wire::decoded::request ? unnamed : why);
+}
+
+void dispatcher::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
+  std::array<char, 192> room;
+  refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
+                   {.code = why.name(), .text = sentence_of(why, text, room)});
+}
+
+// `unknown`: the diagnostic if nobody here carries out the request.
+inline void dispatcher::carry_out(connection& c, const wire::request& asked, const json::document& text,
+                                  const wire::diagnostic& unknown) noexcept {
+  using wire::verb;
+  // A peer on stop_path is asked nothing: what looks like an answer of it is an ordinary message.
+  const bool no_reply = c.stop_only && asked.form == wire::call_args::form::object;
+  if (asked.what == verb::message || (asked.what == verb::reply && no_reply))
+    return take_message(c, asked, text);
+  if (c.ours == side::client && is_for_servers(asked.what)) {
+    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
+    // only start a quarrel of two programs.
+    return counts_.add(counter::refused_requests);
+  }
+  const bool may_stop = asked.what == verb::publish || asked.what == verb::call;
+  if (!may_stop && drops_excess()) return;
+  if (c.stop_only && !stop_gate::is_for_stop_peers(asked)) {
+    if (!drops_excess())
+      refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_sentence});
+    return;
+  }
+  switch (asked.what) {
+  case verb::subscribe: return subscriptions_.subscribe(c, asked);
+  case verb::unsubscribe: return subscriptions_.unsubscribe(c, asked);
+  case verb::advertise: return advertisements_.advertise(c, asked);
+  case verb::unadvertise: return advertisements_.unadvertise(c, asked);
+  case verb::publish: return take_published(c, asked);
+  case verb::call: return take_call(c, asked);
+  case verb::reply: return completion_.take_reply(c, asked);
+  case verb::advertise_service: return providers_.advertise(c, asked);
+  case verb::unadvertise_service: return providers_.unadvertise(c, asked);
+  case verb::status: return take_status(c, asked);
+  case verb::set_level: refusals_.set_level({c.id.index}, asked.level); return;
+  case verb::message:
+  case verb::unsupported:
+  case verb::unknown: break;
+  }
+  refusals_.refuse(c, asked.codec, asked.id_raw, unknown);
+}
+
+void dispatcher::take_status(connection& c, const wire::request& asked) noexcept {
+  if (!refusals_.admits_event({c.id.index})) return counts_.add(counter::events_lost);
+  const auto plain = json::to_string(json::root(asked.body_raw), scratch_);
+  events_.report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw));
+}
+
+inline void dispatcher::take_call(connection& c, const wire::request& asked) noexcept {
+  if (!heard_before_) counts_.add(counter::calls_in);
+  const auto of_stop = stop_gate::service_named(asked.service);
+  const bool allowed = !c.stop_only || stop_gate::is_for_stop_peers(of_stop);
+  if (allowed && stop_.in_use() && of_stop != stop_verb::none) return stop_.carry_out_call(c, asked, of_stop);
+  if (drops_excess()) return;
+  if (!calls_.take_call(c, asked)) ingress_.park({c.id.index});
+}
+
+// A plain message: it goes to the receiver.
+inline void dispatcher::take_message(connection& c, const wire::request& asked,
+                                     const json::document& text) noexcept {
+  if (stop_.in_use() && stop_gate::asks_to_stop(text)) return stop_.carry_out_unanswered(c, text.text);
+  if (drops_excess()) return;
+  if (c.stop_only)
+    return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_sentence});
+  switch (inbox_.admit({c.id.index})) {
+  case admission::now: break;
+  case admission::later: return ingress_.park({c.id.index});
+  case admission::never: return counts_.add(counter::inbox_full);
+  }
+  // A message that is too long is counted there.
+  (void)inbox_.deliver({.stamped_ns = rt::nanoseconds_of(cycle_.now),
+                        .expires_ns = rt::nanoseconds_of(options_.inbound_expiry(cycle_.now, asked.ttl_ns)),
+                        .what = detail::entry::message,
+                        .peer = {c.id.index, c.id.generation}},
+                       text.text);
+}
+
+// A stop goes before all else.
+inline void dispatcher::take_published(connection& c, const wire::request& asked) noexcept {
+  if (stop_.in_use() && stop_gate::service_named(asked.topic) == stop_verb::stop)
+    return stop_.carry_out_unanswered(c, asked.body_raw);
+  if (!drops_excess()) broker_.relay(c, asked);
+}
+
+bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
+  const connection& c = peers_[from];
+  const std::string_view text{reinterpret_cast<const char*>(message.data()), message.size()};
+  if (!stop_.in_use() || (binary ? !c.protocol->can.binary : !validator_.validate(text))) return false;
+  const json::document known = binary ? json::document{} : validator_.last();
+  wire::request asked;
+  wire::diagnostic why;
+  sentence_room sentence;
+  const wire::decode_room room = decode_room(sentence, 0);
+  const wire::message_decoder& reads = c.protocol->reads;
+  const wire::decoded read =
+      binary ? reads.decode_binary(message, room, asked, why) : reads.decode(known, room, asked, why);
+  if (asked.by_number && !listings_.put_names(c, asked).empty()) return false;
+  return stop_gate::asks_to_stop(read, asked, known);
+}
+
+// Of a message beyond its peer's rate, which is no stop: true, counted.
+bool dispatcher::drops_excess() noexcept {
+  if (excess_) counts_.add(counter::over_rate);
+  return excess_;
+}
+
+} // namespace rowe::service

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// Carries out what peers say: decodes messages to requests, and gives each request to its part. A stop goes
+// before all else, even in a message that is refused or beyond its peer's rate. Every refusal is counted, and
+// answered with a status that names the value and the limit. Service thread only; nothing waits or allocates.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/advertisements.hpp"
+#include "service/broker.hpp"
+#include "service/call_completion.hpp"
+#include "service/call_router.hpp"
+#include "service/core_options.hpp"
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/direct_messages.hpp"
+#include "service/event_log.hpp"
+#include "service/ingress.hpp"
+#include "service/listings.hpp"
+#include "service/peer_table.hpp"
+#include "service/receiver.hpp"
+#include "service/refusals.hpp"
+#include "service/service_providers.hpp"
+#include "service/stop_service.hpp"
+#include "service/subscriptions.hpp"
+#include "wire/codec.hpp"
+#include "wire/protocols.hpp"
+#include "wire/refusal.hpp"
+#include "wire/request.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+class dispatcher {
+ public:
+  struct needs {
+    const core_options& options;
+    const cycle_state& cycle;
+    counters& counts;
+    event_log& events;
+    peer_table& peers;
+    refusals& refused;
+    receiver& inbox;
+    ingress& in;
+    direct_messages& messages;
+    broker& values;
+    subscriptions& readers;
+    advertisements& writers;
+    service_providers& providers;
+    listings& listed;
+    call_completion& completion;
+    call_router& calls;
+    stop_service& stop;
+    json::reader& validator;
+    const wire::protocol_set& protocols;
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  dispatcher(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  // A message of a peer.
+  void dispatch(peer_index from, std::span<const std::byte> message, bool binary) noexcept;
+  // A message that was parked (ingress::park).
+  void dispatch_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept;
+  // Whether dispatch() would carry out a stop. It makes the same decisions and changes nothing. It decodes
+  // the message as a request, so it must not be called while another one is carried out.
+  bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept;
+
+ private:
+  using sentence_room = std::array<char, wire::refusal::text_bytes_max>;
+
+  wire::decode_room decode_room(sentence_room& sentence, std::uint32_t from) const noexcept {
+    return {.scratch = scratch_,
+            .sentence = sentence,
+            .limits = {.name_bytes_max = options_.bounds.topic_bytes_max},
+            .from = from};
+  }
+  void read(connection& c, std::span<const std::byte> message, bool binary) noexcept {
+    binary ? read_binary(c, message) : read_text(c, message);
+  }
+  void read_text(connection& c, std::span<const std::byte> message) noexcept;
+  void read_binary(connection& c, std::span<const std::byte> message) noexcept;
+  void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
+  void take(connection& c, wire::decoded read, wire::request& asked, const json::document& known,
+            const wire::diagnostic& why) noexcept;
+  void carry_out(connection& c, const wire::request& asked, const json::document& text,
+                 const wire::diagnostic& unknown) noexcept;
+  void take_message(connection& c, const wire::request& asked, const json::document& text) noexcept;
+  void take_call(connection& c, const wire::request& asked) noexcept;
+  void take_published(connection& c, const wire::request& asked) noexcept;
+  void take_status(connection& c, const wire::request& asked) noexcept;
+  bool drops_excess() noexcept;
+
+  const core_options& options_;
+  const cycle_state& cycle_;
+  counters& counts_;
+  event_log& events_;
+  peer_table& peers_;
+  refusals& refusals_;
+  receiver& inbox_;
+  ingress& ingress_;
+  direct_messages& messages_;
+  broker& broker_;
+  subscriptions& subscriptions_;
+  advertisements& advertisements_;
+  service_providers& providers_;
+  listings& listings_;
+  call_completion& completion_;
+  call_router& calls_;
+  stop_service& stop_;
+  json::reader& validator_;
+  const wire::protocol_set& protocols_;
+  std::span<char> scratch_;   // the names and the id of the request; only decoders write here
+  bool excess_ = false;       // the current message is beyond its peer's rate
+  bool heard_before_ = false; // the current message was parked before
+};
+
+} // namespace rowe::service

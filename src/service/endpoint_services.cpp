@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/endpoint_services.hpp"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "service/listed_topics.hpp"
+#include "wire/own_names.hpp"
+
+namespace rowe::service {
+namespace {
+
+constexpr std::array names{wire::stats_name,      wire::list_topics_name, wire::list_services_name,
+                           wire::topic_type_name, wire::publishers_name,  wire::service_type_name};
+
+// Counted as so many bytes: the endpoint's answers walk all topics, services or counters.
+constexpr std::size_t answer_work = 10 * 1024;
+
+} // namespace
+
+endpoint_services::endpoint_services(side ours, const needs& parts) noexcept
+    : ours_{ours},
+      cycle_{parts.cycle},
+      peers_{parts.peers},
+      calls_{parts.calls},
+      topics_{parts.topics},
+      directory_{parts.directory},
+      stop_{parts.stop},
+      store_{parts.store},
+      out_{parts.out},
+      completion_{parts.completion},
+      report_{parts.report},
+      advertised_{parts.advertised},
+      lanes_{parts.lanes},
+      views_{parts.views} {}
+
+std::string_view endpoint_services::find(std::string_view asked) noexcept {
+  for (const std::string_view own : names) {
+    if (asked == own || asked == own.substr(1)) return own;
+  }
+  return {};
+}
+
+void endpoint_services::answer(call_index index, std::string_view service,
+                               const wire::call_args& what) noexcept {
+  calls_.at(index).callee = {.who = call_endpoint::kind::core};
+  if (const call& one = calls_.at(index); one.caller.who == call_endpoint::kind::peer) {
+    connection* const c = peers_.find(one.caller.connection());
+    if (c != nullptr && !out_.has_place_for_reply({c->id.index})) return completion_.fail_for_room(index);
+  }
+  cycle_.work_bytes += answer_work;
+  std::array<char, 2 * detail::lane::name_bytes_max> room; // the names of the call itself are elsewhere
+  const auto named = [&](std::string_view member) -> std::string_view {
+    const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
+    const auto text = found ? json::to_string(*found, room) : std::nullopt;
+    return text.value_or(std::string_view{});
+  };
+  const auto list = [](json::writer& into, std::string_view key, const auto ids, const auto& shown,
+                       const auto& text_of) {
+    into.key(key);
+    into.begin_array();
+    for (const auto i : ids) {
+      if (shown(i)) into.string(text_of(i));
+    }
+    into.end_array();
+  };
+  const slot_id slot = out_.compose(rt::never, [&](json::writer& into) {
+    if (service == wire::stats_name) return report_.write_for_service(into);
+    into.begin_object();
+    if (service == wire::list_topics_name) {
+      const listed_topics shown{topics_, stop_};
+      list(into, "topics", topics_.topic_ids(), shown, [&](topic_id i) { return topics_.name(i); });
+      list(into, "types", topics_.topic_ids(), shown, [&](topic_id i) { return topics_.type(i); });
+    } else if (service == wire::list_services_name) {
+      const auto shown = [&](service_index i) { return directory_.in_use(i); };
+      list(into, "services", directory_.ids(), shown, [&](service_index i) { return directory_.name(i); });
+    } else if (service == wire::topic_type_name) {
+      const topic_id topic = topics_.find(named("topic"));
+      into.key("type");
+      into.string(!topic ? std::string_view{} : topics_.type(topic));
+    } else if (service == wire::publishers_name) {
+      into.key("publishers");
+      into.begin_array();
+      write_publishers(into, topics_.find(named("topic")));
+      into.end_array();
+    } else {
+      const service_index found = directory_.find(named("service"));
+      into.key("type");
+      into.string(!found ? std::string_view{} : directory_.type(found));
+    }
+    into.end_object();
+  });
+  if (!slot) return completion_.fail_for_room(index);
+  completion_.complete(index, {store_.slots().text(slot).data(), store_.slots().text(slot).size()});
+  store_.release(slot);
+}
+
+void endpoint_services::write_publishers(json::writer& into, topic_id topic) noexcept {
+  if (!topic) return;
+  bool here = (ours_ == side::server && topic == topics_.find(wire::stats_name)) ||
+              (stop_.in_use() && topic == topics_.find(wire::stop_state_name));
+  for (const pair_index i : lanes_.ids())
+    here = here || (views_[i].attached && views_[i].topic == topic && detail::publishes(lanes_[i].kind));
+  if (here) into.string(report_.name());
+  for (const connection& c : peers_) {
+    if (c.open() && advertised_.find({c.id.index}, topic) != nullptr) into.string(c.peer());
+  }
+}
+
+} // namespace rowe::service

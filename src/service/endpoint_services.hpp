@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The services that the endpoint itself answers: its statistics, and what ROS's clients ask their server
+// about topics and services. Those of the stop are not among them. Service thread only; nothing waits or
+// allocates.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+
+#include "service/advertisement_table.hpp"
+#include "service/call_completion.hpp"
+#include "service/call_table.hpp"
+#include "service/cycle_state.hpp"
+#include "service/outbox.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/service_directory.hpp"
+#include "service/statistics_report.hpp"
+#include "service/stop_rules.hpp"
+#include "service/topic_table.hpp"
+#include "wire/request.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+class endpoint_services {
+ public:
+  struct needs {
+    cycle_state& cycle;
+    peer_table& peers;
+    call_table& calls;
+    const topic_table& topics;
+    const service_directory& directory;
+    const stop_rules& stop;
+    message_store& store;
+    outbox& out;
+    call_completion& completion;
+    statistics_report& report;
+    const advertisement_table& advertised;
+    rows<pair_index, const detail::lane> lanes;
+    rows<pair_index, const pair_row> views;
+  };
+  endpoint_services(side ours, const needs& parts) noexcept;
+
+  // The whole name of one of them, in either spelling; empty: none of them.
+  static std::string_view find(std::string_view service) noexcept;
+  // Ends the call, of the service of that whole name.
+  void answer(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+
+ private:
+  // This endpoint by its name, and peers that advertise by their addresses.
+  void write_publishers(json::writer& into, topic_id topic) noexcept;
+
+  const side ours_;
+  cycle_state& cycle_;
+  peer_table& peers_;
+  call_table& calls_;
+  const topic_table& topics_;
+  const service_directory& directory_;
+  const stop_rules& stop_;
+  message_store& store_;
+  outbox& out_;
+  call_completion& completion_;
+  statistics_report& report_;
+  const advertisement_table& advertised_;
+  rows<pair_index, const detail::lane> lanes_;
+  rows<pair_index, const pair_row> views_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What happened, for the ring that this process's threads read. Service thread only; nothing waits or
+// allocates.
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <string_view>
+
+#include <rowe/event.hpp>
+
+#include "service/cycle_state.hpp"
+#include "service/rate_limit.hpp"
+#include "service/shared_state.hpp"
+
+namespace rowe::service {
+
+class event_log {
+ public:
+  static constexpr std::size_t text_bytes_max = 224; // of event::what
+
+  event_log(const cycle_state& cycle, shared_state& shown) noexcept : cycle_{cycle}, shown_{shown} {}
+
+  // What has no place in the ring is counted as lost; so are too many events of peers that come and go.
+  void report(event::kind kind, std::string_view peer, std::string_view what,
+              std::string_view remedy = {}) noexcept {
+    const bool of_coming = kind == event::kind::peer_joined || kind == event::kind::peer_left ||
+                           kind == event::kind::refused_handshake;
+    if (of_coming && !comings_.take(cycle_.now)) return shown_.counts.add(counter::events_lost);
+    event happened;
+    happened.what_kind = kind;
+    happened.peer = peer;
+    happened.what = what;
+    happened.remedy = remedy;
+    shown_.post(happened);
+  }
+
+ private:
+  const cycle_state& cycle_;
+  shared_state& shown_;
+  rate_limit comings_{std::chrono::milliseconds{20}, 128};
+};
+
+} // namespace rowe::service

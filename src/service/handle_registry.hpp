@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+// The life of handles. Set-up offers a queue pair; here it is attached or refused. When the handle is closed,
+// the pair is emptied and detached, and it is free again when the user's loop has released all slots. Service
+// thread only; nothing waits or allocates. A user thread that sleeps is woken, which enters the kernel.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/result.hpp>
+
+#include "service/call_completion.hpp"
+#include "service/call_requests.hpp"
+#include "service/cycle_state.hpp"
+#include "service/handle_submissions.hpp"
+#include "service/outbox.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/publish_predictor.hpp"
+#include "service/receiver.hpp"
+#include "service/service_directory.hpp"
+#include "service/service_providers.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/shared_state.hpp"
+#include "service/stop_service.hpp"
+#include "service/topic_handles.hpp"
+
+namespace rowe::service {
+
+class handle_registry {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    shared_state& shown;
+    rows<pair_index, detail::lane> lanes;
+    rows<pair_index, pair_row> views;
+    shared_inbox& shared;
+    peer_table& peers;
+    call_table& calls;
+    service_directory& directory;
+    outbox& out;
+    receiver& inbox;
+    publish_predictor& phases;
+    call_completion& completion;
+    call_requests& requests;
+    service_providers& providers;
+    stop_service& stop;
+    topic_handles& topics;
+    handle_submissions& submissions;
+  };
+  explicit handle_registry(const limits& bounds, const needs& parts) noexcept;
+
+  // Once a cycle: attaches and detaches handles, and takes what the others submit.
+  void scan() noexcept;
+  // In a client: tells the server of all handles.
+  void announce_all(connection& c) noexcept;
+  // How many handles belong to no topic: they may submit what a peer waits for.
+  std::uint32_t talking() const noexcept { return talking_; }
+  // If handles wake this thread: nothing was submitted since scan() looked.
+  bool quiet() const noexcept;
+
+ private:
+  void attach(pair_index pair) noexcept;
+  status attach_to_part(pair_index pair) noexcept;
+  status attach_talker(pair_index pair) noexcept;
+  status provide(pair_index pair) noexcept;
+  void detach(pair_index pair) noexcept;
+  void detach_talker(pair_index pair) noexcept;
+  void count_refusals(const detail::lane& lane) noexcept;
+  void take_over_inbox(pair_index pair) noexcept;
+  void announce_service(connection& c, pair_index pair, bool begins) noexcept;
+
+  const std::uint32_t services_max_;
+  const cycle_state& cycle_;
+  shared_state& shown_;
+  rows<pair_index, detail::lane> lanes_;
+  rows<pair_index, pair_row> views_;
+  shared_inbox& shared_;
+  peer_table& peers_;
+  call_table& calls_;
+  service_directory& directory_;
+  outbox& out_;
+  receiver& inbox_;
+  publish_predictor& phases_;
+  call_completion& completion_;
+  call_requests& requests_;
+  service_providers& providers_;
+  stop_service& stop_;
+  topic_handles& topics_;
+  handle_submissions& submissions_;
+  std::uint32_t talking_ = 0;
+  std::uint64_t attached_ = 0; // so far
+};
+
+} // namespace rowe::service

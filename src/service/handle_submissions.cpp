@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/handle_submissions.hpp"
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "service/service_limits.hpp"
+#include "json/encoder.hpp"
+
+namespace rowe::service {
+namespace {
+
+using detail::entry;
+
+// The slot parked after this one. It uses the header's field for outcomes, which submissions do not need.
+std::int64_t& next_parked(const detail::lane_slots& slots, pair_slot slot) noexcept {
+  return slots.header(slot.value)->outcome_value;
+}
+
+} // namespace
+
+handle_submissions::handle_submissions(const needs& parts) noexcept
+    : options_{parts.options},
+      cycle_{parts.cycle},
+      counts_{parts.counts},
+      lanes_{parts.lanes},
+      views_{parts.views},
+      topics_{parts.topics},
+      sender_{parts.writer},
+      delivery_{parts.delivery},
+      inbox_{parts.inbox},
+      messages_{parts.messages},
+      broker_{parts.values},
+      handles_{parts.handles},
+      completion_{parts.completion},
+      calls_{parts.calls},
+      phases_{parts.phases},
+      validator_{parts.validator} {}
+
+void handle_submissions::take(pair_index pair) noexcept {
+  detail::lane& lane = lanes_[pair];
+  if (detail::is_latch(lane.kind)) return;   // stop_service looks at it
+  if (options_.lanes_tell) lane.rope.mark(); // before looking
+  if (!views_[pair].topic) return take_entries(pair);
+  if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
+  if (lane.service.out.newest != nullptr) {
+    take_newest(pair);
+  } else if (lane.service.out.out != nullptr) {
+    take_values(pair);
+  }
+}
+
+// ---- values
+
+inline void handle_submissions::take_newest(pair_index pair) noexcept {
+  const auto found = lanes_[pair].service.out.newest->begin_read();
+  if (found.state != rt::freshness::fresh) return;
+  pair_row& view = views_[pair];
+  const std::uint64_t passed_over = found.sequence - view.sequence - 1;
+  view.sequence = found.sequence;
+  topics_.at(view.topic).messages += passed_over;
+  counts_.add(counter::replaced, passed_over);
+  publish(pair, found.slot);
+}
+
+// A server gets every value. A value that finds no room in the queue to it stays with the handle, and its
+// publisher is told `full`.
+inline void handle_submissions::take_values(pair_index pair) noexcept {
+  const detail::emptying_end& path = lanes_[pair].service.out;
+  std::size_t budget = values_per_cycle;
+  if (const queue* const towards = options_.ours == side::client ? handles_.queue_to_server(pair) : nullptr) {
+    const std::uint32_t depth = options_.bounds.queue_depth_max;
+    budget = std::min<std::size_t>(budget, depth - std::min(towards->count, depth));
+  }
+  const auto take = [&](std::uint32_t slot) {
+    publish(pair, slot);
+    path.home->give(slot);
+  };
+  const std::size_t taken = path.out->drain(take, budget);
+  if (taken == values_per_cycle) {
+    const std::size_t ample = handles_.ample_budget(pair, values_per_cycle);
+    more_left_ = path.out->drain(take, ample) == ample || more_left_;
+  }
+  if (budget < values_per_cycle && taken == budget && path.out->waiting_at_least() != 0) waits_ = true;
+}
+
+void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
+  const detail::lane& lane = lanes_[pair];
+  const detail::value_header& header = *lane.service.out.slots.header(slot);
+  const std::byte* const value = lane.service.out.slots.value(slot);
+  const rt::time_point published = time_of(header.stamped_ns);
+  const rt::time_point expires = cycle_.expiry_of(published, time_of(header.expires_ns));
+  const topic_id topic = views_[pair].topic;
+  const latch_owner latches =
+      lane.latched ? latch_owner{latch_owner::kind::handle, pair.value} : latch_owner{};
+  phases_.saw(pair, published);
+  if (lane.kind == detail::lane_kind::publish_value) {
+    return broker_.publish(topic, published, expires, latches,
+                           [&](json::writer& into) { lane.encoder->encode(value, into); });
+  }
+  const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
+  if (!validator_.validate(text) || !json::is_object(text)) return counts_.add(counter::malformed);
+  broker_.publish(topic, published, expires, latches, [&](json::writer& into) { into.raw(text); });
+}
+
+// ---- messages, requests, replies
+
+void handle_submissions::take_entries(pair_index pair) noexcept {
+  pair_row& view = views_[pair];
+  const bool receives = inbox_.pair() == pair;
+  if (receives) inbox_.mark_home();
+  messages_.begin_turn(lanes_[pair].user.out.count, receives);
+  if (view.held_first) retry(pair);
+  const std::size_t taken = take_new_entries(pair);
+  if (receives) inbox_.count_home(taken);
+  // The number of parked messages to everyone decides whether the handle may submit more of them.
+  detail::lane& lane = lanes_[pair];
+  const detail::audience now =
+      messages_.refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
+  if (lane.audience.advice() != now) {
+    lane.audience.set(now);
+    view.gave = true;
+  }
+  // acquire: pairs with the release in ask_room()
+  some_ask_room_ = some_ask_room_ || lane.room_asked.load(std::memory_order_acquire) != 0;
+}
+
+inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcept {
+  pair_row& view = views_[pair];
+  const detail::emptying_end& path = lanes_[pair].service.out;
+  for (std::size_t left = entries_per_cycle; left > 0; --left) {
+    const auto slot = path.out->try_pop();
+    if (!slot) return entries_per_cycle - left;
+    if (take_entry(pair, *slot, false)) {
+      path.home->give(*slot);
+      view.gave = true;
+      continue;
+    }
+    const pair_slot parked{*slot};
+    next_parked(path.slots, parked) = pair_slot::none;
+    if (!view.held_first) {
+      view.held_first = parked;
+    } else {
+      next_parked(path.slots, view.held_last) = parked.value;
+    }
+    view.held_last = parked;
+  }
+  more_left_ = true;
+  return entries_per_cycle;
+}
+
+// Tries the parked slots in their order.
+void handle_submissions::retry(pair_index pair) noexcept {
+  pair_row& view = views_[pair];
+  const detail::emptying_end& path = lanes_[pair].service.out;
+  pair_slot before{};
+  for (pair_slot slot = view.held_first; slot;) {
+    const pair_slot next{static_cast<std::uint32_t>(next_parked(path.slots, slot))};
+    if (take_entry(pair, slot.value, true)) {
+      path.home->give(slot.value);
+      view.gave = true;
+      ++cycle_.places_freed;
+      if (!before) {
+        view.held_first = next;
+      } else {
+        next_parked(path.slots, before) = next.value;
+      }
+    } else {
+      before = slot;
+    }
+    slot = next;
+  }
+  view.held_last = before;
+}
+
+// False: it must be parked.
+inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept {
+  const detail::lane& lane = lanes_[pair];
+  const detail::value_header& header = *lane.service.out.slots.header(slot);
+  const std::byte* const value = lane.service.out.slots.value(slot);
+  const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
+  const call_endpoint us = call_endpoint::of(pair, views_[pair].generation);
+  const call_endpoint waits = header.own.generation != 0 ? us : call_endpoint{};
+  switch (header.what) {
+  case entry::message:
+    return messages_.post({.text = text,
+                           .sender = waits,
+                           .own = header.own,
+                           .to = header.peer,
+                           .only_now = header.expires_ns == header.stamped_ns,
+                           .parked = parked,
+                           .expires = time_of(header.expires_ns),
+                           .priority = lane.priority});
+  case entry::invocation: {
+    wire::call_args what{.is = wire::call_args::form::object, .text = text};
+    if (lane.kind == detail::lane_kind::call_text) what.is = wire::call_args::form::args;
+    if (lane.kind == detail::lane_kind::call_value)
+      what = {.is = wire::call_args::form::value, .encoder = lane.encoder, .value = value};
+    calls_.start({.caller = us,
+                  .own = header.own,
+                  .service = lane.name(),
+                  .what = what,
+                  .to = header.peer,
+                  .began = time_of(header.stamped_ns),
+                  .deadline = time_of(header.expires_ns)});
+    return true;
+  }
+  case entry::reply:
+  case entry::refusal: answer(pair, slot, us, waits); return true;
+  case entry::end: break; // only sent to handles
+  }
+  return true;
+}
+
+void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
+                                const call_endpoint& waits) noexcept {
+  const detail::lane& lane = lanes_[pair];
+  const detail::value_header& header = *lane.service.out.slots.header(slot);
+  const std::byte* const value = lane.service.out.slots.value(slot);
+  const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
+  const rt::time_point stamped = time_of(header.stamped_ns);
+  phases_.answered(stamped);
+  const status done =
+      header.what == entry::refusal
+          ? completion_.refuse(us, header.call, text)
+          : completion_.answer(us, header.call,
+                               {.text = text,
+                                .encoder = lane.encoder,
+                                .value = value,
+                                .expires = cycle_.expiry_of(stamped, time_of(header.expires_ns)),
+                                .waits = waits,
+                                .own = header.own});
+  if (!done) delivery_.complete(waits, header.own, done);
+}
+
+// ---- what is left
+
+bool handle_submissions::has_unsent(pair_index pair) noexcept {
+  pair_row& view = views_[pair];
+  const detail::lane& lane = lanes_[pair];
+  if (!view.attached || detail::subscribes(lane.kind)) return false;
+  if (view.held_first) return true;
+  if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
+  const queue* const towards = detail::publishes(lane.kind) ? handles_.queue_to_server(pair) : nullptr;
+  if (towards == nullptr) return false;
+  if (view.last_queued == 0) view.last_queued = towards->popped + towards->count;
+  return towards->popped < view.last_queued;
+}
+
+bool handle_submissions::drained() const noexcept {
+  for (const pair_index i : lanes_.ids()) {
+    if (!views_[i].attached) continue;
+    const detail::lane& lane = lanes_[i];
+    if (detail::subscribes(lane.kind)) continue;
+    if (views_[i].held_first) return false;
+    if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
+  }
+  return true;
+}
+
+void handle_submissions::tell_those_who_ask(bool anywhere) noexcept {
+  for (const pair_index i : lanes_.ids()) {
+    pair_row& view = views_[i];
+    if (!view.attached || lanes_[i].kind != detail::lane_kind::talk) continue;
+    // acquire: pairs with the release in ask_room()
+    const std::uint32_t asked = lanes_[i].room_asked.load(std::memory_order_acquire);
+    const bool look = asked != view.room_asked || view.gave || anywhere;
+    view.room_asked = asked;
+    view.gave = false;
+    if (asked != 0 && look) lanes_[i].news.notify();
+  }
+}
+
+} // namespace rowe::service

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes what handles of this process submit: values to publish, messages, requests and replies, a stated
+// budget of each in a cycle. What finds no room is parked: in a list through the headers of the slots, which
+// belong to the service thread until the slots are released. So one peer that does not read holds up neither
+// messages to the others nor the end of those that expire. Service thread only; nothing waits or allocates. A
+// user thread that sleeps is woken, which enters the kernel.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/broker.hpp"
+#include "service/call_completion.hpp"
+#include "service/call_router.hpp"
+#include "service/core_options.hpp"
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/direct_messages.hpp"
+#include "service/local_delivery.hpp"
+#include "service/pair_table.hpp"
+#include "service/publish_predictor.hpp"
+#include "service/receiver.hpp"
+#include "service/sender.hpp"
+#include "service/topic_handles.hpp"
+#include "service/topic_table.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+class handle_submissions {
+ public:
+  struct needs {
+    const core_options& options;
+    cycle_state& cycle;
+    counters& counts;
+    rows<pair_index, detail::lane> lanes;
+    rows<pair_index, pair_row> views;
+    topic_table& topics;
+    sender& writer;
+    local_delivery& delivery;
+    receiver& inbox;
+    direct_messages& messages;
+    broker& values;
+    topic_handles& handles;
+    call_completion& completion;
+    call_router& calls;
+    publish_predictor& phases;
+    json::reader& validator;
+  };
+  explicit handle_submissions(const needs& parts) noexcept;
+
+  // Begins a cycle: all handles are looked at once.
+  void begin_cycle() noexcept { more_left_ = waits_ = false; }
+  void take(pair_index pair) noexcept;
+  // Tries all parked messages again, as if they came now.
+  void retry_all() noexcept {
+    for (const pair_index pair : lanes_.ids()) retry(pair);
+  }
+  // Whether the handle has submitted something since.
+  bool has_new(pair_index pair) const noexcept {
+    return lanes_[pair].service.out.out->waiting_at_least() != 0;
+  }
+  // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
+  // What other handles publish on the same topic meanwhile does not count.
+  bool has_unsent(pair_index pair) noexcept;
+  // At the end of a cycle: tells handles that wait for room where it came. `anywhere`: room came at a peer,
+  // or elsewhere outside the handle.
+  void tell_room(bool anywhere) noexcept {
+    if (std::exchange(some_ask_room_, false)) tell_those_who_ask(anywhere);
+  }
+
+  // A handle had more than its budget of this cycle; the next cycle is needed at once.
+  bool more_left() const noexcept { return more_left_; }
+  // Something stays with a handle until there is room for it.
+  bool waits() const noexcept { return waits_; }
+  void note_waits() noexcept { waits_ = true; }
+  // Nothing is parked or still to be taken.
+  bool drained() const noexcept;
+
+ private:
+  void retry(pair_index pair) noexcept;
+  void take_values(pair_index pair) noexcept;
+  void take_newest(pair_index pair) noexcept;
+  void publish(pair_index pair, std::uint32_t slot) noexcept;
+  void take_entries(pair_index pair) noexcept;
+  std::size_t take_new_entries(pair_index pair) noexcept;
+  bool take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept;
+  void tell_those_who_ask(bool anywhere) noexcept;
+  void answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
+              const call_endpoint& waits) noexcept;
+
+  const core_options& options_;
+  cycle_state& cycle_;
+  counters& counts_;
+  rows<pair_index, detail::lane> lanes_;
+  rows<pair_index, pair_row> views_;
+  topic_table& topics_;
+  sender& sender_;
+  local_delivery& delivery_;
+  receiver& inbox_;
+  direct_messages& messages_;
+  broker& broker_;
+  topic_handles& handles_;
+  call_completion& completion_;
+  call_router& calls_;
+  publish_predictor& phases_;
+  json::reader& validator_;
+  bool some_ask_room_ = false; // a handle sleeps until there is room
+  bool more_left_ = false;
+  bool waits_ = false;
+};
+
+} // namespace rowe::service

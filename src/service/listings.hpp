@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Numbers in place of names, and who is told them: where a protocol says so, a client learns at once who we
+// are, and which topics and services there are, and then each cycle what has changed. A topic's number is its
+// channel; the endpoint's own services have fixed numbers, those in the directory get theirs as they come.
+// Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/advertisement_table.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/service_directory.hpp"
+#include "service/stop_rules.hpp"
+#include "service/topic_table.hpp"
+#include "wire/codec.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+class listings {
+ public:
+  struct needs {
+    peer_table& peers;
+    const topic_table& topics;
+    const service_directory& directory;
+    const stop_rules& stop;
+    const advertisement_table& advertised;
+    outbox& out;
+    std::string_view endpoint_name; // outlives this
+    topic_id stop_topic;            // shown only where there is a stop
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<std::uint32_t>(bounds.topics_max) +
+           rt::arena::bytes_for<std::uint32_t>(std::size_t{service_directory::first_number} +
+                                               bounds.services_max) +
+           rt::arena::bytes_for<bool>(bounds.connections_max);
+  }
+  listings(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  // A peer that wants to be told has come: who we are, and what there is. A peer that does not read it is
+  // closed.
+  void greet(connection& c) noexcept;
+  void forget(peer_index peer) noexcept {
+    if (std::exchange(told_[peer], false)) --told_count_;
+  }
+  // Once a cycle: they are told what is there no more, and what is new.
+  void tell_changes() noexcept {
+    if (told_count_ != 0) list_changes();
+  }
+  // Puts the names of what a request names by numbers. Empty, or why there is no such thing.
+  std::string_view put_names(const connection& c, wire::request& asked) const noexcept;
+
+ private:
+  template <class Of>
+  void tell(connection& c, bool topics, bool added, Of&& of) noexcept;
+  void list_changes() noexcept;
+  wire::listed topic_in(topic_id row) const noexcept;
+  wire::listed service_in(std::uint32_t row) const noexcept;
+  std::string_view service_numbered(std::uint32_t number) const noexcept;
+  topic_id topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept;
+  std::uint64_t changes() const noexcept {
+    return topics_.changes() + directory_.changes() + (stop_.in_use() ? 1 : 0);
+  }
+
+  peer_table& peers_;
+  const topic_table& topics_;
+  const service_directory& directory_;
+  const stop_rules& stop_;
+  const advertisement_table& advertised_;
+  outbox& out_;
+  const std::string_view name_;
+  const topic_id stop_topic_;
+  const std::size_t message_bytes_max_;
+  // The numbers that peers were told, by row; and after how many changes.
+  std::span<std::uint32_t> listed_topics_;
+  std::span<std::uint32_t> listed_services_;
+  std::uint64_t listed_at_ = 0;
+  rows<peer_index, bool> told_; // who is told
+  std::uint32_t told_count_ = 0;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether peers are alive and read. A silent peer is pinged. A peer is closed if it stays silent, does not
+// answer pings, or does not finish a message that it began. Each peer is checked every half a second. Service
+// thread only; nothing waits or allocates.
+#pragma once
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/timer_wheel.hpp>
+
+#include "service/core_options.hpp"
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/ids.hpp"
+#include "service/ingress.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/refusals.hpp"
+#include "service/sender.hpp"
+#include "service/timers.hpp"
+
+namespace rowe::service {
+
+class liveness {
+ public:
+  struct needs {
+    const core_options& options;
+    cycle_state& cycle;
+    counters& counts;
+    timers& due;
+    peer_table& peers;
+    const outbox& out;
+    sender& writer;
+    refusals& refused;
+    const ingress& in;
+  };
+  explicit liveness(const needs& parts) noexcept
+      : options_{parts.options},
+        cycle_{parts.cycle},
+        counts_{parts.counts},
+        timers_{parts.due},
+        peers_{parts.peers},
+        out_{parts.out},
+        sender_{parts.writer},
+        refusals_{parts.refused},
+        ingress_{parts.in} {}
+
+  // A peer has connected, and is checked from now on.
+  void open(peer_index peer) noexcept { check_later(peer); }
+  // Its timer is due.
+  void check(peer_index peer) noexcept;
+
+ private:
+  void check_later(peer_index peer) noexcept;
+  void check_unread(connection& c) noexcept;
+  void check_silent(connection& c) noexcept;
+
+  const core_options& options_;
+  cycle_state& cycle_;
+  counters& counts_;
+  timers& timers_;
+  peer_table& peers_;
+  const outbox& out_;
+  sender& sender_;
+  refusals& refusals_;
+  const ingress& ingress_;
+};
+
+} // namespace rowe::service

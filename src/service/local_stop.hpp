@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+// How threads of this process that have no loop ask the service thread for the stop and for its end, and hear
+// what came of it. One word says that the loops are to stop: it needs no room, and nobody can hold it up. Who
+// asks, and why, goes beside it by a window, and the answers come back by another. So neither side ever waits
+// for the other. What is asked for is counted, only the newest words are kept, and an answer holds for all up
+// to its count.
+//
+// The threads take turns at their ends of the windows (api/local_stops.hpp); the word is for all at once.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/fixed_string.hpp>
+#include <rowe/result.hpp>
+#include <rowe/rt/atomics.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/window.hpp>
+
+namespace rowe::service {
+
+// What threads of this process have asked for so far.
+struct local_stop_asked {
+  static constexpr std::size_t source_bytes_max = 63; // stop_rules has room for no more
+  static constexpr std::size_t reason_bytes_max = 192;
+
+  std::uint64_t stops = 0;
+  fixed_string<source_bytes_max> source; // of the last stop
+  fixed_string<reason_bytes_max> reason;
+  std::uint64_t resets = 0;
+  std::uint64_t number = 0; // of the stop that the last reset is to end; 0: that which there is
+  rt::time_point until{};   // after this the last reset must not be carried out
+};
+
+// What came of it.
+struct local_stop_answered {
+  std::uint64_t stops = 0;       // the loops have acknowledged all up to this one,
+  std::uint64_t stop_number = 0; // which peers know by this number,
+  rt::time_point acknowledged{}; // at this time
+  std::uint64_t resets = 0;
+  std::uint64_t reset_number = 0; // what peers are shown while the loops may move,
+  status reset_outcome;           // where this is good; refused, timed_out
+};
+
+template <class Atomics = rt::std_atomics>
+class local_stop {
+ public:
+  // ---- Any thread. Never waits, never allocates.
+
+  // The loops are to stop; the caller then wakes the service thread. What hand_in() said before comes with
+  // it.
+  void ask() noexcept {
+    word_.store(1, std::memory_order_release); // release: pairs with the exchange in take()
+  }
+
+  // ---- Threads, one at a time each.
+
+  void hand_in(const local_stop_asked& all) noexcept { asked_writer_->write(all); }
+  // The newest answers; `into` is left alone where it has them already.
+  void hear(local_stop_answered& into) noexcept { (void)answered_reader_->read(into); }
+
+  // ---- The service thread.
+
+  // Whether somebody has asked since the last call.
+  bool take() noexcept {
+    // relaxed: a look in each cycle, which only decides whether to exchange
+    if (word_.load(std::memory_order_relaxed) == 0) return false;
+    return word_.exchange(0, std::memory_order_acquire) != 0; // acquire: pairs with the release in ask()
+  }
+  // What was handed in; `into` is left alone where it is that already.
+  void look(local_stop_asked& into) noexcept { (void)asked_reader_->read(into); }
+  // Whoever waits is to be woken afterwards.
+  void tell(const local_stop_answered& all) noexcept { answered_writer_->write(all); }
+
+ private:
+  using asked_window = rt::window<local_stop_asked, Atomics>;
+  using answered_window = rt::window<local_stop_answered, Atomics>;
+
+  typename Atomics::template variable<std::uint32_t> word_{0};
+  asked_window asked_;
+  answered_window answered_;
+  typename asked_window::writer* asked_writer_ = asked_.take_writer();
+  typename asked_window::reader* asked_reader_ = asked_.take_reader();
+  typename answered_window::writer* answered_writer_ = answered_.take_writer();
+  typename answered_window::reader* answered_reader_ = answered_.take_reader();
+};
+
+} // namespace rowe::service

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/refusals.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "json/writer.hpp"
+
+namespace rowe::service {
+namespace {
+
+constexpr std::uint32_t reports_burst = 8; // events about refusals to one peer; then one a second
+
+// Why a peer is closed that says too much.
+close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
+                          std::string_view option) noexcept {
+  std::array<char, wire::close_reason_bytes_max> room;
+  wire::text_out why{room};
+  why.add("more than ").add(std::int64_t{per_second}).add(" ").add(what).add(" a second for ");
+  why.add(refusals::flood_time_max / std::chrono::seconds{1}).add(" s: ").add(remedy);
+  close_reason reason;
+  reason = why.add(" (limit ").add(option).add(")").text();
+  return reason;
+}
+
+} // namespace
+
+refusals::refusals(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : bounds_{bounds},
+      cycle_{parts.cycle},
+      counts_{parts.counts},
+      events_{parts.events},
+      peers_{parts.peers},
+      out_{parts.out},
+      protocols_{parts.protocols},
+      rows_{memory.carve<row>(bounds.connections_max)},
+      too_many_messages_{
+          flood_reason("messages", bounds.messages_per_second_max, "send fewer", "messages_per_second_max")},
+      too_many_refusals_{flood_reason("refused requests", bounds.refusals_per_second_max, "heed the refusals",
+                                      "refusals_per_second_max")} {}
+
+void refusals::open(peer_index peer) noexcept {
+  rows_[peer] = {.refused = rate_limit{bounds_.refusals_per_second_max},
+                 .reports = rate_limit{std::chrono::seconds{1}, reports_burst}};
+}
+
+void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,
+                      const wire::diagnostic& why) noexcept {
+  if (admits(c, event::kind::refused_request, why.text, {})) answer(c, in, id_raw, why);
+}
+
+void refusals::refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept {
+  if (!asked.by_number || asked.what != wire::verb::call) return refuse(c, asked.codec, asked.id_raw, why);
+  if (!admits(c, event::kind::refused_request, why.text, {})) return;
+  add(counter::calls_refused);
+  fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw}, why);
+}
+
+void refusals::refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept {
+  refuse(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why});
+}
+
+void refusals::refuse_limit(connection& c, std::string_view id_raw, std::string_view what,
+                            std::uint64_t limit, std::string_view option) noexcept {
+  std::array<char, 224> room;
+  wire::text_out why{room};
+  why.add("all ").add(static_cast<std::int64_t>(limit)).add(" ").add(what).add(" are taken");
+  refuse_for(c, id_raw, why, option);
+}
+
+void refusals::refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept {
+  std::array<char, 384> room;
+  wire::text_out why{room};
+  why.add_shortened(asked.verb_text, 24).add(" ");
+  why.add_shortened(asked.topic.empty() ? asked.service : asked.topic, 96);
+  why.add(": one peer may hold no more ").add(of.what).add(" than it leaves: it holds ").add(of.held);
+  why.add(", ").add(of.left).add(" of ").add(of.for_peers).add(" are left");
+  const std::uint32_t kept = std::min(of.kept, of.left);
+  if (kept != 0) why.add(", ").add(kept).add(" of them kept for peers that hold fewer");
+  refuse_for(c, asked.id_raw, why, of.option);
+}
+
+void refusals::refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
+                          std::string_view option) noexcept {
+  std::array<char, 128> room;
+  wire::text_out remedy{room};
+  remedy.add("raise `limits::").add(option).add("`");
+  if (!admits(c, event::kind::limit, why.text(), remedy.text())) return;
+  why.add(" (limit ").add(option).add(")");
+  answer(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why.text()});
+}
+
+void refusals::warn(connection& c, std::string_view id_raw, std::string_view why) noexcept {
+  if (admits(c, event::kind::refused_request, why, {})) send_status(c, id_raw, why);
+}
+
+void refusals::send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept {
+  say(c, c.protocol->topics.id(), id_raw, {.code = "refused", .text = why});
+}
+
+void refusals::fail_call(connection& c, wire::codec_id in, const wire::call_origin& call,
+                         const wire::diagnostic& why) noexcept {
+  const wire::codec& codec = protocols_.of(in);
+  if (codec.fails_as_refusal()) add(counter::refused_requests);
+  // lost: counted
+  (void)out_.reply({c.id.index}, [&](json::writer& into) { return codec.write_failure(into, call, why); });
+}
+
+void refusals::answer(connection& c, wire::codec_id in, std::string_view id_raw,
+                      const wire::diagnostic& why) noexcept {
+  add(counter::refused_requests);
+  say(c, in, id_raw, why);
+}
+
+void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
+                   const wire::diagnostic& why) noexcept {
+  std::array<char, wire::error_bytes_max> room;
+  json::writer text{room};
+  const auto kind = protocols_.of(in).write_error(
+      text, {.to_server = c.ours == side::client, .level = rows_[{c.id.index}].level, .id_raw = id_raw}, why);
+  out_.reply_written({c.id.index}, text, kind);
+}
+
+// ---- how often
+
+bool refusals::admits(connection& c, event::kind kind, std::string_view why,
+                      std::string_view remedy) noexcept {
+  report(c, kind, why, remedy);
+  if (within_rate(c)) return true;
+  add(counter::refusals_unsaid);
+  return false;
+}
+
+bool refusals::within_rate(connection& c) noexcept {
+  rate_limit& refused = rows_[{c.id.index}].refused;
+  if (c.ours == side::client || refused.take(cycle_.now)) return true;
+  close_if_flooding(c, refused, too_many_refusals_);
+  return false;
+}
+
+void refusals::report(connection& c, event::kind kind, std::string_view why,
+                      std::string_view remedy) noexcept {
+  if (admits_event({c.id.index})) {
+    events_.report(kind, c.peer(), why, remedy);
+  } else {
+    ++rows_[{c.id.index}].unreported;
+  }
+}
+
+void refusals::report_missed(connection& c) noexcept {
+  row& of = rows_[{c.id.index}];
+  if (of.unreported == 0 || !admits_event({c.id.index})) return;
+  std::array<char, 64> text;
+  const int bytes = std::snprintf(text.data(), text.size(), "%u more requests were refused",
+                                  std::exchange(of.unreported, 0));
+  events_.report(event::kind::refused_request, c.peer(), {text.data(), static_cast<std::size_t>(bytes)});
+}
+
+void refusals::note_excess(connection& c) noexcept { close_if_flooding(c, c.messages, too_many_messages_); }
+
+void refusals::close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept {
+  if (!c.open() || rate.over_for(cycle_.now) < flood_time_max) return;
+  add(counter::flooding_peers);
+  peers_.close_later(c, why);
+}
+
+} // namespace rowe::service

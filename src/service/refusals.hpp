@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+// What peers are told about refused requests, and how often. Each refusal names the value and the limit. A
+// peer that is refused all the time is not answered each time, cannot fill the ring of events, and is closed
+// in the end. Service thread only; nothing waits or allocates.
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/event.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/event_log.hpp"
+#include "service/ids.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/rate_limit.hpp"
+#include "wire/codec.hpp"
+#include "wire/protocols.hpp"
+#include "wire/request.hpp"
+#include "wire/text_out.hpp"
+
+namespace rowe::service {
+
+using close_reason = event::text<wire::close_reason_bytes_max>;
+
+// Why a peer gets no more of a pool, see shares.hpp.
+struct taken_share {
+  std::string_view what;
+  std::uint32_t held; // pieces that the peer holds
+  std::uint32_t left; // free pieces of those for peers
+  std::uint32_t for_peers;
+  std::uint32_t kept; // free pieces that are kept for claims
+  std::string_view option;
+};
+
+class refusals {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    counters& counts;
+    event_log& events;
+    peer_table& peers;
+    outbox& out;
+    const wire::protocol_set& protocols;
+  };
+  static constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // a longer flood closes the peer
+
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<row>(bounds.connections_max);
+  }
+  refusals(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  void open(peer_index peer) noexcept;
+
+  // Refuses a request. The peer is told why in the codec of its request, and an event reports it; both unless
+  // that happens too often.
+  void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
+              const wire::diagnostic& why) noexcept;
+  // Who calls by number waits for an answer to that call, also where the request is not looked into.
+  void refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
+  // What it wants of topics and services.
+  void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  // `what` is used up. The peer is told which limit it is; this process's user is told to raise it.
+  void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
+                    std::string_view option) noexcept;
+  void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
+  // What was accepted is not what the peer expects: counted as one of its refusals, said as one.
+  void warn(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  // The same, without the limit on how often.
+  void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;
+  // A call of the peer has failed. Always answered; if there is no room the answer is lost, and counted.
+  void fail_call(connection& c, wire::codec_id in, const wire::call_origin& call,
+                 const wire::diagnostic& why) noexcept;
+
+  // Counts a refusal that another part reports. False: too many, for which the peer may be closed.
+  bool within_rate(connection& c) noexcept;
+  // Reports a refusal by an event, or only counts it.
+  void report(connection& c, event::kind kind, std::string_view why, std::string_view remedy) noexcept;
+  // From time to time: reports how many were only counted.
+  void report_missed(connection& c) noexcept;
+  // Whether the peer may cause one more event now.
+  bool admits_event(peer_index peer) noexcept { return rows_[peer].reports.take(cycle_.now); }
+  void set_level(peer_index peer, wire::severity level) noexcept { rows_[peer].level = level; }
+
+  // A message exceeds the peer's rate. The peer is closed if that goes on.
+  void note_excess(connection& c) noexcept;
+
+ private:
+  // Of one peer.
+  struct row {
+    rate_limit refused;                           // limits its refusals,
+    rate_limit reports;                           // and the events about them
+    std::uint32_t unreported = 0;                 // since the last event
+    wire::severity level = wire::severity::error; // what it wants to be told
+  };
+
+  void add(counter which) noexcept { counts_.add(which); }
+  bool admits(connection& c, event::kind kind, std::string_view why, std::string_view remedy) noexcept;
+  void answer(connection& c, wire::codec_id in, std::string_view id_raw,
+              const wire::diagnostic& why) noexcept;
+  void say(connection& c, wire::codec_id in, std::string_view id_raw, const wire::diagnostic& why) noexcept;
+  void refuse_for(connection& c, std::string_view id_raw, wire::text_out& why,
+                  std::string_view option) noexcept;
+  void close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;
+
+  const limits bounds_;
+  const cycle_state& cycle_;
+  counters& counts_;
+  event_log& events_;
+  peer_table& peers_;
+  outbox& out_;
+  const wire::protocol_set& protocols_;
+  rows<peer_index, row> rows_;
+  close_reason too_many_messages_;
+  close_reason too_many_refusals_;
+};
+
+} // namespace rowe::service

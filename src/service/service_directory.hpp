@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who provides which service: a responder of this process or a peer that advertised it. A name has one
+// provider; whoever comes second is refused. "add" and "/add" name the same service, because ROS writes the
+// slash and its clients now and then forget it. Service thread only.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/slot_pool.hpp"
+#include "service/transport.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+struct service_entry {
+  std::uint64_t hash = 0; // 0: free
+  pair_index pair{};
+  connection_id peer{};     // where there is no pair,
+  wire::codec_id speaks{};  // and how it is asked
+  std::uint32_t number = 0; // that no other one gets, for codecs that have those
+  std::uint16_t name_bytes = 0;
+  std::uint16_t type_bytes = 0;
+};
+
+class service_directory {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  service_directory(rt::arena& memory, const limits& bounds) noexcept;
+
+  // none when nobody provides it.
+  service_index find(std::string_view name) const noexcept;
+
+  enum class refusal : std::uint8_t { none, taken, no_room };
+  struct added {
+    service_index index{};
+    refusal why = refusal::none;
+  };
+  // `taken` is also the answer when the same provider offers it again. Names and types are as long as topics
+  // may be at most.
+  added add(std::string_view name, std::string_view type, pair_index pair, connection_id peer) noexcept;
+  void remove(service_index index) noexcept;
+
+  service_entry& at(service_index index) noexcept { return entries_[index]; }
+  const service_entry& at(service_index index) const noexcept { return entries_[index]; }
+  std::string_view name(service_index index) const noexcept {
+    return {names(index), entries_[index].name_bytes};
+  }
+  std::string_view type(service_index index) const noexcept {
+    return {names(index) + name_bytes_max_, entries_[index].type_bytes};
+  }
+  // Numbers begin behind those of the endpoint's own.
+  static constexpr std::uint32_t first_number = 64;
+  service_index find_number(std::uint32_t number) const noexcept; // or none
+  // How often one was added or removed.
+  std::uint64_t changes() const noexcept { return changes_; }
+  // Places, for walking: those in use have a hash.
+  auto ids() const noexcept { return entries_.ids(); }
+  bool in_use(service_index index) const noexcept { return entries_[index].hash != 0; }
+  std::uint32_t count() const noexcept { return count_; }
+  std::uint32_t of_peers() const noexcept { return of_peers_; }
+
+ private:
+  char* names(service_index index) const noexcept {
+    return names_.data() + std::size_t{index.value} * 2 * name_bytes_max_;
+  }
+
+  rows<service_index, service_entry> entries_;
+  std::span<char> names_;
+  std::size_t name_bytes_max_;
+  std::uint32_t count_ = 0;
+  std::uint32_t of_peers_ = 0;
+  std::uint32_t next_number_ = first_number;
+  std::uint64_t changes_ = 0;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+// The bounds of the service that are no option, each with its unit and its reason, and the assertions that
+// tie them to each other. What a user may choose is in rowe/limits.hpp.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/detail/calls.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/timer_wheel.hpp>
+
+#include "service/transport.hpp"
+#include "wire/codec.hpp"
+#include "wire/refusal.hpp"
+#include "wire/request.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+// ---- what one cycle takes
+
+// How many values of one handle are taken, and how many if no subscriber loses one by it; how many messages,
+// requests and replies of one handle, or of all threads.
+inline constexpr std::size_t values_per_cycle = 64;
+inline constexpr std::size_t values_per_cycle_ample = 256;
+inline constexpr std::size_t entries_per_cycle = 64;
+static_assert(values_per_cycle < values_per_cycle_ample);
+
+// Work of reading: a message counts as one, and so does each kilobyte of it and of what is composed for it.
+// About 100 us on a fast core.
+inline constexpr std::size_t read_work_per_cycle = 100;
+inline constexpr std::size_t read_work_bytes = 1024;
+inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried out before their turn
+// One read of a peer does not take more than a cycle's work.
+static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);
+static_assert(transport_sink::read_bytes_alone / read_work_bytes < read_work_per_cycle);
+
+// Work of writing, beyond which the next peer waits for the next cycle: a call of the transport counts as
+// one, and so does each 16 KiB. About 200 us on a fast core.
+inline constexpr std::size_t write_work_per_cycle = 32;
+inline constexpr std::size_t write_work_bytes = 16 * 1024;
+inline constexpr unsigned batches_per_cycle = 8; // to one peer
+// One peer leaves most of a cycle's writing to others.
+static_assert(batches_per_cycle * 2 < write_work_per_cycle);
+
+// ---- what is read
+
+// What one read of a peer takes, when others want to be read too.
+inline constexpr std::size_t staging_bytes =
+    transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
+// How much of a message is looked at for a stop, and how long the frame of a stop is.
+inline constexpr std::size_t stop_look_bytes = 160;
+inline constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
+static_assert(stop_look_bytes < stop_frame_bytes_max && stop_frame_bytes_max < staging_bytes);
+
+// Bytes of an id that a peer gives, as it stands in the text; a longer one is refused, or a stop is answered
+// without it. And of our own.
+inline constexpr std::size_t call_id_bytes_max = 256;
+inline constexpr std::size_t our_call_id_bytes_max = 64;
+static_assert(call_id_bytes_max == wire::name_limits{}.id_bytes_max);
+static_assert(our_call_id_bytes_max <= call_id_bytes_max);
+
+// Of one subscription, by their ids.
+inline constexpr std::size_t subscribe_requests_max = 4;
+static_assert(subscribe_requests_max <= UINT8_MAX);
+
+// ---- what is written
+
+// A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
+// a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
+inline constexpr std::size_t batch_bytes_max = 60 * 1024;
+inline constexpr std::size_t batch_pieces_max = 256;
+static_assert(batch_bytes_max < 65'483);
+// Bytes for masks that are drawn at once; a key has four.
+inline constexpr std::size_t mask_bytes_drawn = 4096;
+static_assert(mask_bytes_drawn % 4 == 0);
+
+// Replies that a peer has not read yet. Of one that reads more slowly than it is written to fewer: a few that
+// ask and do not read must not take the slots of all.
+inline constexpr std::uint32_t replies_max = 64;
+inline constexpr std::uint32_t replies_max_backpressured = 16;
+static_assert(replies_max_backpressured < replies_max);
+
+// The sentence of a failed call, as handles keep it, is no longer than what a peer is told.
+static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
+
+// ---- the stop
+
+// Bytes of the body of any answer to the stop, and of its state, which lists guards and loops; of that with
+// what is around it; and of the room that each peer has for one answer and one state.
+inline constexpr std::size_t stop_body_bytes_max = 2560;
+inline constexpr std::size_t stop_answer_bytes_max = stop_body_bytes_max + call_id_bytes_max + 128;
+inline constexpr std::size_t stop_room_bytes = 4096;
+static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_room_bytes);
+// Stops of one peer that wait for the loops, more of which are answered at once; and of this process.
+inline constexpr int stops_awaited_per_peer = 2;
+inline constexpr std::size_t stops_awaited_of_process = 8;
+// A peer on stop_path that stopped a robot that could move keeps its place for so long.
+inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
+// How often the state is shown to whoever is no guard, in ticks.
+inline constexpr int stop_ticks_for_others = 10;
+
+// ---- time
+
+// A silent peer is found this much later than promised, at most; and so much may a look at an unfinished
+// message be late.
+inline constexpr rt::duration liveness_period = std::chrono::milliseconds{500};
+// Peers are looked at at multiples of this, those who share one together: a thousand quiet ones must not wake
+// a sleeping thread two thousand times a second. 17 ms; where a slot of the wheel's second level begins, so
+// that nothing wakes for its entries before they are due.
+inline constexpr rt::duration liveness_step = 256 * rt::timer_wheel::tick;
+static_assert(liveness_step % rt::timer_wheel::tick == rt::duration{0} && liveness_step < liveness_period);
+// A ping may be unanswered for so many times silence_max, whatever else its peer says.
+inline constexpr int silences_unanswered_max = 2;
+
+// How long the thread may sleep: if handles may submit what a peer waits for; and if there are none, since
+// set-up and sockets wake it.
+inline constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
+inline constexpr rt::duration idle_rest = std::chrono::milliseconds{250};
+static_assert(talking_rest < detail::word_late_max && talking_rest < idle_rest);
+// While a loop is to acknowledge a stop: not long at first.
+inline constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
+inline constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};
+static_assert(acknowledgment_rest_min < acknowledgment_rest_max && acknowledgment_rest_max < talking_rest);
+// When an expired slot whose frame is partly written is looked at again.
+inline constexpr rt::duration partial_look_period = std::chrono::milliseconds{10};
+
+} // namespace rowe::service

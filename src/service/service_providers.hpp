@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// The services that peers provide: what each may advertise, its share of the directory (shares.hpp), and what
+// becomes of it when a handle of this process provides the same. Service thread only; nothing waits or
+// allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/peer_table.hpp"
+#include "service/refusals.hpp"
+#include "service/service_directory.hpp"
+#include "service/shares.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+class service_providers {
+ public:
+  struct needs {
+    peer_table& peers;
+    service_directory& directory;
+    refusals& refused;
+    std::uint32_t claimants; // how many connections there may be, each with its claim
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
+  }
+  service_providers(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  // What a peer asks; where it is refused it is told.
+  void advertise(connection& c, const wire::request& asked) noexcept;
+  void unadvertise(connection& c, const wire::request& asked) noexcept;
+  // A handle provides from now on what a peer did, which is told. Calls that it was given go on.
+  void take_from_peer(service_index service) noexcept;
+  // A peer is gone.
+  void forget(connection_id peer) noexcept;
+
+  bool check() const noexcept;
+
+ private:
+  // Whether the peer provides that entry of the directory.
+  bool provides(connection_id peer, service_index service) const noexcept {
+    const service_entry& entry = directory_.at(service);
+    return !entry.pair && entry.peer == peer;
+  }
+  void remove(service_index service) noexcept;
+
+  const limits bounds_;
+  peer_table& peers_;
+  service_directory& directory_;
+  refusals& refused_;
+  rows<peer_index, std::uint32_t> provided_; // how many, by peer
+  claims claims_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the service thread shows to the other threads of the process: counters, the connected peers, and
+// events.
+//
+// Each place for a connection has a generation, 0 while nobody is there, and the peer's address. The service
+// thread stores 0, then the address, then the new generation. A reader loads the generation, the address, and
+// the generation again. Every word of an address is stored with release and loaded with acquire. So a reader
+// that saw a word of a newer address sees at the second look that the generation has changed. No generation
+// is used twice, so an address between two equal ones is whole.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <rowe/connection.hpp>
+#include <rowe/detail/lane.hpp>
+#include <rowe/detail/stop_permit.hpp>
+#include <rowe/event.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/atomics.hpp>
+#include <rowe/rt/notification.hpp>
+#include <rowe/rt/spsc_ring.hpp>
+
+#include "service/counters.hpp"
+#include "service/local_stop.hpp"
+
+namespace rowe::service {
+
+class shared_state {
+  using events = rt::spsc_ring<event>;
+
+ public:
+  using generation_word = rt::std_atomics::variable<std::uint32_t>;
+
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<events::entry>(events::places_for(bounds.events_max)) +
+           2 * rt::arena::bytes_for<generation_word>(bounds.connections_max) +
+           rt::arena::bytes_for<address_words>(bounds.connections_max);
+  }
+  shared_state(rt::arena& memory, const limits& bounds) noexcept
+      : generations_{memory.carve<generation_word>(bounds.connections_max)},
+        takers_{memory.carve<generation_word>(bounds.connections_max)},
+        addresses_{memory.carve<address_words>(bounds.connections_max)},
+        events_{memory.carve<events::entry>(events::places_for(bounds.events_max))},
+        writer_{events_.take_producer()},
+        reader_{events_.take_consumer()} {}
+
+  // Service thread. What peers can bring about as often as they like leaves a quarter of the room to the
+  // rest: what was stopped, what does not work, which limit was met.
+  void post(const event& what) noexcept {
+    const bool has_room = !by_peers(what.what_kind) || writer_->room_at_least() > events_.capacity() / 4;
+    if (!has_room || !writer_->try_push(what)) counts.add(counter::events_lost);
+  }
+  void set_peers(std::uint32_t count) noexcept {
+    // release: pairs with acquire in peers()
+    peers_.store(count, std::memory_order_release);
+    peers_changed.notify();
+  }
+  // Who is at a place: nobody, generation 0, before somebody else. An address is cut at 63 bytes.
+  void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer) noexcept {
+    // release: pairs with the acquires of the words in read_connection(): whoever sees a new word does not
+    // see the generation of before any more
+    generations_[index].store(0, std::memory_order_release);
+    set_taking(index, generation);
+    if (generation == 0) return;
+    std::array<std::uint64_t, address_words_count> words{};
+    std::memcpy(words.data(), peer.data(), std::min(peer.size(), address_bytes_max));
+    for (std::size_t i = 0; i < address_words_count; ++i) {
+      // release: pairs with the acquire of the word in read_connection()
+      addresses_[index].words[i].store(words[i], std::memory_order_release);
+    }
+    // release: pairs with the first acquire in read_connection()
+    generations_[index].store(generation, std::memory_order_release);
+  }
+
+  // Whether messages to the one at a place are taken: its generation, or 0.
+  void set_taking(std::uint32_t index, std::uint32_t generation) noexcept {
+    // relaxed: advice, as generations_ are; pairs with the loads of those who send
+    takers_[index].store(generation, std::memory_order_relaxed);
+  }
+
+  // Set-up, under its lock, before it offers the lane at a place: how many places the service thread looks at
+  // in each cycle. Those behind were never used.
+  void use_lane(std::uint32_t index) noexcept {
+    // relaxed: set-up alone writes it; release: pairs with the acquire in lanes_used()
+    if (index >= lanes_used_.load(std::memory_order_relaxed))
+      lanes_used_.store(index + 1, std::memory_order_release);
+  }
+  std::uint32_t lanes_used() const noexcept {
+    return lanes_used_.load(std::memory_order_acquire); // acquire: pairs with the release in use_lane()
+  }
+
+  // One other thread at a time.
+  std::optional<event> try_event() noexcept { return reader_->try_pop(); }
+
+  // Any thread.
+  std::uint32_t peers() const noexcept {
+    return peers_.load(std::memory_order_acquire); // acquire: pairs with release in set_peers()
+  }
+  // By which handles see that a peer they name is gone.
+  std::span<const generation_word> generations() const noexcept { return generations_; }
+  // Likewise whether one that is there takes messages, or has its share of what waits.
+  std::span<const generation_word> takers() const noexcept { return takers_; }
+  // The connections at the moment: each that stood during all of the call, perhaps some that did not.
+  std::vector<peer> connections() const {
+    std::vector<peer> all;
+    for (std::uint32_t i = 0; i < generations_.size(); ++i) {
+      if (auto one = read_connection(i)) all.push_back(std::move(*one));
+    }
+    return all;
+  }
+
+  counters counts;
+  detail::permit_word<> permit; // of the stop; withdrawn as long as nothing is granted
+  local_stop<> stops;           // asked for by threads of this process
+  rt::notification<> peers_changed;
+
+ private:
+  static constexpr bool by_peers(event::kind what) noexcept {
+    return what == event::kind::peer_joined || what == event::kind::peer_left ||
+           what == event::kind::refused_handshake || what == event::kind::refused_request ||
+           what == event::kind::status_from_peer || what == event::kind::limit;
+  }
+
+  static constexpr std::size_t address_words_count = 8;
+  static constexpr std::size_t address_bytes_max = address_words_count * sizeof(std::uint64_t) - 1; // and a 0
+  struct address_words {
+    std::array<rt::std_atomics::variable<std::uint64_t>, address_words_count> words{};
+  };
+
+  std::optional<peer> read_connection(std::uint32_t index) const {
+    // acquire: pairs with the last release in set_connection()
+    const std::uint32_t before = generations_[index].load(std::memory_order_acquire);
+    if (before == 0) return std::nullopt;
+    std::array<char, address_bytes_max + 1> text;
+    for (std::size_t i = 0; i < address_words_count; ++i) {
+      // acquire: pairs with the release of the word in set_connection()
+      const std::uint64_t word = addresses_[index].words[i].load(std::memory_order_acquire);
+      std::memcpy(text.data() + i * sizeof word, &word, sizeof word);
+    }
+    // relaxed: behind the acquires, so not older than the 0 that went before any newer word they saw
+    if (generations_[index].load(std::memory_order_relaxed) != before) return std::nullopt;
+    return peer{{index, before}, text.data()};
+  }
+
+  std::span<generation_word> generations_;
+  std::span<generation_word> takers_;
+  std::span<address_words> addresses_;
+  events events_;
+  events::producer* writer_;
+  events::consumer* reader_;
+  rt::std_atomics::variable<std::uint32_t> peers_{0};
+  rt::std_atomics::variable<std::uint32_t> lanes_used_{0};
+};
+
+// A counter with the part of it that user threads count in their lanes. Any thread.
+inline std::uint64_t read_count(const shared_state& shown, std::span<const detail::lane> lanes,
+                                counter which) noexcept {
+  std::uint64_t sum = shown.counts.read(which);
+  if (which != counter::full && which != counter::no_peer && which != counter::too_big &&
+      which != counter::inbound_expired) {
+    return sum;
+  }
+  for (const detail::lane& lane : lanes) {
+    if (lane.lifecycle.is_detached()) continue; // its counts were added to the board's before
+    sum += which == counter::full              ? lane.refused_full.get()
+           : which == counter::no_peer         ? lane.no_peer.get()
+           : which == counter::inbound_expired ? lane.expired_here.get()
+                                               : lane.refused_too_big.get();
+  }
+  return sum;
+}
+
+} // namespace rowe::service

@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/statistics_report.hpp"
+
+#include <algorithm>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/limit_table.hpp"
+#include "service/listed_topics.hpp"
+
+namespace rowe::service {
+namespace {
+
+// Of a report, for topics that only peers hold, and for connections: so the rest of it always finds room.
+std::size_t peers_topics_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 8; }
+std::size_t connections_bytes_max(const limits& bounds) noexcept { return bounds.message_bytes_max / 2; }
+
+double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
+
+// Three digits are plenty for people, and short.
+double rounded(double value) noexcept {
+  return static_cast<double>(static_cast<std::int64_t>(value * 1000 + 0.5)) / 1000;
+}
+
+} // namespace
+
+statistics_report::statistics_report(const limits& bounds, std::string_view name, const needs& parts) noexcept
+    : bounds_{bounds},
+      cycle_{parts.cycle},
+      shown_{parts.shown},
+      lanes_{parts.lanes},
+      peers_{parts.peers},
+      topics_{parts.topics},
+      calls_{parts.calls},
+      stop_{parts.stop},
+      out_{parts.out},
+      protocols_{parts.protocols},
+      rates_{parts.rates},
+      name_bytes_{std::min(name.size(), name_.size())},
+      opened_at_{parts.cycle.now} {
+  name.copy(name_.data(), name_bytes_);
+}
+
+void statistics_report::write_for_topic(json::writer& into) noexcept {
+  into.begin_object();
+  write_state(into, false);
+  into.end_object();
+}
+
+void statistics_report::write_for_service(json::writer& into) noexcept {
+  into.begin_object();
+  write_state(into, true);
+  write_connections(into);
+  into.key("counters");
+  into.begin_object();
+  for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
+    into.key(counter_descriptions[i].name);
+    into.number(read_count(shown_, lanes_, static_cast<counter>(i)));
+  }
+  into.end_object();
+  into.key("limits");
+  into.begin_object();
+  for (const limit_row& row : limit_table) {
+    into.key(rowe::name_of(row.which));
+    into.number(row.of(bounds_));
+  }
+  into.end_object();
+  into.end_object();
+}
+
+void statistics_report::write_connections(json::writer& into) noexcept {
+  into.key("connections");
+  into.begin_array();
+  std::uint32_t left_out = 0;
+  const std::size_t begin = into.bytes();
+  for (const connection& c : peers_) {
+    if (!c.open()) continue;
+    if (into.bytes() - begin > connections_bytes_max(bounds_)) {
+      ++left_out;
+      continue;
+    }
+    const peer_queues& queues = out_.of({c.id.index});
+    std::uint64_t queued = queues.replies.count;
+    for (const queue& waiting : queues.direct) queued += waiting.count;
+    for (subscription_id i = topics_.first_subscription({c.id.index}); i;
+         i = topics_.subscription_at(i).next_on_peer) {
+      queued += topics_.subscription_at(i).waiting.count;
+    }
+    into.begin_object();
+    into.key("address");
+    into.string(c.peer());
+    into.key("role");
+    into.string(c.ours == side::client ? "server" : "client"); // what the peer is
+    into.key("dialect");
+    into.string(c.messages_in == 0 ? std::string_view{"none"} : protocols_.of(c.spoke_last).name());
+    into.key("bare");
+    into.boolean(c.takes_messages);
+    into.key("since_s");
+    into.number(rounded(seconds(cycle_.now - c.opened_at)));
+    into.key("silent_s");
+    into.number(rounded(seconds(cycle_.now - c.heard_at)));
+    into.key("messages_in");
+    into.number(c.messages_in);
+    into.key("messages_out");
+    into.number(c.messages_out);
+    into.key("queued");
+    into.number(queued);
+    into.key("blocked");
+    into.boolean(queues.backpressured());
+    into.key("subscriptions");
+    into.number(topics_.subscriptions_of({c.id.index}));
+    into.key("calls");
+    into.number(calls_.asked_by({c.id.index}));
+    into.end_object();
+  }
+  into.end_array();
+  into.key("connections_left_out");
+  into.number(left_out);
+}
+
+void statistics_report::write_state(json::writer& into, bool of_service) noexcept {
+  into.key("name");
+  into.string(name());
+  into.key("uptime_s");
+  into.number(rounded(seconds(cycle_.now - opened_at_)));
+  into.key("peers");
+  into.number(peers_.count());
+  into.key("real_time");
+  into.begin_object();
+  into.key("fifo");
+  into.boolean(static_cast<bool>(granted_.fifo));
+  into.key("pinned");
+  into.boolean(static_cast<bool>(granted_.pinned));
+  into.key("locked");
+  into.boolean(memory_locked_);
+  into.end_object();
+  write_topics(into, of_service);
+  write_losses(into);
+  into.key("cycle_us_max");
+  into.number(rounded(static_cast<double>(shown_.counts.read(counter::cycle_ns_max)) / 1000));
+}
+
+void statistics_report::write_topics(json::writer& into, bool of_service) noexcept {
+  const listed_topics listed{topics_, stop_};
+  const rt::time_point since = of_service ? rates_.marks_began() : rates_.period_began();
+  const double over = seconds(std::max<rt::duration>(cycle_.now - since, std::chrono::milliseconds{1}));
+  into.key("rates_over_s");
+  into.number(rounded(over));
+  into.key("topics");
+  into.begin_array();
+  std::uint32_t left_out = 0;
+  const std::size_t begin = into.bytes();
+  for (const topic_id i : topics_.topic_ids()) {
+    if (!listed(i)) continue;
+    if (topics_.of_peers(i) && into.bytes() - begin > peers_topics_bytes_max(bounds_)) {
+      ++left_out;
+      continue;
+    }
+    const topic& t = topics_.at(i);
+    into.begin_object();
+    into.key("topic");
+    into.string(topics_.name(i));
+    into.key("type");
+    into.string(topics_.type(i));
+    into.key("messages");
+    into.number(t.messages);
+    into.key("rate_hz");
+    const std::uint64_t before = of_service && !ROWE_MUTANT(rates) ? t.messages_marked[1] : t.messages_before;
+    into.number(rounded(static_cast<double>(t.messages - before) / over));
+    into.key("bytes");
+    into.number(t.bytes);
+    into.key("gap_ms_max");
+    const rt::duration marked = std::max(t.gap_marked[0], t.gap_marked[1]);
+    into.number(rounded(seconds(of_service ? std::max(t.gap_max, marked) : t.gap_max) * 1000));
+    into.key("subscribers");
+    into.number(t.subscriptions);
+    into.end_object();
+  }
+  into.end_array();
+  into.key("topics_left_out");
+  into.number(left_out);
+}
+
+void statistics_report::write_losses(json::writer& into) noexcept {
+  into.key("losses");
+  into.begin_object();
+  for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
+    const counter_description& what = counter_descriptions[i];
+    if (what.group != counter_group::loss && what.group != counter_group::chosen) continue;
+    into.key(what.name);
+    into.number(read_count(shown_, lanes_, static_cast<counter>(i)));
+  }
+  into.end_object();
+}
+
+} // namespace rowe::service

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the endpoint knows of itself, for the page and for tools: the topic /rowe/stats, and the service of
+// that name. docs/concepts.md describes the members. Service thread only; nothing waits or allocates.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/thread.hpp>
+
+#include "service/call_table.hpp"
+#include "service/cycle_state.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/shared_state.hpp"
+#include "service/stop_rules.hpp"
+#include "service/topic_rates.hpp"
+#include "service/topic_table.hpp"
+#include "wire/protocols.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+
+class statistics_report {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    const shared_state& shown;
+    rows<pair_index, const detail::lane> lanes;
+    const peer_table& peers;
+    const topic_table& topics;
+    const call_table& calls;
+    const stop_rules& stop;
+    const outbox& out;
+    const wire::protocol_set& protocols;
+    const topic_rates& rates;
+  };
+  // `name`: the endpoint's, copied.
+  statistics_report(const limits& bounds, std::string_view name, const needs& parts) noexcept;
+
+  void describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
+    granted_ = granted;
+    memory_locked_ = memory_locked;
+  }
+  std::string_view name() const noexcept { return {name_.data(), name_bytes_}; }
+
+  void write_for_topic(json::writer& into) noexcept;
+  // The same members, and all that is too much for ten times a second.
+  void write_for_service(json::writer& into) noexcept;
+
+ private:
+  void write_state(json::writer& into, bool of_service) noexcept;
+  void write_topics(json::writer& into, bool of_service) noexcept;
+  void write_losses(json::writer& into) noexcept;
+  void write_connections(json::writer& into) noexcept;
+
+  const limits bounds_;
+  const cycle_state& cycle_;
+  const shared_state& shown_;
+  rows<pair_index, const detail::lane> lanes_;
+  const peer_table& peers_;
+  const topic_table& topics_;
+  const call_table& calls_;
+  const stop_rules& stop_;
+  const outbox& out_;
+  const wire::protocol_set& protocols_;
+  const topic_rates& rates_;
+  std::array<char, 64> name_{};
+  std::size_t name_bytes_;
+  rt::time_point opened_at_;
+  rt::grants granted_;
+  bool memory_locked_ = false;
+};
+
+} // namespace rowe::service

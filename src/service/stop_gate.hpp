@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What asks for a stop, and what for the rest of it: the one place that knows its names in a request. It only
+// looks; whether there is a stop, and who carries it out, is the caller's. Pure functions.
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include "service/call_table.hpp"
+#include "wire/codec.hpp"
+#include "wire/request.hpp"
+#include "json/reader.hpp"
+
+namespace rowe::service {
+
+enum class stop_verb : std::uint8_t { none, stop, reset, lease, state };
+
+// Who asks for one of them.
+struct stop_asker {
+  call_endpoint who{};
+  std::string_view id_raw{}; // peer
+  detail::call_ref call{};   // of this process
+  bool silent = false;       // wants no answer
+};
+
+// Who a peer is for the rules of the stop, as a guard.
+constexpr std::uint64_t stop_key_of(connection_id id) noexcept {
+  return std::uint64_t{id.generation} << 32 | id.index;
+}
+inline constexpr std::uint64_t stop_key_of_this_process = 1; // a peer's is never so small
+
+struct stop_gate {
+  // Of a service, or of a topic, in either spelling; none: of anything else.
+  static stop_verb service_named(std::string_view name) noexcept;
+  static std::string_view name_of(stop_verb which) noexcept; // one that is not none
+
+  // Whether a validated text names the stop, whatever else is wrong with it: then it is a stop. A service's
+  // name may end in "#" and an id.
+  static bool asks_to_stop(const json::document& text) noexcept;
+  // The same of a text that was read as `asked`.
+  static bool asks_to_stop(wire::decoded read, const wire::request& asked,
+                           const json::document& text) noexcept;
+
+  // A request that names the stop by number, and is refused.
+  static bool names_stop(const wire::request& asked) noexcept;
+
+  // What a peer may ask that came for the stop alone.
+  static bool is_for_stop_peers(stop_verb which) noexcept {
+    return which == stop_verb::stop || which == stop_verb::state;
+  }
+  // Calls may all be asked: they are refused where they are answered.
+  static bool is_for_stop_peers(const wire::request& asked) noexcept;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/stop_service.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "json/reader.hpp"
+
+namespace rowe::service {
+namespace {
+
+// A member with escapes is read as far as this; a longer one counts as missing.
+constexpr std::size_t member_bytes_max = 1024;
+
+// Nanoseconds as a string of digits: browsers round integers beyond 2^53.
+void write_time(json::writer& into, std::string_view key, rt::time_point t) noexcept {
+  into.key(key);
+  if (t == rt::never) return into.null();
+  std::array<char, 24> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), rt::nanoseconds_of(t)).ptr;
+  into.string({digits.data(), static_cast<std::size_t>(end - digits.data())});
+}
+
+void write_text(json::writer& into, std::string_view key, std::string_view text) noexcept {
+  into.key(key);
+  text.empty() ? into.null() : into.string(text);
+}
+
+std::int64_t integer_of(std::string_view args, std::string_view member) noexcept {
+  const auto found = json::find(args, member);
+  return found ? json::to_integer(*found).value_or(-1) : -1;
+}
+
+} // namespace
+
+stop_service::stop_service(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+    : options_{parts.options},
+      cycle_{parts.cycle},
+      lanes_{parts.lanes},
+      views_{parts.views},
+      peers_{parts.peers},
+      calls_{parts.calls},
+      sender_{parts.writer},
+      completion_{parts.completion},
+      protocols_{parts.protocols},
+      rules_{parts.rules},
+      switch_{parts.cycle, parts.shown.counts, parts.events, parts.rules, parts.shown.permit},
+      threads_{{.cycle = parts.cycle,
+                .main = switch_,
+                .words = parts.shown.stops,
+                .queue = parts.queue,
+                .observe_timeout = parts.options.stop.observe_timeout}},
+      rows_{memory.carve<row>(bounds.connections_max)},
+      waiters_{memory.carve<waiter>(waiters_of(bounds))} {}
+
+// ---- loops and peers come and go
+
+status stop_service::attach(pair_index pair) noexcept {
+  const detail::lane& lane = lanes_[pair];
+  const std::uint32_t loop = rules_.add_loop(lane.name(), lane.loop_timeout, lane.latch, cycle_.now);
+  if (loop == stop_rules::no_loop)
+    return error{errc::too_many_latches, stop_rules::loops_max, stop_rules::loops_max};
+  views_[pair].loop = {loop};
+  switch_.write_permit();
+  return {};
+}
+
+void stop_service::detach(pair_index pair) noexcept {
+  rules_.remove_loop(views_[pair].loop.value, cycle_.now);
+  switch_.write_permit();
+}
+
+void stop_service::leave(const connection& c) noexcept {
+  if (!in_use()) return;
+  rules_.peer_gone(stop_key_of(c.id), cycle_.now);
+  switch_.write_permit();
+}
+
+void stop_service::stop_all() noexcept {
+  if (!in_use()) return;
+  rules_.request("the endpoint is closing", 0, cycle_.now);
+  switch_.write_permit();
+}
+
+// ---- what is asked
+
+void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept {
+  const connection* const c = peer_of(asker.who);
+  const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
+  const bool may_reset = asker.who.who != call_endpoint::kind::peer || (c != nullptr && c->local);
+  std::array<char, member_bytes_max> room; // of one at a time
+  const auto text_of = [&](std::string_view member) -> std::string_view {
+    const auto found = json::find(args, member);
+    const auto text = found ? json::to_string(*found, room) : std::nullopt;
+    return text.value_or(std::string_view{});
+  };
+  if (!args.empty()) args = json::root(args).raw;
+  // Waiters are told what the loops did until now, before this raises the number. Otherwise a peer that stops
+  // more often than a loop looks would leave everyone without an answer.
+  switch_.turn();
+  answer_acknowledged();
+  auto refused = stop_rules::refusal::none;
+  switch (which) {
+  case stop_verb::stop: {
+    const std::string_view source = text_of("source");
+    const std::string_view here = c != nullptr ? c->peer() : std::string_view{"this process"};
+    if (c != nullptr && rules_.running()) rows_[{c->id.index}].stopped_at = cycle_.now;
+    switch_.request(source.empty() ? here : source, key);
+    break;
+  }
+  case stop_verb::reset:
+    refused = rules_.reset(integer_of(args, "number"), integer_of(args, "tick"), may_reset, cycle_.now);
+    break;
+  case stop_verb::lease: {
+    const auto resigns = json::find(args, "resign");
+    refused = rules_.lease(text_of("guard"), integer_of(args, "tick"),
+                           resigns && json::to_boolean(*resigns).value_or(false), key, may_reset, cycle_.now);
+    break;
+  }
+  case stop_verb::state:
+  case stop_verb::none: break;
+  }
+  switch_.show(which == stop_verb::stop ? text_of("reason") : ""); // before anything else
+  if (refused != stop_rules::refusal::none) switch_.count_refusal();
+  if (asker.silent) return;
+  if (which == stop_verb::stop) return await_loops(asker);
+  answer(which, asker, cycle_.now, refused);
+}
+
+// ---- answers
+
+// The answer to a stop waits until the loops have acknowledged, for observe_timeout at most. It does not wait
+// if all places for waiters are taken.
+void stop_service::await_loops(const stop_asker& asker) noexcept {
+  const connection* const c = peer_of(asker.who);
+  row* const of_peer = c != nullptr ? &rows_[{c->id.index}] : nullptr;
+  const bool has_enough = of_peer != nullptr && of_peer->awaited == stops_awaited_per_peer;
+  if (rules_.observed() != rt::never || waiting_ == waiters_.size() || has_enough)
+    return answer(stop_verb::stop, asker, cycle_.now, stop_rules::refusal::none);
+  waiter& last = waiters_[(first_waiter_ + waiting_++) % waiters_.size()];
+  last = {.who = asker.who,
+          .call = asker.call,
+          .accepted = cycle_.now,
+          .until = cycle_.now + options_.stop.observe_timeout};
+  const std::string_view id = ROWE_MUTANT(stop_id) ? std::string_view{"0"} : asker.id_raw;
+  last.id_bytes = static_cast<std::uint16_t>(id.copy(last.id.data(), last.id.size()));
+  if (of_peer != nullptr) ++of_peer->awaited;
+  waits_since_ = cycle_.now;
+}
+
+void stop_service::answer_acknowledged() noexcept {
+  threads_.tell_acknowledged();
+  const bool observed = rules_.observed() != rt::never || rules_.running();
+  while (waiting_ != 0 && (observed || cycle_.now >= waiters_[first_waiter_].until)) {
+    const waiter first = waiters_[first_waiter_];
+    first_waiter_ = static_cast<std::uint32_t>((first_waiter_ + 1) % waiters_.size());
+    --waiting_;
+    if (const connection* const c = peer_of(first.who)) --rows_[{c->id.index}].awaited;
+    answer(stop_verb::stop,
+           {.who = first.who, .id_raw = {first.id.data(), first.id_bytes}, .call = first.call},
+           first.accepted, stop_rules::refusal::none);
+  }
+}
+
+void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_point accepted,
+                                stop_rules::refusal refused) noexcept {
+  if (which == stop_verb::state) return rules_.write_state(into, cycle_.now);
+  into.begin_object();
+  into.key("state");
+  into.string(rules_.running() ? "running" : "stopped");
+  into.key("number");
+  into.number(rules_.number());
+  switch (which) {
+  case stop_verb::stop:
+    write_text(into, "cause", rules_.cause_name());
+    write_text(into, "source", rules_.source());
+    write_time(into, "accepted_ns", accepted);
+    write_time(into, "observed_ns", rules_.observed());
+    break;
+  case stop_verb::lease:
+    into.key("lease_ms");
+    into.number(std::chrono::duration_cast<std::chrono::milliseconds>(options_.stop.lease).count());
+    into.key("tick");
+    into.number(rules_.tick(cycle_.now));
+    [[fallthrough]];
+  default: write_text(into, "refused", stop_rules::name_of(refused)); break;
+  }
+  into.end_object();
+}
+
+void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_point accepted,
+                          stop_rules::refusal refused) noexcept {
+  std::array<char, stop_answer_bytes_max> room;
+  json::writer text{room};
+  const auto body = [&](json::writer& into) { write_answer(into, which, accepted, refused); };
+  if (asker.who.who != call_endpoint::kind::peer) {
+    body(text);
+    if (calls_.find(asker.call) == nullptr) return; // the call ended before
+    return completion_.complete({asker.call.index}, {room.data(), text.bytes()});
+  }
+  const connection* const c = peers_.find(asker.who.connection());
+  if (c == nullptr || !c->open()) return;
+  const auto kind = protocols_.of(asker.who.speaks)
+                        .write_reply(text, {.service = stop_gate::name_of(which), .id_raw = asker.id_raw},
+                                     wire::body{body});
+  sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()}, kind);
+}
+
+// ---- the clock
+
+void stop_service::look() noexcept {
+  if (threads_.look()) {
+    switch_.turn();
+    answer_acknowledged(); // as in carry_out()
+    threads_.carry_out_stop();
+  }
+  if (threads_.wants_reset()) {
+    switch_.turn();
+    answer_acknowledged(); // likewise
+    threads_.carry_out_reset();
+  }
+  switch_.turn();
+  switch_.show(); // a guard or a loop may have left, too
+  answer_acknowledged();
+}
+
+rt::time_point stop_service::next_update() const noexcept {
+  if (!in_use()) return rt::never;
+  const rt::time_point next = rules_.next_turn(cycle_.now);
+  if (waiting_ == 0 && !threads_.waits()) return next;
+  const rt::duration waited = cycle_.now - std::max(waits_since_, threads_.waits_since());
+  return std::min(next,
+                  cycle_.now + std::clamp(waited / 8, acknowledgment_rest_min, acknowledgment_rest_max));
+}
+
+bool stop_service::check() const noexcept {
+  std::uint32_t of_peers = 0;
+  for (std::uint32_t i = 0; i < waiting_; ++i)
+    of_peers += peer_of(waiters_[(first_waiter_ + i) % waiters_.size()].who) != nullptr;
+  std::uint32_t awaited = 0;
+  for (const peer_index peer : peers_.ids())
+    if (peers_[peer].state != connection::phase::free) awaited += rows_[peer].awaited;
+  return waiting_ <= waiters_.size() && of_peers == awaited;
+}
+
+} // namespace rowe::service

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shows the state of the stop to peers and handles that subscribe to its topic, and to peers that take it as
+// a message. They are shown it at once when it changes, and else by the clock: guards each tick, others each
+// tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/broker.hpp"
+#include "service/core_options.hpp"
+#include "service/cycle_state.hpp"
+#include "service/ids.hpp"
+#include "service/peer_table.hpp"
+#include "service/sender.hpp"
+#include "service/service_limits.hpp"
+#include "service/stop_rules.hpp"
+#include "service/topic_table.hpp"
+#include "wire/codec.hpp"
+#include "wire/protocols.hpp"
+
+namespace rowe::service {
+
+class stop_state_feed {
+ public:
+  struct needs {
+    const core_options& options;
+    const cycle_state& cycle;
+    peer_table& peers;
+    topic_table& topics;
+    sender& writer;
+    broker& values;
+    const stop_rules& stop;
+    const wire::protocol_set& protocols;
+    topic_id topic; // of the state
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<rt::time_point>(bounds.connections_max);
+  }
+  stop_state_feed(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+
+  void open(peer_index peer) noexcept { shown_at_[peer] = {}; }
+
+  // At the end of each cycle: shows the state to those who are due.
+  void show() noexcept {
+    if (stop_.in_use()) show_if_due();
+  }
+  // When show() is needed at the latest.
+  rt::time_point due() const noexcept { return stop_.in_use() ? due_ : rt::never; }
+
+ private:
+  // The state as the topic's message, written when the first one wants it.
+  struct message {
+    std::array<char, stop_answer_bytes_max> room;
+    std::size_t bytes = 0; // 0: not written
+    std::size_t body_at = 0;
+    std::size_t body_bytes = 0;
+
+    std::span<const char> whole() const noexcept { return {room.data(), bytes}; }
+    std::span<const char> body() const noexcept { return whole().subspan(body_at, body_bytes); }
+  };
+
+  void show_if_due() noexcept;
+  void show_subscribers(message& state, bool changed) noexcept;
+  void show_takers_of_messages(bool changed) noexcept;
+  void show_handles(message& state, bool changed) noexcept;
+  void write(message& state) noexcept;
+  void send(const subscription& to, const message& state) noexcept;
+
+  const core_options& options_;
+  const cycle_state& cycle_;
+  peer_table& peers_;
+  topic_table& topics_;
+  sender& sender_;
+  broker& broker_;
+  const stop_rules& stop_;
+  const wire::protocol_set& protocols_;
+  const topic_id topic_;
+  rows<peer_index, rt::time_point> shown_at_;
+  rt::time_point delivered_at_{}; // to handles of this process
+  rt::time_point due_ = rt::never;
+  std::uint64_t version_shown_ = 0;
+  std::uint32_t audience_seen_ = 0; // audience_changes of the topic, as of the last look,
+  std::uint32_t opened_seen_ = 0;   // and how many peers had come
+};
+
+} // namespace rowe::service

@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+// The submission queue: how threads that are not real-time send, invoke and reply through an endpoint. Any
+// number of them may come and go. They may wait; the service thread on the other side never waits, locks or
+// allocates. There is one pool of slots, all made at the start:
+//
+//   free -> submit() -> take() -> complete() -> [wait(), reply_text()] -> release() -> free
+//
+// Only slot numbers travel, through number_queue, which keeps no order. So each submission draws a ticket,
+// and take() goes by tickets. It keeps the order of what one thread submits, and of what it submits after it
+// has heard of another thread's submission.
+//
+// A caller that runs out of time leaves its slot to the service thread: completion.hpp.
+#pragma once
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/result.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+#include <rowe/rt/notification.hpp>
+#include <rowe/rt/slab.hpp>
+
+#include "service/completion.hpp"
+#include "service/number_queue.hpp"
+
+namespace rowe::service {
+
+// What goes with the text of a submission.
+struct submission_header {
+  detail::entry what = detail::entry::message;
+  bool wants_outcome = false; // somebody will wait() for it
+  detail::peer_ref peer{};    // to whom; generation 0: to everyone, or to whoever provides the service
+  detail::call_ref call{};    // the call that a reply or refusal ends
+  rt::time_point stamped{};
+  rt::time_point expires = rt::never;
+  std::size_t bytes = 0; // of the text; submit() writes it
+};
+
+// Neither copied nor moved; nothing to destroy, so it may lie in the arena. A slot number from submit()
+// belongs to the thread that got it (or to the one it is handed on to) until it is released; using one
+// afterwards is a programmer's error, found by assertions where it can be.
+class submission_queue {
+ public:
+  // What the constructor takes from the arena. Never allocates.
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  // Set-up. limits::door_slots slots of limits::door_slot_bytes. Takes all its memory from the arena, which
+  // holds footprint_bytes() more; nothing is allocated here or later.
+  submission_queue(rt::arena& memory, const limits& bounds) noexcept;
+  submission_queue(const submission_queue&) = delete;
+  submission_queue& operator=(const submission_queue&) = delete;
+
+  std::uint32_t slots() const noexcept { return texts_.slots(); }
+  std::size_t slot_bytes() const noexcept { return texts_.payload_bytes(); }
+
+  // ---- Any thread that is not real-time.
+
+  // Copies the text into a free slot and queues it; the caller then wakes the service thread. Returns the
+  // slot's number, which means something only if `wants_outcome`: then wait() must be called for it, once.
+  // Does not wait, does not allocate. too_big: the text exceeds slot_bytes(); full: every slot is taken (or
+  // the last one was just being taken); closed.
+  result<std::uint32_t> submit(submission_header header, std::string_view text) noexcept;
+
+  // Sleeps until the slot's request is completed or `deadline` has come; `never` is for ever, which ends
+  // because the service thread completes whatever it took, at the latest in finish(). True: outcome() and
+  // reply_text() say what came of it, and the caller releases the slot. False: out of time, or the service
+  // thread has finished without it (then is_closed()); the caller must not touch the slot again, and the
+  // service thread releases it when the request, which runs on, has ended. Once for each submit() that wants
+  // an outcome. Allocates nothing.
+  bool wait(std::uint32_t slot, rt::time_point deadline) noexcept;
+
+  // What complete() said, between a wait() that returned true and release(). The text is followed by
+  // rt::tailroom_bytes that may be read.
+  status outcome(std::uint32_t slot) const noexcept { return slots_[slot].outcome; }
+  std::string_view reply_text(std::uint32_t slot) const noexcept;
+  void release(std::uint32_t slot) noexcept;
+
+  // Sleeps until `ready()` is true, which is asked at once, and whenever a slot may have become free or the
+  // service thread has called tell_room(); or until `deadline` has come. Returns what `ready()` said last.
+  // Several threads may. Allocates nothing.
+  template <class Ready>
+  bool wait_room(rt::time_point deadline, Ready&& ready) noexcept {
+    // acq_rel: pairs with the addition in tell_room(), as said there
+    room_waiters_.fetch_add(1, std::memory_order_acq_rel);
+    bool there = false;
+    for (bool in_time = true;;) {
+      // acquire: pairs with the exchange of the count in tell_room()
+      const std::uint32_t seen = room_wake_count_.load(std::memory_order_acquire);
+      there = ready();
+      if (there || !in_time) break;
+      in_time = rt::futex::wait(room_wake_count_, seen, deadline);
+    }
+    room_waiters_.fetch_sub(1, std::memory_order_relaxed); // relaxed: a needless wake-up does no harm
+    return there;
+  }
+  // Whether a submission would find a slot, if nobody else takes it: of a message to everyone, or another.
+  bool has_room(bool to_everyone) const noexcept;
+  // Wakes those who wait in wait_room(): room may have come. Enters the kernel if somebody sleeps.
+  void tell_room() noexcept;
+
+  // From now on submit() says `closed`. Whoever waits for an outcome goes on waiting, until the service
+  // thread completes or finishes. Does not wait; several times are like once.
+  void close() noexcept;
+  bool is_closed() const noexcept;
+
+  // ---- The service thread. Nothing here waits, locks or allocates; complete() enters the kernel if somebody
+  // ---- sleeps who must be woken.
+
+  // Hands at most `most` submissions to `each(slot)`, in the order described above, and returns how many.
+  // From then on request() and request_text() say what is asked; complete() must be called once for each, at
+  // any time, `each` included.
+  template <class Each>
+  std::size_t take(Each&& each, std::size_t most) noexcept {
+    std::size_t count = 0;
+    for (std::uint32_t slot; count != most && take_one(slot); ++count) each(slot);
+    return count;
+  }
+  const submission_header& request(std::uint32_t slot) const noexcept { return slots_[slot].header; }
+  std::string_view request_text(std::uint32_t slot) const noexcept;
+
+  // Messages to everyone are refused with `full` from now on, or no more: too many wait for a peer's room.
+  // True where that is new.
+  bool refuse_to_everyone(bool refuses) noexcept {
+    // relaxed, both: ours alone; advice, which has_room() and submit() act on
+    if (crowded_.load(std::memory_order_relaxed) == refuses) return false;
+    crowded_.store(refuses, std::memory_order_relaxed);
+    return true;
+  }
+
+  // Ends a request: the outcome, and for an invocation the reply's text (which may be the request's own
+  // bytes). A text that exceeds slot_bytes() is left out, and a good outcome becomes `too_big`, with size and
+  // limit. Wakes whoever waits; releases the slot if nobody does or will.
+  void complete(std::uint32_t slot, const status& outcome, std::string_view reply = {}) noexcept;
+
+  // How many submissions take() has not handed on. One under way on another thread counts as soon as it has
+  // its ticket.
+  std::uint64_t submitted() const noexcept {
+    // acquire: pairs with the drawing of tickets in submit()
+    return tickets_.load(std::memory_order_acquire) - taken_;
+  }
+  // How many requests were taken and not completed.
+  std::uint32_t incomplete() const noexcept { return incomplete_count_; }
+  // Nothing is submitted that was not taken, and nothing taken that was not completed.
+  bool drained() const noexcept { return incomplete_count_ == 0 && submitted() == 0; }
+  // The last call of the service thread, or of whoever has joined it: closes, and completes with `closed`
+  // whatever was submitted and not completed. Nobody waits for an outcome in vain afterwards: a submission
+  // under way on another thread is either completed here, or its wait() returns false at once.
+  void finish() noexcept;
+
+  // ---- Tests, when no thread is inside.
+
+  // The invariant that is broken, or nullptr. Allocates.
+  const char* check();
+  // Whether every slot is free. Allocates.
+  bool all_free();
+
+ private:
+  struct slot_state {
+    completion<> word;
+    submission_header header;
+    status outcome;
+    std::size_t reply_bytes = 0;
+    std::uint64_t ticket = 0;
+    bool incomplete = false; // the service thread took it and has not completed it
+  };
+
+  bool take_one(std::uint32_t& slot) noexcept;
+  void collect() noexcept;
+
+  // Set-up.
+  rt::slab texts_;
+  std::span<slot_state> slots_;
+  number_queue free_;      // any thread puts and takes
+  number_queue submitted_; // any thread puts, the service thread takes
+
+  // Any thread.
+  alignas(rt::line_bytes) std::atomic<std::uint64_t> tickets_{0}; // drawn by submit()
+  std::atomic<std::uint32_t> room_waiters_{0};
+  std::atomic<std::uint32_t> room_told_{0};
+  rt::futex::word room_wake_count_{0}; // changes when those who wait for room should look
+  alignas(rt::line_bytes) std::atomic<bool> closed_{false};
+  std::atomic<bool> crowded_{false};
+  std::atomic<std::uint32_t> finished_{0};
+
+  // The service thread.
+  alignas(rt::line_bytes) std::span<std::uint32_t> waiting_; // numbers out of submitted_, ascending tickets
+  std::uint32_t waiting_first_ = 0;
+  std::uint32_t waiting_last_ = 0;  // one past
+  std::uint32_t waiting_ready_ = 0; // one past those that may go
+  std::uint32_t incomplete_count_ = 0;
+  std::uint64_t taken_ = 0; // tickets that take() handed on
+};
+
+} // namespace rowe::service

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/subscriptions.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "service/names.hpp"
+#include "wire/refusal.hpp"
+#include "wire/text_out.hpp"
+
+namespace rowe::service {
+namespace {
+
+subscribe_request request_of(const wire::request& asked, std::uint64_t id) noexcept {
+  return {.id_hash = id,
+          .throttle = std::chrono::milliseconds{asked.throttle_ms},
+          .queue_length =
+              static_cast<std::uint32_t>(std::clamp<std::int64_t>(asked.queue_length, 0, UINT32_MAX))};
+}
+
+// The place of the request with this id, or the one behind the last.
+std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
+  std::uint8_t place = 0;
+  while (place < s.request_count && s.requests[place].id_hash != id) ++place;
+  return place;
+}
+
+} // namespace
+
+subscriptions::subscriptions(const limits& bounds, const needs& parts) noexcept
+    : bounds_{bounds},
+      counts_{parts.counts},
+      peers_{parts.peers},
+      topics_{parts.topics},
+      out_{parts.out},
+      refusals_{parts.refused},
+      audience_{parts.audience},
+      rates_{parts.rates},
+      places_{parts.places},
+      claims_{bounds.subscriptions_max, parts.claimants} {}
+
+void subscriptions::forget(peer_index peer) noexcept {
+  while (const subscription_id s = topics_.first_subscription(peer)) remove(peer, s);
+}
+
+void subscriptions::subscribe(connection& c, const wire::request& asked) noexcept {
+  const topic_id topic = places_.topic_for(c, asked);
+  if (!topic) return;
+  subscription_id index = topics_.find_subscription(topic, {c.id.index}, !has_slash(asked.topic));
+  const bool fresh = !index;
+  if (fresh) index = add(c, asked, topic);
+  if (!index) return;
+  subscription& s = topics_.subscription_at(index);
+  if (s.tag != asked.tag)
+    return refusals_.refuse(c, asked.id_raw,
+                            "subscribe: this peer subscribes to the topic already, by another number");
+  const std::uint64_t id = hash_of(asked.id_raw);
+  const std::uint8_t place = place_of(s, id);
+  if (place == s.requests.size()) {
+    return refusals_.refuse(c, asked.id_raw,
+                            "subscribe: one peer may hold 4 subscriptions to a topic, by their ids");
+  }
+  if (place == s.request_count) ++s.request_count;
+  s.requests[place] = request_of(asked, id);
+  out_.merge_requests(index);
+  audience_.update(topic);
+  rates_.begin_for(topic);
+  s.type_hash = hash_of_type(asked.type);
+  if (fresh && !topics_.at(topic).last.empty()) out_.owe_latched(index);
+  const std::string_view type = topics_.type(topic);
+  if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
+    tell_other_type(c, asked.id_raw, topic, asked.type);
+}
+
+// A new one; none, and the peer is told, where it may not have it.
+subscription_id subscriptions::add(connection& c, const wire::request& asked, topic_id topic) noexcept {
+  const peer_index peer{c.id.index};
+  std::uint32_t held = topics_.subscriptions_of(peer);
+  subscription_id index{};
+  places_.hold(topic); // until the subscription does
+  const bool too_many = held >= bounds_.subscriptions_per_connection_max;
+  const std::uint32_t left = bounds_.subscriptions_max - topics_.subscription_count();
+  const bool may = claims_.may_take(held, left);
+  if (!too_many && may) index = topics_.add_subscription(topic, {c.id.index});
+  places_.let_go(topic);
+  if (too_many) {
+    refusals_.refuse_limit(c, asked.id_raw, "subscriptions of one peer",
+                           bounds_.subscriptions_per_connection_max, "subscriptions_per_connection_max");
+  } else if (!index) {
+    refusals_.refuse_share(c, asked,
+                           {.what = "subscriptions",
+                            .held = held,
+                            .left = left,
+                            .for_peers = bounds_.subscriptions_max,
+                            .kept = claims_.kept(),
+                            .option = "subscriptions_max"});
+  } else {
+    claims_.take(held);
+    topics_.address(topics_.subscription_at(index), asked.codec, asked.tag, !has_slash(asked.topic));
+  }
+  return index;
+}
+
+void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexcept {
+  const peer_index peer{c.id.index};
+  const topic_id topic = topics_.find(asked.topic);
+  subscription_id index{};
+  if (topic) {
+    index = topics_.find_subscription(topic, peer, !has_slash(asked.topic));
+    if (!index) index = topics_.find_subscription(topic, peer); // the other spelling
+  }
+  if (!index) return refusals_.refuse(c, asked.id_raw, "unsubscribe: there is no such subscription");
+  subscription& s = topics_.subscription_at(index);
+  if (!asked.id_raw.empty()) {
+    const std::uint8_t place = place_of(s, hash_of(asked.id_raw));
+    if (place == s.request_count)
+      return refusals_.refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
+    s.requests[place] = s.requests[--s.request_count];
+    if (s.request_count > 0) return out_.merge_requests(index);
+  }
+  remove(peer, index);
+}
+
+void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
+  const topic_id topic = topics_.subscription_at(index).topic;
+  out_.drop(index);
+  std::uint32_t held = topics_.subscriptions_of(peer);
+  topics_.remove_subscription(index);
+  claims_.give_back(held);
+  audience_.update(topic);
+  places_.let_go(topic);
+}
+
+void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept {
+  std::uint32_t held = topics_.subscriptions_of({c.id.index});
+  subscription_id index = topics_.find_subscription(topic, {c.id.index});
+  if (!index) {
+    index = topics_.add_subscription(topic, {c.id.index});
+    if (!index) return counts_.add(counter::no_slot);
+    claims_.take(held);
+    topics_.address(topics_.subscription_at(index), c.protocol->topics.id(), wire::no_number, unslashed);
+  }
+  out_.merge_requests(index);
+  audience_.update(topic);
+}
+
+void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
+  const subscription_id index = topics_.find_subscription(topic, {c.id.index});
+  if (index) remove({c.id.index}, index);
+  audience_.update(topic);
+}
+
+// Its messages come all the same: that they are not what the peer expects is for it to judge.
+void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
+                                    std::string_view asked) noexcept {
+  std::array<char, wire::refusal::text_bytes_max> room;
+  wire::text_out why{room};
+  why.add("subscribe ").add_shortened(topics_.name(topic), 96).add(": the topic has the type ");
+  why.add_shortened(topics_.type(topic), 96);
+  if (!asked.empty()) {
+    why.add(", not ").add_shortened(asked, 96);
+  } else {
+    why.add(", not the one that was asked for");
+  }
+  refusals_.warn(c, id_raw, why.text());
+}
+
+void subscriptions::tell_other_types(topic_id topic) noexcept {
+  const std::uint32_t type = hash_of_type(topics_.type(topic));
+  if (type == 0) return;
+  for (subscription_id i = topics_.at(topic).first_subscription; i;
+       i = topics_.subscription_at(i).next_on_topic) {
+    const subscription& s = topics_.subscription_at(i);
+    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(peers_[s.peer], {}, topic, {});
+  }
+}
+
+bool subscriptions::end(peer_index peer, topic_id topic) noexcept {
+  bool had = false;
+  for (subscription_id s; (s = topics_.find_subscription(topic, peer)); had = true) remove(peer, s);
+  return had;
+}
+
+bool subscriptions::check() const noexcept {
+  std::uint32_t wanted = claims_.connections() * claims_.claim();
+  for (const peer_index peer : peers_.ids()) {
+    std::uint32_t subscribed = 0;
+    for (subscription_id s = topics_.first_subscription(peer); s;
+         s = topics_.subscription_at(s).next_on_peer) {
+      if (topics_.subscription_at(s).peer != peer) return false;
+      ++subscribed;
+    }
+    const bool free = peers_[peer].state == connection::phase::free;
+    if (subscribed != topics_.subscriptions_of(peer) || (free && subscribed != 0)) return false;
+    if (!free) wanted -= claims_.claim() - claims_.kept_for(subscribed);
+  }
+  return wanted == claims_.wanted();
+}
+
+} // namespace rowe::service

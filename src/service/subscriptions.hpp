@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// Subscriptions of peers; in a client also what goes to the server, as if it had subscribed. A peer has at
+// most its share of them (shares.hpp). Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstdint>
+#include <string_view>
+
+#include <rowe/limits.hpp>
+
+#include "service/audiences.hpp"
+#include "service/counters.hpp"
+#include "service/ids.hpp"
+#include "service/outbox.hpp"
+#include "service/peer_table.hpp"
+#include "service/refusals.hpp"
+#include "service/shares.hpp"
+#include "service/topic_places.hpp"
+#include "service/topic_rates.hpp"
+#include "service/topic_table.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+class subscriptions {
+ public:
+  struct needs {
+    counters& counts;
+    peer_table& peers;
+    topic_table& topics;
+    outbox& out;
+    refusals& refused;
+    audiences& audience;
+    topic_rates& rates;
+    topic_places& places;
+    std::uint32_t claimants; // how many connections there may be, each with its claim
+  };
+  subscriptions(const limits& bounds, const needs& parts) noexcept;
+
+  // A peer leaves.
+  void forget(peer_index peer) noexcept;
+
+  // Requests of peers; a peer is told what is refused.
+  void subscribe(connection& c, const wire::request& asked) noexcept;
+  void unsubscribe(connection& c, const wire::request& asked) noexcept;
+
+  // In a client: a handle publishes, or does so no more.
+  void subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept;
+  void unsubscribe_server(connection& c, topic_id topic) noexcept;
+  // Ends all subscriptions of the peer to the topic. Returns whether there was one.
+  bool end(peer_index peer, topic_id topic) noexcept;
+  // The topic now has a type: subscribers that expect another one are told.
+  void tell_other_types(topic_id topic) noexcept;
+
+  // Peers are charged for the subscriptions that they have.
+  bool check() const noexcept;
+
+ private:
+  subscription_id add(connection& c, const wire::request& asked, topic_id topic) noexcept;
+  void remove(peer_index peer, subscription_id index) noexcept;
+  void tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
+                       std::string_view asked) noexcept;
+
+  const limits bounds_;
+  counters& counts_;
+  peer_table& peers_;
+  topic_table& topics_;
+  outbox& out_;
+  refusals& refusals_;
+  audiences& audience_;
+  topic_rates& rates_;
+  topic_places& places_;
+  claims claims_;
+};
+
+} // namespace rowe::service

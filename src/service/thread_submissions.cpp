@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/thread_submissions.hpp"
+
+#include <string_view>
+
+#include "service/service_limits.hpp"
+
+namespace rowe::service {
+
+using detail::entry;
+
+void thread_submissions::take() noexcept {
+  const std::uint64_t expired = shared_.expired();
+  counts_.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
+  const bool receives = !inbox_.pair();
+  if (receives) inbox_.mark_home();
+  messages_.begin_turn(queue_.slots(), receives);
+  if (parked_count_ != 0) retry();
+  const std::size_t taken = queue_.take(
+      [&](std::uint32_t slot) {
+        if (!take_slot(slot, false)) parked_[parked_count_++] = slot; // there is a place for each
+      },
+      entries_per_cycle);
+  more_left_ = taken == entries_per_cycle;
+  if (receives) inbox_.count_home(taken);
+  if (queue_.refuse_to_everyone(messages_.refuses_to_everyone())) room_came_ = true;
+}
+
+void thread_submissions::retry() noexcept {
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < parked_count_; ++i) {
+    const std::uint32_t slot = parked_[i];
+    if (!take_slot(slot, true)) parked_[kept++] = slot;
+  }
+  cycle_.places_freed += parked_count_ - kept;
+  parked_count_ = kept;
+}
+
+// False when it must wait for room further on.
+bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
+  // A copy: once it is completed the slot may be another's.
+  const submission_header asked = queue_.request(slot);
+  const std::string_view text = queue_.request_text(slot);
+  const call_endpoint us{.who = call_endpoint::kind::thread, .index = slot};
+  switch (asked.what) {
+  case entry::message: {
+    const bool taken = messages_.post({.text = text,
+                                       .sender = asked.wants_outcome ? us : call_endpoint{},
+                                       .to = asked.peer,
+                                       .only_now = asked.expires == asked.stamped,
+                                       .parked = parked,
+                                       .expires = asked.expires});
+    if (taken && !asked.wants_outcome) queue_.complete(slot, {});
+    return taken;
+  }
+  case entry::invocation:
+    calls_.start({.caller = us,
+                  .service = {},
+                  .what = {.is = wire::call_args::form::object, .text = text},
+                  .to = asked.peer,
+                  .began = asked.stamped,
+                  .deadline = asked.expires});
+    return true;
+  case entry::reply:
+  case entry::refusal: {
+    const call_endpoint waits = asked.wants_outcome ? us : call_endpoint{};
+    const status done =
+        asked.what == entry::refusal
+            ? completion_.refuse(us, asked.call, text)
+            : completion_.answer(
+                  us, asked.call,
+                  {.text = text, .expires = cycle_.expiry_of(asked.stamped, asked.expires), .waits = waits});
+    if (!done || !asked.wants_outcome || asked.what == entry::refusal) queue_.complete(slot, done);
+    return true;
+  }
+  case entry::end: break; // only ever comes the other way
+  }
+  return true;
+}
+
+} // namespace rowe::service

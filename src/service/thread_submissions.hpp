@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// Takes what threads of this process submit: messages, requests and replies, a stated budget in a cycle. What
+// finds no room is parked, so that it does not hold up other threads. Service thread only; nothing waits or
+// allocates. A user thread that sleeps is woken, which enters the kernel.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <utility>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/call_completion.hpp"
+#include "service/call_router.hpp"
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/direct_messages.hpp"
+#include "service/receiver.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/submission_queue.hpp"
+
+namespace rowe::service {
+
+class thread_submissions {
+ public:
+  struct needs {
+    cycle_state& cycle;
+    counters& counts;
+    submission_queue& queue;
+    shared_inbox& shared;
+    receiver& inbox;
+    direct_messages& messages;
+    call_completion& completion;
+    call_router& calls;
+  };
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<std::uint32_t>(bounds.door_slots);
+  }
+  thread_submissions(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
+      : cycle_{parts.cycle},
+        counts_{parts.counts},
+        queue_{parts.queue},
+        shared_{parts.shared},
+        inbox_{parts.inbox},
+        messages_{parts.messages},
+        completion_{parts.completion},
+        calls_{parts.calls},
+        parked_{memory.carve<std::uint32_t>(bounds.door_slots)} {}
+
+  void take() noexcept;
+  // Tries parked submissions again, as if they came now.
+  void retry() noexcept;
+  // At the end of a cycle: tells threads that wait for room where it came. `at_peers`: it came at a peer.
+  // Returns whether it came anywhere.
+  bool tell_room(bool at_peers) noexcept {
+    const bool came = std::exchange(room_came_, false) || at_peers;
+    if (came) queue_.tell_room();
+    return came;
+  }
+
+  bool more_left() const noexcept { return more_left_; } // the next cycle is needed at once
+  bool waits() const noexcept { return parked_count_ != 0; }
+  bool drained() const noexcept { return queue_.drained(); }
+
+ private:
+  bool take_slot(std::uint32_t slot, bool parked) noexcept;
+
+  cycle_state& cycle_;
+  counters& counts_;
+  submission_queue& queue_;
+  shared_inbox& shared_;
+  receiver& inbox_;
+  direct_messages& messages_;
+  call_completion& completion_;
+  call_router& calls_;
+  std::span<std::uint32_t> parked_; // slots, in their order
+  std::uint32_t parked_count_ = 0;
+  std::uint64_t expired_ = 0; // there, and counted
+  bool room_came_ = false;
+  bool more_left_ = false;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/topic_handles.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include <rowe/detail/mutation_points.hpp>
+
+#include "service/names.hpp"
+#include "service/service_limits.hpp"
+#include "wire/codec.hpp"
+#include "wire/text_out.hpp"
+#include "json/writer.hpp"
+
+namespace rowe::service {
+// The topic's place may be gone to a peer since set-up looked, so the answer is given here, where topics are.
+status topic_handles::attach(pair_index pair) noexcept {
+  const detail::lane& lane = lanes_[pair];
+  pair_row& view = views_[pair];
+  const topic_id topic_index = hold_topic(lane.name());
+  if (!topic_index) return error{errc::too_many_topics, topics_.topic_count(), options_.bounds.topics_max};
+  bool typed = !topics_.type(topic_index).empty();
+  if (!topics_.set_type(topic_index, lane.type())) {
+    if (topics_.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
+      report_conflict(topic_index, lane);
+      places_.let_go_own(topic_index);
+      return errc::type_conflict;
+    }
+    advertised_.replace_type(topic_index, lane.type());
+    typed = false;
+  }
+  if (!typed) readers_.tell_other_types(topic_index);
+  topic& on = topics_.at(topic_index);
+  const bool reads = detail::subscribes(lane.kind);
+  if (!has_other(topic_index, reads))
+    (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(lane.name());
+  view.attached = true;
+  view.topic = topic_index;
+  if (reads) {
+    view.next_inbox = on.first_inbox;
+    on.first_inbox = pair;
+    rates_.begin_for(topic_index);
+    broker_.deliver_latched(pair);
+  } else {
+    begin_publishing(pair);
+  }
+  announce_to_servers(pair, true);
+  audience_.update(topic_index);
+  return {};
+}
+
+// The topic is held from now on; none: there is no place, even after peers lost theirs.
+topic_id topic_handles::hold_topic(std::string_view name) noexcept {
+  topic_id topic = topics_.find_or_add(name);
+  if (!topic && advertised_.take_back_topic()) topic = topics_.find_or_add(name);
+  if (topic) topics_.hold_as_own(topic);
+  return topic;
+}
+
+void topic_handles::begin_publishing(pair_index pair) noexcept {
+  const detail::lane& lane = lanes_[pair];
+  topic& on = topics_.at(views_[pair].topic);
+  on.keep = lane.keep;
+  on.priority = lane.priority;
+  // A value of a predicted topic that comes early waits; so do not predict if it would expire first.
+  const bool outlives_rest =
+      lane.ttl >= std::min(lane.period, publish_predictor::rest_max) || lane.ttl == rt::duration{0};
+  if (options_.phases && lane.period > rt::duration{0} && outlives_rest)
+    phases_.begin(pair, lane.period, lane.priority);
+  for (subscription_id i = on.first_subscription; i; i = topics_.subscription_at(i).next_on_topic)
+    out_.merge_requests(i);
+}
+
+void topic_handles::detach(pair_index pair) noexcept {
+  pair_row& view = views_[pair];
+  const topic_id topic = view.topic;
+  if (detail::subscribes(lanes_[pair].kind)) {
+    pair_index* link = &topics_.at(topic).first_inbox;
+    while (*link != pair) link = &views_[*link].next_inbox;
+    *link = view.next_inbox;
+  }
+  announce_to_servers(pair, false);
+  audience_.leave(pair);
+  phases_.end(pair);
+  view = {.generation = view.generation};
+  places_.forget_latched(topic, {latch_owner::kind::handle, pair.value});
+  audience_.update(topic);
+  places_.let_go_own(topic);
+}
+
+// Set-up gets only an error code, which cannot name the types. An event does.
+void topic_handles::report_conflict(topic_id topic, const detail::lane& asked) noexcept {
+  std::array<char, event_log::text_bytes_max> room;
+  wire::text_out what{room};
+  what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
+      .add_shortened(topics_.name(topic), 64);
+  what.add(": the topic has the type ").add_shortened(topics_.type(topic), 56);
+  what.add(", not ").add_shortened(asked.type(), 56);
+  events_.report(event::kind::warning, {}, what.text(),
+                 "use the same type, or leave the option `type` empty");
+}
+
+// Whether a handle reads the topic, or one publishes on it.
+bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
+  for (const pair_index i : lanes_.ids()) {
+    if (views_[i].attached && views_[i].topic == topic && detail::subscribes(lanes_[i].kind) == that_reads)
+      return true;
+  }
+  return false;
+}
+
+// ---- what is taken
+
+// Messages that are written together cost one system call. But none may be lost because it was taken too
+// early. So more are taken only if every subscriber reads and has room for them, and all handles together
+// leave half of the slots and of the queue entries. Large slots are few: none of those.
+std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) const noexcept {
+  const topic& on = topics_.at(views_[pair].topic);
+  const slot_pool& slots = store_.slots();
+  if (on.first_inbox || on.bytes > slots.small_bytes() / 2) return 0;
+  const std::size_t halves = 2 * std::max<std::size_t>(audience_.listened(), 1);
+  std::size_t room = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
+  room = std::min<std::size_t>(room, (options_.bounds.queued_max - out_.entries().in_use()) /
+                                         (halves * std::max<std::size_t>(on.subscriptions, 1)));
+  room -= std::min(room, taken);
+  for (subscription_id i = on.first_subscription; i && room != 0;
+       i = topics_.subscription_at(i).next_on_topic) {
+    const subscription& s = topics_.subscription_at(i);
+    if (out_.of(s.peer).backpressured()) return 0;
+    room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
+  }
+  return room;
+}
+
+queue* topic_handles::queue_to_server(pair_index pair) noexcept {
+  for (connection& c : peers_) {
+    if (!c.open() || c.ours != side::client) continue;
+    const subscription_id s = topics_.find_subscription(views_[pair].topic, {c.id.index});
+    if (s) return &topics_.subscription_at(s).waiting;
+  }
+  return nullptr;
+}
+
+// ---- as a client
+
+void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
+  for (connection& c : peers_) {
+    if (c.open() && c.ours == side::client) announce(c, pair, begins);
+  }
+}
+
+// Whether another handle of the same kind has said so, or goes on.
+bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
+  for (const pair_index i : lanes_.ids()) {
+    // Nothing of a pair is looked at that is not attached: set-up may be building it.
+    if (i == pair || !views_[i].attached || views_[i].topic != views_[pair].topic) continue;
+    if (detail::subscribes(lanes_[i].kind) != detail::subscribes(lanes_[pair].kind)) continue;
+    if (!begins || i.value < pair.value) return false;
+  }
+  return true;
+}
+
+void topic_handles::announce(connection& c, pair_index pair, bool begins) noexcept {
+  if (!c.protocol->can.topics || !speaks_for_all(pair, begins)) return;
+  const detail::lane& lane = lanes_[pair];
+  const topic_id topic_index = views_[pair].topic;
+  const topic& on = topics_.at(topic_index);
+  std::array<char, wire::announcement_bytes_max> room;
+  json::writer text{room};
+  const bool reads = detail::subscribes(lane.kind);
+  const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
+  const std::string_view name = topics_.name(topic_index).substr(unslashed ? 1 : 0);
+  const wire::announcement what{.name = name, .type = lane.type(), .latch = lane.latched, .begins = begins};
+  const auto kind = reads ? c.protocol->topics.write_subscription(text, what)
+                          : c.protocol->topics.write_advertisement(text, what);
+  out_.reply_written({c.id.index}, text, kind);
+  if (reads) return;
+  begins ? readers_.subscribe_server(c, topic_index, unslashed) : readers_.unsubscribe_server(c, topic_index);
+}
+
+} // namespace rowe::service

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// Handles of this process that publish or subscribe: attaches them to their topic and detaches them and, in a
+// client, tells the server of them. Service thread only; nothing waits or allocates. A user thread that
+// sleeps is woken, which enters the kernel.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/result.hpp>
+
+#include "service/advertisements.hpp"
+#include "service/audiences.hpp"
+#include "service/broker.hpp"
+#include "service/core_options.hpp"
+#include "service/event_log.hpp"
+#include "service/outbox.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/publish_predictor.hpp"
+#include "service/subscriptions.hpp"
+#include "service/topic_places.hpp"
+#include "service/topic_rates.hpp"
+#include "service/topic_table.hpp"
+
+namespace rowe::service {
+
+class topic_handles {
+ public:
+  struct needs {
+    const core_options& options;
+    event_log& events;
+    rows<pair_index, detail::lane> lanes;
+    rows<pair_index, pair_row> views;
+    peer_table& peers;
+    topic_table& topics;
+    const message_store& store;
+    outbox& out;
+    publish_predictor& phases;
+    audiences& audience;
+    topic_rates& rates;
+    topic_places& places;
+    subscriptions& readers;
+    advertisements& advertised;
+    broker& values;
+  };
+  explicit topic_handles(const needs& parts) noexcept
+      : options_{parts.options},
+        events_{parts.events},
+        lanes_{parts.lanes},
+        views_{parts.views},
+        peers_{parts.peers},
+        topics_{parts.topics},
+        store_{parts.store},
+        out_{parts.out},
+        phases_{parts.phases},
+        audience_{parts.audience},
+        rates_{parts.rates},
+        places_{parts.places},
+        readers_{parts.readers},
+        advertised_{parts.advertised},
+        broker_{parts.values} {}
+
+  // Errors: too_many_topics; type_conflict, and then an event names the types.
+  status attach(pair_index pair) noexcept;
+  void detach(pair_index pair) noexcept;
+  // In a client: tells the server of a handle that was attached or is being detached.
+  void announce(connection& c, pair_index pair, bool begins) noexcept;
+  // The queue to the server for the values of this handle; null: there is none.
+  queue* queue_to_server(pair_index pair) noexcept;
+  // How many values of its topic may be taken from a handle besides the usual `taken`.
+  std::size_t ample_budget(pair_index pair, std::size_t taken) const noexcept;
+
+ private:
+  topic_id hold_topic(std::string_view name) noexcept;
+  void announce_to_servers(pair_index pair, bool begins) noexcept;
+  bool has_other(topic_id topic, bool that_reads) const noexcept;
+  bool speaks_for_all(pair_index pair, bool begins) const noexcept;
+  void report_conflict(topic_id topic, const detail::lane& asked) noexcept;
+  void begin_publishing(pair_index pair) noexcept;
+
+  const core_options& options_;
+  event_log& events_;
+  rows<pair_index, detail::lane> lanes_;
+  rows<pair_index, pair_row> views_;
+  peer_table& peers_;
+  topic_table& topics_;
+  const message_store& store_;
+  outbox& out_;
+  publish_predictor& phases_;
+  audiences& audience_;
+  topic_rates& rates_;
+  topic_places& places_;
+  subscriptions& readers_;
+  advertisements& advertised_;
+  broker& broker_;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// How many messages each topic has and how far apart they are, over the periods of the topic /rowe/stats and
+// of the service of that name. Service thread only; nothing waits or allocates.
+#pragma once
+#include <algorithm>
+#include <array>
+
+#include <rowe/rt/clock.hpp>
+
+#include "service/cycle_state.hpp"
+#include "service/timers.hpp"
+#include "service/topic_table.hpp"
+
+namespace rowe::service {
+
+class topic_rates {
+ public:
+  struct needs {
+    const cycle_state& cycle;
+    timers& due;
+    topic_table& topics;
+    rt::duration period;       // of the topic /rowe/stats
+    topic_id statistics_topic; // none in a client
+  };
+  explicit topic_rates(const needs& parts) noexcept
+      : cycle_{parts.cycle},
+        timers_{parts.due},
+        topics_{parts.topics},
+        period_{parts.period},
+        statistics_topic_{parts.statistics_topic},
+        marked_{parts.cycle.now, parts.cycle.now} {}
+
+  // One more message of a topic.
+  static void note(topic& on, rt::time_point published) noexcept {
+    if (on.newest_at != rt::time_point{}) on.gap_max = std::max(on.gap_max, published - on.newest_at);
+    on.newest_at = published;
+    ++on.messages;
+  }
+
+  // Somebody subscribes to a topic. Where that is the one of the statistics, the first report covers the time
+  // from here on.
+  void begin_for(topic_id topic) noexcept;
+  // A report has been made, or is the first: the next one covers the time from here on.
+  void end_period() noexcept;
+  rt::time_point period_began() const noexcept { return period_began_; }
+  topic_id statistics_topic() const noexcept { return statistics_topic_; }
+
+  // The service is asked at any time, whether or not somebody listens to the topic. Its rates are of two
+  // periods, the newest of which has not ended, so of one second at least; of two and one cycle at most.
+  void mark_if_due() noexcept {
+    if (cycle_.now - marked_[0] >= marks_period) mark();
+  }
+  rt::time_point marks_began() const noexcept { return marked_[1]; }
+
+ private:
+  static constexpr rt::duration marks_period = std::chrono::seconds{1};
+
+  void mark() noexcept;
+
+  const cycle_state& cycle_;
+  timers& timers_;
+  topic_table& topics_;
+  const rt::duration period_;
+  const topic_id statistics_topic_;
+  rt::time_point period_began_{};
+  // When the newest period of the service's rates began, and the one before.
+  std::array<rt::time_point, 2> marked_;
+};
+
+} // namespace rowe::service

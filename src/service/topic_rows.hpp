@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+// The rows of the topic table: a topic, and a peer's subscription to one. Service thread only.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/options.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/ids.hpp"
+#include "service/latch_store.hpp"
+#include "service/message_queue.hpp"
+#include "service/service_limits.hpp"
+#include "wire/codec.hpp"
+#include "wire/request.hpp"
+
+namespace rowe::service {
+
+struct topic {
+  std::uint64_t hash = 0;
+  topic_id next{};               // in its bucket, or in the free list
+  std::uint32_t holders = 0;     // subscriptions, advertisements and handles
+  std::uint32_t own_holders = 0; // those of this process
+  std::uint32_t channel = 0;     // its number, for codecs that number their topics
+  std::uint32_t charged_in = 0;  // the count of topic_places::claims_now() in which its place was charged
+  subscription_id first_subscription{};
+  std::uint32_t subscriptions = 0;
+  pair_index first_inbox{};           // handles of this process that subscribe
+  std::uint32_t audience_changes = 0; // how often a subscriber came or went
+  std::uint16_t name_bytes = 0;
+  std::uint16_t type_bytes = 0;
+  std::uint16_t head_bytes = 0;
+  rowe::priority priority = rowe::priority::normal;
+  rowe::keep keep = rowe::keep::all;
+  // As a client: whether our subscribe and advertise omit the slash, as the first handle's name does.
+  bool asked_unslashed = false;
+  bool offered_unslashed = false;
+  latched_value last; // for late subscribers
+
+  bool has_audience() const noexcept { return first_subscription || first_inbox; }
+
+  // For /rowe/stats.
+  std::uint64_t messages = 0;
+  std::uint64_t messages_before = 0; // at the last report
+  std::size_t bytes = 0;             // of the newest body
+  rt::time_point newest_at{};        // zero: nobody has subscribed so far
+  rt::duration gap_max{0};           // since the last report
+
+  // For the service /rowe/stats, which has its own periods (topic_rates::mark_if_due).
+  std::array<std::uint64_t, 2> messages_marked{}; // when the newest period began, and the one before
+  std::array<rt::duration, 2> gap_marked{};       // in these two periods, without gap_max
+};
+
+// What one subscribe request asked for; a peer's requests for one topic are merged.
+struct subscribe_request {
+  std::uint64_t id_hash = 0;
+  rt::duration throttle{0};
+  std::uint32_t queue_length = 0; // 0: not stated
+};
+
+struct subscription {
+  topic_id topic{};
+  peer_index peer{};
+  subscription_id next_on_topic{};
+  subscription_id previous_on_topic{};
+  subscription_id next_on_peer{}; // or in the free list
+  subscription_id next_ready{};
+  queue waiting;
+  std::uint32_t depth = 0;
+  std::uint32_t type_hash = 0;                      // of the type that the peer expects, hash_of_type()
+  rowe::priority ready_as = rowe::priority::normal; // on which of its peer's lists, while ready
+  bool ready = false;     // on its peer's list of subscriptions that may be written now
+  bool served = false;    // the batch that is being committed has a message of it
+  bool timed = false;     // on the wheel until next_due
+  bool unslashed = false; // the peer calls the topic by its name without the slash
+  bool own_head = false;  // it is sent with a head of its own, not the shared text of the slot
+  wire::codec_id codec{};
+  std::uint32_t tag = wire::no_number; // the peer's number for the subscription
+  bool merges = false;                 // a newer value takes the place of an older one
+  bool owes_last = false;              // the latched value is still to be queued, before newer values
+  bool discards = false;               // a value within the throttle period is dropped, not queued
+  rt::duration throttle{0};
+  rt::time_point sent_at{}; // the throttle counts from here; zero: nothing was sent
+  rt::time_point next_due{};
+  std::uint8_t request_count = 0;
+  std::array<subscribe_request, subscribe_requests_max> requests;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+// Trackers of direct messages and of requests of calls. A direct message lies in a wire slot, like everything
+// that is written, and its tracker is found by the slot's number. A tracked message keeps its slot while it
+// is under way, so that its sender can be told the outcome: `sent` as soon as the whole message was written
+// to one peer, else why not. A message that finds no peer, or whose peers all left before it was written, is
+// pending until a peer comes or it expires. Pending trackers form a doubly linked list, so taking one out of
+// the middle costs the same in a long list. Service thread only.
+#pragma once
+#include <array>
+#include <cassert>
+#include <cstdint>
+#include <span>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/options.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/call_table.hpp"
+#include "service/index_list.hpp"
+#include "service/shares.hpp"
+#include "service/slot_pool.hpp"
+
+namespace rowe::service {
+
+struct tracker {
+  enum class state : std::uint8_t { none, queued, waiting };
+  state now = state::none;
+  rowe::priority priority = rowe::priority::normal;
+  bool everyone = false; // else to one peer; if that leaves, the message is lost
+  bool sent = false;
+  bool counted = false;          // trackers::begin() counted it
+  peer_index charged{};          // the peer whose share of the slots it is
+  call_endpoint sender{};        // who is told the outcome; or nobody
+  detail::call_ref own{};        // if that is a handle: its own name for it
+  detail::call_ref request_of{}; // the call whose request this is
+  slot_id previous{};            // in the list of pending ones
+  slot_id next{};
+};
+
+class trackers {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept {
+    return rt::arena::bytes_for<tracker>(slot_pool::count(bounds)) +
+           2 * rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
+  }
+  // `connections`: how many there may be; each has a claim to slots.
+  trackers(rt::arena& memory, const limits& bounds, std::uint32_t connections) noexcept
+      : rows_{memory.carve<tracker>(slot_pool::count(bounds))},
+        first_large_{slot_pool::first_large(bounds)},
+        slots_max_{message_slots_max(bounds.small_slots, bounds.connections_max),
+                   message_slots_max(bounds.large_slots, bounds.connections_max)},
+        claims_{claims{slots_max_[0], connections}, claims{slots_max_[1], connections}},
+        held_{memory.carve<std::uint32_t>(bounds.connections_max),
+              memory.carve<std::uint32_t>(bounds.connections_max)} {}
+
+  // Begins to track a message in a slot of its own.
+  void begin(slot_id slot, const tracker& as) noexcept {
+    rows_[slot] = as;
+    rows_[slot].now = tracker::state::queued;
+    rows_[slot].counted = true;
+    ++begun_[slot.value >= first_large_];
+  }
+  // How many more slots of a class may be tracked. Some slots are never for tracked messages, since these
+  // keep theirs until they are sent.
+  std::uint32_t slots_left(slot_class of) const noexcept {
+    const auto which = static_cast<std::size_t>(of);
+    return left_of(slots_max_[which], begun_[which]);
+  }
+  // Whether a peer may have one more slot that nobody else waits for. A backpressured peer (`behind`) gets
+  // nothing of one half beyond its claim: peers that are not backpressured release their slots at once.
+  bool has_share(peer_index peer, bool behind, slot_class of) const noexcept {
+    const auto which = static_cast<std::size_t>(of);
+    const std::uint32_t held = held_[which][peer];
+    if (!behind || held < claims_[which].claim()) return claims_[which].may_take(held, slots_left(of));
+    return held + 1 + slots_max_[which] / 2 <= slots_left(of); // that half includes what is kept for claims
+  }
+  // Charges a peer for a message that goes to it alone.
+  void charge(slot_id slot, peer_index peer) noexcept {
+    const std::size_t which = slot.value >= first_large_;
+    rows_[slot].charged = peer;
+    claims_[which].take(held_[which][peer]);
+  }
+
+  tracker& at(slot_id slot) noexcept { return rows_[slot]; }
+  bool under_way(slot_id slot) const noexcept { return rows_[slot].now != tracker::state::none; }
+
+  void wait(slot_id slot) noexcept {
+    tracker& l = rows_[slot];
+    assert(l.now == tracker::state::queued);
+    l.now = tracker::state::waiting;
+    waiting_.push_back(rows_, slot);
+    ++began_to_wait_;
+  }
+  // It is not pending any more, if it was.
+  void stop_waiting(slot_id slot) noexcept {
+    tracker& l = rows_[slot];
+    if (l.now != tracker::state::waiting) return;
+    waiting_.erase(rows_, slot);
+    l.now = tracker::state::queued;
+  }
+  void forget(slot_id slot) noexcept {
+    stop_waiting(slot);
+    const std::size_t which = slot.value >= first_large_;
+    begun_[which] -= rows_[slot].counted;
+    if (rows_[slot].charged) claims_[which].give_back(held_[which][rows_[slot].charged]);
+    rows_[slot] = {};
+  }
+
+  slot_id first_waiting() const noexcept { return waiting_.head; }
+  std::uint32_t waiting() const noexcept { return waiting_.count; }
+  std::uint64_t began_to_wait() const noexcept { return began_to_wait_; } // so far
+
+  bool check() const noexcept {
+    return waiting_.check(rows_, [](const tracker& l) { return l.now == tracker::state::waiting; }) &&
+           check_shares();
+  }
+
+ private:
+  // The charged slots are those that the peers hold; the rest of the claims is kept.
+  bool check_shares() const noexcept {
+    for (std::size_t which = 0; which != claims_.size(); ++which) {
+      std::uint32_t charged = 0;
+      for (const slot_id slot : rows_.ids())
+        charged += rows_[slot].charged && (slot.value >= first_large_) == (which == 1);
+      std::uint32_t wanted = claims_[which].connections() * claims_[which].claim();
+      for (const std::uint32_t held : held_[which]) {
+        charged -= held;
+        wanted -= claims_[which].claim() - claims_[which].kept_for(held);
+      }
+      if (charged != 0 || wanted != claims_[which].wanted()) return false;
+    }
+    return true;
+  }
+
+  rows<slot_id, tracker> rows_;
+  const std::uint32_t first_large_;
+  const std::array<std::uint32_t, 2> slots_max_;
+  std::array<claims, 2> claims_;
+  std::array<rows<peer_index, std::uint32_t>, 2> held_; // by peer
+  std::array<std::uint32_t, 2> begun_{};
+  index_list<slot_id, tracker, &tracker::next, &tracker::previous> waiting_;
+  std::uint64_t began_to_wait_ = 0;
+};
+
+} // namespace rowe::service

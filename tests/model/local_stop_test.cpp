@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// A thread of this process that stops the loops, and the service thread, under the explorer: the words are
+// handed in first, so they come with the stop. The windows have a test of their own.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+
+#include "service/local_stop.hpp"
+
+#include "model/atomics.hpp"
+#include "model/expect.hpp"
+#include "model/mutation.hpp"
+
+namespace rowe::model {
+namespace local_stop_test {
+namespace {
+
+struct stops_once {
+  service::local_stop<atomics> shared;
+  std::uint32_t carried_out = 0;
+
+  void cycle() {
+    if (!shared.take()) return;
+    service::local_stop_asked asked;
+    shared.look(asked);
+    require(asked.stops == 1, "the words come with the stop");
+    ++carried_out;
+  }
+  std::array<actor, 2> actors() {
+    return {{{"thread",
+              [this] {
+                service::local_stop_asked asked;
+                asked.stops = 1;
+                shared.hand_in(asked);
+                shared.ask();
+              }},
+             {"service", [this] {
+                cycle();
+                cycle();
+              }}}};
+  }
+  void afterwards() {
+    cycle();
+    require(carried_out == 1, "a stop is carried out, and once");
+  }
+};
+
+TEST(local_stop, comes_once_and_with_its_words) { expect_passes_in_every_interleaving<stops_once>(); }
+
+TEST(local_stop, needs_every_memory_order_it_asks_for) {
+  const std::array scenarios{scenario<stops_once>("stops_once")};
+  EXPECT_EQ((mutation_test{"service/local_stop.hpp", scenarios, {}}.findings()), "");
+}
+
+} // namespace
+} // namespace local_stop_test
+} // namespace rowe::model

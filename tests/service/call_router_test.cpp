@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/call_router.hpp"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "memory_transport/memory_transport.hpp"
+#include "service/call_parts.hpp"
+#include "service/stage.hpp"
+#include "json/padded.hpp"
+
+namespace call_router_test {
+namespace {
+
+using namespace call_parts;
+using form = rowe::wire::call_args::form;
+
+struct call_router_test : call_parts::call_parts {
+  rowe::service::core_options options = rowe::service::core_options::from(
+      [this] {
+        rowe::endpoint_options chosen;
+        chosen.limits = bounds;
+        return chosen;
+      }(),
+      rowe::service::side::server, "robot");
+  rowe::service::stop_rules rules{options.stop, cycle.now, 1};
+  rowe::net::memory_transport sockets{bounds.connections_max};
+  stage::seeded_entropy random{1};
+  rowe::service::sender writer{memory,
+                               bounds,
+                               {.cycle = cycle,
+                                .counts = counts,
+                                .due = due,
+                                .peers = peers,
+                                .topics = topics,
+                                .store = store,
+                                .out = out,
+                                .to_peers = sockets,
+                                .random = random,
+                                .protocols = protocols}};
+  rowe::service::stop_service stop{memory,
+                                   bounds,
+                                   {.options = options,
+                                    .cycle = cycle,
+                                    .events = events,
+                                    .shown = board,
+                                    .queue = submissions,
+                                    .lanes = lanes,
+                                    .views = views,
+                                    .peers = peers,
+                                    .calls = calls,
+                                    .writer = writer,
+                                    .completion = completion,
+                                    .protocols = protocols,
+                                    .rules = rules}};
+  rowe::service::service_directory directory{memory, bounds};
+  rowe::service::topic_rates rates{
+      {.cycle = cycle, .due = due, .topics = topics, .period = options.stats_period, .statistics_topic = {}}};
+  rowe::service::advertisement_table advertised{memory, bounds};
+  rowe::detail::latch_words<> loop;
+  rowe::service::statistics_report report{bounds,
+                                          "robot",
+                                          {.cycle = cycle,
+                                           .shown = board,
+                                           .lanes = lanes,
+                                           .peers = peers,
+                                           .topics = topics,
+                                           .calls = calls,
+                                           .stop = rules,
+                                           .out = out,
+                                           .protocols = protocols,
+                                           .rates = rates}};
+  rowe::service::endpoint_services own{rowe::service::side::server,
+                                       {.cycle = cycle,
+                                        .peers = peers,
+                                        .calls = calls,
+                                        .topics = topics,
+                                        .directory = directory,
+                                        .stop = rules,
+                                        .store = store,
+                                        .out = out,
+                                        .completion = completion,
+                                        .report = report,
+                                        .advertised = advertised,
+                                        .lanes = lanes,
+                                        .views = views}};
+  rowe::service::call_requests requests{{.cycle = cycle,
+                                         .counts = counts,
+                                         .peers = peers,
+                                         .calls = calls,
+                                         .store = store,
+                                         .out = out,
+                                         .delivery = delivery,
+                                         .inbox = inbox,
+                                         .messages = messages,
+                                         .completion = completion,
+                                         .stop = stop,
+                                         .lanes = lanes,
+                                         .views = views}};
+  rowe::service::call_router router{{.cycle = cycle,
+                                     .options = options,
+                                     .counts = counts,
+                                     .peers = peers,
+                                     .calls = calls,
+                                     .directory = directory,
+                                     .refused = refused,
+                                     .inbox = inbox,
+                                     .delivery = delivery,
+                                     .completion = completion,
+                                     .requests = requests,
+                                     .own = own,
+                                     .stop = stop,
+                                     .validator = validator,
+                                     .protocols = protocols}};
+
+  static rowe::wire::request of(const connection& c, std::string_view service, std::string_view id) {
+    rowe::wire::request asked;
+    asked.what = rowe::wire::verb::call;
+    asked.codec = c.protocol->first.id();
+    asked.service = service;
+    asked.id_raw = id;
+    return asked;
+  }
+  void provide(std::string_view service, const connection& by) {
+    const auto added = directory.add(service, {}, {}, by.id).index;
+    directory.at(added).speaks = by.protocol->first.id();
+  }
+  // There is a loop that can be stopped; it acknowledges nothing.
+  void add_loop() { (void)rules.add_loop("loop", 1s, loop, cycle.now); }
+  std::uint64_t stops() const { return counts.read(counter::stops); }
+  // A call of this process; nobody is told what becomes of it.
+  void start(std::string_view service, std::string_view args, rowe::rt::time_point deadline) {
+    const rowe::tests::padded text{args};
+    router.start(
+        {.service = service, .what = {.text = text.text()}, .began = cycle.now, .deadline = deadline});
+  }
+};
+
+TEST_F(call_router_test, says_that_nobody_provides_a_service) {
+  connection& caller = join(0);
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
+  EXPECT_EQ(calls.in_flight(), 0U);
+  ASSERT_EQ(replies(caller).size(), 1U);
+  EXPECT_NE(replies(caller)[0].find("/add"), std::string::npos);
+}
+
+TEST_F(call_router_test, relays_between_peers_in_a_hub_alone) {
+  connection& caller = join(0);
+  provide("/add", join(1));
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
+  EXPECT_EQ(calls.in_flight(), 0U);
+  options.relay = true;
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
+  EXPECT_EQ(calls.in_flight(), 1U);
+  EXPECT_EQ(counts.read(counter::calls_out), 1U);
+  completion.forget(caller.id);
+}
+
+TEST_F(call_router_test, refuses_a_second_call_with_an_id_that_is_not_answered_yet) {
+  options.relay = true;
+  connection& caller = join(0);
+  provide("/add", join(1));
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
+  EXPECT_EQ(calls.in_flight(), 1U);
+  ASSERT_EQ(replies(caller).size(), 1U);
+  EXPECT_NE(replies(caller)[0].find("duplicate_id"), std::string::npos);
+}
+
+TEST_F(call_router_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
+  options.relay = true;
+  connection& caller = join(0);
+  provide("/add", join(1));
+  while (calls.admits({0})) ASSERT_TRUE(router.take_call(caller, of(caller, "/add", {})));
+  EXPECT_TRUE(replies(caller).empty());
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/add", {})));
+  ASSERT_EQ(replies(caller).size(), 1U);
+  EXPECT_NE(replies(caller)[0].find("calls_per_connection_max"), std::string::npos);
+}
+
+TEST_F(call_router_test, refuses_other_services_to_a_peer_that_came_for_the_stop) {
+  connection& caller = join(0);
+  caller.stop_only = true;
+  EXPECT_TRUE(router.take_call(caller, of(caller, "/rosapi/topics", "\"1\"")));
+  ASSERT_EQ(replies(caller).size(), 1U);
+  EXPECT_NE(replies(caller)[0].find("/rowe/stop"), std::string::npos);
+}
+
+TEST_F(call_router_test, hands_a_call_of_this_process_to_the_stop_with_its_arguments) {
+  add_loop();
+  start("rowe/stop", R"({"source":"test"})", cycle.now + 1s);
+  EXPECT_EQ(stops(), 1U);
+  EXPECT_EQ(rules.source(), "test");
+  EXPECT_EQ(calls.in_flight(), 1U); // answered when the loop has acknowledged, or in vain
+}
+
+TEST_F(call_router_test, stops_although_there_is_no_time_for_the_answer) {
+  add_loop();
+  start("/rowe/stop", "{}", cycle.now - 1s);
+  EXPECT_EQ(stops(), 1U);
+  start("/rowe/stop/reset", "{}", cycle.now - 1s); // but nothing else
+  EXPECT_EQ(counts.read(counter::stop_refusals), 0U);
+  EXPECT_EQ(counts.read(counter::calls_timed_out), 2U);
+}
+
+TEST_F(call_router_test, stops_although_there_is_no_place_for_the_answer) {
+  add_loop();
+  while (completion.open({}, {}, "/add", rowe::rt::never)) {
+  }
+  const rowe::tests::padded text{R"({"service":"/rowe/stop"})"};
+  router.start({.service = {},
+                .what = {.is = form::object, .text = text.text()},
+                .began = cycle.now,
+                .deadline = cycle.now + 1s});
+  EXPECT_EQ(stops(), 1U);
+}
+
+TEST_F(call_router_test, knows_no_stop_where_there_is_none) {
+  start("/rowe/stop", "{}", cycle.now - 1s);
+  start("/rowe/stop", "{}", cycle.now + 1s);
+  EXPECT_EQ(stops(), 0U);
+  EXPECT_EQ(calls.in_flight(), 0U);
+}
+
+} // namespace
+} // namespace call_router_test

@@ -1,0 +1,488 @@
+// SPDX-License-Identifier: Apache-2.0
+// A third codec beside the two that there are (tests/wire/numbers_codec.hpp), of which the service knows
+// nothing.
+#include "core_stage.hpp"
+
+#include <rowe/lane.hpp>
+#include <rowe/responder.hpp>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+
+#include "wire/numbers_codec.hpp"
+
+namespace core_numbers_test {
+namespace {
+
+using namespace stage;
+using numbers::four;
+using numbers::number_at;
+using rowe::service::side;
+using rowe::wire::opcode;
+
+rowe::endpoint_options hub_options() {
+  rowe::endpoint_options options = small_options();
+  options.relay = true;
+  options.stop.unguarded = true;
+  return options;
+}
+
+// Name to number, as a list says it.
+using numbered = std::map<std::string, std::uint32_t>;
+
+numbered list_of(const texts& heard, char kind) {
+  numbered all;
+  for (std::string_view text : heard) {
+    if (!text.starts_with(kind)) continue;
+    for (text.remove_prefix(1); text.size() >= 8;) {
+      const std::uint32_t number = number_at(text);
+      const std::size_t bytes = number_at(text.substr(4));
+      all[std::string{text.substr(8, bytes)}] = number;
+      text.remove_prefix(8 + bytes);
+    }
+  }
+  return all;
+}
+
+std::vector<std::uint32_t> gone_of(const texts& heard, char kind) {
+  std::vector<std::uint32_t> all;
+  for (const std::string_view text : heard) {
+    for (std::size_t at = 1; text.starts_with(kind) && at + 8 <= text.size(); at += 8)
+      all.push_back(number_at(text.substr(at)));
+  }
+  return all;
+}
+
+std::string message(std::uint32_t tag, rowe::rt::time_point at, std::string_view body) {
+  const auto ns = static_cast<std::uint64_t>(rowe::rt::nanoseconds_of(at));
+  return "m" + four(tag) + four(static_cast<std::uint32_t>(ns)) + four(static_cast<std::uint32_t>(ns >> 32)) +
+         std::string{body};
+}
+
+std::string subscribe_to(std::uint32_t tag, std::uint32_t channel) {
+  return R"({"want":[[)" + std::to_string(tag) + "," + std::to_string(channel) + "]]}";
+}
+
+// The greeting is read where it is made.
+struct client : peer {
+  explicit client(theatre& in, std::string_view path = "/")
+      : peer{in, side::server, "127.0.0.1:50000", path, numbers::subprotocol} {
+    in.cycle();
+    greeting = hear();
+    topics = list_of(greeting, 'T');
+    services = list_of(greeting, 'S');
+  }
+  texts greeting;
+  numbered topics;
+  numbered services;
+};
+
+struct core_numbers : testing::Test {
+  explicit core_numbers(const rowe::endpoint_options& options = hub_options())
+      : on{options, side::server, 1, rowe::rt::time_point{1000s}, &numbers::protocols()} {
+    on.cycle();
+  }
+  ~core_numbers() override { EXPECT_TRUE(on.core.check()); }
+
+  // What it hears of what it says.
+  texts say(peer& p, std::string_view text) {
+    p.say(text);
+    on.cycles(2);
+    return p.hear();
+  }
+  texts send(peer& p, const std::string& bytes) {
+    p.send(opcode::binary, bytes);
+    on.cycles(2);
+    return p.hear();
+  }
+  rowe::detail::lane& offer_echo() {
+    auto& lane = on.offer({.kind = rowe::detail::lane_kind::respond_value,
+                           .name = "/echo",
+                           .type = "test/Echo",
+                           .out_depth = 4,
+                           .in_depth = 4,
+                           .out_bytes = 192,
+                           .in_bytes = sizeof(pose),
+                           .encoded = &rowe::describe<pose>(),
+                           .decoded = &rowe::describe<pose>()});
+    on.cycle();
+    return lane;
+  }
+
+  theatre on;
+};
+
+const std::string id = std::string{"\0\xff\"\\", 4}; // of a call: any four bytes
+
+// ---- the server speaks first
+
+TEST_F(core_numbers, says_who_it_is_and_what_there_is_before_its_client_says_anything) {
+  advertise_pose(on);
+  on.cycle();
+  client p{on};
+  ASSERT_EQ(p.greeting.size(), 3U);
+  EXPECT_EQ(p.greeting[0], "hrobot");
+  EXPECT_EQ(p.greeting[1].front(), 'T');
+  EXPECT_EQ(p.greeting[2].front(), 'S');
+  EXPECT_EQ(p.binaries, 3) << "each a binary frame";
+  EXPECT_TRUE(p.topics.contains("/pose"));
+  EXPECT_TRUE(p.topics.contains("/rowe/stats"));
+  EXPECT_FALSE(p.topics.contains("/rowe/stop/state")) << "there is nothing to stop";
+  EXPECT_TRUE(p.services.contains("/rosapi/topics"));
+  EXPECT_FALSE(p.services.contains("/rowe/stop"));
+}
+
+TEST_F(core_numbers, tells_of_topics_that_come_and_go_by_numbers_that_are_not_given_again) {
+  client p{on};
+  EXPECT_FALSE(p.topics.contains("/a"));
+  peer other{on};
+  other.say(R"({"op":"advertise","topic":"/a"})");
+  on.cycles(2);
+  const numbered came = list_of(p.hear(), 'T');
+  ASSERT_TRUE(came.contains("/a"));
+  other.say(R"({"op":"unadvertise","topic":"/a"})");
+  other.say(R"({"op":"advertise","topic":"/b"})"); // in its place
+  on.cycles(2);
+  const texts heard = p.hear();
+  EXPECT_EQ(gone_of(heard, 't'), std::vector{came.at("/a")});
+  const numbered then = list_of(heard, 'T');
+  ASSERT_TRUE(then.contains("/b"));
+  EXPECT_NE(then.at("/b"), came.at("/a"));
+  EXPECT_EQ(say(p, subscribe_to(1, came.at("/a"))), texts{"enothing here has this number"});
+}
+
+TEST_F(core_numbers, gives_a_topic_another_number_with_its_type) {
+  peer other{on};
+  other.say(R"({"op":"subscribe","topic":"/a"})");
+  on.cycle();
+  client p{on};
+  ASSERT_TRUE(p.topics.contains("/a"));
+  EXPECT_EQ(say(p, subscribe_to(7, p.topics.at("/a"))), texts{});
+  other.say(R"({"op":"advertise","topic":"/a","type":"a/A"})");
+  on.cycles(2);
+  const texts heard = p.hear();
+  EXPECT_EQ(gone_of(heard, 't'), std::vector{p.topics.at("/a")});
+  EXPECT_TRUE(list_of(heard, 'T').contains("/a"));
+  other.say(R"({"op":"publish","topic":"/a","msg":{"v":1}})");
+  on.cycle();
+  EXPECT_EQ(p.hear(), texts{message(7, on.now, R"({"v":1})")}) << "its subscription stays";
+}
+
+TEST_F(core_numbers, tells_of_services_that_come_and_go) {
+  client p{on};
+  peer other{on};
+  other.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
+  on.cycles(2);
+  const numbered came = list_of(p.hear(), 'S');
+  ASSERT_TRUE(came.contains("/add"));
+  other.leave();
+  on.cycles(2);
+  EXPECT_EQ(gone_of(p.hear(), 's'), std::vector{came.at("/add")});
+}
+
+TEST_F(core_numbers, lists_more_than_one_message_holds) {
+  std::vector<std::string> names;
+  std::deque<peer> others;
+  for (char first = 'a'; first < 'm'; ++first) { // of 8 KiB, each character perhaps to be escaped
+    if (names.size() % 4 == 0) others.emplace_back(on);
+    names.push_back("/" + std::string(110, first));
+    others.back().say(R"({"op":"advertise","topic":")" + names.back() + R"("})");
+  }
+  on.cycles(4);
+  client p{on};
+  EXPECT_GT(p.greeting.size(), 3U);
+  for (const std::string& name : names) EXPECT_TRUE(p.topics.contains(name)) << name;
+}
+
+// ---- topics
+
+TEST_F(core_numbers, gives_each_subscriber_the_shared_message_behind_a_head_of_its_own) {
+  auto& pose_lane = advertise_pose(on);
+  on.cycle();
+  client first{on};
+  client second{on};
+  peer other{on};
+  other.say(R"({"op":"subscribe","topic":"/pose"})");
+  EXPECT_EQ(say(first, subscribe_to(7, first.topics.at("/pose"))), texts{});
+  EXPECT_EQ(say(second, subscribe_to(300, second.topics.at("/pose"))), texts{});
+  const auto published = on.now;
+  ASSERT_TRUE(publish(on, pose_lane, {3, 0}));
+  on.cycle(5ms);
+  EXPECT_EQ(first.hear(), texts{message(7, published, R"({"x":3,"y":0})")});
+  EXPECT_EQ(second.hear(), texts{message(300, published, R"({"x":3,"y":0})")});
+  EXPECT_EQ(second.binaries, 4);
+  EXPECT_EQ(other.hear(), texts{stage::message(3)});
+  EXPECT_EQ(other.binaries, 0);
+}
+
+TEST_F(core_numbers, says_of_a_latched_value_when_it_was_published) {
+  auto& pose_lane = advertise_pose(on, {.latched = true});
+  on.cycle();
+  const auto published = on.now;
+  ASSERT_TRUE(publish(on, pose_lane, {3, 0}));
+  on.cycles(100);
+  client p{on};
+  EXPECT_EQ(say(p, subscribe_to(7, p.topics.at("/pose"))), texts{message(7, published, R"({"x":3,"y":0})")});
+}
+
+TEST_F(core_numbers, goes_on_with_a_message_that_the_socket_took_a_part_of) {
+  auto& pose_lane = advertise_pose(on);
+  on.cycle();
+  client p{on};
+  say(p, subscribe_to(0x01020304, p.topics.at("/pose")));
+  for (std::size_t room = 1; room < 40; ++room) {
+    on.net.weather_of(p.id()).room_bytes = room;
+    const auto published = on.now;
+    ASSERT_TRUE(publish(on, pose_lane, {1, 0}));
+    texts heard;
+    for (int i = 0; i < 60 && heard.empty(); ++i) {
+      on.cycle();
+      heard = p.hear();
+    }
+    EXPECT_EQ(heard, texts{message(0x01020304, published, R"({"x":1,"y":0})")}) << room;
+  }
+}
+
+TEST_F(core_numbers, takes_several_requests_of_one_message) {
+  auto& pose_lane = advertise_pose(on);
+  on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
+  on.cycle();
+  client p{on};
+  const std::string three = R"({"want":[[1,)" + std::to_string(p.topics.at("/pose")) + "],[2,9999],[3," +
+                            std::to_string(p.topics.at("/other")) + "]]}";
+  EXPECT_EQ(say(p, three), texts{"enothing here has this number"});
+  EXPECT_EQ(say(p, R"({"drop":[3,9]})"), texts{"enothing here has this number"});
+  ASSERT_TRUE(publish(on, pose_lane, {1, 0}));
+  on.cycle();
+  EXPECT_EQ(p.hear().size(), 1U);
+  EXPECT_EQ(say(p, R"({"drop":[1]})"), texts{});
+  EXPECT_FALSE(publish(on, pose_lane, {1, 0})) << "nobody listens";
+}
+
+TEST_F(core_numbers, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_peer) {
+  advertise_pose(on);
+  on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
+  on.cycle();
+  client p{on};
+  const std::uint32_t pose_channel = p.topics.at("/pose");
+  EXPECT_EQ(say(p, subscribe_to(1, pose_channel)), texts{});
+  EXPECT_EQ(say(p, subscribe_to(1, pose_channel)), texts{}) << "the same once more";
+  EXPECT_EQ(say(p, subscribe_to(2, pose_channel)),
+            texts{"esubscribe: this peer subscribes to the topic already, by another number"});
+  EXPECT_EQ(say(p, subscribe_to(1, p.topics.at("/other"))),
+            texts{"esubscribe: this peer gave the number to another topic"});
+  client second{on};
+  EXPECT_EQ(say(second, subscribe_to(1, second.topics.at("/other"))), texts{}) << "another peer's own";
+
+  constexpr std::string_view refusal = "eadvertise: this peer has the topic by another number, or the number";
+  const auto errors_of = [](const texts& heard) {
+    texts errors;
+    std::copy_if(heard.begin(), heard.end(), std::back_inserter(errors),
+                 [](const std::string& one) { return one.starts_with('e'); });
+    return errors;
+  };
+  EXPECT_EQ(errors_of(say(p, R"({"offer":[[5,"/a"],[5,"/a"]]})")), texts{});
+  EXPECT_EQ(errors_of(say(p, R"({"offer":[[6,"/a"],[5,"/b"]]})")),
+            (texts{std::string{refusal}, std::string{refusal}}));
+}
+
+TEST_F(core_numbers, relays_what_is_published_under_the_peers_own_number) {
+  client p{on};
+  peer other{on};
+  other.say(R"({"op":"subscribe","topic":"/cmd"})");
+  EXPECT_EQ(gone_of(say(p, R"({"offer":[[5,"/cmd"]]})"), 't').size(), 0U);
+  send(p, "p" + four(5) + R"({"v":1})");
+  EXPECT_EQ(other.hear(), texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})"});
+  EXPECT_EQ(send(p, "p" + four(6) + R"({"v":1})"), texts{"enothing here has this number"});
+  EXPECT_EQ(say(p, R"({"keep":[5]})"), texts{});
+  EXPECT_EQ(send(p, "p" + four(5) + R"({"v":1})"), texts{"enothing here has this number"});
+}
+
+// ---- calls
+
+TEST_F(core_numbers, answers_calls_of_the_endpoints_services_of_handles_and_of_peers) {
+  rowe::responder<pose, pose> echo{theatre::handle_of(offer_echo())};
+  peer other{on};
+  other.say(R"({"op":"advertise_service","service":"/add"})");
+  on.cycle();
+  client p{on};
+  EXPECT_EQ(send(p, "c" + four(p.services.at("/rosapi/topic_type")) + id + R"({"topic":"/no"})"),
+            texts{"r" + id + R"({"type":""})"});
+
+  EXPECT_EQ(send(p, "c" + four(p.services.at("/echo")) + id + R"({"x":1,"y":2})"), texts{});
+  auto asked = echo.try_next(on.now);
+  ASSERT_TRUE(asked);
+  EXPECT_TRUE(echo.reply(*asked, {asked->value().y, asked->value().x}, on.now));
+  on.cycle();
+  EXPECT_EQ(p.hear(), texts{"r" + id + R"({"x":2,"y":1})"});
+
+  EXPECT_EQ(send(p, "c" + four(p.services.at("/add")) + id + R"({"a":1})"), texts{});
+  const texts called = other.hear();
+  ASSERT_EQ(called.size(), 1U);
+  const auto call_id = rowe::json::find(rowe::json::root(called[0]).raw, "id");
+  ASSERT_TRUE(call_id);
+  other.say(R"({"op":"service_response","service":"/add","result":true,"values":{"sum":3},"id":)" +
+            std::string{call_id->raw} + "}");
+  on.cycle();
+  EXPECT_EQ(p.hear(), texts{"r" + id + R"({"sum":3})"});
+  EXPECT_EQ(p.binaries, 6);
+}
+
+TEST_F(core_numbers, answers_every_call_that_fails_under_its_id) {
+  offer_echo();
+  client p{on};
+  const std::string of_echo = "c" + four(p.services.at("/echo")) + id;
+  EXPECT_EQ(send(p, "c" + four(4000) + id + "{}"), texts{"f" + id + "nothing here has this number"});
+  EXPECT_EQ(send(p, of_echo + "[1]"), texts{"f" + id + "the body must be a JSON object"});
+  const texts torn = send(p, of_echo + "{");
+  ASSERT_EQ(torn.size(), 1U);
+  EXPECT_TRUE(torn[0].starts_with("f" + id)) << torn[0];
+  EXPECT_EQ(on.count(counter::malformed), 2U);
+  EXPECT_EQ(send(p, of_echo + R"({"x":1,"y":2})"), texts{});
+  EXPECT_EQ(send(p, of_echo + R"({"x":1,"y":2})"),
+            texts{"f" + id + "a call with this id is not answered yet"});
+  EXPECT_FALSE(p.cut());
+}
+
+// ---- what is refused
+
+TEST_F(core_numbers, refuses_what_nobody_understands_with_a_sentence) {
+  client p{on};
+  say(p, R"({"offer":[[5,"/cmd"]]})");
+  for (const std::string& bytes : {std::string{}, std::string{"q"}, std::string{"p"}, "p" + four(5),
+                                   "c" + four(1) + "abc", std::string{"x"}})
+    EXPECT_EQ(send(p, bytes), texts{"enobody understands this"}) << bytes;
+  for (const char* text : {"{}", "[1]", R"({"want":1})", R"({"want":[]})", R"({"want":[7]})",
+                           R"({"want":[[1]]})", R"({"want":[[-1,1]]})", R"({"want":[[1,4294967295]]})",
+                           R"({"offer":[[1,""]]})", R"({"offer":[[1,7]]})"})
+    EXPECT_EQ(say(p, text), texts{"enobody understands this"}) << text;
+  EXPECT_EQ(say(p, "{").size(), 1U);
+  EXPECT_EQ(send(p, "p" + four(5) + "[1]"), texts{"ethe body must be a JSON object"});
+  EXPECT_EQ(send(p, "p" + four(5) + "{").size(), 1U);
+  EXPECT_FALSE(p.cut());
+}
+
+// ---- the stop
+
+struct numbers_and_a_latch : core_numbers {
+  numbers_and_a_latch() {
+    on.offer(rowe::detail::latch_request({.name = "loop"}));
+    on.cycles(2);
+  }
+  static bool has(const texts& heard, const std::string& with) {
+    return std::any_of(heard.begin(), heard.end(),
+                       [&](const std::string& one) { return one.starts_with(with); });
+  }
+};
+
+TEST_F(numbers_and_a_latch, stops_by_a_number_that_never_changes_and_shows_the_state) {
+  client p{on};
+  ASSERT_TRUE(p.services.contains("/rowe/stop"));
+  EXPECT_EQ(p.services.at("/rowe/stop"), 1U);
+  say(p, subscribe_to(9, p.topics.at("/rowe/stop/state")));
+  const int before = p.binaries;
+  p.send(opcode::binary, "c" + four(1) + "abcd" + R"({"source":"test"})");
+  on.cycles(200);
+  EXPECT_EQ(on.count(counter::stops), 1U);
+  const texts heard = p.hear();
+  EXPECT_TRUE(has(heard, R"(rabcd{"state":"stopped")"));
+  EXPECT_TRUE(has(heard, "m" + four(9)));
+  EXPECT_EQ(p.binaries, before + static_cast<int>(heard.size()));
+}
+
+TEST_F(numbers_and_a_latch, stops_whatever_else_is_wrong_with_the_call) {
+  client p{on};
+  std::uint64_t stops = 0;
+  for (const char* body : {"", "{", "[1]", R"({"source":7})"}) {
+    p.send(opcode::binary, "c" + four(1) + "abcd" + body);
+    on.cycle();
+    EXPECT_EQ(on.count(counter::stops), ++stops) << body;
+  }
+}
+
+TEST_F(numbers_and_a_latch, stops_before_what_the_peer_said_first) {
+  advertise_pose(on);
+  on.cycle();
+  client p{on};
+  peer other{on};
+  other.say(R"({"op":"subscribe","topic":"/cmd"})");
+  say(p, R"({"offer":[[5,"/cmd"]]})");
+  for (int i = 0; i < 150; ++i) p.send(opcode::binary, "p" + four(5) + R"({"v":1})");
+  p.send(opcode::binary, "c" + four(1) + "abcd{}");
+  on.cycle();
+  EXPECT_EQ(on.count(counter::stops), 1U);
+  EXPECT_LT(on.count(counter::messages_in), 150U) << "most of the others wait";
+}
+
+TEST_F(numbers_and_a_latch, stops_on_the_path_of_the_stop_and_does_nothing_else_there) {
+  client p{on, rowe::service::stop_path};
+  EXPECT_EQ(p.greeting, texts{});
+  EXPECT_EQ(say(p, R"({"offer":[[5,"/cmd"]]})"), texts{"e" + std::string{rowe::service::stop_only_sentence}});
+  send(p, "c" + four(1) + "abcd{}");
+  EXPECT_EQ(on.count(counter::stops), 1U);
+}
+
+// ---- next to the others
+
+TEST_F(core_numbers, leaves_the_other_codecs_as_they_are) {
+  auto& pose_lane = advertise_pose(on);
+  rowe::responder<pose, pose> echo{theatre::handle_of(offer_echo())};
+  client p{on};
+  peer page{on};
+  peer program{on};
+  on.cycle();
+  EXPECT_EQ(page.hear(), texts{}) << "nobody greets it";
+  page.say(R"({"op":"subscribe","topic":"/pose"})");
+  page.say(R"({"op":"subscribe","topic":"/cmd"})");
+  say(p, subscribe_to(1, p.topics.at("/pose")));
+  say(p, R"({"offer":[[5,"/cmd"]]})");
+  ASSERT_TRUE(publish(on, pose_lane, {3, 0}));
+  p.send(opcode::binary, "p" + four(5) + R"({"v":1})");
+  program.say(R"({"service":"/echo","message_id":1,"x":1,"y":2})");
+  on.cycle();
+  EXPECT_EQ(page.hear(), (texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})", stage::message(3)}));
+  auto asked = echo.try_next(on.now);
+  ASSERT_TRUE(asked);
+  EXPECT_TRUE(echo.reply(*asked, {5, 6}, on.now));
+  on.cycle();
+  EXPECT_EQ(program.hear(), texts{R"({"x":5,"y":6,"in_reply_to":1})"});
+  page.say(R"({"op":"publish","topic":"/pose","msg":{"x":4,"y":0}})");
+  on.cycle();
+  EXPECT_EQ(p.hear().size(), 2U);
+  send(program, "c" + four(1) + "abcd{}");
+  EXPECT_EQ(program.close_code, 1003) << "no binary messages there";
+  EXPECT_EQ(page.binaries + program.binaries, 0);
+}
+
+TEST_F(core_numbers, parks_a_plain_message_for_which_there_is_no_room) {
+  rowe::lane inbox{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                                .receives = true,
+                                                .out_depth = 4,
+                                                .in_depth = 4,
+                                                .ends_depth = 4,
+                                                .out_bytes = 64,
+                                                .in_bytes = 64,
+                                                .ends_bytes = 64}))};
+  on.cycle();
+  client p{on};
+  for (int i = 0; i < 20; ++i) p.send(opcode::binary, R"(x{"i":)" + std::to_string(i) + "}");
+  std::vector<std::string> heard;
+  for (int i = 0; i < 40; ++i) {
+    on.cycle();
+    if (const auto one = inbox.try_receive(on.now)) heard.emplace_back(one->value());
+  }
+  ASSERT_EQ(heard.size(), 20U);
+  for (int i = 0; i < 20; ++i)
+    EXPECT_EQ(heard[static_cast<std::size_t>(i)], R"({"i":)" + std::to_string(i) + "}");
+}
+
+TEST_F(core_numbers, is_named_by_the_statistics) {
+  client p{on};
+  const texts heard = send(p, "c" + four(p.services.at("/rowe/stats")) + "abcd{}");
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_NE(heard[0].find(R"("dialect":"numbers")"), std::string::npos);
+}
+
+} // namespace
+} // namespace core_numbers_test

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/shared_state.hpp"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <string>
+#include <thread>
+
+#include "rt/watchdog.hpp"
+
+namespace rowe::service {
+namespace board_test {
+namespace {
+
+class showing : public ::testing::Test {
+ protected:
+  static limits bounds() {
+    limits made;
+    made.connections_max = 3;
+    return made;
+  }
+  rt::arena memory_{1 << 20, rt::page_lock::none};
+  shared_state shown_{memory_, bounds()};
+};
+
+TEST_F(showing, shows_who_is_connected) {
+  EXPECT_TRUE(shown_.connections().empty());
+  shown_.set_connection(2, 7, "127.0.0.1:50000");
+  shown_.set_connection(0, 1, "[2001:db8::1]:80");
+  const auto peers = shown_.connections();
+  ASSERT_EQ(peers.size(), 2U);
+  EXPECT_EQ(peers[0].id, (connection{0, 1}));
+  EXPECT_EQ(peers[0].address, "[2001:db8::1]:80");
+  EXPECT_EQ(peers[1].id, (connection{2, 7}));
+  EXPECT_EQ(peers[1].address, "127.0.0.1:50000");
+  shown_.set_connection(0, 0, {});
+  EXPECT_EQ(shown_.connections().size(), 1U);
+  EXPECT_EQ(shown_.generations()[0].load(std::memory_order_acquire), 0U); // pairs with set_connection()
+}
+
+TEST_F(showing, cuts_an_address_that_is_too_long) {
+  shown_.set_connection(1, 1, std::string(200, 'x'));
+  EXPECT_EQ(shown_.connections().at(0).address, std::string(63, 'x'));
+}
+
+// A place is used again and again while others look: nobody sees half an address, or one with the generation
+// of another.
+TEST_F(showing, never_shows_an_address_that_is_not_its_generations) {
+  const tests::watchdog guard{"looking at connections"};
+  constexpr std::uint32_t uses = 100'000;
+  std::atomic<bool> done{false};
+  const auto address_of = [](std::uint32_t generation) {
+    return std::string(60, static_cast<char>('a' + generation % 26));
+  };
+  std::thread reader{[&] {
+    std::uint64_t seen = 0;
+    while (!done.load() || seen == 0) {
+      for (const peer& one : shown_.connections()) {
+        ASSERT_EQ(one.address, address_of(one.id.generation));
+        ++seen;
+      }
+    }
+  }};
+  for (std::uint32_t generation = 1; generation <= uses; ++generation) {
+    shown_.set_connection(1, 0, {});
+    shown_.set_connection(1, generation, address_of(generation));
+  }
+  done.store(true);
+  reader.join();
+}
+
+} // namespace
+} // namespace board_test
+} // namespace rowe::service

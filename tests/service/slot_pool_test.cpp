@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/slot_pool.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+namespace slot_pool_test {
+namespace {
+
+using rowe::service::slot_pool;
+using rowe::service::slot_ref;
+
+rowe::limits few() {
+  rowe::limits bounds;
+  bounds.small_slots = 3;
+  bounds.small_slot_bytes = 256;
+  bounds.large_slots = 1;
+  bounds.message_bytes_max = 4096;
+  return bounds;
+}
+
+struct slot_pool_test : testing::Test {
+  rowe::limits bounds = few();
+  rowe::rt::arena memory{slot_pool::footprint_bytes(bounds), rowe::rt::page_lock::none};
+  slot_pool slots{memory, bounds};
+};
+
+TEST_F(slot_pool_test, takes_no_more_memory_than_it_says) {
+  EXPECT_EQ(memory.bytes_used(), slot_pool::footprint_bytes(bounds));
+}
+
+TEST_F(slot_pool_test, gives_small_slots_to_small_messages_and_large_ones_to_others) {
+  EXPECT_GE(slots.room(*slots.take(256)).size(), 256U);
+  EXPECT_GE(slots.room(*slots.take(257)).size(), 4096U);
+  EXPECT_FALSE(slots.take(257));
+  EXPECT_TRUE(slots.take(1));
+}
+
+TEST_F(slot_pool_test, refuses_when_all_slots_of_a_size_are_taken) {
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(slots.take(10));
+  EXPECT_FALSE(slots.take(10));
+  EXPECT_EQ(slots.in_use(), 3U);
+}
+
+TEST_F(slot_pool_test, refuses_what_is_larger_than_every_slot) {
+  EXPECT_FALSE(slots.take(slots.large_bytes() + 1));
+}
+
+TEST_F(slot_pool_test, frees_a_slot_with_its_last_reference) {
+  const auto slot = *slots.take(10);
+  const slot_ref ref = slots.ref(slot);
+  slots.retain(slot);
+  EXPECT_FALSE(slots.release(slot));
+  EXPECT_TRUE(slots.alive(ref));
+  EXPECT_TRUE(slots.release(slot));
+  EXPECT_FALSE(slots.alive(ref));
+}
+
+TEST_F(slot_pool_test, makes_references_stale_when_a_slot_expires_and_counts_deliveries_only) {
+  const auto slot = *slots.take(10);
+  slots.retain(slot);
+  slots.retain(slot);
+  slots.track(slot, true);
+  const slot_ref ref = slots.ref(slot);
+  EXPECT_EQ(slots.expire(slot), 2U);
+  EXPECT_FALSE(slots.alive(ref));
+  EXPECT_EQ(slots.in_use(), 0U);
+}
+
+TEST_F(slot_pool_test, does_not_expire_a_slot_a_socket_is_in_the_middle_of) {
+  const auto slot = *slots.take(10);
+  slots.begin(slot);
+  EXPECT_FALSE(slots.expire(slot));
+  slots.end(slot);
+  EXPECT_TRUE(slots.expire(slot));
+}
+
+TEST_F(slot_pool_test, loses_and_doubles_no_slot_in_random_use) {
+  constexpr std::uint64_t seed = 20;
+  SCOPED_TRACE(seed);
+  std::mt19937_64 dice{seed};
+  std::vector<rowe::service::slot_id> held;
+  for (int i = 0; i < 20'000; ++i) {
+    if (dice() % 2 == 0) {
+      if (const auto slot = slots.take(dice() % 5000)) {
+        ASSERT_EQ(std::count(held.begin(), held.end(), *slot), 0);
+        held.push_back(*slot);
+      }
+    } else if (!held.empty()) {
+      const std::size_t which = dice() % held.size();
+      if (dice() % 2 == 0) {
+        ASSERT_TRUE(slots.release(held[which]));
+      } else {
+        ASSERT_EQ(slots.expire(held[which]), 1U);
+      }
+      held.erase(held.begin() + static_cast<std::ptrdiff_t>(which));
+    }
+    ASSERT_EQ(slots.in_use(), held.size());
+    ASSERT_TRUE(slots.check());
+  }
+}
+
+} // namespace
+} // namespace slot_pool_test

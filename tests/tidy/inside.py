@@ -1,0 +1,202 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Rules about the parts of src/service: calls go one way, and docs/inside.md shows the code as it is.
+
+Of the page are checked: the picture (what a part includes stands on a lower line), the table (all parts, in
+the order in which they are made), and the journeys, which are nested lists of steps `FILE: FUNCTION`. An
+indented step is called by the one above it that is indented less, and steps side by side are called in their
+order; a step that is not indented is called from outside, and those of src/service belong to core."""
+import functools
+import re
+
+from cpp import program
+from tree import finding
+
+page = "docs/inside.md"
+parts_header = "src/service/core_parts.hpp"
+entrances = ("core.", "service_loop.")
+
+# What a file of src/service includes stands in front of it: nothing is called upwards.
+service_order = """
+ids index_list indexed_pool index_ring counters local_stop shared_state cycle_state rate_limit event_log
+transport service_limits stop_frames shares slot_pool timers connection peer_table latch_store names
+message_queue topic_rows topic_table topic_rates message_store check_sum outbox
+batch core_options mask_keys partial_frames control_frames credit urgent_frames sender refusals
+call_table completion number_queue submission_queue shared_inbox pair_table local_delivery receiver ingress
+checked_text trackers direct_messages liveness call_completion
+publish_predictor audiences advertisement_table topic_places subscriptions advertisements broker topic_handles
+service_directory service_providers
+stop_rules stop_gate stop_switch thread_stops stop_service
+limit_table listed_topics statistics_report statistics_feed endpoint_services
+call_requests call_router listings stop_state_feed
+handle_submissions thread_submissions lane_home handle_registry dispatcher
+core_parts core memory_plan service_loop
+""".split()
+_place = {name: place for place, name in enumerate(service_order)}
+
+
+def _stem(path):
+    return re.sub(r"\.\w+$", "", path.rpartition("/")[2])
+
+
+def _included(t, path):
+    """(line, name) of what a file of src/service includes of it."""
+    for number, line in enumerate(t.lines(path), 1):
+        named = re.match(r'\s*#\s*include\s+"service/(\w+)\.hpp"', line)
+        if named and named[1] != _stem(path):
+            yield number, named[1]
+
+
+def files_include_what_stands_before_them(t):
+    for path in t.within(["src/service"]):
+        own = _stem(path)
+        for number, name in _included(t, path):
+            for one in (own, name):
+                if one not in _place:
+                    yield finding(path, number, "include-order", f"{one} has no place in service_order")
+            if _place.get(name, -1) > _place.get(own, len(_place)):
+                yield finding(path, number, "include-order", f"{name} stands above {own}")
+    for name in service_order:
+        if not any(t.exists(f"src/service/{name}{suffix}") for suffix in (".hpp", ".cpp")):
+            yield finding("tests/tidy/inside.py", 1, "include-order", f"src/service has no {name}")
+
+
+@functools.lru_cache(maxsize=1)
+def _program(t):
+    return program(t)
+
+
+def _parts(t):
+    """(line, class, file) of each member of core_parts that is an object of src/service."""
+    code = _program(t)
+    for number, line in enumerate(t.code(parts_header), 1):
+        named = re.match(r"  (\w+) \w+_;", line)
+        home = code.home.get(named[1]) if named else None
+        if home and home.files[0].startswith("src/service/"):
+            yield number, named[1], _stem(home.files[0])
+
+
+def parts_are_made_in_that_order(t):
+    last = ""
+    for number, name, file in _parts(t):
+        if _place.get(file, -1) < _place.get(last, -1):
+            yield finding(parts_header, number, "include-order", f"{name} stands before {last}")
+        last = file
+
+
+# ---- the page
+
+
+def _chapter(t, title):
+    """(number, line) below a heading of the second level, with it."""
+    inside = False
+    for number, line in enumerate(t.lines(page), 1):
+        if line.startswith("## "):
+            inside = line == "## " + title
+        if inside:
+            yield number, line
+
+
+def _drawn(t):
+    """The line of each word in the first block of text."""
+    lines, fence = {}, 0
+    for number, line in enumerate(t.lines(page), 1):
+        fence += line.startswith("```")
+        if fence == 1:
+            lines.update((word, number) for word in re.findall(r"\w+", line))
+    return lines
+
+
+def the_page_shows_the_parts(t):
+    drawn = _drawn(t)
+    parts = list(_parts(t))
+    told = [(number, re.match(r"\| `(\w+)` \|", line)) for number, line in _chapter(t, "The parts")]
+    told = [(number, match[1]) for number, match in told if match]
+    start = next((number for number, _ in _chapter(t, "The parts")), 1)
+    names = [name for _, name, _ in parts]
+    missing = [name for name in names if name not in drawn]
+    if missing:
+        yield finding(page, 1, "inside", f"the picture lacks {', '.join(missing)}")
+    for (number, name), right in zip(told + [(start, "nothing more")], names + ["nothing more"]):
+        if name != right:
+            yield finding(page, number, "inside", f"{right} comes here in core_parts.hpp, not {name}")
+            break
+    class_in = {file: name for _, name, file in parts}
+    for _, name, file in parts:
+        for one in _included_parts(t, file, class_in):
+            other = class_in[one]
+            if drawn.get(other, len(t.lines(page))) <= drawn.get(name, 0):
+                yield finding(page, drawn[name], "inside", f"{name} includes {other}, which is not below it")
+
+
+def _included_parts(t, file, parts):
+    """The parts that a part includes itself, or by a header that is none."""
+    found, seen, left = set(), {file}, [file]
+    while left:
+        one = left.pop()
+        for path in (f"src/service/{one}.hpp", f"src/service/{one}.cpp"):
+            for _, name in _included(t, path) if path in t.paths else ():
+                if name not in seen:
+                    seen.add(name)
+                    (found.add if name in parts else left.append)(name)
+    return sorted(found)
+
+
+def the_journeys_go_as_the_page_says(t):
+    code = _program(t)
+    above = []  # of each step around the next one: depth, file, function, and its calls that are left
+    lines = list(_chapter(t, "The journeys"))
+    if not lines:
+        yield finding(page, 1, "inside", "there are no journeys")
+    for number, line in lines:
+        if line.startswith("#"):
+            above = []
+        step = re.match(r"( *)\d+\. ", line)
+        if not step:
+            continue
+        named = re.match(r"`([\w/.]+): (\w+)`", line[step.end():])
+        if not named:
+            yield finding(page, number, "inside", "a step begins with `FILE: FUNCTION`")
+            continue
+        depth = len(step[1])
+        path, function = named[1] if "/" in named[1] else "src/service/" + named[1], named[2]
+        if path not in t.paths:
+            yield finding(page, number, "inside", f"there is no {path}")
+            continue
+        if not code.unit(path).bodies(function, path):
+            yield finding(page, number, "inside", f"{path} defines no {function}")
+        while above and above[-1][0] >= depth:
+            above.pop()
+        if above:
+            _, caller, calling, left = above[-1]
+            here = next((at for at, (kind, name) in enumerate(left, 1)
+                         if name == function and code.is_of(kind, path)), None)
+            del left[:here or 0]
+            if here is None:
+                yield finding(page, number, "inside",
+                              f"{calling} of {caller} does not call {function} of {path}, or not here")
+        elif path.startswith("src/service/") and not path.startswith(entrances, len("src/service/")):
+            yield finding(page, number, "inside", f"{path} is not called from outside src/service")
+        above.append((depth, path, function, list(code.calls(code.unit(path), function))))
+
+
+# Lines of a header and its source. What is larger may shrink, and is taken off this list then.
+part_lines_max = 400
+larger = {"core": 508, "core_parts": 562, "direct_messages": 483, "ingress": 428, "outbox": 656,
+          "publish_predictor": 401, "sender": 513, "stop_rules": 561}
+
+
+def parts_are_small(t):
+    sizes = {}
+    for path in t.within(["src/service"]):
+        name = _stem(path)
+        sizes[name] = sizes.get(name, 0) + len(t.lines(path)) - 1
+        if sizes[name] > larger.get(name, part_lines_max):
+            yield finding(path, 1, "size", f"{name} has {sizes[name]} lines, header and source; "
+                          f"{larger.get(name, part_lines_max)} fit")
+    for name in larger:
+        if sizes.get(name, 0) <= part_lines_max:
+            yield finding("tests/tidy/inside.py", 1, "size", f"{name} is no longer larger")
+
+
+rules = (files_include_what_stands_before_them, parts_are_made_in_that_order, the_page_shows_the_parts,
+         the_journeys_go_as_the_page_says, parts_are_small)
