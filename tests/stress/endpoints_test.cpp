@@ -282,13 +282,14 @@ TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
   std::atomic<bool> answered{false};
   std::deque<std::thread> threads;
 
-  // Loops go on until all others are done, one of their calls was answered, however late on a machine that is
-  // busy, and their own calls have ended.
+  // All go on until a call of a loop was answered, however late on a machine that is busy: a direct message
+  // that no thread receives any more would keep what its peer sends after it from being read. Loops go on
+  // until their own calls have ended, too.
   const auto run_loop = [&](rowe::endpoint& at, const char* provides, const char* asks, bool receives) {
     threads.emplace_back([&, provides, asks, receives, own = seed + threads.size()] {
       loop one{at, provides, asks, receives, own, wrong};
       ++looping;
-      for (; busy != 0 || !answered; std::this_thread::yield()) {
+      for (; busy != 0; std::this_thread::yield()) {
         one.turn(true);
         if (one.answered() != 0) answered = true;
       }
@@ -297,8 +298,8 @@ TEST(endpoints_stress, end_each_call_once_with_its_own_reply) {
   };
   const auto run = [&](std::uint64_t turns, auto turn) {
     ++busy;
-    threads.emplace_back([&busy, turns, turn]() mutable {
-      for (std::uint64_t i = 0; i != turns; ++i) turn();
+    threads.emplace_back([&busy, &answered, turns, turn]() mutable {
+      for (std::uint64_t i = 0; i < turns || !answered; ++i) turn();
       --busy;
     });
   };
