@@ -99,7 +99,7 @@ class loop {
   }
   void ask(rowe::time_point now) {
     const std::int64_t number = ++asked_;
-    if (const auto begun = calls_.start({number, number}, random_.time(), now)) {
+    if (const auto begun = calls_.start({number, number}, call_time(), now)) {
       sums_.begin(*begun, 2 * number);
       if (random_.below(8) == 0) {
         calls_.cancel(*begun);
@@ -108,7 +108,7 @@ class loop {
     } else {
       to_.expect("start", begun.code(), {errc::full, errc::too_many_calls});
     }
-    if (const auto begun = talk_.start(message{"service", "echo", "n", number}, random_.time(), now)) {
+    if (const auto begun = talk_.start(message{"service", "echo", "n", number}, call_time(), now)) {
       echoes_.begin(*begun, number);
     } else {
       to_.expect("start", begun.code(), {errc::full, errc::too_many_calls});
@@ -117,6 +117,8 @@ class loop {
     const auto sent = talk_.try_send(message{"n", number}, random_.time(), now);
     if (!sent) to_.expect("try_send", sent.code(), {errc::full});
   }
+  // Until one was answered, calls have the time that a busy machine needs.
+  rowe::duration call_time() { return answered() == 0 ? rowe::duration{5s} : random_.time(); }
   void finish() {
     for (;;) {
       const auto ended = calls_.try_finish();
