@@ -142,11 +142,12 @@ status endpoint_state::start(service::side ours) {
   inbox_ = memory_.make<service::shared_inbox>(memory_, options_.limits);
   stops_.emplace(board_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
   bell_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{transport_->wake_descriptor()});
-  core_ = memory_.make<service::core>(
-      memory_, service::core_options::from(options_, ours, name_), lanes_, *board_, *submissions_, *inbox_,
-      service::core_seams{*transport_, random_, *validator_, options_.page ? page::answer : no_page,
-                          wire::protocols_of(options_.profile)},
-      rt::monotonic_clock::now());
+  core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_),
+                                      service::shared_parts{lanes_, *board_, *submissions_, *inbox_},
+                                      service::core_seams{*transport_, random_, *validator_,
+                                                          options_.page ? page::answer : no_page,
+                                                          wire::protocols_of(options_.profile)},
+                                      rt::monotonic_clock::now());
   if (!rt::clock_is_cheap()) {
     event warning;
     warning.what_kind = event::kind::warning;

@@ -14,7 +14,7 @@
 namespace rowe::service {
 
 void advertisements::forget(peer_index peer) noexcept {
-  for (const topic_id i : topics_.topic_ids())
+  for (const topic_id i : state_.topics.topic_ids())
     if (!ROWE_MUTANT(latch_of_the_gone)) places_.forget_latched(i, {latch_owner::kind::peer, peer.value});
   while (!table_.of(peer).empty()) {
     const topic_id topic = table_.of(peer).back().topic;
@@ -28,14 +28,14 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
     return refusals_.refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
   const topic_id topic = places_.topic_for(c, asked);
   if (!topic) return;
-  const bool typed = !topics_.type(topic).empty();
+  const bool typed = !state_.topics.type(topic).empty();
   const peer_index peer{c.id.index};
   const auto mine = table_.of(peer);
   advertisement* const known = table_.find(peer, topic);
   places_.hold(topic); // the advertisement's
-  if (!topics_.set_type(topic, asked.type)) {
+  if (!state_.topics.set_type(topic, asked.type)) {
     std::array<char, 192> why;
-    const std::string_view type = topics_.type(topic);
+    const std::string_view type = state_.topics.type(topic);
     const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
                                     static_cast<int>(std::min<std::size_t>(type.size(), 128)), type.data());
     places_.let_go(topic);
@@ -63,7 +63,7 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
 }
 
 void advertisements::unadvertise(connection& c, const wire::request& asked) noexcept {
-  if (!withdraw({c.id.index}, topics_.find(asked.topic)))
+  if (!withdraw({c.id.index}, state_.topics.find(asked.topic)))
     refusals_.refuse(c, asked.id_raw, "unadvertise: this peer does not advertise the topic");
 }
 
@@ -78,18 +78,18 @@ bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {
 
 void advertisements::replace_type(topic_id topic, std::string_view type) noexcept {
   std::array<char, 640> why;
-  const std::string_view name = topics_.name(topic);
-  const std::string_view before = topics_.type(topic);
+  const std::string_view name = state_.topics.name(topic);
+  const std::string_view before = state_.topics.type(topic);
   const int bytes =
       std::snprintf(why.data(), why.size(),
                     "advertise: the topic %.*s has the type %.*s here now; it was advertised as %.*s",
                     static_cast<int>(name.size()), name.data(), static_cast<int>(type.size()), type.data(),
                     static_cast<int>(before.size()), before.data());
   const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
-  topics_.replace_type(topic, type);
-  for (const peer_index peer : peers_.ids()) {
+  state_.topics.replace_type(topic, type);
+  for (const peer_index peer : state_.peers.ids()) {
     // Never the last who holds the topic: the handle does.
-    if (peers_[peer].open() && withdraw(peer, topic)) refusals_.refuse(peers_[peer], {}, text);
+    if (state_.peers[peer].open() && withdraw(peer, topic)) refusals_.refuse(state_.peers[peer], {}, text);
   }
 }
 
@@ -99,7 +99,7 @@ void advertisements::replace_type(topic_id topic, std::string_view type) noexcep
 bool advertisements::take_back_topic() noexcept {
   peer_index most{};
   std::uint32_t held_by_most = 0;
-  for (const peer_index peer : peers_.ids()) {
+  for (const peer_index peer : state_.peers.ids()) {
     const std::uint32_t held = places_.held_by(peer);
     if (held <= held_by_most) continue;
     most = peer;
@@ -108,20 +108,22 @@ bool advertisements::take_back_topic() noexcept {
   if (!most || ROWE_MUTANT(made_up_topics)) return false;
   topic_id taken{};
   for (const advertisement& one : table_.of(most)) {
-    if (topics_.of_peers(one.topic)) taken = one.topic;
+    if (state_.topics.of_peers(one.topic)) taken = one.topic;
   }
-  for (subscription_id i = topics_.first_subscription(most); i; i = topics_.subscription_at(i).next_on_peer) {
-    if (topics_.of_peers(topics_.subscription_at(i).topic)) taken = topics_.subscription_at(i).topic;
+  for (subscription_id i = state_.topics.first_subscription(most); i;
+       i = state_.topics.subscription_at(i).next_on_peer) {
+    if (state_.topics.of_peers(state_.topics.subscription_at(i).topic))
+      taken = state_.topics.subscription_at(i).topic;
   }
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};
-  why.add("the topic ").add_shortened(topics_.name(taken), 96);
+  why.add("the topic ").add_shortened(state_.topics.name(taken), 96);
   why.add(" is given up: this process needs its place (limit topics_max)");
   places_.hold(taken); // until all know
-  for (const peer_index peer : peers_.ids()) {
+  for (const peer_index peer : state_.peers.ids()) {
     const bool advertised = withdraw(peer, taken);
     const bool had = readers_.end(peer, taken) || advertised;
-    if (had && peers_[peer].open()) refusals_.refuse(peers_[peer], {}, why.text());
+    if (had && state_.peers[peer].open()) refusals_.refuse(state_.peers[peer], {}, why.text());
   }
   places_.let_go(taken);
   return true;

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "service/advertisement_table.hpp"
+#include "service/core_state.hpp"
 #include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/subscriptions.hpp"
@@ -17,16 +18,14 @@ namespace rowe::service {
 class advertisements {
  public:
   struct needs {
-    peer_table& peers;
-    topic_table& topics;
+    core_state& state;
     advertisement_table& table;
     refusals& refused;
     topic_places& places;
     subscriptions& readers;
   };
   explicit advertisements(const needs& parts) noexcept
-      : peers_{parts.peers},
-        topics_{parts.topics},
+      : state_{parts.state},
         table_{parts.table},
         refusals_{parts.refused},
         places_{parts.places},
@@ -48,8 +47,7 @@ class advertisements {
  private:
   bool withdraw(peer_index peer, topic_id topic) noexcept;
 
-  peer_table& peers_;
-  topic_table& topics_;
+  core_state& state_;
   advertisement_table& table_;
   refusals& refusals_;
   topic_places& places_;

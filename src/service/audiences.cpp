@@ -5,18 +5,20 @@ namespace rowe::service {
 
 void audiences::update(topic_id index) noexcept {
   using detail::audience;
-  topic& on = topics_.at(index);
+  topic& on = state_.topics.at(index);
   ++on.audience_changes;
   const bool heard = on.has_audience();
   if (!heard) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
-  for (const pair_index i : lanes_.ids()) {
-    if (!views_[i].attached || views_[i].topic != index || detail::subscribes(lanes_[i].kind)) continue;
-    const bool wanted = heard || lanes_[i].latched;
+  for (const pair_index i : state_.lanes.ids()) {
+    if (!state_.views[i].attached || state_.views[i].topic != index ||
+        detail::subscribes(state_.lanes[i].kind))
+      continue;
+    const bool wanted = heard || state_.lanes[i].latched;
     const audience now = wanted ? audience::somebody : audience::nobody;
-    if (lanes_[i].audience.advice() == now) continue;
+    if (state_.lanes[i].audience.advice() == now) continue;
     wanted ? ++listened_ : --listened_;
     phases_.listen(i, wanted);
-    lanes_[i].audience.set(now);
+    state_.lanes[i].audience.set(now);
   }
 }
 

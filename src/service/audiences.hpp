@@ -6,6 +6,7 @@
 
 #include <rowe/detail/lane.hpp>
 
+#include "service/core_state.hpp"
 #include "service/pair_table.hpp"
 #include "service/publish_predictor.hpp"
 #include "service/topic_table.hpp"
@@ -15,27 +16,22 @@ namespace rowe::service {
 class audiences {
  public:
   struct needs {
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    topic_table& topics;
+    core_state& state;
     publish_predictor& phases;
   };
-  explicit audiences(const needs& parts) noexcept
-      : lanes_{parts.lanes}, views_{parts.views}, topics_{parts.topics}, phases_{parts.phases} {}
+  explicit audiences(const needs& parts) noexcept : state_{parts.state}, phases_{parts.phases} {}
 
   // The listeners of the topic may have changed.
   void update(topic_id topic) noexcept;
   // A publisher is detached.
   void leave(pair_index pair) noexcept {
-    if (lanes_[pair].audience.advice() == detail::audience::somebody) --listened_;
+    if (state_.lanes[pair].audience.advice() == detail::audience::somebody) --listened_;
   }
   // How many publishers somebody listens to.
   std::uint32_t listened() const noexcept { return listened_; }
 
  private:
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  topic_table& topics_;
+  core_state& state_;
   publish_predictor& phases_;
   std::uint32_t listened_ = 0;
 };

@@ -23,14 +23,14 @@ constexpr rt::duration misfit_period = std::chrono::seconds{1};
 bool broker::is_wanted_now(const topic& on) noexcept {
   if (on.first_inbox) return true;
   if (!on.first_subscription) {
-    counts_.add(counter::no_peer);
+    state_.counts.add(counter::no_peer);
     return false;
   }
-  for (subscription_id i = on.first_subscription; i; i = topics_.subscription_at(i).next_on_topic) {
-    const subscription& s = topics_.subscription_at(i);
-    if (!s.discards || cycle_.now >= s.next_due) return true;
+  for (subscription_id i = on.first_subscription; i; i = state_.topics.subscription_at(i).next_on_topic) {
+    const subscription& s = state_.topics.subscription_at(i);
+    if (!s.discards || state_.cycle.now >= s.next_due) return true;
   }
-  counts_.add(counter::throttled, on.subscriptions);
+  state_.counts.add(counter::throttled, on.subscriptions);
   return false;
 }
 
@@ -38,33 +38,34 @@ bool broker::is_wanted_now(const topic& on) noexcept {
 void broker::keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept {
   if (owner.who == latch_owner::kind::peer && on.last.owner.who == latch_owner::kind::handle) return;
   const std::span<const char> body = store_.slots().body(slot);
-  if (!latches_.store(on.last, {body.data(), body.size()}, owner, store_.slots().expires(slot)))
-    return counts_.add(counter::not_latched);
+  if (!state_.latches.store(on.last, {body.data(), body.size()}, owner, store_.slots().expires(slot)))
+    return state_.counts.add(counter::not_latched);
   on.last.published = store_.slots().published(slot);
 }
 
 void broker::relay(connection& c, const wire::request& asked) noexcept {
   if (is_own_name(asked.topic) && c.ours == side::server)
     return refusals_.refuse(c, asked.id_raw, "publish: topics below /rowe/ are the endpoint's own");
-  const topic_id index = topics_.find(asked.topic);
-  if (!index) return counts_.add(counter::no_peer); // nobody has asked for it
+  const topic_id index = state_.topics.find(asked.topic);
+  if (!index) return state_.counts.add(counter::no_peer); // nobody has asked for it
   const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
-  if (options_.relay && c.ours == side::server) {
+  if (state_.options.relay && c.ours == side::server) {
     const advertisement* const mine = advertised_.find({c.id.index}, index);
     const bool latches = asked.latch || (mine != nullptr && mine->latched) || ROWE_MUTANT(latch_of_others);
     const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
     return publish(
-        index, cycle_.now, rt::never, keeper, [&](json::writer& into) { into.raw(asked.body_raw); }, who);
+        index, state_.cycle.now, rt::never, keeper, [&](json::writer& into) { into.raw(asked.body_raw); },
+        who);
   }
-  topic& on = topics_.at(index);
-  topic_rates::note(on, cycle_.now);
+  topic& on = state_.topics.at(index);
+  topic_rates::note(on, state_.cycle.now);
   on.bytes = asked.body_raw.size();
-  if (!on.first_inbox) return counts_.add(counter::no_peer);
+  if (!on.first_inbox) return state_.counts.add(counter::no_peer);
   deliver(on, asked.body_raw, who);
 }
 
 void broker::deliver_latched(pair_index pair) noexcept {
-  const slot_id last = out_.compose_latched(views_[pair].topic);
+  const slot_id last = out_.compose_latched(state_.views[pair].topic);
   if (!last) return;
   deliver_to(pair, store_.slots().body(last), {});
   store_.release(last);
@@ -74,21 +75,21 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
   json::decoder::diagnosis why;
   const status done =
       delivery_.deliver(pair,
-                        {.stamped_ns = rt::nanoseconds_of(cycle_.now),
-                         .expires_ns = rt::nanoseconds_of(options_.inbound_expiry(cycle_.now)),
+                        {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                         .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now)),
                          .peer = who.peer},
                         {body.data(), body.size()}, why);
   if (done) return;
-  if (done.code() == errc::full) return counts_.add(counter::inbox_full);
+  if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
   if (done.code() == errc::too_big) {
-    counts_.add(counter::too_big);
+    state_.counts.add(counter::too_big);
     wire::text_out text{room};
     text.add("the message has ").add(done.error().value).add(" bytes, its subscriber takes ");
     text.add(done.error().limit).add(": raise the option `text_bytes_max`");
     return tell_misfit(pair, who, text.text());
   }
-  counts_.add(counter::undecodable);
+  state_.counts.add(counter::undecodable);
   tell_misfit(pair, who, why.text(room));
 }
 
@@ -96,25 +97,25 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
 // sender is told, and an event tells this process; each at most once a second for a topic, since what fails
 // once fails with every message.
 void broker::tell_misfit(pair_index pair, const published_by& who, std::string_view why) noexcept {
-  const topic_id topic = views_[pair].topic;
+  const topic_id topic = state_.views[pair].topic;
   rt::time_point& told_at =
-      views_[topics_.at(topic).first_inbox].misfit_at; // one place for all handles on the topic
-  connection* const c = peers_.find({who.peer.index, who.peer.generation});
-  const bool first = told_at == rt::time_point{} || cycle_.now - told_at >= misfit_period;
+      state_.views[state_.topics.at(topic).first_inbox].misfit_at; // one place for all handles on the topic
+  connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
+  const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= misfit_period;
   const bool tells =
-      c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, cycle_.now);
+      c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
   if (!first && !tells) return;
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out text{room};
-  text.add("publish ").add_shortened(topics_.name(topic), 64).add(": ").add_shortened(why, 320);
+  text.add("publish ").add_shortened(state_.topics.name(topic), 64).add(": ").add_shortened(why, 320);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());
   if (!first) return;
-  told_at = cycle_.now;
+  told_at = state_.cycle.now;
   const bool by_peer = c != nullptr && c->ours == side::server;
-  events_.report(by_peer ? event::kind::refused_request : event::kind::warning,
-                 c != nullptr ? c->peer() : std::string_view{},
-                 json::utf8_prefix(text.text(), event_log::text_bytes_max),
-                 "publish what the subscriber's type says, or set its option `fill_missing`");
+  state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
+                       c != nullptr ? c->peer() : std::string_view{},
+                       json::utf8_prefix(text.text(), event_log::text_bytes_max),
+                       "publish what the subscriber's type says, or set its option `fill_missing`");
 }
 
 } // namespace rowe::service

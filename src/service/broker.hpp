@@ -12,6 +12,7 @@
 
 #include "service/advertisement_table.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/event_log.hpp"
@@ -37,33 +38,19 @@ struct published_by {
 class broker {
  public:
   struct needs {
-    const core_options& options;
-    const cycle_state& cycle;
-    counters& counts;
-    event_log& events;
-    peer_table& peers;
-    topic_table& topics;
-    latch_store& latches;
+    core_state& state;
     message_store& store;
     outbox& out;
     refusals& refused;
     local_delivery& delivery;
-    rows<pair_index, pair_row> views;
     const advertisement_table& advertised;
   };
   explicit broker(const needs& parts) noexcept
-      : options_{parts.options},
-        cycle_{parts.cycle},
-        counts_{parts.counts},
-        events_{parts.events},
-        peers_{parts.peers},
-        topics_{parts.topics},
-        latches_{parts.latches},
+      : state_{parts.state},
         store_{parts.store},
         out_{parts.out},
         refusals_{parts.refused},
         delivery_{parts.delivery},
-        views_{parts.views},
         advertised_{parts.advertised} {}
 
   // Sends a value to everyone who wants it now. It was published at `published` and expires at `expires`. If
@@ -76,7 +63,7 @@ class broker {
   void relay(connection& c, const wire::request& asked) noexcept;
   // A value that is not queued as a message of the topic, to the handles that subscribed.
   void deliver(const topic& on, std::span<const char> body, const published_by& who = {}) noexcept {
-    for (pair_index i = on.first_inbox; i; i = views_[i].next_inbox) deliver_to(i, body, who);
+    for (pair_index i = on.first_inbox; i; i = state_.views[i].next_inbox) deliver_to(i, body, who);
   }
   // The latched value, to a handle that was just attached.
   void deliver_latched(pair_index pair) noexcept;
@@ -87,18 +74,11 @@ class broker {
   void deliver_to(pair_index pair, std::span<const char> body, const published_by& who) noexcept;
   void tell_misfit(pair_index pair, const published_by& who, std::string_view why) noexcept;
 
-  const core_options& options_;
-  const cycle_state& cycle_;
-  counters& counts_;
-  event_log& events_;
-  peer_table& peers_;
-  topic_table& topics_;
-  latch_store& latches_;
+  core_state& state_;
   message_store& store_;
   outbox& out_;
   refusals& refusals_;
   local_delivery& delivery_;
-  rows<pair_index, pair_row> views_;
   const advertisement_table& advertised_;
 };
 
@@ -107,9 +87,9 @@ class broker {
 template <class WriteBody>
 void broker::publish(topic_id index, rt::time_point published, rt::time_point expires, latch_owner latches,
                      WriteBody&& write_body, const published_by& who) noexcept {
-  topic& on = topics_.at(index);
+  topic& on = state_.topics.at(index);
   topic_rates::note(on, published);
-  if (expires < cycle_.now) return counts_.add(counter::expired);
+  if (expires < state_.cycle.now) return state_.counts.add(counter::expired);
   const bool keeps = latches.who != latch_owner::kind::nobody;
   if (!keeps && !is_wanted_now(on)) return;
   const slot_id slot = out_.compose_message(index, published, expires, write_body);

@@ -21,32 +21,24 @@ std::string_view sentence_of(std::string_view raw, std::span<char> scratch) noex
 
 } // namespace
 
-call_completion::call_completion(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : cycle_{parts.cycle},
-      counts_{parts.counts},
-      timers_{parts.due},
-      peers_{parts.peers},
-      calls_{parts.calls},
+call_completion::call_completion(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       store_{parts.store},
       slots_{parts.store.slots()},
       out_{parts.out},
       refused_{parts.refused},
       messages_{parts.messages},
       delivery_{parts.delivery},
-      lanes_{parts.lanes},
-      views_{parts.views},
-      validator_{parts.validator},
-      protocols_{parts.protocols},
-      unarmed_{memory.carve<call_index>(bounds.calls_max)} {}
+      unarmed_{memory.carve<call_index>(state_.bounds().calls_max)} {}
 
 call_index call_completion::open(const call_endpoint& caller, std::string_view id_raw,
                                  std::string_view service, rt::time_point until) noexcept {
-  const call_index index = calls_.open(caller, id_raw, service);
+  const call_index index = state_.calls.open(caller, id_raw, service);
   if (!index) return {};
-  calls_.at(index).deadline = until;
+  state_.calls.at(index).deadline = until;
   if (until == rt::never) return index;
-  if (until <= cycle_.now || unarmed_count_ == unarmed_.size()) {
-    timers_.arm(index, until);
+  if (until <= state_.cycle.now || unarmed_count_ == unarmed_.size()) {
+    state_.due.arm(index, until);
   } else {
     unarmed_[unarmed_count_++] = index;
   }
@@ -55,13 +47,13 @@ call_index call_completion::open(const call_endpoint& caller, std::string_view i
 
 void call_completion::arm_all_open() noexcept {
   for (const call_index index : unarmed_.first(std::exchange(unarmed_count_, 0))) {
-    const call& one = calls_.at(index); // perhaps another one by now, which does no harm
-    if (one.open && one.deadline != rt::never) timers_.arm(index, one.deadline);
+    const call& one = state_.calls.at(index); // perhaps another one by now, which does no harm
+    if (one.open && one.deadline != rt::never) state_.due.arm(index, one.deadline);
   }
 }
 
 result<call_index> call_completion::find_given(const call_endpoint& callee, detail::call_ref which) noexcept {
-  call* const found = calls_.find(which);
+  call* const found = state_.calls.find(which);
   const bool given = found != nullptr && found->callee.who == callee.who &&
                      (callee.who != call_endpoint::kind::pair ||
                       (found->callee.index == callee.index && found->callee.generation == callee.generation));
@@ -74,7 +66,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
                                const local_reply& with) noexcept {
   const auto index = find_given(callee, which);
   if (!index) return index.error();
-  if (with.expires < cycle_.now) {
+  if (with.expires < state_.cycle.now) {
     add(counter::expired);
     fail(*index, {errc::refused}, "the reply was not sent within its time to live");
     return errc::expired;
@@ -84,7 +76,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
     const auto encode = [&](json::writer& into) { with.encoder->encode(with.value, into); };
     slot = finish(*index, wire::body{encode}, with.expires);
   } else {
-    if (const status fine = check_object_text(validator_, with.text); !fine) {
+    if (const status fine = check_object_text(state_.seams.validator, with.text); !fine) {
       add(counter::malformed);
       fail(*index, {errc::refused}, "the provider's reply was no proper JSON object");
       return fine;
@@ -110,17 +102,17 @@ status call_completion::refuse(const call_endpoint& callee, detail::call_ref whi
 }
 
 void call_completion::take_reply(connection& c, const wire::request& said) noexcept {
-  const auto meant = calls_.read_id(said.id_raw);
+  const auto meant = state_.calls.read_id(said.id_raw);
   if (!meant) return add(counter::replies_foreign);
-  call* const found = calls_.find(*meant);
+  call* const found = state_.calls.find(*meant);
   if (found == nullptr) return add(counter::replies_late);
   if (!found->callee.is(c.id)) return add(counter::replies_foreign);
   const call_index call{meant->index};
   if (!said.failed) return complete(call, said.body_raw.empty() ? std::string_view{"{}"} : said.body_raw);
   std::array<char, wire::no_service_bytes_max> room;
   const std::string_view sentence = sentence_of(said.body_raw, room);
-  const wire::codec& in = protocols_.of(said.codec);
-  const bool unknown = in.means_no_service(said, sentence, calls_.service(call));
+  const wire::codec& in = state_.seams.protocols.of(said.codec);
+  const bool unknown = in.means_no_service(said, sentence, state_.calls.service(call));
   fail(call, {unknown ? errc::no_service : errc::refused}, sentence);
 }
 
@@ -129,7 +121,7 @@ void call_completion::take_reply(connection& c, const wire::request& said) noexc
 // full: it found no room, and the call has not ended.
 result<slot_id> call_completion::finish(call_index index, const wire::body& value,
                                         rt::time_point expires) noexcept {
-  const call ended = calls_.at(index);
+  const call ended = state_.calls.at(index);
   if (ended.caller.who != call_endpoint::kind::peer) {
     const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { value.write(into); });
     if (!slot) return errc::full;
@@ -137,14 +129,14 @@ result<slot_id> call_completion::finish(call_index index, const wire::body& valu
     store_.release(slot);
     return given;
   }
-  connection* const c = peers_.find(ended.caller.connection());
+  connection* const c = state_.peers.find(ended.caller.connection());
   if (c == nullptr || !c->open()) {
     add(counter::replies_unsent);
     close(index);
     return gone_as();
   }
-  const wire::codec& codec = protocols_.of(ended.caller.speaks);
-  const wire::call_origin asked{.service = calls_.service(index), .id_raw = calls_.id_raw(index)};
+  const wire::codec& codec = state_.seams.protocols.of(ended.caller.speaks);
+  const wire::call_origin asked{.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)};
   const slot_id slot = out_.reply(
       {c->id.index}, [&](json::writer& into) { return codec.write_reply(into, asked, value); }, expires);
   if (!slot) return errc::full;
@@ -154,11 +146,11 @@ result<slot_id> call_completion::finish(call_index index, const wire::body& valu
 
 result<slot_id> call_completion::finish_with(call_index index, std::string_view text,
                                              rt::time_point expires) noexcept {
-  const call ended = calls_.at(index);
+  const call ended = state_.calls.at(index);
   if (ended.caller.who == call_endpoint::kind::peer) return finish(index, wire::body{text}, expires);
   // Whoever asked with an object gets one.
   const bool reads_objects = ended.caller.who == call_endpoint::kind::thread ||
-                             lanes_[ended.caller.pair()].kind == detail::lane_kind::talk;
+                             state_.lanes[ended.caller.pair()].kind == detail::lane_kind::talk;
   if (reads_objects && !json::is_object(text)) {
     const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
     if (!slot) return errc::full;
@@ -183,14 +175,14 @@ void call_completion::fail_for_room(call_index index) noexcept {
 
 void call_completion::time_out(call_index index) noexcept {
   add(counter::calls_timed_out);
-  fail(index, {errc::timed_out, 0, calls_.at(index).timeout.count()});
+  fail(index, {errc::timed_out, 0, state_.calls.at(index).timeout.count()});
 }
 
 void call_completion::fail(call_index index, const error& why, std::string_view sentence) noexcept {
-  const call ended = calls_.at(index);
+  const call ended = state_.calls.at(index);
   std::array<char, wire::no_service_bytes_max> room;
   if (why.code == errc::no_service && sentence.empty() && ended.service_bytes != 0) {
-    sentence = wire::no_service_sentence(calls_.service(index), room);
+    sentence = wire::no_service_sentence(state_.calls.service(index), room);
   } else if (why.code == errc::timed_out) {
     sentence = "the service did not answer in time";
   } else if (sentence.empty()) {
@@ -201,39 +193,39 @@ void call_completion::fail(call_index index, const error& why, std::string_view 
     return tell(ended.caller, ended.own, why, sentence);
   }
   add(counter::calls_refused);
-  connection* const c = peers_.find(ended.caller.connection());
+  connection* const c = state_.peers.find(ended.caller.connection());
   if (c != nullptr && c->open()) {
     refused_.fail_call(*c, ended.caller.speaks,
-                       {.service = calls_.service(index), .id_raw = calls_.id_raw(index)},
+                       {.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)},
                        {.code = why.name(), .text = sentence});
   }
   close(index);
 }
 
 void call_completion::close(call_index index) noexcept {
-  timers_.disarm(index);
-  messages_.cancel(calls_.at(index).request);
-  calls_.close(index);
+  state_.due.disarm(index);
+  messages_.cancel(state_.calls.at(index).request);
+  state_.calls.close(index);
 }
 
 // ---- who goes
 
 void call_completion::forget(connection_id peer) noexcept {
-  for (const auto i : calls_.ids()) {
-    const call& one = calls_.at(i);
+  for (const auto i : state_.calls.ids()) {
+    const call& one = state_.calls.at(i);
     if (!one.open) continue;
     if (one.caller.is(peer)) {
       close(i);
     } else if (one.callee.is(peer)) {
-      if (!cycle_.closing) add(counter::calls_lost);
+      if (!state_.cycle.closing) add(counter::calls_lost);
       fail(i, {gone_as()});
     }
   }
 }
 
 void call_completion::forget_pair(pair_index pair) noexcept {
-  for (const auto i : calls_.ids()) {
-    const call& one = calls_.at(i);
+  for (const auto i : state_.calls.ids()) {
+    const call& one = state_.calls.at(i);
     if (!one.open) continue;
     if (one.caller.who == call_endpoint::kind::pair && one.caller.pair() == pair) {
       close(i);
@@ -249,11 +241,11 @@ void call_completion::forget_pair(pair_index pair) noexcept {
 bool call_completion::check() const noexcept {
   const auto there = [this](const call_endpoint& p) {
     if (p.who == call_endpoint::kind::pair)
-      return views_[p.pair()].attached && views_[p.pair()].generation == p.generation;
-    return p.who != call_endpoint::kind::peer || peers_.find(p.connection()) != nullptr;
+      return state_.views[p.pair()].attached && state_.views[p.pair()].generation == p.generation;
+    return p.who != call_endpoint::kind::peer || state_.peers.find(p.connection()) != nullptr;
   };
-  for (const auto i : calls_.ids()) {
-    const call& one = calls_.at(i);
+  for (const auto i : state_.calls.ids()) {
+    const call& one = state_.calls.at(i);
     if (one.open && !(there(one.caller) && there(one.callee))) return false;
   }
   return true;

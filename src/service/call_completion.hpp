@@ -15,6 +15,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
@@ -42,25 +43,17 @@ struct local_reply {
 class call_completion {
  public:
   struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    timers& due;
-    peer_table& peers;
-    call_table& calls;
+    core_state& state;
     message_store& store;
     outbox& out;
     refusals& refused;
     direct_messages& messages;
     local_delivery& delivery;
-    rows<pair_index, const detail::lane> lanes;
-    rows<pair_index, const pair_row> views;
-    json::reader& validator;
-    const wire::protocol_set& protocols;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<call_index>(bounds.calls_max);
   }
-  call_completion(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  call_completion(rt::arena& memory, const needs& parts) noexcept;
 
   // Begins a call, as call_table::open(). The caller is told if nobody answers before the deadline.
   call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service,
@@ -100,13 +93,13 @@ class call_completion {
   bool check() const noexcept;
 
  private:
-  void add(counter which) noexcept { counts_.add(which); }
+  void add(counter which) noexcept { state_.counts.add(which); }
   void tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
             std::string_view text = {}) noexcept {
     delivery_.complete(whom, own, outcome, text);
   }
   // The error for a caller whose callee has left.
-  errc gone_as() const noexcept { return cycle_.closing ? errc::closed : errc::peer_lost; }
+  errc gone_as() const noexcept { return state_.cycle.closing ? errc::closed : errc::peer_lost; }
   void arm_all_open() noexcept;
   result<call_index> find_given(const call_endpoint& callee, detail::call_ref which) noexcept;
   result<slot_id> finish(call_index call, const wire::body& value, rt::time_point expires) noexcept;
@@ -115,21 +108,13 @@ class call_completion {
   void end_without_room(call_index call, const result<slot_id>& finished) noexcept;
   void close(call_index call) noexcept;
 
-  const cycle_state& cycle_;
-  counters& counts_;
-  timers& timers_;
-  peer_table& peers_;
-  call_table& calls_;
+  core_state& state_;
   message_store& store_;
   slot_pool& slots_;
   outbox& out_;
   refusals& refused_;
   direct_messages& messages_;
   local_delivery& delivery_;
-  rows<pair_index, const detail::lane> lanes_;
-  rows<pair_index, const pair_row> views_;
-  json::reader& validator_;
-  const wire::protocol_set& protocols_;
   std::span<call_index> unarmed_; // with a deadline, begun in this cycle
   std::uint32_t unarmed_count_ = 0;
 };

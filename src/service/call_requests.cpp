@@ -19,10 +19,7 @@ std::string_view text_at(slot_pool& slots, slot_id slot) noexcept {
 } // namespace
 
 call_requests::call_requests(const needs& parts) noexcept
-    : cycle_{parts.cycle},
-      counts_{parts.counts},
-      peers_{parts.peers},
-      calls_{parts.calls},
+    : state_{parts.state},
       store_{parts.store},
       slots_{parts.store.slots()},
       out_{parts.out},
@@ -30,15 +27,13 @@ call_requests::call_requests(const needs& parts) noexcept
       inbox_{parts.inbox},
       messages_{parts.messages},
       completion_{parts.completion},
-      stop_{parts.stop},
-      lanes_{parts.lanes},
-      views_{parts.views} {}
+      stop_{parts.stop} {}
 
 void call_requests::send(call_index index, const connection* to, const wire::codec& in,
                          std::string_view service, const wire::call_args& what) noexcept {
-  call& asked = calls_.at(index);
+  call& asked = state_.calls.at(index);
   std::array<char, call_table::our_id_bytes_max> room;
-  const std::string_view id = calls_.write_id(room, index, peers_.opened());
+  const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
   const auto write = [&](json::writer& into) { return in.write_call(into, service, id, what); };
   const bool stops = stop_gate::service_named(service) == stop_verb::stop;
   const slot_id slot = out_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
@@ -46,31 +41,31 @@ void call_requests::send(call_index index, const connection* to, const wire::cod
   asked.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
                                : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
   asked.request = slots_.ref(slot);
-  counts_.add(counter::calls_out);
+  state_.counts.add(counter::calls_out);
   const status sent = messages_.send_request(slot, to != nullptr ? peer_index{to->id.index} : peer_index{},
-                                             calls_.ref(index), stops);
+                                             state_.calls.ref(index), stops);
   if (!sent) completion_.fail(index, sent.error());
 }
 
 inline detail::value_header call_requests::header_of(call_index index) const noexcept {
-  const call& asked = calls_.at(index);
+  const call& asked = state_.calls.at(index);
   const bool by_peer = asked.caller.who == call_endpoint::kind::peer;
-  return {.stamped_ns = rt::nanoseconds_of(cycle_.now),
+  return {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
           .expires_ns = rt::nanoseconds_of(asked.deadline),
           .what = detail::entry::invocation,
           .peer =
               by_peer ? detail::peer_ref{asked.caller.index, asked.caller.generation} : detail::peer_ref{},
-          .call = calls_.ref(index)};
+          .call = state_.calls.ref(index)};
 }
 
 void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::call_args& what) noexcept {
-  calls_.at(index).callee = call_endpoint::of(pair, views_[pair].generation);
+  state_.calls.at(index).callee = call_endpoint::of(pair, state_.views[pair].generation);
   const detail::value_header header = header_of(index);
   status done;
   json::decoder::diagnosis fault;
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
   std::string_view fault_text; // where the text that it points into is gone
-  const bool decodes = lanes_[pair].decoder != nullptr;
+  const bool decodes = state_.lanes[pair].decoder != nullptr;
   if (what.is == form::args || (decodes && what.is == form::object)) {
     done = delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {
@@ -86,11 +81,11 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   }
   switch (done.code()) {
   case errc::full:
-    counts_.add(counter::inbox_full);
+    state_.counts.add(counter::inbox_full);
     return refuse(index, "the service is busy: all its places for requests are taken");
-  case errc::too_big: counts_.add(counter::too_big); return refuse(index, done.error().message(room));
+  case errc::too_big: state_.counts.add(counter::too_big); return refuse(index, done.error().message(room));
   default:
-    counts_.add(counter::undecodable);
+    state_.counts.add(counter::undecodable);
     return refuse(index, fault_text.empty() ? fault.text(room) : fault_text);
   }
 }
@@ -98,15 +93,15 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
 void call_requests::hand_to_receiver(call_index index, std::string_view service,
                                      const wire::call_args& what) noexcept {
   const pair_index pair = inbox_.pair();
-  calls_.at(index).callee = pair ? call_endpoint::of(pair, views_[pair].generation)
-                                 : call_endpoint{.who = call_endpoint::kind::thread};
+  state_.calls.at(index).callee = pair ? call_endpoint::of(pair, state_.views[pair].generation)
+                                       : call_endpoint{.who = call_endpoint::kind::thread};
   const detail::value_header header = header_of(index);
   status done;
   if (what.is == form::object) {
     done = inbox_.deliver(header, what.text);
   } else {
     std::array<char, call_table::our_id_bytes_max> room;
-    const std::string_view id = calls_.write_id(room, index, peers_.opened());
+    const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
     const slot_id slot = out_.compose(
         rt::never, [&](json::writer& into) { wire::write_delivered_call(into, service, what.text, id); });
     if (!slot) return completion_.fail(index, {errc::full});
@@ -123,8 +118,8 @@ void call_requests::hand_to_receiver(call_index index, std::string_view service,
 }
 
 void call_requests::hand_to_stop(call_index index, stop_verb which, const wire::call_args& what) noexcept {
-  calls_.at(index).callee = {.who = call_endpoint::kind::core};
-  const stop_asker asker{.who = calls_.at(index).caller, .call = calls_.ref(index)};
+  state_.calls.at(index).callee = {.who = call_endpoint::kind::core};
+  const stop_asker asker{.who = state_.calls.at(index).caller, .call = state_.calls.ref(index)};
   if (what.is != form::value) return stop_.carry_out(which, asker, what.text);
   const slot_id slot = out_.compose(
       rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);

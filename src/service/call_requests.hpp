@@ -11,6 +11,7 @@
 
 #include "service/call_completion.hpp"
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
@@ -27,10 +28,7 @@ namespace rowe::service {
 class call_requests {
  public:
   struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    const peer_table& peers;
-    call_table& calls;
+    core_state& state;
     message_store& store;
     outbox& out;
     local_delivery& delivery;
@@ -38,8 +36,6 @@ class call_requests {
     direct_messages& messages;
     call_completion& completion;
     stop_service& stop;
-    rows<pair_index, const detail::lane> lanes;
-    rows<pair_index, const pair_row> views;
   };
   explicit call_requests(const needs& parts) noexcept;
 
@@ -66,10 +62,7 @@ class call_requests {
     completion_.fail(call, {errc::refused}, why);
   }
 
-  const cycle_state& cycle_;
-  counters& counts_;
-  const peer_table& peers_;
-  call_table& calls_;
+  core_state& state_;
   message_store& store_;
   slot_pool& slots_;
   outbox& out_;
@@ -78,8 +71,6 @@ class call_requests {
   direct_messages& messages_;
   call_completion& completion_;
   stop_service& stop_;
-  rows<pair_index, const detail::lane> lanes_;
-  rows<pair_index, const pair_row> views_;
   pair_index awaited_{};
 };
 

@@ -15,11 +15,7 @@ using form = wire::call_args::form;
 } // namespace
 
 call_router::call_router(const needs& parts) noexcept
-    : cycle_{parts.cycle},
-      options_{parts.options},
-      counts_{parts.counts},
-      peers_{parts.peers},
-      calls_{parts.calls},
+    : state_{parts.state},
       directory_{parts.directory},
       refused_{parts.refused},
       inbox_{parts.inbox},
@@ -27,16 +23,14 @@ call_router::call_router(const needs& parts) noexcept
       completion_{parts.completion},
       requests_{parts.requests},
       own_{parts.own},
-      stop_{parts.stop},
-      validator_{parts.validator},
-      protocols_{parts.protocols} {}
+      stop_{parts.stop} {}
 
 // ---- asked by peers
 
 rt::time_point call_router::time_limit(std::int64_t time_ns) const noexcept {
-  const rt::duration asked = time_ns < 0 ? options_.call_timeout : rt::duration{time_ns};
-  return std::min(rt::deadline_after(cycle_.now, asked),
-                  rt::deadline_after(cycle_.now, options_.inbound_ttl));
+  const rt::duration asked = time_ns < 0 ? state_.options.call_timeout : rt::duration{time_ns};
+  return std::min(rt::deadline_after(state_.cycle.now, asked),
+                  rt::deadline_after(state_.cycle.now, state_.options.inbound_ttl));
 }
 
 // Within the rate of refusals or not: whoever calls waits for an answer.
@@ -57,16 +51,16 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   };
   if (c.stop_only && !stop_gate::is_for_stop_peers(stop_gate::service_named(asked.service)))
     return refuse(cause::peer, "refused", stop_only_sentence);
-  if (!calls_.admits({c.id.index})) {
+  if (!state_.calls.admits({c.id.index})) {
     std::array<char, 160> why;
-    const limits& bounds = options_.bounds;
+    const limits& bounds = state_.bounds();
     const int bytes =
         std::snprintf(why.data(), why.size(),
                       "too many calls are in flight (limits calls_per_connection_max %u, calls_max %u)",
                       bounds.calls_per_connection_max, bounds.calls_max);
     return refuse(cause::busy, "busy", {why.data(), static_cast<std::size_t>(bytes)});
   }
-  if (!asked.id_raw.empty() && calls_.find_asked(c.id, asked.id_raw))
+  if (!asked.id_raw.empty() && state_.calls.find_asked(c.id, asked.id_raw))
     return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
   if (goes_to_receiver(asked.service)) {
     switch (inbox_.admit({c.id.index})) {
@@ -90,15 +84,16 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
 void call_router::stop_anyway(const call_start& asked) noexcept {
   if (!stop_.in_use()) return;
   const bool named = stop_gate::service_named(asked.service) == stop_verb::stop;
-  const bool object = asked.what.is == form::object && check_object_text(validator_, asked.what.text);
+  const bool object =
+      asked.what.is == form::object && check_object_text(state_.seams.validator, asked.what.text);
   if (named || (object && asked.to.generation == 0 && stop_gate::asks_to_stop(asked.what.text)))
     stop_.carry_out(stop_verb::stop, {.who = asked.caller, .silent = true}, {});
 }
 
 void call_router::start(const call_start& asked) noexcept {
   const auto fails = [&](const error& why) { delivery_.complete(asked.caller, asked.own, why); };
-  if (cycle_.closing) return fails({errc::closed});
-  if (asked.deadline < cycle_.now) {
+  if (state_.cycle.closing) return fails({errc::closed});
+  if (asked.deadline < state_.cycle.now) {
     stop_anyway(asked);
     add(counter::calls_timed_out);
     return fails({errc::timed_out, 0, (asked.deadline - asked.began).count()});
@@ -107,7 +102,7 @@ void call_router::start(const call_start& asked) noexcept {
   std::string_view service = asked.service;
   std::array<char, 2 * detail::lane::name_bytes_max> room; // of the service's name where it has escapes
   if (what.is == form::object) {
-    if (const status fine = check_object_text(validator_, what.text); !fine) {
+    if (const status fine = check_object_text(state_.seams.validator, what.text); !fine) {
       add(counter::malformed);
       return fails(fine.error());
     }
@@ -116,7 +111,7 @@ void call_router::start(const call_start& asked) noexcept {
       if (const auto name = json::to_string(*named, room)) service = *name;
     }
   } else if (what.is == form::args) {
-    if (const status fine = validator_.validate(what.text); !fine) {
+    if (const status fine = state_.seams.validator.validate(what.text); !fine) {
       add(counter::malformed);
       return fails(fine.error());
     }
@@ -125,10 +120,10 @@ void call_router::start(const call_start& asked) noexcept {
   const call_index index = completion_.open(asked.caller, {}, service, asked.deadline);
   if (!index) {
     stop_anyway(asked);
-    return fails({errc::too_many_calls, calls_.in_flight(), options_.bounds.calls_max});
+    return fails({errc::too_many_calls, state_.calls.in_flight(), state_.bounds().calls_max});
   }
-  calls_.at(index).own = asked.own;
-  calls_.at(index).timeout = asked.deadline == rt::never ? rt::for_ever : asked.deadline - asked.began;
+  state_.calls.at(index).own = asked.own;
+  state_.calls.at(index).timeout = asked.deadline == rt::never ? rt::for_ever : asked.deadline - asked.began;
   route(index, service, what, asked.to);
 }
 
@@ -136,21 +131,22 @@ void call_router::start(const call_start& asked) noexcept {
 
 void call_router::route(call_index index, std::string_view service, const wire::call_args& what,
                         detail::peer_ref to) noexcept {
-  const bool from_here = calls_.at(index).caller.who != call_endpoint::kind::peer;
+  const bool from_here = state_.calls.at(index).caller.who != call_endpoint::kind::peer;
   if (to.generation != 0) {
-    const connection* const peer = peers_.find({to.index, to.generation});
+    const connection* const peer = state_.peers.find({to.index, to.generation});
     if (peer == nullptr || !peer->open()) return completion_.fail(index, {errc::peer_lost});
-    return requests_.send(index, peer, protocols_.messages, service, what);
+    return requests_.send(index, peer, state_.seams.protocols.messages, service, what);
   }
   if (!service.empty()) {
-    const bool ask_server = from_here && options_.ours == side::client;
+    const bool ask_server = from_here && state_.options.ours == side::client;
     const service_index found = directory_.find(service);
     if (found) {
       const service_entry& provider = directory_.at(found);
       if (provider.pair) return requests_.hand_to_pair(index, provider.pair, what);
-      const connection* const peer = peers_.find(provider.peer);
-      if ((from_here || options_.relay) && peer != nullptr && peer->open())
-        return requests_.send(index, peer, protocols_.of(provider.speaks), directory_.name(found), what);
+      const connection* const peer = state_.peers.find(provider.peer);
+      if ((from_here || state_.options.relay) && peer != nullptr && peer->open())
+        return requests_.send(index, peer, state_.seams.protocols.of(provider.speaks), directory_.name(found),
+                              what);
     }
     const auto of_stop = stop_gate::service_named(service);
     if (of_stop != stop_verb::none && stop_.in_use()) return requests_.hand_to_stop(index, of_stop, what);
@@ -172,8 +168,8 @@ bool call_router::goes_to_receiver(std::string_view service) const noexcept {
     return stop_gate::service_named(service) == stop_verb::none && endpoint_services::find(service).empty();
   const service_entry& provider = directory_.at(found);
   if (provider.pair) return false;
-  const connection* const peer = peers_.find(provider.peer);
-  return !(options_.relay && peer != nullptr && peer->open());
+  const connection* const peer = state_.peers.find(provider.peer);
+  return !(state_.options.relay && peer != nullptr && peer->open());
 }
 
 // A call of this process that no service in the directory takes: a client asks its server; a server asks the
@@ -181,14 +177,15 @@ bool call_router::goes_to_receiver(std::string_view service) const noexcept {
 void call_router::ask_anyone(call_index index, std::string_view service,
                              const wire::call_args& what) noexcept {
   const bool object = what.is == form::object;
-  if (options_.ours == side::client) {
-    const wire::codec& in = object ? protocols_.messages : protocols_.calls_to_server;
-    return requests_.send(index, peers_.server(), in, service, what);
+  if (state_.options.ours == side::client) {
+    const wire::codec& in = object ? state_.seams.protocols.messages : state_.seams.protocols.calls_to_server;
+    return requests_.send(index, state_.peers.server(), in, service, what);
   }
   if (!object) return completion_.fail(index, {errc::no_service});
   const auto takes = [](const connection& c) { return c.open() && c.takes_messages; };
-  const auto first = std::find_if(peers_.begin(), peers_.end(), takes);
-  requests_.send(index, first != peers_.end() ? &*first : nullptr, protocols_.messages, service, what);
+  const auto first = std::find_if(state_.peers.begin(), state_.peers.end(), takes);
+  requests_.send(index, first != state_.peers.end() ? &*first : nullptr, state_.seams.protocols.messages,
+                 service, what);
 }
 
 } // namespace rowe::service

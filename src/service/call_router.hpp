@@ -14,6 +14,7 @@
 #include "service/call_requests.hpp"
 #include "service/call_table.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/endpoint_services.hpp"
 #include "service/local_delivery.hpp"
@@ -42,11 +43,7 @@ struct call_start {
 class call_router {
  public:
   struct needs {
-    const cycle_state& cycle;
-    const core_options& options;
-    counters& counts;
-    peer_table& peers;
-    call_table& calls;
+    core_state& state;
     const service_directory& directory;
     refusals& refused;
     receiver& inbox;
@@ -55,8 +52,6 @@ class call_router {
     call_requests& requests;
     endpoint_services& own;
     stop_service& stop;
-    json::reader& validator;
-    const wire::protocol_set& protocols;
   };
   explicit call_router(const needs& parts) noexcept;
 
@@ -70,7 +65,7 @@ class call_router {
   enum class cause : std::uint8_t { peer, busy };
   void refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
               std::string_view why) noexcept;
-  void add(counter which) noexcept { counts_.add(which); }
+  void add(counter which) noexcept { state_.counts.add(which); }
   rt::time_point time_limit(std::int64_t time_ns) const noexcept;
   bool goes_to_receiver(std::string_view service) const noexcept;
   void stop_anyway(const call_start& asked) noexcept;
@@ -78,11 +73,7 @@ class call_router {
              detail::peer_ref to) noexcept;
   void ask_anyone(call_index call, std::string_view service, const wire::call_args& what) noexcept;
 
-  const cycle_state& cycle_;
-  const core_options& options_;
-  counters& counts_;
-  peer_table& peers_;
-  call_table& calls_;
+  core_state& state_;
   const service_directory& directory_;
   refusals& refused_;
   receiver& inbox_;
@@ -91,8 +82,6 @@ class call_router {
   call_requests& requests_;
   endpoint_services& own_;
   stop_service& stop_;
-  json::reader& validator_;
-  const wire::protocol_set& protocols_;
 };
 
 } // namespace rowe::service

@@ -19,15 +19,10 @@ bool is_loopback(std::string_view address) noexcept {
 
 } // namespace
 
-core::core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, shared_state& shown,
-           submission_queue& submissions, shared_inbox& inbox, core_seams seams,
-           rt::time_point start) noexcept
-    : core_parts{memory, options, lanes, shown, submissions, inbox, seams, *this, start},
-      transport_{seams.to_peers},
-      random_{seams.random},
-      protocols_{seams.protocols},
-      page_{seams.page} {
-  if (options_.ours == side::client) timers_.arm(timer::reconnect, start);
+core::core(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
+           const core_seams& seams, rt::time_point start) noexcept
+    : core_parts{memory, options, with_threads, seams, *this, start} {
+  if (state_.options.ours == side::client) state_.due.arm(timer::reconnect, start);
 }
 
 // ---- timers
@@ -48,35 +43,35 @@ inline void core::tell_room() noexcept {
 // ---- the cycle
 
 rt::time_point core::cycle(rt::time_point now) noexcept {
-  now_ = now;
+  state_.cycle.now = now;
   (void)requests_.take_awaited(); // of the last cycle
   ingress_.begin_cycle();
-  transport_.poll(now, *this);
+  state_.seams.to_peers.poll(now, *this);
   messages_.take_outcomes();
   stop_service_.update();
   ingress_.unpark();
   ingress_.read_in_turn();
   messages_.take_outcomes();
   messages_.place_pending();
-  if (requests_.awaited()) phases_.asked(now_);
+  if (requests_.awaited()) phases_.asked(state_.cycle.now);
   messages_.begin_cycle();
   retried_at_ = ingress_.room_changes();
   registry_.scan();
-  if (peers_.wants_close()) close_marked();
+  if (state_.peers.wants_close()) close_marked();
   threads_.take();
   tell_room();
   expire();
   rates_.mark_if_due();
   state_feed_.show();
   listings_.tell_changes();
-  if (peers_.wants_close()) close_marked();
+  if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
   sender_.partial().cut_stalled([this](peer_index peer) {
-    cut(peers_[peer], "it reads a message too slowly, and others wait for its slot");
+    cut(state_.peers[peer], "it reads a message too slowly, and others wait for its slot");
   });
   messages_.take_outcomes();
   arm_what_stays();
-  shown_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
+  state_.shown.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show_carrier_memory();
   return next_cycle();
 }
@@ -88,7 +83,7 @@ bool core::has_answer() const noexcept {
 
 rt::time_point core::write_answer(rt::time_point now) noexcept {
   assert(has_answer());
-  now_ = now;
+  state_.cycle.now = now;
   handles_.take(requests_.take_awaited());
   expire();
   sender_.flush_all();
@@ -100,29 +95,30 @@ rt::time_point core::write_answer(rt::time_point now) noexcept {
 inline rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's budget was waiting: the next cycle is needed at once.
   if (handles_.more_left() || threads_.more_left() || outbox_.scheduled() != 0 || ingress_.waits())
-    return now_;
+    return state_.cycle.now;
   // Something that found no room before may find it now.
-  if ((threads_.waits() || handles_.waits()) && ingress_.room_changes() != retried_at_) return now_;
-  return std::min(timers_.next_wake(), std::min(stop_service_.next_update(), state_feed_.due()));
+  if ((threads_.waits() || handles_.waits()) && ingress_.room_changes() != retried_at_)
+    return state_.cycle.now;
+  return std::min(state_.due.next_wake(), std::min(stop_service_.next_update(), state_feed_.due()));
 }
 
 inline void core::show_carrier_memory() noexcept {
-  const transport_memory now = transport_.memory();
-  shown_.counts.set(counter::handshake_bytes_used, now.bytes_used);
-  shown_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
-  shown_.counts.set(counter::handshake_allocations, now.allocations);
-  shown_.counts.set(counter::handshakes_starved, now.refusals);
-  shown_.counts.set(counter::handshakes_evicted, now.evictions);
+  const transport_memory now = state_.seams.to_peers.memory();
+  state_.shown.counts.set(counter::handshake_bytes_used, now.bytes_used);
+  state_.shown.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
+  state_.shown.counts.set(counter::handshake_allocations, now.allocations);
+  state_.shown.counts.set(counter::handshakes_starved, now.refusals);
+  state_.shown.counts.set(counter::handshakes_evicted, now.evictions);
 }
 
 void core::record_cycle(rt::duration took) noexcept {
   add(counter::cycles);
-  shown_.counts.raise_to(counter::cycle_ns_max,
-                         static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
+  state_.shown.counts.raise_to(counter::cycle_ns_max,
+                               static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
 }
 
 void core::expire() noexcept {
-  while (const auto due = timers_.take_due(now_)) {
+  while (const auto due = state_.due.take_due(state_.cycle.now)) {
     const auto [what, index] = *due;
     switch (what) {
     case timer::slot: store_.expire({index}); break;
@@ -130,10 +126,10 @@ void core::expire() noexcept {
     case timer::peer: liveness_.check({index}); break;
     case timer::call: completion_.time_out({index}); break;
     case timer::statistics: statistics_.publish(); break;
-    case timer::reconnect: transport_.connect(); break;
+    case timer::reconnect: state_.seams.to_peers.connect(); break;
     case timer::partial_frames: sender_.partial().look_again(); break;
     }
-    if (peers_.wants_close()) close_marked();
+    if (state_.peers.wants_close()) close_marked();
     messages_.take_outcomes();
   }
 }
@@ -144,27 +140,27 @@ bool core::drained() const noexcept {
 }
 
 void core::close_all(rt::time_point now) noexcept {
-  now_ = now;
-  cycle_.closing = true;
+  state_.cycle.now = now;
+  state_.cycle.closing = true;
   stop_service_.stop_all();
-  timers_.disarm(timer::reconnect);
+  state_.due.disarm(timer::reconnect);
   messages_.close();
   handles_.retry_all(); // parked messages end as well
   threads_.retry();
-  for (connection& c : peers_) {
+  for (connection& c : state_.peers) {
     if (c.open()) close(c, wire::close_code::going_away, "the endpoint is closing");
   }
 }
 
 void core::stop_loops(rt::time_point now) noexcept {
-  now_ = now;
+  state_.cycle.now = now;
   stop_service_.stop_all();
 }
 
 // ---- frames
 
 void core::handle(peer_index from, const wire::frame_step& step) noexcept {
-  connection& c = peers_[from];
+  connection& c = state_.peers[from];
   switch (step.event) {
   case wire::frame_event::text: dispatcher_.dispatch(from, step.payload, false); break;
   case wire::frame_event::binary:
@@ -189,16 +185,17 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
     break;
   case wire::frame_event::need_more: break;
   }
-  if (peers_.wants_close()) close_marked();
+  if (state_.peers.wants_close()) close_marked();
 }
 
 void core::handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
   dispatcher_.dispatch_again(from, message, binary);
-  if (peers_.wants_close()) close_marked();
+  if (state_.peers.wants_close()) close_marked();
 }
 
 void core::take_ping(connection& c, std::span<const std::byte> payload) noexcept {
-  if (c.messages.take(now_)) return sender_.send_control({c.id.index}, wire::opcode::pong, payload);
+  if (c.messages.take(state_.cycle.now))
+    return sender_.send_control({c.id.index}, wire::opcode::pong, payload);
   add(counter::over_rate);
   refusals_.note_excess(c);
 }
@@ -206,39 +203,39 @@ void core::take_ping(connection& c, std::span<const std::byte> payload) noexcept
 // ---- a connection's life
 
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
-  assert(id.index < peers_.size() && peers_[{id.index}].state == connection::phase::free);
-  connection& c = peers_[{id.index}];
+  assert(id.index < state_.peers.size() && state_.peers[{id.index}].state == connection::phase::free);
+  connection& c = state_.peers[{id.index}];
   c = connection{};
   c.id = id;
   c.state = connection::phase::open;
   c.ours = peer.ours;
-  c.protocol = &protocols_.find(peer.subprotocol);
+  c.protocol = &state_.seams.protocols.find(peer.subprotocol);
   c.spoke_last = c.protocol->first.id();
-  c.heard_at = c.opened_at = now_;
+  c.heard_at = c.opened_at = state_.cycle.now;
   c.local = is_loopback(peer.address);
   c.stop_only = peer.ours == side::server && peer.path == stop_path;
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
   ingress_.open({id.index});
   add(counter::peers_joined);
-  events_.report(event::kind::peer_joined, c.peer(), "connected");
+  state_.events.report(event::kind::peer_joined, c.peer(), "connected");
   outbox_.open({id.index});
-  if (c.ours == side::server) c.messages = rate_limit{bounds_.messages_per_second_max};
+  if (c.ours == side::server) c.messages = rate_limit{state_.bounds().messages_per_second_max};
   refusals_.open({id.index});
   sender_.open({id.index});
   liveness_.open({id.index});
-  shown_.set_connection(id.index, id.generation, c.peer());
+  state_.shown.set_connection(id.index, id.generation, c.peer());
   stop_service_.open({id.index});
   state_feed_.open({id.index});
-  if (c.ours == side::client && !cycle_.closing) registry_.announce_all(c);
-  c.takes_messages =
-      !c.stop_only && (c.ours == side::client || options_.messages_unasked || c.protocol->can.takes_messages);
-  if (c.takes_messages && !cycle_.closing) messages_.deliver_pending({id.index});
-  peers_.add();
-  shown_.set_peers(peers_.count()); // last: a thread that waits for a peer may publish at once
-  if (c.protocol->can.listing && c.ours == side::server && !c.stop_only && !cycle_.closing)
+  if (c.ours == side::client && !state_.cycle.closing) registry_.announce_all(c);
+  c.takes_messages = !c.stop_only && (c.ours == side::client || state_.options.messages_unasked ||
+                                      c.protocol->can.takes_messages);
+  if (c.takes_messages && !state_.cycle.closing) messages_.deliver_pending({id.index});
+  state_.peers.add();
+  state_.shown.set_peers(state_.peers.count()); // last: a thread that waits for a peer may publish at once
+  if (c.protocol->can.listing && c.ours == side::server && !c.stop_only && !state_.cycle.closing)
     listings_.greet(c);
-  if (cycle_.closing) close(c, wire::close_code::going_away, "the endpoint is closing");
+  if (state_.cycle.closing) close(c, wire::close_code::going_away, "the endpoint is closing");
 }
 
 void core::on_close(connection_id id, close_cause cause) noexcept {
@@ -247,14 +244,14 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   if (cause == close_cause::timed_out) add(counter::stalled_peers);
   constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
                                         "the peer does not read"};
-  events_.report(event::kind::peer_left, c->peer(),
-                 c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
+  state_.events.report(event::kind::peer_left, c->peer(),
+                       c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
   forget(*c);
   messages_.take_outcomes();
-  shown_.set_connection(id.index, 0, {});
-  peers_.remove();
-  shown_.set_peers(peers_.count());
-  if (options_.ours == side::client) reconnect_later();
+  state_.shown.set_connection(id.index, 0, {});
+  state_.peers.remove();
+  state_.shown.set_peers(state_.peers.count());
+  if (state_.options.ours == side::client) reconnect_later();
 }
 
 std::size_t core::wanted_bytes(connection_id id) const noexcept {
@@ -265,7 +262,7 @@ void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
   add(counter::bytes_in, bytes.size());
-  c->heard_at = now_;
+  c->heard_at = state_.cycle.now;
   attempts_failed_ = 0; // a server that sends something is alive
   ingress_.receive({id.index}, bytes);
 }
@@ -288,9 +285,9 @@ void core::forget(connection& c) noexcept {
   subscriptions_.forget({c.id.index});
   advertisements_.forget({c.id.index});
   listings_.forget({c.id.index});
-  timers_.disarm(peer_index{c.id.index});
+  state_.due.disarm(peer_index{c.id.index});
   ingress_.forget({c.id.index});
-  ++cycle_.places_freed;
+  ++state_.cycle.places_freed;
   messages_.forget({c.id.index});
   c.state = connection::phase::free;
 }
@@ -301,13 +298,13 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   stop_service_.leave(c);               // nor is anything read: a guard has left
   c.farewell = reason;
   sender_.send_close({c.id.index}, code, reason);
-  transport_.close(c.id, close_how::flushed);
+  state_.seams.to_peers.close(c.id, close_how::flushed);
 }
 
 // See peer_table::close_later().
 void core::close_marked() noexcept {
-  peers_.closed_all();
-  for (connection& c : peers_) {
+  state_.peers.closed_all();
+  for (connection& c : state_.peers) {
     if (c.state != connection::phase::to_close) continue;
     c.state = connection::phase::open;
     close(c, c.closes_as, c.farewell);
@@ -319,32 +316,32 @@ void core::cut(connection& c, std::string_view reason) noexcept {
   c.state = connection::phase::closing;
   stop_service_.leave(c);
   c.farewell = reason;
-  transport_.close(c.id, close_how::aborted);
+  state_.seams.to_peers.close(c.id, close_how::aborted);
 }
 
 // ---- as a client
 
 void core::on_refused(const refusal& reason) noexcept {
-  if (options_.ours == side::server) {
+  if (state_.options.ours == side::server) {
     add(counter::refused_handshakes);
-    return events_.report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);
+    return state_.events.report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);
   }
-  events_.report(event::kind::cannot_connect, reason.peer, reason.what, reason.remedy);
+  state_.events.report(event::kind::cannot_connect, reason.peer, reason.what, reason.remedy);
   reconnect_later();
 }
 
 // Exponential back-off. Each wait is shortened by up to a quarter at random, so that the clients of a
 // restarted server do not connect all at once.
 void core::reconnect_later() noexcept {
-  if (cycle_.closing) return;
-  rt::duration wait = options_.retry_min;
-  for (std::uint32_t i = 0; i < attempts_failed_ && wait < options_.retry_max; ++i) wait *= 2;
-  wait = std::min(wait, options_.retry_max);
+  if (state_.cycle.closing) return;
+  rt::duration wait = state_.options.retry_min;
+  for (std::uint32_t i = 0; i < attempts_failed_ && wait < state_.options.retry_max; ++i) wait *= 2;
+  wait = std::min(wait, state_.options.retry_max);
   ++attempts_failed_;
   std::array<std::byte, 2> dice;
-  random_.fill(dice);
+  state_.seams.random.fill(dice);
   const auto share = std::to_integer<std::int64_t>(dice[0]) * 256 + std::to_integer<std::int64_t>(dice[1]);
-  timers_.arm(timer::reconnect, now_ + wait - wait / 4 * share / 65536);
+  state_.due.arm(timer::reconnect, state_.cycle.now + wait - wait / 4 * share / 65536);
 }
 
 // ---- peers that came on stop_path
@@ -367,6 +364,6 @@ void core::displace(connection_id id) noexcept {
 
 // ---- the rest
 
-http_answer core::on_http(const http_request& request) noexcept { return page_(request); }
+http_answer core::on_http(const http_request& request) noexcept { return state_.seams.page(request); }
 
 } // namespace rowe::service

@@ -33,8 +33,8 @@ class core final : public transport_sink, private frame_handler, private core_pa
   using core_parts::footprint_bytes;
 
   // As core_parts.
-  core(rt::arena& memory, const core_options& options, std::span<detail::lane> lanes, shared_state& shown,
-       submission_queue& submissions, shared_inbox& inbox, core_seams seams, rt::time_point start) noexcept;
+  core(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
+       const core_seams& seams, rt::time_point start) noexcept;
 
   // Does all the work that there is at `now`, and returns the latest time for the next cycle. An event of the
   // transport, or a publish of a handle, calls for a cycle before that. Bounded by the limits; never waits.
@@ -60,20 +60,20 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // a peer waits for, or something that is to expire. Where handles wake it, or phases() predicts their
   // publishes, it has to poll only for what is parked in a queue pair.
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
-    const bool handles_talk = registry_.talking() != 0 && peers_.count() != 0;
+    const bool handles_talk = registry_.talking() != 0 && state_.peers.count() != 0;
     if (handles_.waits() && (audiences_.listened() != 0 || handles_talk)) return poll_period;
-    if (!options_.lanes_tell && (audiences_.listened() > phases_.listened() || handles_talk))
+    if (!state_.options.lanes_tell && (audiences_.listened() > phases_.listened() || handles_talk))
       return poll_period;
     if (ingress_.any_parked() && receiver_.pair()) return poll_period; // a handle that takes one wakes nobody
     // Something waits until a peer has room or a slot is free.
-    if (threads_.waits() || (peers_.count() != 0 && messages_.pending() != 0)) return talking_rest;
+    if (threads_.waits() || (state_.peers.count() != 0 && messages_.pending() != 0)) return talking_rest;
     return registry_.talking() != 0 ? talking_rest : idle_rest;
   }
   // Under idle::phase: the publishes that the thread waits for.
   publish_predictor& phases() noexcept { return phases_; }
   // If handles wake this thread: nothing was submitted since cycle() looked. For rt::wake_bell::sleep().
   bool lanes_quiet() const noexcept { return registry_.quiet(); }
-  std::uint32_t peers() const noexcept { return peers_.count(); }
+  std::uint32_t peers() const noexcept { return state_.peers.count(); }
   // True when nothing that was submitted is still to be written.
   bool drained() const noexcept;
   // Stops the loops: the endpoint is about to close.
@@ -114,7 +114,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void show_carrier_memory() noexcept;
 
   // connections
-  connection* find(connection_id id) const noexcept { return peers_.find(id); }
+  connection* find(connection_id id) const noexcept { return state_.peers.find(id); }
   void take_message(connection& c, const wire::frame_step& step) noexcept;
   void take_ping(connection& c, std::span<const std::byte> payload) noexcept;
   void close_marked() noexcept;
@@ -122,13 +122,8 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void cut(connection& c, std::string_view reason) noexcept;
   void forget(connection& c) noexcept;
   void reconnect_later() noexcept;
-  void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
+  void add(counter which, std::uint64_t by = 1) noexcept { state_.shown.counts.add(which, by); }
 
-  transport& transport_;
-  entropy& random_;
-  const wire::protocol_set& protocols_;
-  http_answer (*page_)(const http_request&) noexcept;
-  rt::time_point& now_ = cycle_.now;
   std::uint64_t retried_at_ = 0; // ingress::room_changes() when what is parked was tried last
   std::uint32_t attempts_failed_ = 0;
 };

@@ -3,11 +3,8 @@
 // others. Service thread only.
 #pragma once
 #include <cstddef>
-#include <cstdint>
-#include <span>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
@@ -19,47 +16,34 @@
 #include "service/call_completion.hpp"
 #include "service/call_requests.hpp"
 #include "service/call_router.hpp"
-#include "service/call_table.hpp"
-#include "service/core_options.hpp"
-#include "service/cycle_state.hpp"
+#include "service/core_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/dispatcher.hpp"
 #include "service/endpoint_services.hpp"
-#include "service/event_log.hpp"
 #include "service/handle_registry.hpp"
 #include "service/handle_submissions.hpp"
 #include "service/ingress.hpp"
 #include "service/listings.hpp"
 #include "service/liveness.hpp"
 #include "service/local_delivery.hpp"
-#include "service/message_queue.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/publish_predictor.hpp"
 #include "service/receiver.hpp"
 #include "service/refusals.hpp"
 #include "service/sender.hpp"
 #include "service/service_directory.hpp"
 #include "service/service_providers.hpp"
-#include "service/shared_inbox.hpp"
-#include "service/shared_state.hpp"
-#include "service/shares.hpp"
-#include "service/slot_pool.hpp"
 #include "service/statistics_feed.hpp"
 #include "service/statistics_report.hpp"
 #include "service/stop_gate.hpp"
 #include "service/stop_rules.hpp"
 #include "service/stop_service.hpp"
 #include "service/stop_state_feed.hpp"
-#include "service/submission_queue.hpp"
 #include "service/subscriptions.hpp"
 #include "service/thread_submissions.hpp"
-#include "service/timers.hpp"
 #include "service/topic_handles.hpp"
 #include "service/topic_places.hpp"
 #include "service/topic_rates.hpp"
-#include "service/topic_table.hpp"
-#include "service/transport.hpp"
 
 namespace rowe::service {
 
@@ -67,25 +51,16 @@ class core_parts {
  public:
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
 
-  // `lanes`, `shown`, `submissions` and `inbox` are shared with other threads. Everything else belongs to the
-  // service thread. `memory` must have footprint_bytes() left; time begins at `start`.
-  core_parts(rt::arena& memory, const core_options& options, rows<pair_index, detail::lane> lanes,
-             shared_state& shown, submission_queue& submissions, shared_inbox& inbox, const core_seams& seams,
-             frame_handler& handler, rt::time_point start) noexcept;
+  // `with_threads` is shared with other threads. Everything else belongs to the service thread. `memory` must
+  // have footprint_bytes() left; time begins at `start`.
+  core_parts(rt::arena& memory, const core_options& options, const shared_parts& with_threads,
+             const core_seams& seams, frame_handler& handler, rt::time_point start) noexcept;
 
  protected:
   // Names a structure that is not consistent; empty: all are.
   std::string_view inconsistency() const noexcept;
 
-  const core_options options_;
-  const limits bounds_;
-  shared_state& shown_;
-  cycle_state cycle_;
-  event_log events_;
-  timers timers_;
-  peer_table peers_;
-  latch_store latches_;
-  topic_table topics_;
+  core_state state_;
   const topic_id statistics_topic_; // a server's own; a client's handles get its server's
   const topic_id stop_topic_;       // the state of the stop
   topic_rates rates_;
@@ -93,9 +68,6 @@ class core_parts {
   outbox outbox_;
   sender sender_;
   refusals refusals_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  call_table calls_;
   local_delivery delivery_;
   receiver receiver_;
   ingress ingress_;
@@ -128,10 +100,6 @@ class core_parts {
   dispatcher dispatcher_;
 
  private:
-  // How many connections there may be. Each has a claim to its share (shares.hpp).
-  std::uint32_t claimants() const noexcept {
-    return options_.ours == side::client ? 1 : bounds_.connections_max;
-  }
   topic_id own_topic(std::string_view name) noexcept;
   bool check_holders() const noexcept;
 };

@@ -9,20 +9,15 @@
 
 namespace rowe::service {
 
-direct_messages::direct_messages(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : bounds_{bounds},
-      cycle_{parts.cycle},
-      shown_{parts.shown},
-      peers_{parts.peers},
-      calls_{parts.calls},
+direct_messages::direct_messages(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       store_{parts.store},
       out_{parts.out},
       slots_{parts.store.slots()},
       delivery_{parts.delivery},
       inbox_{parts.inbox},
-      validator_{parts.validator},
-      trackers_{memory, bounds, parts.claimants},
-      parked_{memory.carve<parked>(bounds.connections_max)} {}
+      trackers_{memory, state_.bounds(), state_.claimants()},
+      parked_{memory.carve<parked>(state_.bounds().connections_max)} {}
 
 void direct_messages::forget(peer_index peer) noexcept {
   parked_[peer] = {};
@@ -49,29 +44,29 @@ bool direct_messages::may_park(const direct_message& m, connection* to) noexcept
   if (turn_of_receiver_) inbox_.count_answer(peer);
   if (of.count + turn_parked_ >= turn_slots_ && !std::exchange(out_.of(peer).told_full, true)) {
     ++told_full_;
-    shown_.set_taking(peer.value, 0);
+    state_.shown.set_taking(peer.value, 0);
   }
   return true;
 }
 
 void direct_messages::show_room() noexcept {
-  for (const peer_index i : peers_.ids()) {
+  for (const peer_index i : state_.peers.ids()) {
     peer_queues& queues = out_.of(i);
     if (!queues.told_full || parked_[i].turn > cycle_turn_) continue;
     queues.told_full = false;
     --told_full_;
-    shown_.set_taking(i.value, peers_[i].id.generation);
-    ++cycle_.places_freed;
+    state_.shown.set_taking(i.value, state_.peers[i].id.generation);
+    ++state_.cycle.places_freed;
     room_came_ = true;
   }
 }
 
 bool direct_messages::post(const direct_message& m) noexcept {
-  connection* const to = peers_.find({m.to.index, m.to.generation}); // null: everyone, or gone
+  connection* const to = state_.peers.find({m.to.index, m.to.generation}); // null: everyone, or gone
   const bool gone = to == nullptr && m.to.generation != 0;
   // It must not overtake a parked message for the same peer or for everyone.
   const bool behind = all_parked_in_ == turn_ || (to != nullptr && parked_[{m.to.index}].turn == turn_);
-  if (behind && !gone && !cycle_.closing && (m.only_now || m.expires >= cycle_.now)) {
+  if (behind && !gone && !state_.cycle.closing && (m.only_now || m.expires >= state_.cycle.now)) {
     if (!m.only_now && may_park(m, to)) return false;
     add(counter::outbox_full);
     delivery_.complete(m.sender, m.own, m.only_now ? errc::expired : errc::full);
@@ -98,8 +93,8 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
            trackers_.has_share(to, out_.of(to).backpressured(), slots_.class_for(m.text.size()));
   }
   bool any = false;
-  for (const peer_index i : peers_.ids()) {
-    if (!peers_[i].open() || !peers_[i].takes_messages) continue;
+  for (const peer_index i : state_.peers.ids()) {
+    if (!state_.peers[i].open() || !state_.peers[i].takes_messages) continue;
     if (pending() == 0 && parked_[i].turn != turn_ && has_room(i, m.priority)) return true;
     any = true;
   }
@@ -114,12 +109,12 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
     delivery_.complete(m.sender, m.own, why);
     return true;
   };
-  if (cycle_.closing) return fails(errc::closed, counter::lost_at_close);
+  if (state_.cycle.closing) return fails(errc::closed, counter::lost_at_close);
   // Only now means: in the cycle that takes it, however long it was queued before.
-  const rt::time_point expires = m.only_now ? cycle_.now : m.expires;
-  if (expires < cycle_.now) return fails(errc::expired, counter::expired);
+  const rt::time_point expires = m.only_now ? state_.cycle.now : m.expires;
+  if (expires < state_.cycle.now) return fails(errc::expired, counter::expired);
   if (m.to.generation != 0) {
-    const connection* const to = peers_.find({m.to.index, m.to.generation});
+    const connection* const to = state_.peers.find({m.to.index, m.to.generation});
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
   if (m.text.size() > store_.text_bytes_max()) {
@@ -132,7 +127,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   // Slots that topics and answers hold beyond this can be evicted for it.
   if (trackers_.slots_left(of) == 0) return m.only_now ? fails(errc::expired, counter::no_slot) : false;
   // The text is checked last, since parked messages come by here in every cycle.
-  if (const status fine = check_object_text(validator_, m.text); !fine)
+  if (const status fine = check_object_text(state_.seams.validator, m.text); !fine)
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
   if (slots_.free_for_all(of) == 0 && !out_.evict_for(of))
     return m.only_now ? fails(errc::expired, counter::no_slot) : false;
@@ -142,8 +137,8 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   if (m.to.generation != 0) {
     (void)queue_to({m.to.index}, slot); // has_room_for() said so
   } else {
-    for (const peer_index i : peers_.ids()) {
-      if (!peers_[i].open() || !peers_[i].takes_messages) continue;
+    for (const peer_index i : state_.peers.ids()) {
+      if (!state_.peers[i].open() || !state_.peers[i].takes_messages) continue;
       if (parked_[i].turn == turn_) {
         add(counter::outbox_full); // it would overtake a message parked for that peer
       } else {
@@ -235,9 +230,9 @@ inline void direct_messages::settle(slot_id slot, bool evicted) noexcept {
   const tracker& one = trackers_.at(slot);
   if (one.now == tracker::state::waiting) return; // it is pending, with no delivery
   if (one.sent) return end(slot, {});
-  if (cycle_.closing) return end(slot, errc::closed);
+  if (state_.cycle.closing) return end(slot, errc::closed);
   if (!one.everyone) return end(slot, evicted ? errc::full : errc::peer_lost);
-  if (slots_.expires(slot) <= cycle_.now) {
+  if (slots_.expires(slot) <= state_.cycle.now) {
     add(counter::expired);
     return end(slot, errc::expired);
   }
@@ -255,7 +250,7 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
 
 void direct_messages::deliver_pending(peer_index peer) noexcept {
   for (slot_id slot = trackers_.first_waiting(); slot; slot = trackers_.first_waiting()) {
-    if (slots_.expires(slot) < cycle_.now) {
+    if (slots_.expires(slot) < state_.cycle.now) {
       store_.expire(slot);
       take_outcomes();
       continue;
@@ -263,8 +258,8 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
     tracker& one = trackers_.at(slot);
     if (!has_room(peer, one.priority)) return;
     trackers_.stop_waiting(slot);
-    if (call* const asked = calls_.find(one.request_of)) {
-      asked->callee = call_endpoint::of(peers_[peer].id, asked->callee.speaks);
+    if (call* const asked = state_.calls.find(one.request_of)) {
+      asked->callee = call_endpoint::of(state_.peers[peer].id, asked->callee.speaks);
       one.everyone = false;
     }
     (void)queue_to(peer, slot); // there is room
@@ -275,9 +270,9 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
 void direct_messages::place_all_pending() noexcept {
   const std::uint64_t changes = out_.room_changes() + trackers_.began_to_wait();
   if (std::exchange(looked_for_room_at_, changes) == changes) return;
-  for (const peer_index i : peers_.ids()) {
+  for (const peer_index i : state_.peers.ids()) {
     if (pending() == 0) return;
-    if (peers_[i].open() && peers_[i].takes_messages) deliver_pending(i);
+    if (state_.peers[i].open() && state_.peers[i].takes_messages) deliver_pending(i);
   }
 }
 
@@ -298,8 +293,8 @@ bool direct_messages::check() const noexcept {
     if (trackers_.under_way(i) != (slots_.references(i) != 0 && slots_.tracked(i))) return false;
   }
   std::uint32_t told_full = 0;
-  for (const peer_index i : peers_.ids())
-    told_full += peers_[i].state != connection::phase::free && out_.of(i).told_full;
+  for (const peer_index i : state_.peers.ids())
+    told_full += state_.peers[i].state != connection::phase::free && out_.of(i).told_full;
   return told_full == told_full_;
 }
 

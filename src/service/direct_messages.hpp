@@ -24,6 +24,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
@@ -49,21 +50,16 @@ struct direct_message {
 class direct_messages {
  public:
   struct needs {
-    cycle_state& cycle;
-    shared_state& shown;
-    peer_table& peers;
-    call_table& calls;
+    core_state& state;
     message_store& store;
     outbox& out;
     local_delivery& delivery;
     receiver& inbox;
-    json::reader& validator;
-    std::uint32_t claimants; // how many connections there may be; each has a claim
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return trackers::footprint_bytes(bounds) + rt::arena::bytes_for<parked>(bounds.connections_max);
   }
-  direct_messages(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  direct_messages(rt::arena& memory, const needs& parts) noexcept;
 
   void forget(peer_index peer) noexcept;
 
@@ -130,7 +126,7 @@ class direct_messages {
     std::uint32_t count = 0; // and how many in that turn
   };
 
-  void add(counter which, std::uint64_t by = 1) noexcept { shown_.counts.add(which, by); }
+  void add(counter which, std::uint64_t by = 1) noexcept { state_.shown.counts.add(which, by); }
   bool send(const direct_message& m) noexcept;
   void show_room() noexcept;
   void place_all_pending() noexcept;
@@ -149,17 +145,12 @@ class direct_messages {
   void settle(slot_id slot, bool evicted) noexcept;
   void end(slot_id slot, const status& outcome) noexcept;
 
-  const limits bounds_;
-  cycle_state& cycle_;
-  shared_state& shown_;
-  peer_table& peers_;
-  call_table& calls_;
+  core_state& state_;
   message_store& store_;
   outbox& out_;
   slot_pool& slots_;
   local_delivery& delivery_;
   receiver& inbox_;
-  json::reader& validator_;
   trackers trackers_;
   rows<peer_index, parked> parked_;
   std::uint64_t turn_ = 0;                // counts the turns of senders

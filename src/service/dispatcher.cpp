@@ -44,12 +44,8 @@ std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
   return rt::arena::bytes_for(scratch_bytes(bounds));
 }
 
-dispatcher::dispatcher(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : options_{parts.options},
-      cycle_{parts.cycle},
-      counts_{parts.counts},
-      events_{parts.events},
-      peers_{parts.peers},
+dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       refusals_{parts.refused},
       inbox_{parts.inbox},
       ingress_{parts.in},
@@ -62,16 +58,14 @@ dispatcher::dispatcher(rt::arena& memory, const limits& bounds, const needs& par
       completion_{parts.completion},
       calls_{parts.calls},
       stop_{parts.stop},
-      validator_{parts.validator},
-      protocols_{parts.protocols},
-      scratch_{memory.carve<char>(scratch_bytes(bounds))} {}
+      scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
 
 // ---- messages
 
 void dispatcher::dispatch(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
-  connection& c = peers_[from];
-  excess_ = !c.messages.take(cycle_.now);
-  counts_.add(counter::messages_in);
+  connection& c = state_.peers[from];
+  excess_ = !c.messages.take(state_.cycle.now);
+  state_.counts.add(counter::messages_in);
   ++c.messages_in;
   read(c, message, binary);
   if (std::exchange(excess_, false)) refusals_.note_excess(c);
@@ -79,18 +73,18 @@ void dispatcher::dispatch(peer_index from, std::span<const std::byte> message, b
 
 void dispatcher::dispatch_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
   heard_before_ = true;
-  read(peers_[from], message, binary);
+  read(state_.peers[from], message, binary);
   heard_before_ = false;
 }
 
 inline void dispatcher::read_text(connection& c, std::span<const std::byte> payload) noexcept {
   const std::string_view text = text_of(payload);
-  if (const status valid = validator_.validate(text); !valid) {
-    counts_.add(counter::malformed);
+  if (const status valid = state_.seams.validator.validate(text); !valid) {
+    state_.counts.add(counter::malformed);
     if (drops_excess()) return;
     return refuse_malformed(c, text, valid.error());
   }
-  json::document known = validator_.last(); // its members are noted until the next validation
+  json::document known = state_.seams.validator.last(); // its members are noted until the next validation
   for (std::uint32_t from = 0;;) {
     wire::request asked;
     wire::diagnostic why;
@@ -109,15 +103,15 @@ void dispatcher::read_binary(connection& c, std::span<const std::byte> message) 
   sentence_room sentence;
   wire::decoded read = c.protocol->reads.decode_binary(message, decode_room(sentence, 0), asked, why);
   if (read == wire::decoded::unsupported) {
-    counts_.add(counter::refused_requests);
-    return peers_.close_later(c, no_binary_sentence, wire::close_code::unsupported_data);
+    state_.counts.add(counter::refused_requests);
+    return state_.peers.close_later(c, no_binary_sentence, wire::close_code::unsupported_data);
   }
   json::document body;
   if (read == wire::decoded::request && !asked.body_raw.empty()) {
-    if (const status valid = validator_.validate(asked.body_raw); !valid) {
+    if (const status valid = state_.seams.validator.validate(asked.body_raw); !valid) {
       read = wire::decoded::malformed;
       why = {.code = valid.error().name(), .text = sentence_of(valid.error(), asked.body_raw, sentence)};
-    } else if (body = validator_.last(); !json::is_object(body.text)) {
+    } else if (body = state_.seams.validator.last(); !json::is_object(body.text)) {
       read = wire::decoded::malformed;
       why = {.code = "not_an_object", .text = "the body must be a JSON object"};
     }
@@ -129,9 +123,10 @@ void dispatcher::read_binary(connection& c, std::span<const std::byte> message) 
 inline void dispatcher::take(connection& c, wire::decoded read, wire::request& asked,
                              const json::document& known, const wire::diagnostic& why) noexcept {
   c.spoke_last = asked.codec;
-  if (read == wire::decoded::malformed) counts_.add(counter::malformed);
+  if (read == wire::decoded::malformed) state_.counts.add(counter::malformed);
   // A peer that speaks as users of this process do also takes plain messages.
-  const bool speaks_messages = asked.codec == protocols_.messages.id() && read != wire::decoded::malformed;
+  const bool speaks_messages =
+      asked.codec == state_.seams.protocols.messages.id() && read != wire::decoded::malformed;
   if (speaks_messages && !c.stop_only && !std::exchange(c.takes_messages, true))
     messages_.deliver_pending({c.id.index});
   const std::string_view unknown = asked.by_number ? listings_.put_names(c, asked) : std::string_view{};
@@ -160,7 +155,7 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   if (c.ours == side::client && is_for_servers(asked.what)) {
     // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
     // only start a quarrel of two programs.
-    return counts_.add(counter::refused_requests);
+    return state_.counts.add(counter::refused_requests);
   }
   const bool may_stop = asked.what == verb::publish || asked.what == verb::call;
   if (!may_stop && drops_excess()) return;
@@ -189,13 +184,13 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
 }
 
 void dispatcher::take_status(connection& c, const wire::request& asked) noexcept {
-  if (!refusals_.admits_event({c.id.index})) return counts_.add(counter::events_lost);
+  if (!refusals_.admits_event({c.id.index})) return state_.counts.add(counter::events_lost);
   const auto plain = json::to_string(json::root(asked.body_raw), scratch_);
-  events_.report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw));
+  state_.events.report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw));
 }
 
 inline void dispatcher::take_call(connection& c, const wire::request& asked) noexcept {
-  if (!heard_before_) counts_.add(counter::calls_in);
+  if (!heard_before_) state_.counts.add(counter::calls_in);
   const auto of_stop = stop_gate::service_named(asked.service);
   const bool allowed = !c.stop_only || stop_gate::is_for_stop_peers(of_stop);
   if (allowed && stop_.in_use() && of_stop != stop_verb::none) return stop_.carry_out_call(c, asked, of_stop);
@@ -213,14 +208,15 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
   switch (inbox_.admit({c.id.index})) {
   case admission::now: break;
   case admission::later: return ingress_.park({c.id.index});
-  case admission::never: return counts_.add(counter::inbox_full);
+  case admission::never: return state_.counts.add(counter::inbox_full);
   }
   // A message that is too long is counted there.
-  (void)inbox_.deliver({.stamped_ns = rt::nanoseconds_of(cycle_.now),
-                        .expires_ns = rt::nanoseconds_of(options_.inbound_expiry(cycle_.now, asked.ttl_ns)),
-                        .what = detail::entry::message,
-                        .peer = {c.id.index, c.id.generation}},
-                       text.text);
+  (void)inbox_.deliver(
+      {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+       .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now, asked.ttl_ns)),
+       .what = detail::entry::message,
+       .peer = {c.id.index, c.id.generation}},
+      text.text);
 }
 
 // A stop goes before all else.
@@ -231,10 +227,11 @@ inline void dispatcher::take_published(connection& c, const wire::request& asked
 }
 
 bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
-  const connection& c = peers_[from];
+  const connection& c = state_.peers[from];
   const std::string_view text{reinterpret_cast<const char*>(message.data()), message.size()};
-  if (!stop_.in_use() || (binary ? !c.protocol->can.binary : !validator_.validate(text))) return false;
-  const json::document known = binary ? json::document{} : validator_.last();
+  if (!stop_.in_use() || (binary ? !c.protocol->can.binary : !state_.seams.validator.validate(text)))
+    return false;
+  const json::document known = binary ? json::document{} : state_.seams.validator.last();
   wire::request asked;
   wire::diagnostic why;
   sentence_room sentence;
@@ -248,7 +245,7 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
 
 // Of a message beyond its peer's rate, which is no stop: true, counted.
 bool dispatcher::drops_excess() noexcept {
-  if (excess_) counts_.add(counter::over_rate);
+  if (excess_) state_.counts.add(counter::over_rate);
   return excess_;
 }
 

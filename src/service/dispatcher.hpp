@@ -17,6 +17,7 @@
 #include "service/call_completion.hpp"
 #include "service/call_router.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
@@ -40,11 +41,7 @@ namespace rowe::service {
 class dispatcher {
  public:
   struct needs {
-    const core_options& options;
-    const cycle_state& cycle;
-    counters& counts;
-    event_log& events;
-    peer_table& peers;
+    core_state& state;
     refusals& refused;
     receiver& inbox;
     ingress& in;
@@ -57,11 +54,9 @@ class dispatcher {
     call_completion& completion;
     call_router& calls;
     stop_service& stop;
-    json::reader& validator;
-    const wire::protocol_set& protocols;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  dispatcher(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  dispatcher(rt::arena& memory, const needs& parts) noexcept;
 
   // A message of a peer.
   void dispatch(peer_index from, std::span<const std::byte> message, bool binary) noexcept;
@@ -77,7 +72,7 @@ class dispatcher {
   wire::decode_room decode_room(sentence_room& sentence, std::uint32_t from) const noexcept {
     return {.scratch = scratch_,
             .sentence = sentence,
-            .limits = {.name_bytes_max = options_.bounds.topic_bytes_max},
+            .limits = {.name_bytes_max = state_.bounds().topic_bytes_max},
             .from = from};
   }
   void read(connection& c, std::span<const std::byte> message, bool binary) noexcept {
@@ -96,11 +91,7 @@ class dispatcher {
   void take_status(connection& c, const wire::request& asked) noexcept;
   bool drops_excess() noexcept;
 
-  const core_options& options_;
-  const cycle_state& cycle_;
-  counters& counts_;
-  event_log& events_;
-  peer_table& peers_;
+  core_state& state_;
   refusals& refusals_;
   receiver& inbox_;
   ingress& ingress_;
@@ -113,8 +104,6 @@ class dispatcher {
   call_completion& completion_;
   call_router& calls_;
   stop_service& stop_;
-  json::reader& validator_;
-  const wire::protocol_set& protocols_;
   std::span<char> scratch_;   // the names and the id of the request; only decoders write here
   bool excess_ = false;       // the current message is beyond its peer's rate
   bool heard_before_ = false; // the current message was parked before

@@ -19,21 +19,15 @@ constexpr std::size_t answer_work = 10 * 1024;
 
 } // namespace
 
-endpoint_services::endpoint_services(side ours, const needs& parts) noexcept
-    : ours_{ours},
-      cycle_{parts.cycle},
-      peers_{parts.peers},
-      calls_{parts.calls},
-      topics_{parts.topics},
+endpoint_services::endpoint_services(const needs& parts) noexcept
+    : state_{parts.state},
       directory_{parts.directory},
       stop_{parts.stop},
       store_{parts.store},
       out_{parts.out},
       completion_{parts.completion},
       report_{parts.report},
-      advertised_{parts.advertised},
-      lanes_{parts.lanes},
-      views_{parts.views} {}
+      advertised_{parts.advertised} {}
 
 std::string_view endpoint_services::find(std::string_view asked) noexcept {
   for (const std::string_view own : names) {
@@ -44,12 +38,12 @@ std::string_view endpoint_services::find(std::string_view asked) noexcept {
 
 void endpoint_services::answer(call_index index, std::string_view service,
                                const wire::call_args& what) noexcept {
-  calls_.at(index).callee = {.who = call_endpoint::kind::core};
-  if (const call& one = calls_.at(index); one.caller.who == call_endpoint::kind::peer) {
-    connection* const c = peers_.find(one.caller.connection());
+  state_.calls.at(index).callee = {.who = call_endpoint::kind::core};
+  if (const call& one = state_.calls.at(index); one.caller.who == call_endpoint::kind::peer) {
+    connection* const c = state_.peers.find(one.caller.connection());
     if (c != nullptr && !out_.has_place_for_reply({c->id.index})) return completion_.fail_for_room(index);
   }
-  cycle_.work_bytes += answer_work;
+  state_.cycle.work_bytes += answer_work;
   std::array<char, 2 * detail::lane::name_bytes_max> room; // the names of the call itself are elsewhere
   const auto named = [&](std::string_view member) -> std::string_view {
     const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
@@ -69,20 +63,22 @@ void endpoint_services::answer(call_index index, std::string_view service,
     if (service == wire::stats_name) return report_.write_for_service(into);
     into.begin_object();
     if (service == wire::list_topics_name) {
-      const listed_topics shown{topics_, stop_};
-      list(into, "topics", topics_.topic_ids(), shown, [&](topic_id i) { return topics_.name(i); });
-      list(into, "types", topics_.topic_ids(), shown, [&](topic_id i) { return topics_.type(i); });
+      const listed_topics shown{state_.topics, stop_};
+      list(into, "topics", state_.topics.topic_ids(), shown,
+           [&](topic_id i) { return state_.topics.name(i); });
+      list(into, "types", state_.topics.topic_ids(), shown,
+           [&](topic_id i) { return state_.topics.type(i); });
     } else if (service == wire::list_services_name) {
       const auto shown = [&](service_index i) { return directory_.in_use(i); };
       list(into, "services", directory_.ids(), shown, [&](service_index i) { return directory_.name(i); });
     } else if (service == wire::topic_type_name) {
-      const topic_id topic = topics_.find(named("topic"));
+      const topic_id topic = state_.topics.find(named("topic"));
       into.key("type");
-      into.string(!topic ? std::string_view{} : topics_.type(topic));
+      into.string(!topic ? std::string_view{} : state_.topics.type(topic));
     } else if (service == wire::publishers_name) {
       into.key("publishers");
       into.begin_array();
-      write_publishers(into, topics_.find(named("topic")));
+      write_publishers(into, state_.topics.find(named("topic")));
       into.end_array();
     } else {
       const service_index found = directory_.find(named("service"));
@@ -98,12 +94,13 @@ void endpoint_services::answer(call_index index, std::string_view service,
 
 void endpoint_services::write_publishers(json::writer& into, topic_id topic) noexcept {
   if (!topic) return;
-  bool here = (ours_ == side::server && topic == topics_.find(wire::stats_name)) ||
-              (stop_.in_use() && topic == topics_.find(wire::stop_state_name));
-  for (const pair_index i : lanes_.ids())
-    here = here || (views_[i].attached && views_[i].topic == topic && detail::publishes(lanes_[i].kind));
+  bool here = (state_.options.ours == side::server && topic == state_.topics.find(wire::stats_name)) ||
+              (stop_.in_use() && topic == state_.topics.find(wire::stop_state_name));
+  for (const pair_index i : state_.lanes.ids())
+    here = here || (state_.views[i].attached && state_.views[i].topic == topic &&
+                    detail::publishes(state_.lanes[i].kind));
   if (here) into.string(report_.name());
-  for (const connection& c : peers_) {
+  for (const connection& c : state_.peers) {
     if (c.open() && advertised_.find({c.id.index}, topic) != nullptr) into.string(c.peer());
   }
 }

@@ -12,6 +12,7 @@
 #include "service/advertisement_table.hpp"
 #include "service/call_completion.hpp"
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/outbox.hpp"
 #include "service/pair_table.hpp"
@@ -28,10 +29,7 @@ namespace rowe::service {
 class endpoint_services {
  public:
   struct needs {
-    cycle_state& cycle;
-    peer_table& peers;
-    call_table& calls;
-    const topic_table& topics;
+    core_state& state;
     const service_directory& directory;
     const stop_rules& stop;
     message_store& store;
@@ -39,10 +37,8 @@ class endpoint_services {
     call_completion& completion;
     statistics_report& report;
     const advertisement_table& advertised;
-    rows<pair_index, const detail::lane> lanes;
-    rows<pair_index, const pair_row> views;
   };
-  endpoint_services(side ours, const needs& parts) noexcept;
+  explicit endpoint_services(const needs& parts) noexcept;
 
   // The whole name of one of them, in either spelling; empty: none of them.
   static std::string_view find(std::string_view service) noexcept;
@@ -53,11 +49,7 @@ class endpoint_services {
   // This endpoint by its name, and peers that advertise by their addresses.
   void write_publishers(json::writer& into, topic_id topic) noexcept;
 
-  const side ours_;
-  cycle_state& cycle_;
-  peer_table& peers_;
-  call_table& calls_;
-  const topic_table& topics_;
+  core_state& state_;
   const service_directory& directory_;
   const stop_rules& stop_;
   message_store& store_;
@@ -65,8 +57,6 @@ class endpoint_services {
   call_completion& completion_;
   statistics_report& report_;
   const advertisement_table& advertised_;
-  rows<pair_index, const detail::lane> lanes_;
-  rows<pair_index, const pair_row> views_;
 };
 
 } // namespace rowe::service

@@ -15,15 +15,8 @@ namespace rowe::service {
 using detail::entry;
 using detail::pair_phase;
 
-handle_registry::handle_registry(const limits& bounds, const needs& parts) noexcept
-    : services_max_{bounds.services_max},
-      cycle_{parts.cycle},
-      shown_{parts.shown},
-      lanes_{parts.lanes},
-      views_{parts.views},
-      shared_{parts.shared},
-      peers_{parts.peers},
-      calls_{parts.calls},
+handle_registry::handle_registry(const needs& parts) noexcept
+    : state_{parts.state},
       directory_{parts.directory},
       out_{parts.out},
       inbox_{parts.inbox},
@@ -37,16 +30,16 @@ handle_registry::handle_registry(const limits& bounds, const needs& parts) noexc
 
 void handle_registry::scan() noexcept {
   submissions_.begin_cycle();
-  phases_.looks(cycle_.now);
-  const std::uint32_t used = shown_.lanes_used();
+  phases_.looks(state_.cycle.now);
+  const std::uint32_t used = state_.shown.lanes_used();
   for (pair_index i{0}; i.value < used; ++i.value) {
-    switch (lanes_[i].lifecycle.look()) {
+    switch (state_.lanes[i].lifecycle.look()) {
     case pair_phase::free:
     case pair_phase::refused: continue;
     case pair_phase::offered: attach(i); break;
     case pair_phase::active: submissions_.take(i); break;
     case pair_phase::closing:
-      if (views_[i].attached) submissions_.take(i);
+      if (state_.views[i].attached) submissions_.take(i);
       if (submissions_.has_unsent(i)) {
         submissions_.note_waits();
       } else {
@@ -54,15 +47,15 @@ void handle_registry::scan() noexcept {
       }
       break;
     case pair_phase::held:
-      if (all_home(lanes_[i])) lanes_[i].lifecycle.release(lanes_[i].news);
+      if (all_home(state_.lanes[i])) state_.lanes[i].lifecycle.release(state_.lanes[i].news);
       break;
     }
-    if (views_[i].held_first) submissions_.note_waits();
+    if (state_.views[i].held_first) submissions_.note_waits();
   }
 }
 
 bool handle_registry::quiet() const noexcept {
-  return std::all_of(lanes_.begin(), lanes_.begin() + shown_.lanes_used(),
+  return std::all_of(state_.lanes.begin(), state_.lanes.begin() + state_.shown.lanes_used(),
                      [](const detail::lane& one) { return one.rope.quiet(); });
 }
 
@@ -70,53 +63,53 @@ bool handle_registry::quiet() const noexcept {
 
 // Set-up is answered last: then a first value finds its listener.
 void handle_registry::attach(pair_index pair) noexcept {
-  detail::lane& lane = lanes_[pair];
-  views_[pair] = {.generation = views_[pair].generation + 1, .order = ++attached_};
+  detail::lane& lane = state_.lanes[pair];
+  state_.views[pair] = {.generation = state_.views[pair].generation + 1, .order = ++attached_};
   const status done = attach_to_part(pair);
   done ? lane.lifecycle.accept(lane.news) : lane.lifecycle.refuse(done.error(), lane.news);
 }
 
 status handle_registry::attach_to_part(pair_index pair) noexcept {
-  const detail::lane_kind kind = lanes_[pair].kind;
+  const detail::lane_kind kind = state_.lanes[pair].kind;
   if (detail::publishes(kind) || detail::subscribes(kind)) return topics_.attach(pair);
   if (!detail::is_latch(kind)) return attach_talker(pair);
   const status done = stop_.attach(pair);
-  views_[pair].attached = static_cast<bool>(done);
+  state_.views[pair].attached = static_cast<bool>(done);
   return done;
 }
 
 status handle_registry::attach_talker(pair_index pair) noexcept {
-  detail::lane& lane = lanes_[pair];
+  detail::lane& lane = state_.lanes[pair];
   if (detail::responds(lane.kind)) {
     if (const status done = provide(pair); !done) return done;
   }
-  views_[pair].attached = true;
+  state_.views[pair].attached = true;
   inbox_.attach();
   ++talking_;
   lane.audience.set(detail::audience::somebody);
-  if (connection* const c = peers_.server()) announce_service(*c, pair, true);
-  if (inbox_.pair() == pair && !shared_.has_receiver()) take_over_inbox(pair);
+  if (connection* const c = state_.peers.server()) announce_service(*c, pair, true);
+  if (inbox_.pair() == pair && !state_.threads_inbox.has_receiver()) take_over_inbox(pair);
   return {};
 }
 
 status handle_registry::provide(pair_index pair) noexcept {
-  const detail::lane& lane = lanes_[pair];
+  const detail::lane& lane = state_.lanes[pair];
   const service_index found = directory_.find(lane.name());
   if (found && !directory_.at(found).pair && !ROWE_MUTANT(pinned_service)) providers_.take_from_peer(found);
   const auto [at, why] = directory_.add(lane.name(), lane.type(), pair, {});
   if (why == service_directory::refusal::taken) return errc::service_taken;
   if (why == service_directory::refusal::no_room)
-    return error{errc::too_many_services, directory_.count(), services_max_};
-  views_[pair].service = at;
+    return error{errc::too_many_services, directory_.count(), state_.bounds().services_max};
+  state_.views[pair].service = at;
   return {};
 }
 
 // Messages that came before anybody received are for the first receiver.
 void handle_registry::take_over_inbox(pair_index pair) noexcept {
-  const call_endpoint us = call_endpoint::of(pair, views_[pair].generation);
-  while (const auto slot = shared_.take_back(cycle_.now)) {
-    const inbound_header& came = shared_.header(*slot);
-    call* const asked = calls_.find(came.call);
+  const call_endpoint us = call_endpoint::of(pair, state_.views[pair].generation);
+  while (const auto slot = state_.threads_inbox.take_back(state_.cycle.now)) {
+    const inbound_header& came = state_.threads_inbox.header(*slot);
+    call* const asked = state_.calls.find(came.call);
     const bool is_call = came.what == entry::invocation;
     if (asked != nullptr) asked->callee = us;
     if (!is_call || asked != nullptr) {
@@ -125,10 +118,10 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
                                           .what = came.what,
                                           .peer = came.peer,
                                           .call = came.call},
-                                         shared_.text(*slot));
+                                         state_.threads_inbox.text(*slot));
       if (!done && is_call) completion_.fail({came.call.index}, {errc::refused}, "the inbox is full");
     }
-    (void)shared_.release(*slot); // this thread need not be woken
+    (void)state_.threads_inbox.release(*slot); // this thread need not be woken
   }
 }
 
@@ -136,8 +129,8 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
 
 // A handle is closed, and all that it submitted is taken. Only the service thread knows the pair now.
 void handle_registry::detach(pair_index pair) noexcept {
-  detail::lane& lane = lanes_[pair];
-  pair_row& view = views_[pair];
+  detail::lane& lane = state_.lanes[pair];
+  pair_row& view = state_.views[pair];
   requests_.forget_pair(pair); // its rings are set-up's from here on
   if (view.attached && !view.topic) {
     detach_talker(pair);
@@ -152,35 +145,35 @@ void handle_registry::detach(pair_index pair) noexcept {
 }
 
 void handle_registry::detach_talker(pair_index pair) noexcept {
-  const pair_row& view = views_[pair];
+  const pair_row& view = state_.views[pair];
   if (view.loop) return stop_.detach(pair);
   completion_.forget_pair(pair);
   inbox_.detach(pair);
   if (view.service) directory_.remove(view.service);
-  if (connection* const c = peers_.server()) announce_service(*c, pair, false);
+  if (connection* const c = state_.peers.server()) announce_service(*c, pair, false);
   --talking_;
 }
 
 // What a user's thread counted stays in the sums when its handle is closed.
 void handle_registry::count_refusals(const detail::lane& lane) noexcept {
-  shown_.counts.add(counter::full, lane.refused_full.get());
-  shown_.counts.add(counter::no_peer, lane.no_peer.get());
-  shown_.counts.add(counter::too_big, lane.refused_too_big.get());
-  shown_.counts.add(counter::inbound_expired, lane.expired_here.get());
+  state_.shown.counts.add(counter::full, lane.refused_full.get());
+  state_.shown.counts.add(counter::no_peer, lane.no_peer.get());
+  state_.shown.counts.add(counter::too_big, lane.refused_too_big.get());
+  state_.shown.counts.add(counter::inbound_expired, lane.expired_here.get());
 }
 
 // ---- as a client
 
 void handle_registry::announce_all(connection& c) noexcept {
-  for (const pair_index i : lanes_.ids()) {
-    if (!views_[i].attached) continue;
-    views_[i].topic ? topics_.announce(c, i, true) : announce_service(c, i, true);
+  for (const pair_index i : state_.lanes.ids()) {
+    if (!state_.views[i].attached) continue;
+    state_.views[i].topic ? topics_.announce(c, i, true) : announce_service(c, i, true);
   }
 }
 
 // A server learns which services this process provides.
 void handle_registry::announce_service(connection& c, pair_index pair, bool begins) noexcept {
-  const detail::lane& lane = lanes_[pair];
+  const detail::lane& lane = state_.lanes[pair];
   if (!detail::responds(lane.kind) || !c.protocol->can.topics) return;
   std::array<char, wire::announcement_bytes_max> room;
   json::writer text{room};

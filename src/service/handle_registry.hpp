@@ -12,6 +12,7 @@
 
 #include "service/call_completion.hpp"
 #include "service/call_requests.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/handle_submissions.hpp"
 #include "service/outbox.hpp"
@@ -31,13 +32,7 @@ namespace rowe::service {
 class handle_registry {
  public:
   struct needs {
-    const cycle_state& cycle;
-    shared_state& shown;
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    shared_inbox& shared;
-    peer_table& peers;
-    call_table& calls;
+    core_state& state;
     service_directory& directory;
     outbox& out;
     receiver& inbox;
@@ -49,7 +44,7 @@ class handle_registry {
     topic_handles& topics;
     handle_submissions& submissions;
   };
-  explicit handle_registry(const limits& bounds, const needs& parts) noexcept;
+  explicit handle_registry(const needs& parts) noexcept;
 
   // Once a cycle: attaches and detaches handles, and takes what the others submit.
   void scan() noexcept;
@@ -71,14 +66,7 @@ class handle_registry {
   void take_over_inbox(pair_index pair) noexcept;
   void announce_service(connection& c, pair_index pair, bool begins) noexcept;
 
-  const std::uint32_t services_max_;
-  const cycle_state& cycle_;
-  shared_state& shown_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  shared_inbox& shared_;
-  peer_table& peers_;
-  call_table& calls_;
+  core_state& state_;
   service_directory& directory_;
   outbox& out_;
   receiver& inbox_;

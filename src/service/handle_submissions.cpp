@@ -21,12 +21,7 @@ std::int64_t& next_parked(const detail::lane_slots& slots, pair_slot slot) noexc
 } // namespace
 
 handle_submissions::handle_submissions(const needs& parts) noexcept
-    : options_{parts.options},
-      cycle_{parts.cycle},
-      counts_{parts.counts},
-      lanes_{parts.lanes},
-      views_{parts.views},
-      topics_{parts.topics},
+    : state_{parts.state},
       sender_{parts.writer},
       delivery_{parts.delivery},
       inbox_{parts.inbox},
@@ -35,14 +30,13 @@ handle_submissions::handle_submissions(const needs& parts) noexcept
       handles_{parts.handles},
       completion_{parts.completion},
       calls_{parts.calls},
-      phases_{parts.phases},
-      validator_{parts.validator} {}
+      phases_{parts.phases} {}
 
 void handle_submissions::take(pair_index pair) noexcept {
-  detail::lane& lane = lanes_[pair];
-  if (detail::is_latch(lane.kind)) return;   // stop_service looks at it
-  if (options_.lanes_tell) lane.rope.mark(); // before looking
-  if (!views_[pair].topic) return take_entries(pair);
+  detail::lane& lane = state_.lanes[pair];
+  if (detail::is_latch(lane.kind)) return;         // stop_service looks at it
+  if (state_.options.lanes_tell) lane.rope.mark(); // before looking
+  if (!state_.views[pair].topic) return take_entries(pair);
   if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
   if (lane.service.out.newest != nullptr) {
     take_newest(pair);
@@ -54,23 +48,24 @@ void handle_submissions::take(pair_index pair) noexcept {
 // ---- values
 
 inline void handle_submissions::take_newest(pair_index pair) noexcept {
-  const auto found = lanes_[pair].service.out.newest->begin_read();
+  const auto found = state_.lanes[pair].service.out.newest->begin_read();
   if (found.state != rt::freshness::fresh) return;
-  pair_row& view = views_[pair];
+  pair_row& view = state_.views[pair];
   const std::uint64_t passed_over = found.sequence - view.sequence - 1;
   view.sequence = found.sequence;
-  topics_.at(view.topic).messages += passed_over;
-  counts_.add(counter::replaced, passed_over);
+  state_.topics.at(view.topic).messages += passed_over;
+  state_.counts.add(counter::replaced, passed_over);
   publish(pair, found.slot);
 }
 
 // A server gets every value. A value that finds no room in the queue to it stays with the handle, and its
 // publisher is told `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
-  const detail::emptying_end& path = lanes_[pair].service.out;
+  const detail::emptying_end& path = state_.lanes[pair].service.out;
   std::size_t budget = values_per_cycle;
-  if (const queue* const towards = options_.ours == side::client ? handles_.queue_to_server(pair) : nullptr) {
-    const std::uint32_t depth = options_.bounds.queue_depth_max;
+  if (const queue* const towards =
+          state_.options.ours == side::client ? handles_.queue_to_server(pair) : nullptr) {
+    const std::uint32_t depth = state_.bounds().queue_depth_max;
     budget = std::min<std::size_t>(budget, depth - std::min(towards->count, depth));
   }
   const auto take = [&](std::uint32_t slot) {
@@ -86,12 +81,12 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
 }
 
 void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
-  const detail::lane& lane = lanes_[pair];
+  const detail::lane& lane = state_.lanes[pair];
   const detail::value_header& header = *lane.service.out.slots.header(slot);
   const std::byte* const value = lane.service.out.slots.value(slot);
   const rt::time_point published = time_of(header.stamped_ns);
-  const rt::time_point expires = cycle_.expiry_of(published, time_of(header.expires_ns));
-  const topic_id topic = views_[pair].topic;
+  const rt::time_point expires = state_.cycle.expiry_of(published, time_of(header.expires_ns));
+  const topic_id topic = state_.views[pair].topic;
   const latch_owner latches =
       lane.latched ? latch_owner{latch_owner::kind::handle, pair.value} : latch_owner{};
   phases_.saw(pair, published);
@@ -100,22 +95,23 @@ void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
                            [&](json::writer& into) { lane.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  if (!validator_.validate(text) || !json::is_object(text)) return counts_.add(counter::malformed);
+  if (!state_.seams.validator.validate(text) || !json::is_object(text))
+    return state_.counts.add(counter::malformed);
   broker_.publish(topic, published, expires, latches, [&](json::writer& into) { into.raw(text); });
 }
 
 // ---- messages, requests, replies
 
 void handle_submissions::take_entries(pair_index pair) noexcept {
-  pair_row& view = views_[pair];
+  pair_row& view = state_.views[pair];
   const bool receives = inbox_.pair() == pair;
   if (receives) inbox_.mark_home();
-  messages_.begin_turn(lanes_[pair].user.out.count, receives);
+  messages_.begin_turn(state_.lanes[pair].user.out.count, receives);
   if (view.held_first) retry(pair);
   const std::size_t taken = take_new_entries(pair);
   if (receives) inbox_.count_home(taken);
   // The number of parked messages to everyone decides whether the handle may submit more of them.
-  detail::lane& lane = lanes_[pair];
+  detail::lane& lane = state_.lanes[pair];
   const detail::audience now =
       messages_.refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
   if (lane.audience.advice() != now) {
@@ -127,8 +123,8 @@ void handle_submissions::take_entries(pair_index pair) noexcept {
 }
 
 inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcept {
-  pair_row& view = views_[pair];
-  const detail::emptying_end& path = lanes_[pair].service.out;
+  pair_row& view = state_.views[pair];
+  const detail::emptying_end& path = state_.lanes[pair].service.out;
   for (std::size_t left = entries_per_cycle; left > 0; --left) {
     const auto slot = path.out->try_pop();
     if (!slot) return entries_per_cycle - left;
@@ -152,15 +148,15 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
 
 // Tries the parked slots in their order.
 void handle_submissions::retry(pair_index pair) noexcept {
-  pair_row& view = views_[pair];
-  const detail::emptying_end& path = lanes_[pair].service.out;
+  pair_row& view = state_.views[pair];
+  const detail::emptying_end& path = state_.lanes[pair].service.out;
   pair_slot before{};
   for (pair_slot slot = view.held_first; slot;) {
     const pair_slot next{static_cast<std::uint32_t>(next_parked(path.slots, slot))};
     if (take_entry(pair, slot.value, true)) {
       path.home->give(slot.value);
       view.gave = true;
-      ++cycle_.places_freed;
+      ++state_.cycle.places_freed;
       if (!before) {
         view.held_first = next;
       } else {
@@ -176,11 +172,11 @@ void handle_submissions::retry(pair_index pair) noexcept {
 
 // False: it must be parked.
 inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept {
-  const detail::lane& lane = lanes_[pair];
+  const detail::lane& lane = state_.lanes[pair];
   const detail::value_header& header = *lane.service.out.slots.header(slot);
   const std::byte* const value = lane.service.out.slots.value(slot);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
-  const call_endpoint us = call_endpoint::of(pair, views_[pair].generation);
+  const call_endpoint us = call_endpoint::of(pair, state_.views[pair].generation);
   const call_endpoint waits = header.own.generation != 0 ? us : call_endpoint{};
   switch (header.what) {
   case entry::message:
@@ -215,7 +211,7 @@ inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, 
 
 void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
                                 const call_endpoint& waits) noexcept {
-  const detail::lane& lane = lanes_[pair];
+  const detail::lane& lane = state_.lanes[pair];
   const detail::value_header& header = *lane.service.out.slots.header(slot);
   const std::byte* const value = lane.service.out.slots.value(slot);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
@@ -228,7 +224,7 @@ void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_
                                {.text = text,
                                 .encoder = lane.encoder,
                                 .value = value,
-                                .expires = cycle_.expiry_of(stamped, time_of(header.expires_ns)),
+                                .expires = state_.cycle.expiry_of(stamped, time_of(header.expires_ns)),
                                 .waits = waits,
                                 .own = header.own});
   if (!done) delivery_.complete(waits, header.own, done);
@@ -237,8 +233,8 @@ void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_
 // ---- what is left
 
 bool handle_submissions::has_unsent(pair_index pair) noexcept {
-  pair_row& view = views_[pair];
-  const detail::lane& lane = lanes_[pair];
+  pair_row& view = state_.views[pair];
+  const detail::lane& lane = state_.lanes[pair];
   if (!view.attached || detail::subscribes(lane.kind)) return false;
   if (view.held_first) return true;
   if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
@@ -249,26 +245,26 @@ bool handle_submissions::has_unsent(pair_index pair) noexcept {
 }
 
 bool handle_submissions::drained() const noexcept {
-  for (const pair_index i : lanes_.ids()) {
-    if (!views_[i].attached) continue;
-    const detail::lane& lane = lanes_[i];
+  for (const pair_index i : state_.lanes.ids()) {
+    if (!state_.views[i].attached) continue;
+    const detail::lane& lane = state_.lanes[i];
     if (detail::subscribes(lane.kind)) continue;
-    if (views_[i].held_first) return false;
+    if (state_.views[i].held_first) return false;
     if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
   }
   return true;
 }
 
 void handle_submissions::tell_those_who_ask(bool anywhere) noexcept {
-  for (const pair_index i : lanes_.ids()) {
-    pair_row& view = views_[i];
-    if (!view.attached || lanes_[i].kind != detail::lane_kind::talk) continue;
+  for (const pair_index i : state_.lanes.ids()) {
+    pair_row& view = state_.views[i];
+    if (!view.attached || state_.lanes[i].kind != detail::lane_kind::talk) continue;
     // acquire: pairs with the release in ask_room()
-    const std::uint32_t asked = lanes_[i].room_asked.load(std::memory_order_acquire);
+    const std::uint32_t asked = state_.lanes[i].room_asked.load(std::memory_order_acquire);
     const bool look = asked != view.room_asked || view.gave || anywhere;
     view.room_asked = asked;
     view.gave = false;
-    if (asked != 0 && look) lanes_[i].news.notify();
+    if (asked != 0 && look) state_.lanes[i].news.notify();
   }
 }
 

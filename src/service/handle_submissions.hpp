@@ -16,6 +16,7 @@
 #include "service/call_completion.hpp"
 #include "service/call_router.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
@@ -33,12 +34,7 @@ namespace rowe::service {
 class handle_submissions {
  public:
   struct needs {
-    const core_options& options;
-    cycle_state& cycle;
-    counters& counts;
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    topic_table& topics;
+    core_state& state;
     sender& writer;
     local_delivery& delivery;
     receiver& inbox;
@@ -48,7 +44,6 @@ class handle_submissions {
     call_completion& completion;
     call_router& calls;
     publish_predictor& phases;
-    json::reader& validator;
   };
   explicit handle_submissions(const needs& parts) noexcept;
 
@@ -57,11 +52,11 @@ class handle_submissions {
   void take(pair_index pair) noexcept;
   // Tries all parked messages again, as if they came now.
   void retry_all() noexcept {
-    for (const pair_index pair : lanes_.ids()) retry(pair);
+    for (const pair_index pair : state_.lanes.ids()) retry(pair);
   }
   // Whether the handle has submitted something since.
   bool has_new(pair_index pair) const noexcept {
-    return lanes_[pair].service.out.out->waiting_at_least() != 0;
+    return state_.lanes[pair].service.out.out->waiting_at_least() != 0;
   }
   // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
   // What other handles publish on the same topic meanwhile does not count.
@@ -92,12 +87,7 @@ class handle_submissions {
   void answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
               const call_endpoint& waits) noexcept;
 
-  const core_options& options_;
-  cycle_state& cycle_;
-  counters& counts_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  topic_table& topics_;
+  core_state& state_;
   sender& sender_;
   local_delivery& delivery_;
   receiver& inbox_;
@@ -107,7 +97,6 @@ class handle_submissions {
   call_completion& completion_;
   call_router& calls_;
   publish_predictor& phases_;
-  json::reader& validator_;
   bool some_ask_room_ = false; // a handle sleeps until there is room
   bool more_left_ = false;
   bool waits_ = false;

@@ -30,22 +30,18 @@ std::size_t ingress::footprint_bytes(const limits& bounds) noexcept {
          2 * arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
-ingress::ingress(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : bounds_{bounds},
-      cycle_{parts.cycle},
-      counts_{parts.counts},
-      peers_{parts.peers},
-      transport_{parts.to_peers},
+ingress::ingress(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       out_{parts.out},
       writer_{parts.writer},
       inbox_{parts.inbox},
       handler_{parts.handler},
-      inputs_{memory.carve<input>(bounds.connections_max)},
-      backlog_{memory.carve<peer_index>(bounds.connections_max)},
-      parked_{memory.carve<peer_index>(bounds.connections_max)} {
+      inputs_{memory.carve<input>(state_.bounds().connections_max)},
+      backlog_{memory.carve<peer_index>(state_.bounds().connections_max)},
+      parked_{memory.carve<peer_index>(state_.bounds().connections_max)} {
   for (input& of : inputs_) {
     of.staging = memory.carve_bytes(staging_bytes);
-    of.assembly = memory.carve_bytes(assembly_bytes(bounds));
+    of.assembly = memory.carve_bytes(assembly_bytes(state_.bounds()));
   }
 }
 
@@ -58,15 +54,15 @@ void ingress::open(peer_index peer) noexcept {
   fresh.staging = of.staging;
   fresh.in_ring = of.in_ring; // the ring may still have its place from before
   of = fresh;
-  of.parser.reset(peers_[peer].ours == side::server ? wire::role::server : wire::role::client,
-                  {.message_bytes_max = bounds_.message_bytes_max,
-                   .fragments_max = bounds_.fragments_max,
-                   .unmasked_accepted = peers_[peer].protocol->can.unmasked_accepted},
-                  of.assembly.first(bounds_.message_bytes_max));
+  of.parser.reset(state_.peers[peer].ours == side::server ? wire::role::server : wire::role::client,
+                  {.message_bytes_max = state_.bounds().message_bytes_max,
+                   .fragments_max = state_.bounds().fragments_max,
+                   .unmasked_accepted = state_.peers[peer].protocol->can.unmasked_accepted},
+                  of.assembly.first(state_.bounds().message_bytes_max));
 }
 
 void ingress::forget(peer_index peer) noexcept {
-  if (inputs_[peer].parked()) counts_.add(counter::inbox_full);
+  if (inputs_[peer].parked()) state_.counts.add(counter::inbox_full);
   end_backlog(peer);
 }
 
@@ -77,7 +73,7 @@ void ingress::forget(peer_index peer) noexcept {
 std::size_t ingress::wanted_bytes(peer_index peer) const noexcept {
   const input& of = inputs_[peer];
   if (!of.backlog.empty() || of.parked()) return 0;
-  const std::size_t room = bounds_.message_bytes_max - of.parser.assembled_bytes();
+  const std::size_t room = state_.bounds().message_bytes_max - of.parser.assembled_bytes();
   return room >= 2 * transport_sink::read_bytes_alone ? transport_sink::read_bytes_alone
                                                       : transport_sink::read_bytes_in_turn;
 }
@@ -117,7 +113,7 @@ void ingress::keep_backlog(input& of) noexcept {
   const auto bytes = static_cast<std::size_t>(lent_.data() + lent_.size() - from);
   const bool fits = bytes <= of.staging.size() - tailroom_bytes;
   const auto into =
-      fits ? of.staging.first(bytes) : of.assembly.subspan(bounds_.message_bytes_max - bytes, bytes);
+      fits ? of.staging.first(bytes) : of.assembly.subspan(state_.bounds().message_bytes_max - bytes, bytes);
   if (bytes != 0) std::memcpy(into.data(), from, bytes);
   of.backlog = into.last(of.backlog.size());
   if (with_text) of.parked_text = into.data();
@@ -128,10 +124,10 @@ inline void ingress::end_backlog(peer_index peer) noexcept {
   input& of = inputs_[peer];
   of.backlog = {};
   of.parked_text = nullptr;
-  connection& c = peers_[peer];
+  connection& c = state_.peers[peer];
   if (!std::exchange(c.unheard, false)) return;
-  c.heard_at = c.unheard_until = cycle_.now;
-  transport_.read_enabled(c.id, true);
+  c.heard_at = c.unheard_until = state_.cycle.now;
+  state_.seams.to_peers.read_enabled(c.id, true);
 }
 
 // ---- parking
@@ -141,8 +137,8 @@ void ingress::park(peer_index peer) noexcept {
   inputs_[peer].parked_bytes = static_cast<std::uint32_t>(current_text_.size());
   inputs_[peer].parked_binary = current_binary_;
   unparked_at_ = UINT64_MAX; // try once more: a slot may have been released meanwhile
-  if (std::exchange(peers_[peer].unheard, true)) return;
-  transport_.read_enabled(peers_[peer].id, false);
+  if (std::exchange(state_.peers[peer].unheard, true)) return;
+  state_.seams.to_peers.read_enabled(state_.peers[peer].id, false);
   writer_.ignore_credit(peer);
 }
 
@@ -151,7 +147,7 @@ void ingress::look_at_parked() noexcept {
   if (std::exchange(unparked_at_, changes()) == changes()) return;
   for (std::uint32_t left = parked_.count(); left != 0; --left) {
     const peer_index peer = parked_.pop();
-    const bool waits = peers_[peer].open() && inputs_[peer].parked();
+    const bool waits = state_.peers[peer].open() && inputs_[peer].parked();
     (waits && inbox_.admit(peer) == admission::later ? parked_ : backlog_).push(peer);
   }
 }
@@ -169,16 +165,16 @@ inline void ingress::take_turn(peer_index peer) noexcept {
 // Carries out one message, or the part that is there; returns its work.
 inline std::size_t ingress::read_one(peer_index peer) noexcept {
   input& of = inputs_[peer];
-  if (!peers_[peer].open()) {
+  if (!state_.peers[peer].open()) {
     end_backlog(peer);
     return 0;
   }
-  cycle_.work_bytes = 0;
+  state_.cycle.work_bytes = 0;
   if (of.parked()) {
     current_text_ = {std::exchange(of.parked_text, nullptr), of.parked_bytes};
     current_binary_ = of.parked_binary;
     handler_.handle_again(peer, current_text_, current_binary_);
-    return work_of(of.parked_bytes + cycle_.work_bytes);
+    return work_of(of.parked_bytes + state_.cycle.work_bytes);
   }
   const wire::frame_step step = of.parser.next(of.backlog);
   of.backlog = of.backlog.subspan(step.consumed);
@@ -190,9 +186,9 @@ inline std::size_t ingress::read_one(peer_index peer) noexcept {
   if (!of.parser.mid_message()) {
     of.message_began_at = rt::never;
   } else if (of.message_began_at == rt::never) {
-    of.message_began_at = cycle_.now;
+    of.message_began_at = state_.cycle.now;
   }
-  return work_of(step.payload.size() + cycle_.work_bytes);
+  return work_of(step.payload.size() + state_.cycle.work_bytes);
 }
 
 void ingress::read_backlogs() noexcept {
@@ -226,7 +222,7 @@ inline void ingress::take_stops(peer_index peer) noexcept {
     kept += bytes;
     at += bytes;
   };
-  for (bool first = true; at < all.size() && peers_[peer].open();) {
+  for (bool first = true; at < all.size() && state_.peers[peer].open();) {
     const auto frame = all.subspan(at);
     const std::size_t bytes = wire::whole_frame_bytes(frame);
     const wire::opcode what = wire::opcode_of(frame[0]);
@@ -237,7 +233,7 @@ inline void ingress::take_stops(peer_index peer) noexcept {
     std::array<char, stop_look_bytes> room;
     const bool may_stop =
         begins && bytes <= stop_frame_bytes_max && (first || stops_ahead_ < stops_ahead_max);
-    if (!may_stop || !peers_[peer].protocol->reads.may_be_stop(
+    if (!may_stop || !state_.peers[peer].protocol->reads.may_be_stop(
                          what, wire::look_at_message(frame, std::as_writable_bytes(std::span{room})))) {
       keep(bytes);
     } else if (take_if_stop(peer, frame.first(bytes))) {
@@ -272,11 +268,11 @@ bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) no
 // A peer with a parked message is not read. A peer with a backlog is in one ring, once.
 bool ingress::check() const noexcept {
   std::uint32_t in_rings = 0;
-  for (const peer_index i : peers_.ids()) {
+  for (const peer_index i : state_.peers.ids()) {
     const input& of = inputs_[i];
     in_rings += of.in_ring;
-    if (peers_[i].state == connection::phase::free) continue;
-    if (of.parked() && (!of.in_ring || !peers_[i].unheard)) return false;
+    if (state_.peers[i].state == connection::phase::free) continue;
+    if (of.parked() && (!of.in_ring || !state_.peers[i].unheard)) return false;
     if (!of.backlog.empty() && !of.in_ring) return false;
   }
   return in_rings == backlog_.count() + parked_.count();

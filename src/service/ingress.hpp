@@ -18,6 +18,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/index_ring.hpp"
@@ -49,17 +50,14 @@ class frame_handler {
 class ingress {
  public:
   struct needs {
-    cycle_state& cycle;
-    counters& counts;
-    peer_table& peers;
-    transport& to_peers;
+    core_state& state;
     const outbox& out;
     sender& writer;
     receiver& inbox;
     frame_handler& handler;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  ingress(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  ingress(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
   void forget(peer_index peer) noexcept;
@@ -89,7 +87,7 @@ class ingress {
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 
   // How often room came anywhere for something that waits for it.
-  std::uint64_t room_changes() const noexcept { return out_.room_changes() + cycle_.places_freed; }
+  std::uint64_t room_changes() const noexcept { return out_.room_changes() + state_.cycle.places_freed; }
 
   bool check() const noexcept;
 
@@ -121,11 +119,7 @@ class ingress {
   void take_stops(peer_index peer) noexcept;
   bool take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept;
 
-  const limits bounds_;
-  cycle_state& cycle_;
-  counters& counts_;
-  peer_table& peers_;
-  transport& transport_;
+  core_state& state_;
   const outbox& out_;
   sender& writer_;
   receiver& inbox_;

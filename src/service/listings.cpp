@@ -30,19 +30,19 @@ constexpr std::size_t bytes_of(const listed& one) noexcept {
 
 } // namespace
 
-listings::listings(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : peers_{parts.peers},
-      topics_{parts.topics},
+listings::listings(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       directory_{parts.directory},
       stop_{parts.stop},
       advertised_{parts.advertised},
       out_{parts.out},
       name_{parts.endpoint_name},
       stop_topic_{parts.stop_topic},
-      message_bytes_max_{bounds.message_bytes_max},
-      listed_topics_{memory.carve<std::uint32_t>(bounds.topics_max)},
-      listed_services_{memory.carve<std::uint32_t>(service_directory::first_number + bounds.services_max)},
-      told_{memory.carve<bool>(bounds.connections_max)} {
+      message_bytes_max_{state_.bounds().message_bytes_max},
+      listed_topics_{memory.carve<std::uint32_t>(state_.bounds().topics_max)},
+      listed_services_{
+          memory.carve<std::uint32_t>(service_directory::first_number + state_.bounds().services_max)},
+      told_{memory.carve<bool>(state_.bounds().connections_max)} {
   std::fill(listed_topics_.begin(), listed_topics_.end(), wire::no_number);
   std::fill(listed_services_.begin(), listed_services_.end(), wire::no_number);
 }
@@ -50,9 +50,9 @@ listings::listings(rt::arena& memory, const limits& bounds, const needs& parts) 
 // ---- numbers
 
 listed listings::topic_in(topic_id row) const noexcept {
-  const topic& t = topics_.at(row);
+  const topic& t = state_.topics.at(row);
   if (t.holders == 0 || (row == stop_topic_ && !stop_.in_use())) return {};
-  return {.number = t.channel, .name = topics_.name(row), .type = topics_.type(row)};
+  return {.number = t.channel, .name = state_.topics.name(row), .type = state_.topics.type(row)};
 }
 
 // First the endpoint's own, by their numbers, then the directory.
@@ -77,8 +77,9 @@ std::string_view listings::service_numbered(std::uint32_t number) const noexcept
 }
 
 topic_id listings::topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept {
-  for (subscription_id i = topics_.first_subscription(peer); i; i = topics_.subscription_at(i).next_on_peer) {
-    if (topics_.subscription_at(i).tag == tag) return topics_.subscription_at(i).topic;
+  for (subscription_id i = state_.topics.first_subscription(peer); i;
+       i = state_.topics.subscription_at(i).next_on_peer) {
+    if (state_.topics.subscription_at(i).tag == tag) return state_.topics.subscription_at(i).topic;
   }
   return {};
 }
@@ -96,10 +97,10 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
   } else if (asked.channel_is_peers) {
     topic = advertised_.find_tag({c.id.index}, asked.channel);
   } else {
-    topic = topics_.find_channel(asked.channel);
+    topic = state_.topics.find_channel(asked.channel);
   }
   if (!topic) return unknown;
-  asked.topic = topics_.name(topic);
+  asked.topic = state_.topics.name(topic);
   if (asked.what != wire::verb::subscribe) return {};
   const topic_id other = topic_subscribed({c.id.index}, asked.tag);
   return !other || other == topic ? std::string_view{}
@@ -123,7 +124,7 @@ void listings::tell(connection& c, bool topics, bool added, Of&& of) noexcept {
       return topics ? codec.write_topics(into, part, added) : codec.write_services(into, part, added);
     });
     // Without it the peer would know less, or more, than there is.
-    if (!slot) peers_.close_later(c, "the peer does not read which topics there are");
+    if (!slot) state_.peers.close_later(c, "the peer does not read which topics there are");
   };
   const std::size_t rows = topics ? listed_topics_.size() : listed_services_.size();
   for (std::uint32_t row = 0; row < rows; ++row) {
@@ -156,7 +157,7 @@ void listings::list_changes() noexcept {
   for (const bool topics : {true, false}) {
     const auto before = topics ? listed_topics_ : listed_services_;
     const auto now = [&](std::uint32_t row) { return topics ? topic_in({row}) : service_in(row); };
-    for (connection& c : peers_) {
+    for (connection& c : state_.peers) {
       if (!c.open() || !told_[{c.id.index}]) continue;
       tell(c, topics, false, [&](std::uint32_t row, listed& into) {
         into.number = before[row];

@@ -13,6 +13,7 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/advertisement_table.hpp"
+#include "service/core_state.hpp"
 #include "service/outbox.hpp"
 #include "service/peer_table.hpp"
 #include "service/service_directory.hpp"
@@ -26,8 +27,7 @@ namespace rowe::service {
 class listings {
  public:
   struct needs {
-    peer_table& peers;
-    const topic_table& topics;
+    core_state& state;
     const service_directory& directory;
     const stop_rules& stop;
     const advertisement_table& advertised;
@@ -41,7 +41,7 @@ class listings {
                                                bounds.services_max) +
            rt::arena::bytes_for<bool>(bounds.connections_max);
   }
-  listings(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  listings(rt::arena& memory, const needs& parts) noexcept;
 
   // A peer that wants to be told has come: who we are, and what there is. A peer that does not read it is
   // closed.
@@ -65,11 +65,10 @@ class listings {
   std::string_view service_numbered(std::uint32_t number) const noexcept;
   topic_id topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept;
   std::uint64_t changes() const noexcept {
-    return topics_.changes() + directory_.changes() + (stop_.in_use() ? 1 : 0);
+    return state_.topics.changes() + directory_.changes() + (stop_.in_use() ? 1 : 0);
   }
 
-  peer_table& peers_;
-  const topic_table& topics_;
+  core_state& state_;
   const service_directory& directory_;
   const stop_rules& stop_;
   const advertisement_table& advertised_;

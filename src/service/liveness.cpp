@@ -7,20 +7,20 @@
 
 namespace rowe::service {
 void liveness::check_later(peer_index peer) noexcept {
-  const rt::duration when = cycle_.now.time_since_epoch() + liveness_period;
-  timers_.arm(peer, rt::time_point{when / liveness_step * liveness_step});
+  const rt::duration when = state_.cycle.now.time_since_epoch() + liveness_period;
+  state_.due.arm(peer, rt::time_point{when / liveness_step * liveness_step});
 }
 
 void liveness::check(peer_index peer) noexcept {
-  connection& c = peers_[peer];
+  connection& c = state_.peers[peer];
   if (!c.open()) return;
   check_later(peer);
   refusals_.report_missed(c);
-  if (c.unheard) ++cycle_.places_freed; // a receiver may have become absent meanwhile
+  if (c.unheard) ++state_.cycle.places_freed; // a receiver may have become absent meanwhile
   const rt::time_point began = ingress_.unfinished_since(peer);
-  if (began != rt::never && cycle_.now - began > options_.message_time_max) {
-    counts_.add(counter::unfinished_messages);
-    return peers_.close_later(c, "a message was not finished in time");
+  if (began != rt::never && state_.cycle.now - began > state_.options.message_time_max) {
+    state_.counts.add(counter::unfinished_messages);
+    return state_.peers.close_later(c, "a message was not finished in time");
   }
   if (!c.protocol->can.control_frames) return; // it answers no pings
   c.unheard ? check_unread(c) : check_silent(c);
@@ -28,27 +28,27 @@ void liveness::check(peer_index peer) noexcept {
 
 // We do not read it, so its silence means nothing. But it must know that we are alive.
 void liveness::check_unread(connection& c) noexcept {
-  if (cycle_.now - c.heard_at <= options_.ping_period) return;
-  c.heard_at = cycle_.now;
+  if (state_.cycle.now - c.heard_at <= state_.options.ping_period) return;
+  c.heard_at = state_.cycle.now;
   sender_.send_control({c.id.index}, wire::opcode::pong, {});
 }
 
 void liveness::check_silent(connection& c) noexcept {
   const peer_index peer{c.id.index};
-  const rt::duration silence = cycle_.now - c.heard_at;
-  if (silence > options_.silence_max) {
+  const rt::duration silence = state_.cycle.now - c.heard_at;
+  if (silence > state_.options.silence_max) {
     // Unread: it answers no ping, and messages wait for it.
     const bool unread = sender_.urgent().unresponsive(peer) && out_.of(peer).held;
-    counts_.add(unread ? counter::stalled_peers : counter::silent_peers);
-    return peers_.close_later(c, unread ? "the peer does not read" : "nothing was heard for too long");
+    state_.counts.add(unread ? counter::stalled_peers : counter::silent_peers);
+    return state_.peers.close_later(c, unread ? "the peer does not read" : "nothing was heard for too long");
   }
   // A peer that goes on sending is not silent; but it may not read, either.
   const rt::time_point waits_since = std::max(sender_.urgent().waits_for_pong_since(peer), c.unheard_until);
-  if (cycle_.now - waits_since > silences_unanswered_max * options_.silence_max) {
-    counts_.add(counter::stalled_peers);
-    return peers_.close_later(c, "the peer does not answer pings");
+  if (state_.cycle.now - waits_since > silences_unanswered_max * state_.options.silence_max) {
+    state_.counts.add(counter::stalled_peers);
+    return state_.peers.close_later(c, "the peer does not answer pings");
   }
-  if (silence > options_.ping_period) sender_.urgent().request_ping(peer);
+  if (silence > state_.options.ping_period) sender_.urgent().request_ping(peer);
   sender_.urgent().check_responsive(peer);
 }
 

@@ -7,6 +7,7 @@
 #include <rowe/rt/timer_wheel.hpp>
 
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/ids.hpp"
@@ -22,22 +23,14 @@ namespace rowe::service {
 class liveness {
  public:
   struct needs {
-    const core_options& options;
-    cycle_state& cycle;
-    counters& counts;
-    timers& due;
-    peer_table& peers;
+    core_state& state;
     const outbox& out;
     sender& writer;
     refusals& refused;
     const ingress& in;
   };
   explicit liveness(const needs& parts) noexcept
-      : options_{parts.options},
-        cycle_{parts.cycle},
-        counts_{parts.counts},
-        timers_{parts.due},
-        peers_{parts.peers},
+      : state_{parts.state},
         out_{parts.out},
         sender_{parts.writer},
         refusals_{parts.refused},
@@ -53,11 +46,7 @@ class liveness {
   void check_unread(connection& c) noexcept;
   void check_silent(connection& c) noexcept;
 
-  const core_options& options_;
-  cycle_state& cycle_;
-  counters& counts_;
-  timers& timers_;
-  peer_table& peers_;
+  core_state& state_;
   const outbox& out_;
   sender& sender_;
   refusals& refusals_;

@@ -12,18 +12,18 @@ namespace rowe::service {
 void local_delivery::tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
                           std::string_view text) noexcept {
   if (whom.who == call_endpoint::kind::pair) complete_at_pair(whom, own, outcome, text);
-  if (whom.who == call_endpoint::kind::thread) queue_.complete(whom.index, outcome, text);
+  if (whom.who == call_endpoint::kind::thread) state_.submissions.complete(whom.index, outcome, text);
 }
 
 inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,
                                              std::string_view text) noexcept {
-  const pair_row& view = views_[whom.pair()];
+  const pair_row& view = state_.views[whom.pair()];
   if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
-  detail::lane& lane = lanes_[whom.pair()];
+  detail::lane& lane = state_.lanes[whom.pair()];
   const detail::filling_end& path = lane.service.ends;
   const auto slot = path.home->try_take();
   if (!slot)
-    return counts_.add(
+    return state_.counts.add(
         counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
   std::byte* const value = path.slots.value(*slot);
   std::size_t bytes = 0;
@@ -33,12 +33,12 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
     json::decoder::diagnosis why;
     outcome = lane.decoder->decode(text, value, &why);
     if (!outcome) {
-      counts_.add(counter::undecodable);
+      state_.counts.add(counter::undecodable);
       bytes = 0;
       text = why.text(room);
     }
   } else if (outcome && text.size() > path.slots.bytes_max) {
-    counts_.add(counter::too_big);
+    state_.counts.add(counter::too_big);
     outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
                     static_cast<std::int64_t>(path.slots.bytes_max)};
     text = {};
@@ -47,7 +47,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
     bytes = json::utf8_prefix(text, path.slots.bytes_max).size(); // a diagnostic may be cut
     if (bytes != 0) std::memcpy(value, text.data(), bytes);
   }
-  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(cycle_.now),
+  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
                                .expires_ns = rt::nanoseconds_of(rt::never),
                                .bytes = static_cast<std::uint32_t>(bytes),
                                .what = detail::entry::end,
@@ -61,7 +61,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
 
 status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,
                                json::decoder::diagnosis& why) noexcept {
-  detail::lane& lane = lanes_[index];
+  detail::lane& lane = state_.lanes[index];
   const detail::filling_end& path = lane.service.in;
   if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
     return error{errc::too_big, static_cast<std::int64_t>(body.size()),
@@ -70,8 +70,8 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   std::uint32_t slot = 0;
   if (path.newest != nullptr) {
     slot = path.newest->begin_write();
-  } else if (views_[index].spare) {
-    slot = std::exchange(views_[index].spare, {}).value;
+  } else if (state_.views[index].spare) {
+    slot = std::exchange(state_.views[index].spare, {}).value;
   } else if (const auto free = path.home->try_take()) {
     slot = *free;
   } else {
@@ -82,7 +82,7 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   if (lane.decoder != nullptr) {
     bytes = path.slots.bytes_max;
     if (const status read = lane.decoder->decode(body, value, &why); !read) {
-      if (path.newest == nullptr) views_[index].spare = {slot};
+      if (path.newest == nullptr) state_.views[index].spare = {slot};
       return read;
     }
   } else {

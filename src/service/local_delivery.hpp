@@ -11,6 +11,7 @@
 #include <rowe/result.hpp>
 
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/pair_table.hpp"
@@ -21,19 +22,7 @@ namespace rowe::service {
 
 class local_delivery {
  public:
-  struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    submission_queue& queue;
-  };
-  explicit local_delivery(const needs& parts) noexcept
-      : cycle_{parts.cycle},
-        counts_{parts.counts},
-        lanes_{parts.lanes},
-        views_{parts.views},
-        queue_{parts.queue} {}
+  explicit local_delivery(core_state& state) noexcept : state_{state} {}
 
   // Into the inbox of a handle; decoded if the handle reads values. In a window it replaces an older value.
   // Errors: full; too_big; those of the decoder, and then `why` has the diagnostic.
@@ -53,11 +42,7 @@ class local_delivery {
   void complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,
                         std::string_view text) noexcept;
 
-  const cycle_state& cycle_;
-  counters& counts_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  submission_queue& queue_;
+  core_state& state_;
 };
 
 } // namespace rowe::service

@@ -21,26 +21,25 @@ std::size_t message_store::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<tracking>(slot_pool::count(bounds));
 }
 
-message_store::message_store(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : text_bytes_max_{std::min(parts.text_bytes_max, slot_pool::large_bytes(bounds))},
-      cycle_{parts.cycle},
-      counts_{parts.counts},
-      due_{parts.due},
-      slots_{memory, bounds},
-      unarmed_{memory.carve<slot_id>(slot_pool::count(bounds))},
-      tracked_{memory.carve<tracking>(slot_pool::count(bounds))} {}
+message_store::message_store(rt::arena& memory, core_state& state) noexcept
+    : state_{state},
+      text_bytes_max_{
+          std::min(state.seams.protocols.message_bytes_max, slot_pool::large_bytes(state.bounds()))},
+      slots_{memory, state_.bounds()},
+      unarmed_{memory.carve<slot_id>(slot_pool::count(state_.bounds()))},
+      tracked_{memory.carve<tracking>(slot_pool::count(state_.bounds()))} {}
 
 // Writes the frame header before the text. The wheel is armed at the end of the cycle, if the message is
 // still there then.
 void message_store::finalize(slot_id slot, std::size_t bytes, rt::time_point expires, bool binary) noexcept {
   slots_.finish(slot, bytes, expires, binary);
-  cycle_.work_bytes += bytes;
+  state_.cycle.work_bytes += bytes;
   (void)wire::write_frame_header_before(reinterpret_cast<std::byte*>(slots_.text(slot).data()),
                                         binary ? wire::opcode::binary : wire::opcode::text,
                                         bytes); // its start follows from `bytes`
   if (expires == rt::never) return;
-  if (expires == cycle_.now) lives_no_longer_ = true;
-  if (unarmed_count_ == unarmed_.size()) return due_.arm(slot, over_at(expires));
+  if (expires == state_.cycle.now) lives_no_longer_ = true;
+  if (unarmed_count_ == unarmed_.size()) return state_.due.arm(slot, over_at(expires));
   unarmed_[unarmed_count_++] = slot;
 }
 
@@ -48,22 +47,22 @@ void message_store::arm_all_unwritten() noexcept {
   for (const slot_id slot : unarmed_.first(std::exchange(unarmed_count_, 0))) {
     // A slot that was freed and taken again is in the list twice, which does no harm.
     const rt::time_point expires = slots_.expires(slot);
-    if (slots_.references(slot) != 0 && expires != rt::never) due_.arm(slot, over_at(expires));
+    if (slots_.references(slot) != 0 && expires != rt::never) state_.due.arm(slot, over_at(expires));
   }
 }
 
 // The clock decides what has expired; the wheel is only a reminder.
 void message_store::expire(slot_id slot) noexcept {
   const slot_id which{slot};
-  if (slots_.expires(slot) >= cycle_.now) return due_.arm(which, over_at(slots_.expires(slot)));
+  if (slots_.expires(slot) >= state_.cycle.now) return state_.due.arm(which, over_at(slots_.expires(slot)));
   const bool tracked = slots_.tracked(slot);
   const bool kept = slots_.kept(slot);
   const auto deliveries = slots_.expire(slot);
   // Partly written: the slot is freed when the socket has all of it, or when the peer leaves.
-  if (!deliveries) return due_.arm(which, cycle_.now + partial_look_period);
-  due_.disarm(which);
+  if (!deliveries) return state_.due.arm(which, state_.cycle.now + partial_look_period);
+  state_.due.disarm(which);
   const bool waited = kept && *deliveries == 0;
-  counts_.add(counter::expired, *deliveries + (waited ? 1 : 0));
+  state_.counts.add(counter::expired, *deliveries + (waited ? 1 : 0));
   if (tracked) note(slot).expired = true;
 }
 
@@ -77,7 +76,7 @@ void message_store::track(slot_id slot, bool keeps) noexcept {
 bool message_store::cancel(slot_ref which) noexcept {
   if (!which.index || !slots_.alive(which)) return false;
   if (!slots_.expire(which.index)) return false;
-  due_.disarm(which.index);
+  state_.due.disarm(which.index);
   return true;
 }
 

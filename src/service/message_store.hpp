@@ -19,6 +19,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/index_list.hpp"
@@ -40,14 +41,8 @@ struct outcome {
 
 class message_store {
  public:
-  struct needs {
-    cycle_state& cycle;
-    counters& counts;
-    timers& due;
-    std::size_t text_bytes_max; // of one message
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  message_store(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  message_store(rt::arena& memory, core_state& state) noexcept;
 
   slot_pool& slots() noexcept { return slots_; }
   const slot_pool& slots() const noexcept { return slots_; }
@@ -68,20 +63,20 @@ class message_store {
       json::writer text{slots_.room(*slot)};
       const bool binary = writes_binary(write_text, text);
       if (!text.overflowed() && text.bytes() <= text_bytes_max_) {
-        if (text.nonfinite() != 0) counts_.add(counter::nonfinite, text.nonfinite());
+        if (text.nonfinite() != 0) state_.counts.add(counter::nonfinite, text.nonfinite());
         finalize(*slot, text.bytes(), expires, binary);
         return *slot;
       }
       release(*slot);
       if (size == slot_class::large) why = counter::too_big;
     }
-    counts_.add(why);
+    state_.counts.add(why);
     return {};
   }
 
   void release(slot_id slot) noexcept {
     if (slots_.release(slot)) {
-      due_.disarm(slot);
+      state_.due.disarm(slot);
       if (slots_.tracked(slot)) [[unlikely]]
         note(slot).ended = true;
     } else if (slots_.kept(slot) && slots_.references(slot) == 1) [[unlikely]] {
@@ -92,7 +87,7 @@ class message_store {
   void expire(slot_id slot) noexcept;
   // Whether a message is still to be sent.
   bool is_due(slot_ref which) const noexcept {
-    return slots_.alive(which) && slots_.expires(which.index) >= cycle_.now;
+    return slots_.alive(which) && slots_.expires(which.index) >= state_.cycle.now;
   }
   // Most messages are written in the cycle that composes them, and never need the wheel. At the end of a
   // cycle this puts the others on it.
@@ -162,10 +157,8 @@ class message_store {
   }
   void note_tracked_sent(slot_id slot) noexcept;
 
+  core_state& state_;
   const std::size_t text_bytes_max_;
-  cycle_state& cycle_;
-  counters& counts_;
-  timers& due_;
   slot_pool slots_;
   std::span<slot_id> unarmed_; // slots of this cycle that expire and are not on the wheel yet
   std::uint32_t unarmed_count_ = 0;

@@ -25,20 +25,14 @@ std::size_t outbox::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
-outbox::outbox(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : bounds_{bounds},
-      cycle_{parts.cycle},
-      counts_{parts.counts},
-      due_{parts.due},
+outbox::outbox(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       store_{parts.store},
       slots_{parts.store.slots()},
-      peers_{parts.peers},
-      topics_{parts.topics},
-      subscriptions_{parts.topics.subscriptions()},
-      latches_{parts.latches},
-      entries_{memory, bounds},
-      queues_{memory.carve<peer_queues>(bounds.connections_max)},
-      scheduled_{memory.carve<peer_index>(bounds.connections_max)} {}
+      subscriptions_{state_.topics.subscriptions()},
+      entries_{memory, state_.bounds()},
+      queues_{memory.carve<peer_queues>(state_.bounds().connections_max)},
+      scheduled_{memory.carve<peer_index>(state_.bounds().connections_max)} {}
 
 void outbox::open(peer_index peer) noexcept {
   const bool scheduled = queues_[peer].scheduled; // the ring may still have its place from before
@@ -50,17 +44,17 @@ void outbox::open(peer_index peer) noexcept {
 }
 
 slot_id outbox::compose_latched(topic_id topic_index) noexcept {
-  topic& on = topics_.at(topic_index);
-  if (!on.last.empty() && on.last.expires < cycle_.now) latches_.clear(on.last);
+  topic& on = state_.topics.at(topic_index);
+  if (!on.last.empty() && on.last.expires < state_.cycle.now) state_.latches.clear(on.last);
   if (on.last.empty()) return {};
   return compose_message(topic_index, on.last.published, on.last.expires,
-                         [&](json::writer& into) { latches_.write(on.last, into); });
+                         [&](json::writer& into) { state_.latches.write(on.last, into); });
 }
 
 // ---- queueing
 
 void outbox::fan_out(topic_id topic_index, slot_id slot) noexcept {
-  const topic& on = topics_.at(topic_index);
+  const topic& on = state_.topics.at(topic_index);
   for (subscription_id i = on.first_subscription; i; i = subscriptions_[i].next_on_topic) {
     if (accepts(subscriptions_[i])) push(i, slot);
   }
@@ -68,14 +62,14 @@ void outbox::fan_out(topic_id topic_index, slot_id slot) noexcept {
 
 // A value within the throttle period after the last one is discarded, unless the peer asked for a queue.
 bool outbox::accepts(const subscription& s) noexcept {
-  if (!s.discards || cycle_.now >= s.next_due) return true;
+  if (!s.discards || state_.cycle.now >= s.next_due) return true;
   add(counter::throttled);
   return false;
 }
 
 inline void outbox::push(subscription_id index, slot_id slot) noexcept {
   subscription& s = subscriptions_[index];
-  cycle_.work_bytes += push_work;
+  state_.cycle.work_bytes += push_work;
   if (s.owes_last) place_latched(s);
   drop_expired(s.waiting);
   if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
@@ -97,11 +91,11 @@ void outbox::trim(subscription& s, std::uint32_t most) noexcept {
 
 void outbox::merge_requests(subscription_id index) noexcept {
   subscription& s = subscriptions_[index];
-  topics_.merge(s, bounds_.queue_depth_max);
+  state_.topics.merge(s, state_.bounds().queue_depth_max);
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
   s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
-  if (std::exchange(s.timed, false)) due_.disarm(index);
+  if (std::exchange(s.timed, false)) state_.due.disarm(index);
   make_ready(index);
 }
 
@@ -118,12 +112,12 @@ void outbox::throttle_over(subscription_id index) noexcept {
 }
 
 inline void outbox::put_on_ready_list(subscription_id index, subscription& s) noexcept {
-  if (cycle_.now < s.next_due) {
-    if (!std::exchange(s.timed, true)) due_.arm(index, s.next_due);
+  if (state_.cycle.now < s.next_due) {
+    if (!std::exchange(s.timed, true)) state_.due.arm(index, s.next_due);
     return;
   }
-  if (std::exchange(s.timed, false)) due_.disarm(index);
-  s.ready_as = topics_.at(s.topic).priority;
+  if (std::exchange(s.timed, false)) state_.due.disarm(index);
+  s.ready_as = state_.topics.at(s.topic).priority;
   s.ready = true;
   const peer_index peer = s.peer;
   queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(subscriptions_, index);
@@ -166,8 +160,8 @@ bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
 
 // The next message is due one period after this one was due; if that is long past, one period after now.
 void outbox::begin_throttle(subscription& s) noexcept {
-  const bool in_step = cycle_.now - s.next_due < s.throttle;
-  s.sent_at = in_step ? s.next_due : cycle_.now;
+  const bool in_step = state_.cycle.now - s.next_due < s.throttle;
+  s.sent_at = in_step ? s.next_due : state_.cycle.now;
   s.next_due = rt::deadline_after(s.sent_at, s.throttle);
 }
 
@@ -204,7 +198,7 @@ bool outbox::drop_expired_front(queue& from) noexcept {
   if (from.empty()) return false;
   const slot_ref front = entries_.front(from);
   if (slots_.alive(front)) {
-    if (slots_.expires(front.index) >= cycle_.now) return false;
+    if (slots_.expires(front.index) >= state_.cycle.now) return false;
     store_.expire(front.index); // in all queues at once, and counted
     if (slots_.alive(front)) {
       // Another peer's socket is in the middle of it, so only this queue drops it.
@@ -229,7 +223,7 @@ void outbox::drop(subscription_id index) noexcept {
   peer_queues& its_peer = queues_[s.peer];
   drop_all(s.waiting, counter::lost_with_peer);
   if (std::exchange(s.owes_last, false)) --its_peer.owed;
-  if (std::exchange(s.timed, false)) due_.disarm(index);
+  if (std::exchange(s.timed, false)) state_.due.disarm(index);
   if (std::exchange(s.ready, false)) {
     [[maybe_unused]] const bool was =
         its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(subscriptions_, {index});
@@ -258,8 +252,8 @@ bool outbox::evict_for(slot_class of) noexcept {
 
 // A peer that holds more than an equal share; of several that hold as much, a backpressured one.
 peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
-  const std::uint32_t all = of ? slots_.count(*of) : bounds_.queued_max;
-  return entries_.longest(of, all / std::max(peers_.count(), 1U),
+  const std::uint32_t all = of ? slots_.count(*of) : state_.bounds().queued_max;
+  return entries_.longest(of, all / std::max(state_.peers.count(), 1U),
                           [this](peer_index i) { return queues_[i].backpressured(); });
 }
 
@@ -272,7 +266,7 @@ void outbox::evict_entry() noexcept {
 // Evicts the oldest message of the longest queue of a peer; first of the queues whose front is a slot of the
 // class, if there are any. The peer has something queued.
 void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
-  cycle_.work_bytes += eviction_work;
+  state_.cycle.work_bytes += eviction_work;
   peer_queues& its = queues_[from];
   queue* longest = nullptr;
   topic_id topic{};
@@ -287,7 +281,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     fits = this_fits;
   };
   look_at(its.replies, {});
-  for (subscription_id i = topics_.first_subscription(from); i; i = subscriptions_[i].next_on_peer) {
+  for (subscription_id i = state_.topics.first_subscription(from); i; i = subscriptions_[i].next_on_peer) {
     look_at(subscriptions_[i].waiting, subscriptions_[i].topic);
   }
   assert(longest != nullptr);
@@ -300,8 +294,8 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.
   // They usually queue the same slots, and a slot is free only when no queue has it.
   const slot_class size = slots_.class_of(oldest.index);
-  const std::uint32_t share = slots_.count(size) / std::max(peers_.count(), 1U);
-  for (subscription_id i = topics_.at(topic).first_subscription; i && slots_.alive(oldest);
+  const std::uint32_t share = slots_.count(size) / std::max(state_.peers.count(), 1U);
+  for (subscription_id i = state_.topics.at(topic).first_subscription; i && slots_.alive(oldest);
        i = subscriptions_[i].next_on_topic) {
     subscription& same = subscriptions_[i];
     const bool reads = !queues_[same.peer].backpressured();
@@ -344,8 +338,8 @@ bool outbox::check() const noexcept {
     }
     return true;
   };
-  for (const peer_index i : peers_.ids()) {
-    const connection& c = peers_[i];
+  for (const peer_index i : state_.peers.ids()) {
+    const connection& c = state_.peers[i];
     const peer_queues& of = queues_[i];
     held = {};
     scheduled += of.scheduled;
@@ -356,10 +350,10 @@ bool outbox::check() const noexcept {
     if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
     std::uint32_t ready = 0;
     std::uint32_t owed = 0;
-    for (subscription_id s = topics_.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
+    for (subscription_id s = state_.topics.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
       const subscription& one = subscriptions_[s];
       const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
-      if (!fits(one.waiting) || on_wheel != due_.armed(s)) return false;
+      if (!fits(one.waiting) || on_wheel != state_.due.armed(s)) return false;
       ready += one.ready;
       owed += one.owes_last;
     }

@@ -24,6 +24,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/index_list.hpp"
@@ -62,16 +63,11 @@ struct peer_queues {
 class outbox {
  public:
   struct needs {
-    cycle_state& cycle;
-    counters& counts;
-    timers& due;
+    core_state& state;
     message_store& store;
-    peer_table& peers;
-    topic_table& topics;
-    latch_store& latches;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  outbox(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  outbox(rt::arena& memory, const needs& parts) noexcept;
 
   // ---- composing
 
@@ -94,7 +90,7 @@ class outbox {
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
   // A reply that was written already. If it did not fit it is lost, and counted; an empty one is not sent.
   void reply_written(peer_index to, const json::writer& written, wire::message_kind kind) noexcept {
-    if (written.overflowed()) return counts_.add(counter::outbox_full);
+    if (written.overflowed()) return state_.counts.add(counter::outbox_full);
     if (kind == wire::message_kind::none || written.bytes() == 0) return;
     (void)reply(to, [&](json::writer& into) {
       into.append(written.text());
@@ -122,7 +118,7 @@ class outbox {
   bool has_room(peer_index to, priority at) noexcept {
     queue& direct = queues_[to].direct[static_cast<std::size_t>(at)];
     drop_expired(direct);
-    return direct.count < bounds_.queue_depth_max && (!entries_.full() || entries_.any_evictable());
+    return direct.count < state_.bounds().queue_depth_max && (!entries_.full() || entries_.any_evictable());
   }
   // Queues a direct message if there is room, with a reference of its own. False, counted: all entries are
   // taken after all.
@@ -195,7 +191,7 @@ class outbox {
   bool check() const noexcept;
 
  private:
-  void add(counter which, std::uint64_t by = 1) noexcept { counts_.add(which, by); }
+  void add(counter which, std::uint64_t by = 1) noexcept { state_.counts.add(which, by); }
   bool accepts(const subscription& s) noexcept;
   void push(subscription_id subscription, slot_id slot) noexcept;
   // Gives a reference of the caller's to the queue. False: direct messages hold all entries, and those are
@@ -220,16 +216,10 @@ class outbox {
   void evict_entry() noexcept;
   void evict(peer_index from, std::optional<slot_class> of) noexcept;
 
-  const limits bounds_;
-  cycle_state& cycle_;
-  counters& counts_;
-  timers& due_;
+  core_state& state_;
   message_store& store_;
   slot_pool& slots_;
-  peer_table& peers_;
-  topic_table& topics_;
   const rows<subscription_id, subscription> subscriptions_;
-  latch_store& latches_;
   queue_entries entries_;
   rows<peer_index, peer_queues> queues_;
   index_ring<peer_index> scheduled_;
@@ -237,7 +227,7 @@ class outbox {
 
 template <class WriteText>
 slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires) noexcept {
-  if (!peers_[to].open()) return {};
+  if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
   const slot_id slot = has_place ? compose(expires, write_text) : slot_id{};
   if (!has_place) add(counter::outbox_full);
@@ -257,11 +247,11 @@ slot_id outbox::compose_message(topic_id topic, rt::time_point published, rt::ti
   std::size_t body_at = 0;
   std::size_t body_bytes = 0;
   const slot_id slot = compose(expires, [&](json::writer& text) {
-    text.append(topics_.head(topic));
+    text.append(state_.topics.head(topic));
     body_at = text.bytes();
     write_body(text);
     body_bytes = text.bytes() - body_at;
-    for (const char& c : topics_.tail()) text.append({&c, 1}); // usually one character
+    for (const char& c : state_.topics.tail()) text.append({&c, 1}); // usually one character
   });
   if (slot) slots_.mark_body(slot, body_at, body_bytes, published);
   return slot;

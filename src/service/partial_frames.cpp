@@ -13,15 +13,12 @@ constexpr std::int64_t bytes_per_second = 64 * 1024;
 
 } // namespace
 
-partial_frames::partial_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : cycle_{parts.cycle},
-      counts_{parts.counts},
-      due_{parts.due},
-      peers_{parts.peers},
+partial_frames::partial_frames(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       store_{parts.store},
       slots_{parts.store.slots()},
       out_{parts.out},
-      frames_{memory.carve<partial_frame>(bounds.connections_max)} {}
+      frames_{memory.carve<partial_frame>(state_.bounds().connections_max)} {}
 
 bool partial_frames::any() const noexcept {
   for (const partial_frame& frame : frames_) {
@@ -33,7 +30,7 @@ bool partial_frames::any() const noexcept {
 void partial_frames::begin(peer_index peer, const partial_frame& frame) noexcept {
   slots_.begin(frame.slot);
   frames_[peer] = frame;
-  frames_[peer].since = cycle_.now;
+  frames_[peer].since = state_.cycle.now;
 }
 
 void partial_frames::end(peer_index peer) noexcept {
@@ -49,7 +46,8 @@ bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexc
   if (own && slots_.class_of(own) == slots_.class_of(slot) && slots_.begun(own) == 1)
     return true; // in its place
   out_.of(peer).waits_to_begin = waits_ = true;
-  if (!due_.armed(timer::partial_frames)) due_.arm(timer::partial_frames, cycle_.now + time_min);
+  if (!state_.due.armed(timer::partial_frames))
+    state_.due.arm(timer::partial_frames, state_.cycle.now + time_min);
   return false;
 }
 
@@ -66,8 +64,8 @@ rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
 // From one peer on: who was in the way comes last.
 void partial_frames::look_again_from(std::uint32_t first) noexcept {
   waits_ = false; // until one finds that it may not
-  for (std::uint32_t i = 0; i < peers_.size(); ++i) {
-    const peer_index peer{(first + i) % peers_.size()};
+  for (std::uint32_t i = 0; i < state_.peers.size(); ++i) {
+    const peer_index peer{(first + i) % state_.peers.size()};
     if (std::exchange(out_.of(peer).waits_to_begin, false)) out_.schedule(peer);
   }
 }

@@ -12,6 +12,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/message_store.hpp"
@@ -38,17 +39,14 @@ struct partial_frame {
 class partial_frames {
  public:
   struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    timers& due;
-    peer_table& peers;
+    core_state& state;
     message_store& store;
     outbox& out;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<partial_frame>(bounds.connections_max);
   }
-  partial_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  partial_frames(rt::arena& memory, const needs& parts) noexcept;
 
   partial_frame& of(peer_index peer) noexcept { return frames_[peer]; }
   const partial_frame& of(peer_index peer) const noexcept { return frames_[peer]; }
@@ -77,22 +75,22 @@ class partial_frames {
     if (!stalled_due_) return;
     stalled_due_ = false;
     if (!waits_) return;
-    rt::time_point next = cycle_.now + time_min;
-    for (const peer_index peer : peers_.ids()) {
+    rt::time_point next = state_.cycle.now + time_min;
+    for (const peer_index peer : state_.peers.ids()) {
       const partial_frame& frame = frames_[peer];
-      if (!peers_[peer].open() || !frame) continue;
+      if (!state_.peers[peer].open() || !frame) continue;
       if (slots_.may_begin(slots_.class_of(frame.slot))) continue; // nobody waits for it
-      if (const rt::time_point due = due_of(frame); due > cycle_.now) {
+      if (const rt::time_point due = due_of(frame); due > state_.cycle.now) {
         next = std::min(next, due);
       } else {
-        counts_.add(counter::stalled_peers);
+        state_.counts.add(counter::stalled_peers);
         cut(peer);
       }
     }
-    due_.arm(timer::partial_frames, next);
+    state_.due.arm(timer::partial_frames, next);
   }
   // Somebody waits to begin, and will look again.
-  bool wakes_who_waits() const noexcept { return waits_ && due_.armed(timer::partial_frames); }
+  bool wakes_who_waits() const noexcept { return waits_ && state_.due.armed(timer::partial_frames); }
 
   // Each slot has as many partial frames as it says.
   bool check() const noexcept;
@@ -106,10 +104,7 @@ class partial_frames {
   rt::time_point due_of(const partial_frame& frame) noexcept;
   void look_again_from(std::uint32_t first) noexcept;
 
-  const cycle_state& cycle_;
-  counters& counts_;
-  timers& due_;
-  peer_table& peers_;
+  core_state& state_;
   message_store& store_;
   slot_pool& slots_;
   outbox& out_;

@@ -15,30 +15,22 @@ constexpr std::uint32_t one_in = 4; // kept for claims
 
 } // namespace
 
-receiver::receiver(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : cycle_{parts.cycle},
-      counts_{parts.counts},
-      peers_{parts.peers},
-      calls_{parts.calls},
+receiver::receiver(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       out_{parts.out},
-      lanes_{parts.lanes},
-      views_{parts.views},
-      queue_{parts.queue},
-      shared_{parts.shared},
       delivery_{parts.delivery},
-      claimants_{parts.claimants},
-      answers_any_{parts.answers_any},
-      held_{memory.carve<held>(bounds.connections_max)},
-      claims_{parts.shared.slots(), parts.claimants, one_in} {}
+      held_{memory.carve<held>(state_.bounds().connections_max)},
+      claims_{state_.threads_inbox.slots(), state_.claimants(), one_in} {}
 
 // ---- who it is
 
 pair_index receiver::first_but(pair_index but) const noexcept {
   pair_index first{};
-  for (const pair_index i : lanes_.ids()) {
-    if (i == but || !views_[i].attached || lanes_[i].kind != detail::lane_kind::talk || !lanes_[i].receives)
+  for (const pair_index i : state_.lanes.ids()) {
+    if (i == but || !state_.views[i].attached || state_.lanes[i].kind != detail::lane_kind::talk ||
+        !state_.lanes[i].receives)
       continue;
-    if (!first || views_[i].order < views_[first].order) first = i;
+    if (!first || state_.views[i].order < state_.views[first].order) first = i;
   }
   return first;
 }
@@ -48,7 +40,9 @@ void receiver::detach(pair_index pair) noexcept {
   if (counted_ == pair) counted_ = unknown;
 }
 
-bool receiver::is_there() const noexcept { return pair_ || answers_any_ || shared_.has_receiver(); }
+bool receiver::is_there() const noexcept {
+  return pair_ || state_.options.answers_any || state_.threads_inbox.has_receiver();
+}
 
 // The counts begin again for a new receiver, which has no message yet. What the old one still has is not
 // counted.
@@ -56,11 +50,11 @@ void receiver::begin() noexcept {
   counted_ = pair_;
   for (held& one : held_) one = {};
   untaken_ = answers_ = 0;
-  claims_ = claims{slots(), claimants_, one_in};
+  claims_ = claims{slots(), state_.claimants(), one_in};
   marked_ = false;
-  shared_.forget_senders();
-  taken_at_ = cycle_.now;
-  ++cycle_.places_freed;
+  state_.threads_inbox.forget_senders();
+  taken_at_ = state_.cycle.now;
+  ++state_.cycle.places_freed;
 }
 
 void receiver::forget(peer_index peer) noexcept {
@@ -78,9 +72,9 @@ void receiver::forget_answers() noexcept {
 // ---- released slots
 
 inline void receiver::note_taken(detail::peer_ref from) noexcept {
-  taken_at_ = cycle_.now;
-  ++cycle_.places_freed;
-  if (peers_.find({from.index, from.generation}) == nullptr) return;
+  taken_at_ = state_.cycle.now;
+  ++state_.cycle.places_freed;
+  if (state_.peers.find({from.index, from.generation}) == nullptr) return;
   held& of = held_[{from.index}];
   if (of.untaken == 0) return;
   claims_.give_back(of.untaken);
@@ -92,11 +86,11 @@ void receiver::mark_home() noexcept {
   if (marked_) return;
   marked_ = true;
   if (!counted_) {
-    shared_.mark();
-    before_mark_ = queue_.submitted();
+    state_.threads_inbox.mark();
+    before_mark_ = state_.submissions.submitted();
   } else {
-    home_mark_ = lanes_[counted_].service.in.home->mark_home();
-    before_mark_ = lanes_[counted_].service.out.out->waiting_at_least();
+    home_mark_ = state_.lanes[counted_].service.in.home->mark_home();
+    before_mark_ = state_.lanes[counted_].service.out.out->waiting_at_least();
   }
 }
 
@@ -107,16 +101,16 @@ void receiver::count_home(std::size_t taken) noexcept {
   // Slots that were released after the mark are found with the next mark.
   if (taken != 0) ++looks_wanted_;
   if (!counted_) {
-    (void)shared_.collect_marked([this](detail::peer_ref from) { note_taken(from); });
+    (void)state_.threads_inbox.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;
   }
-  const detail::filling_end& path = lanes_[counted_].service.in;
+  const detail::filling_end& path = state_.lanes[counted_].service.in;
   path.home->see(home_mark_, [&](std::uint32_t slot) { note_taken(path.slots.header(slot)->peer); });
 }
 
 void receiver::look() noexcept {
   begin_if_new();
-  if (!counted_) shared_.ask_for_slots(); // a slot released before is found below
+  if (!counted_) state_.threads_inbox.ask_for_slots(); // a slot released before is found below
   mark_home();
   count_home(0);
 }
@@ -125,8 +119,8 @@ void receiver::look() noexcept {
 
 // The slots of the inbox, or of the queue for answers if these are fewer.
 inline std::uint32_t receiver::slots() const noexcept {
-  if (!counted_) return shared_.slots();
-  const detail::lane& by = lanes_[counted_];
+  if (!counted_) return state_.threads_inbox.slots();
+  const detail::lane& by = state_.lanes[counted_];
   return std::min(by.service.in.count, by.user.out.count);
 }
 
@@ -134,7 +128,7 @@ inline bool receiver::has_share(peer_index peer) const noexcept {
   const peer_queues& queues = out_.of(peer);
   // Answers to its calls have fewer places while the peer does not read.
   const bool replies_wait = queues.backpressured() &&
-                            queues.replies.count + calls_.asked_by(peer) >= replies_max_backpressured;
+                            queues.replies.count + state_.calls.asked_by(peer) >= replies_max_backpressured;
   if (queues.told_full || replies_wait) return false;
   const held& of = held_[peer];
   const std::uint32_t left = left_of(slots(), untaken_ + answers_);
@@ -142,14 +136,14 @@ inline bool receiver::has_share(peer_index peer) const noexcept {
 }
 
 bool receiver::is_absent() const noexcept {
-  return !is_there() || (untaken_ != 0 && cycle_.now - taken_at_ > absent_after);
+  return !is_there() || (untaken_ != 0 && state_.cycle.now - taken_at_ > absent_after);
 }
 
 admission receiver::admit(peer_index peer) noexcept {
   begin_if_new();
   if (has_share(peer) || ROWE_MUTANT(inbox_share)) return admission::now;
-  if (!is_there()) return admission::now;          // no receiver, no shares
-  if (!counted_) shared_.drop_expired(cycle_.now); // which releases their slots
+  if (!is_there()) return admission::now;                             // no receiver, no shares
+  if (!counted_) state_.threads_inbox.drop_expired(state_.cycle.now); // which releases their slots
   mark_home();
   count_home(0); // released slots, unless a submission from before is still to be taken
   if (has_share(peer)) return admission::now;
@@ -163,19 +157,19 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
     json::decoder::diagnosis nothing; // the receiver takes texts
     if (has_place()) done = delivery_.deliver(counted_, header, text, nothing);
   } else {
-    done = shared_.deliver({.what = header.what,
-                            .peer = header.peer,
-                            .call = header.call,
-                            .stamped = cycle_.now,
-                            .expires = rt::time_point{rt::duration{header.expires_ns}}},
-                           text, [this](detail::peer_ref from) { note_taken(from); });
+    done = state_.threads_inbox.deliver({.what = header.what,
+                                         .peer = header.peer,
+                                         .call = header.call,
+                                         .stamped = state_.cycle.now,
+                                         .expires = rt::time_point{rt::duration{header.expires_ns}}},
+                                        text, [this](detail::peer_ref from) { note_taken(from); });
   }
   if (!done) {
-    counts_.add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
+    state_.counts.add(done.code() == errc::too_big ? counter::too_big : counter::inbox_full);
     return done;
   }
-  if (peers_.find({header.peer.index, header.peer.generation}) == nullptr) return done;
-  if (untaken_ == 0) taken_at_ = cycle_.now;
+  if (state_.peers.find({header.peer.index, header.peer.generation}) == nullptr) return done;
+  if (untaken_ == 0) taken_at_ = state_.cycle.now;
   claims_.take(held_[{header.peer.index}].untaken);
   ++untaken_;
   return done;
@@ -187,8 +181,8 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
 bool receiver::check() const noexcept {
   held sum;
   std::uint32_t wanted = claims_.connections() * claims_.claim();
-  for (const peer_index i : peers_.ids()) {
-    if (peers_[i].state == connection::phase::free) continue;
+  for (const peer_index i : state_.peers.ids()) {
+    if (state_.peers[i].state == connection::phase::free) continue;
     sum.untaken += held_[i].untaken;
     sum.answers += held_[i].answers;
     wanted -= claims_.claim() - claims_.kept_for(held_[i].untaken);

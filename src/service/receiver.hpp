@@ -21,6 +21,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/local_delivery.hpp"
@@ -39,23 +40,14 @@ enum class admission : std::uint8_t { now, later, never };
 class receiver {
  public:
   struct needs {
-    cycle_state& cycle;
-    counters& counts;
-    peer_table& peers;
-    const call_table& calls;
+    core_state& state;
     const outbox& out;
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    submission_queue& queue;
-    shared_inbox& shared;
     local_delivery& delivery;
-    std::uint32_t claimants; // how many connections there may be; each has a claim
-    bool answers_any;        // somebody will answer calls, though nobody waits for one yet
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<held>(bounds.connections_max);
   }
-  receiver(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  receiver(rt::arena& memory, const needs& parts) noexcept;
 
   // The handle that is the receiver; none: it is the shared inbox.
   pair_index pair() const noexcept { return pair_; }
@@ -112,23 +104,15 @@ class receiver {
   void note_taken(detail::peer_ref from) noexcept;
   std::uint32_t slots() const noexcept;
   bool has_place() const noexcept {
-    return !counted_ ? shared_.free_slots() != 0 : lanes_[counted_].service.in.home->seen_by_owner() != 0;
+    return !counted_ ? state_.threads_inbox.free_slots() != 0
+                     : state_.lanes[counted_].service.in.home->seen_by_owner() != 0;
   }
   bool has_share(peer_index peer) const noexcept;
   bool is_absent() const noexcept;
 
-  cycle_state& cycle_;
-  counters& counts_;
-  peer_table& peers_;
-  const call_table& calls_;
+  core_state& state_;
   const outbox& out_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  submission_queue& queue_;
-  shared_inbox& shared_;
   local_delivery& delivery_;
-  const std::uint32_t claimants_;
-  const bool answers_any_;
 
   pair_index pair_{};    // the receiver; none: the shared inbox
   pair_index counted_{}; // the receiver that the counts are of

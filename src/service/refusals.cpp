@@ -27,22 +27,17 @@ close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::
 
 } // namespace
 
-refusals::refusals(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : bounds_{bounds},
-      cycle_{parts.cycle},
-      counts_{parts.counts},
-      events_{parts.events},
-      peers_{parts.peers},
+refusals::refusals(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       out_{parts.out},
-      protocols_{parts.protocols},
-      rows_{memory.carve<row>(bounds.connections_max)},
-      too_many_messages_{
-          flood_reason("messages", bounds.messages_per_second_max, "send fewer", "messages_per_second_max")},
-      too_many_refusals_{flood_reason("refused requests", bounds.refusals_per_second_max, "heed the refusals",
-                                      "refusals_per_second_max")} {}
+      rows_{memory.carve<row>(state_.bounds().connections_max)},
+      too_many_messages_{flood_reason("messages", state_.bounds().messages_per_second_max, "send fewer",
+                                      "messages_per_second_max")},
+      too_many_refusals_{flood_reason("refused requests", state_.bounds().refusals_per_second_max,
+                                      "heed the refusals", "refusals_per_second_max")} {}
 
 void refusals::open(peer_index peer) noexcept {
-  rows_[peer] = {.refused = rate_limit{bounds_.refusals_per_second_max},
+  rows_[peer] = {.refused = rate_limit{state_.bounds().refusals_per_second_max},
                  .reports = rate_limit{std::chrono::seconds{1}, reports_burst}};
 }
 
@@ -102,7 +97,7 @@ void refusals::send_status(connection& c, std::string_view id_raw, std::string_v
 
 void refusals::fail_call(connection& c, wire::codec_id in, const wire::call_origin& call,
                          const wire::diagnostic& why) noexcept {
-  const wire::codec& codec = protocols_.of(in);
+  const wire::codec& codec = state_.seams.protocols.of(in);
   if (codec.fails_as_refusal()) add(counter::refused_requests);
   // lost: counted
   (void)out_.reply({c.id.index}, [&](json::writer& into) { return codec.write_failure(into, call, why); });
@@ -118,7 +113,7 @@ void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
                    const wire::diagnostic& why) noexcept {
   std::array<char, wire::error_bytes_max> room;
   json::writer text{room};
-  const auto kind = protocols_.of(in).write_error(
+  const auto kind = state_.seams.protocols.of(in).write_error(
       text, {.to_server = c.ours == side::client, .level = rows_[{c.id.index}].level, .id_raw = id_raw}, why);
   out_.reply_written({c.id.index}, text, kind);
 }
@@ -135,7 +130,7 @@ bool refusals::admits(connection& c, event::kind kind, std::string_view why,
 
 bool refusals::within_rate(connection& c) noexcept {
   rate_limit& refused = rows_[{c.id.index}].refused;
-  if (c.ours == side::client || refused.take(cycle_.now)) return true;
+  if (c.ours == side::client || refused.take(state_.cycle.now)) return true;
   close_if_flooding(c, refused, too_many_refusals_);
   return false;
 }
@@ -143,7 +138,7 @@ bool refusals::within_rate(connection& c) noexcept {
 void refusals::report(connection& c, event::kind kind, std::string_view why,
                       std::string_view remedy) noexcept {
   if (admits_event({c.id.index})) {
-    events_.report(kind, c.peer(), why, remedy);
+    state_.events.report(kind, c.peer(), why, remedy);
   } else {
     ++rows_[{c.id.index}].unreported;
   }
@@ -155,15 +150,16 @@ void refusals::report_missed(connection& c) noexcept {
   std::array<char, 64> text;
   const int bytes = std::snprintf(text.data(), text.size(), "%u more requests were refused",
                                   std::exchange(of.unreported, 0));
-  events_.report(event::kind::refused_request, c.peer(), {text.data(), static_cast<std::size_t>(bytes)});
+  state_.events.report(event::kind::refused_request, c.peer(),
+                       {text.data(), static_cast<std::size_t>(bytes)});
 }
 
 void refusals::note_excess(connection& c) noexcept { close_if_flooding(c, c.messages, too_many_messages_); }
 
 void refusals::close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept {
-  if (!c.open() || rate.over_for(cycle_.now) < flood_time_max) return;
+  if (!c.open() || rate.over_for(state_.cycle.now) < flood_time_max) return;
   add(counter::flooding_peers);
-  peers_.close_later(c, why);
+  state_.peers.close_later(c, why);
 }
 
 } // namespace rowe::service

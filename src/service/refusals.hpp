@@ -12,6 +12,7 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/event_log.hpp"
@@ -41,19 +42,15 @@ struct taken_share {
 class refusals {
  public:
   struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    event_log& events;
-    peer_table& peers;
+    core_state& state;
     outbox& out;
-    const wire::protocol_set& protocols;
   };
   static constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // a longer flood closes the peer
 
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.connections_max);
   }
-  refusals(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  refusals(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
 
@@ -84,7 +81,7 @@ class refusals {
   // From time to time: reports how many were only counted.
   void report_missed(connection& c) noexcept;
   // Whether the peer may cause one more event now.
-  bool admits_event(peer_index peer) noexcept { return rows_[peer].reports.take(cycle_.now); }
+  bool admits_event(peer_index peer) noexcept { return rows_[peer].reports.take(state_.cycle.now); }
   void set_level(peer_index peer, wire::severity level) noexcept { rows_[peer].level = level; }
 
   // A message exceeds the peer's rate. The peer is closed if that goes on.
@@ -99,7 +96,7 @@ class refusals {
     wire::severity level = wire::severity::error; // what it wants to be told
   };
 
-  void add(counter which) noexcept { counts_.add(which); }
+  void add(counter which) noexcept { state_.counts.add(which); }
   bool admits(connection& c, event::kind kind, std::string_view why, std::string_view remedy) noexcept;
   void answer(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
@@ -108,13 +105,8 @@ class refusals {
                   std::string_view option) noexcept;
   void close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;
 
-  const limits bounds_;
-  const cycle_state& cycle_;
-  counters& counts_;
-  event_log& events_;
-  peer_table& peers_;
+  core_state& state_;
   outbox& out_;
-  const wire::protocol_set& protocols_;
   rows<peer_index, row> rows_;
   close_reason too_many_messages_;
   close_reason too_many_refusals_;

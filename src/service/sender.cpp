@@ -27,33 +27,16 @@ std::size_t sender::footprint_bytes(const limits& bounds) noexcept {
          arena::bytes_for<batch_piece>(batch_pieces_max);
 }
 
-sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : counts_{parts.counts},
-      peers_{parts.peers},
-      subscriptions_{parts.topics.subscriptions()},
-      protocols_{parts.protocols},
+sender::sender(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
+      subscriptions_{state_.topics.subscriptions()},
       store_{parts.store},
       out_{parts.out},
       slots_{parts.store.slots()},
-      transport_{parts.to_peers},
-      keys_{memory, parts.random},
-      urgent_{memory,
-              bounds,
-              {.cycle = parts.cycle,
-               .counts = parts.counts,
-               .peers = parts.peers,
-               .out = parts.out,
-               .to_peers = parts.to_peers,
-               .keys = keys_}},
-      partial_{memory,
-               bounds,
-               {.cycle = parts.cycle,
-                .counts = parts.counts,
-                .due = parts.due,
-                .peers = parts.peers,
-                .store = parts.store,
-                .out = parts.out}},
-      buffer_{memory.carve_bytes(buffer_bytes(bounds))},
+      keys_{memory, state_.seams.random},
+      urgent_{memory, {.state = state_, .out = out_, .keys = keys_}},
+      partial_{memory, {.state = state_, .store = store_, .out = out_}},
+      buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 
 // ---- who is there
@@ -61,7 +44,7 @@ sender::sender(rt::arena& memory, const limits& bounds, const needs& parts) noex
 void sender::forget(peer_index peer) noexcept {
   if (!partial_.of(peer)) return;
   partial_.end(peer);
-  counts_.add(counter::lost_with_peer);
+  state_.counts.add(counter::lost_with_peer);
 }
 
 void sender::writable(peer_index peer) noexcept {
@@ -83,13 +66,13 @@ void sender::flush_scheduled(bool to_all) noexcept {
     if (!to_all && work_ >= write_work_per_cycle) return;
     const peer_index next = out_.take_scheduled();
     if (turn_left_ != 0) --turn_left_;
-    if (peers_[next].state != connection::phase::free) flush(next);
+    if (state_.peers[next].state != connection::phase::free) flush(next);
   }
 }
 
 void sender::flush(peer_index peer) noexcept {
   peer_queues& queues = out_.of(peer);
-  const recipient to{peer, peers_[peer], queues, urgent_.masks(peer)};
+  const recipient to{peer, state_.peers[peer], queues, urgent_.masks(peer)};
   // What is not written now waits for something, and whoever brings that schedules the peer.
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
@@ -110,7 +93,7 @@ void sender::flush(peer_index peer) noexcept {
 
 // Writes the frames that do not wait for the end of the cycle; messages follow then.
 void sender::flush_urgent(peer_index peer) noexcept {
-  const recipient to{peer, peers_[peer], out_.of(peer), urgent_.masks(peer)};
+  const recipient to{peer, state_.peers[peer], out_.of(peer), urgent_.masks(peer)};
   if (!to.queues.blocked) {
     batch next{buffer_, pieces_};
     (void)gather_urgent(to, next);
@@ -121,9 +104,9 @@ void sender::flush_urgent(peer_index peer) noexcept {
 
 inline void sender::write(const recipient& to, batch& what) noexcept {
   const std::span<const std::byte> whole = what.whole();
-  const std::size_t taken = what.count != 0 ? transport_.write(to.peer.id, {&whole, 1}) : 0;
+  const std::size_t taken = what.count != 0 ? state_.seams.to_peers.write(to.peer.id, {&whole, 1}) : 0;
   if (what.count != 0) work_ += work_of(taken);
-  counts_.add(counter::bytes_out, taken);
+  state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
   to.queues.blocked = taken < what.bytes;
   commit(to, what, taken);
@@ -222,9 +205,10 @@ bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batc
 
 wire::message_head sender::head_of(const batch_piece& of) const noexcept {
   const subscription& to = subscriptions_[of.subscription];
-  return protocols_.of(to.codec).head_of({.tag = to.tag,
-                                          .published_ns = rt::nanoseconds_of(slots_.published(of.slot)),
-                                          .unslashed = to.unslashed});
+  return state_.seams.protocols.of(to.codec).head_of(
+      {.tag = to.tag,
+       .published_ns = rt::nanoseconds_of(slots_.published(of.slot)),
+       .unslashed = to.unslashed});
 }
 
 // As gather_frame(), for a peer that is not sent the shared text of the slot: the head of its own is written
@@ -300,7 +284,7 @@ inline void sender::commit_message(const recipient& to, const batch_piece& piece
 }
 
 void sender::count_message_out(connection& peer) noexcept {
-  counts_.add(counter::messages_out);
+  state_.counts.add(counter::messages_out);
   ++peer.messages_out;
 }
 
@@ -308,8 +292,8 @@ void sender::count_message_out(connection& peer) noexcept {
 void sender::hand_over_rest(const recipient& to) noexcept {
   batch rest{buffer_, pieces_};
   (void)gather_partial(to, rest); // a batch of its own
-  const std::size_t taken = transport_.write_rest(to.peer.id, rest.whole());
-  counts_.add(counter::bytes_out, taken);
+  const std::size_t taken = state_.seams.to_peers.write_rest(to.peer.id, rest.whole());
+  state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
   commit(to, rest, taken);
 }
@@ -329,14 +313,14 @@ void sender::send_close(peer_index peer, std::uint16_t code, std::string_view re
 
 void sender::add_stop_reply(peer_index peer, std::span<const char> text, wire::message_kind kind) noexcept {
   if (text.empty() || !urgent_.add_stop_reply(peer, text, opcode_of(kind)))
-    return counts_.add(counter::stop_answers_lost);
-  count_message_out(peers_[peer]);
+    return state_.counts.add(counter::stop_answers_lost);
+  count_message_out(state_.peers[peer]);
   flush_urgent(peer);
 }
 
 void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::message_kind kind) noexcept {
   if (text.empty() || !urgent_.add_stop_state(peer, text, opcode_of(kind))) return;
-  count_message_out(peers_[peer]);
+  count_message_out(state_.peers[peer]);
   out_.schedule(peer);
 }
 
@@ -351,9 +335,9 @@ bool sender::check() const noexcept {
     }
     return false;
   };
-  for (const peer_index i : peers_.ids()) {
+  for (const peer_index i : state_.peers.ids()) {
     const peer_queues& queues = out_.of(i);
-    if (!peers_[i].open() || queues.scheduled || queues.blocked) continue;
+    if (!state_.peers[i].open() || queues.scheduled || queues.blocked) continue;
     if (partial_.of(i) || urgent_.any(i)) return false;
     const bool others_end = queues.waits_to_begin && partial_.wakes_who_waits();
     if ((queues.held && urgent_.waits_for_pong(i)) || others_end) continue;

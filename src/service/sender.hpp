@@ -21,6 +21,7 @@
 
 #include "service/batch.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/mask_keys.hpp"
@@ -39,19 +40,12 @@ namespace rowe::service {
 class sender {
  public:
   struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    timers& due;
-    peer_table& peers;
-    topic_table& topics;
+    core_state& state;
     message_store& store;
     outbox& out;
-    transport& to_peers;
-    entropy& random;
-    const wire::protocol_set& protocols;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  sender(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  sender(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { urgent_.open(peer); }
   // A frame that is partly written is lost.
@@ -121,14 +115,11 @@ class sender {
 
   void hand_over_rest(const recipient& to) noexcept;
 
-  counters& counts_;
-  peer_table& peers_;
+  core_state& state_;
   const rows<subscription_id, subscription> subscriptions_;
-  const wire::protocol_set& protocols_;
   message_store& store_;
   outbox& out_;
   slot_pool& slots_;
-  transport& transport_;
   mask_keys keys_;
   urgent_frames urgent_;
   partial_frames partial_;

@@ -15,13 +15,12 @@ constexpr std::size_t name_bytes_shown = 128;
 
 } // namespace
 
-service_providers::service_providers(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : bounds_{bounds},
-      peers_{parts.peers},
+service_providers::service_providers(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       directory_{parts.directory},
       refused_{parts.refused},
-      provided_{memory.carve<std::uint32_t>(bounds.connections_max)},
-      claims_{services_of_peers(bounds), parts.claimants} {}
+      provided_{memory.carve<std::uint32_t>(state_.bounds().connections_max)},
+      claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
   if (is_own_name(asked.service))
@@ -34,7 +33,7 @@ void service_providers::advertise(connection& c, const wire::request& asked) noe
     why.add("advertise_service: ").add(asked.service.substr(0, name_bytes_shown)).add(" is provided already");
     return refused_.refuse(c, asked.id_raw, why.text());
   }
-  const std::uint32_t share = services_of_peers(bounds_);
+  const std::uint32_t share = services_of_peers(state_.bounds());
   const std::uint32_t left = left_of(share, directory_.of_peers());
   std::uint32_t& held = provided_[{c.id.index}];
   const bool may = claims_.may_take(held, left) || ROWE_MUTANT(made_up_services);
@@ -65,7 +64,7 @@ void service_providers::take_from_peer(service_index service) noexcept {
   wire::text_out why{room};
   why.add("advertise_service: this process provides ");
   why.add(directory_.name(service).substr(0, name_bytes_shown)).add(" now");
-  connection* const c = peers_.find(directory_.at(service).peer);
+  connection* const c = state_.peers.find(directory_.at(service).peer);
   remove(service);
   if (c != nullptr) refused_.refuse(*c, {}, why.text());
 }
@@ -87,11 +86,12 @@ void service_providers::remove(service_index service) noexcept {
 bool service_providers::check() const noexcept {
   std::uint32_t all = 0;
   std::uint32_t wanted = claims_.connections() * claims_.claim();
-  for (const peer_index peer : peers_.ids()) {
+  for (const peer_index peer : state_.peers.ids()) {
     std::uint32_t provided = 0;
-    for (const auto i : directory_.ids()) provided += directory_.in_use(i) && provides(peers_[peer].id, i);
+    for (const auto i : directory_.ids())
+      provided += directory_.in_use(i) && provides(state_.peers[peer].id, i);
     if (provided != provided_[peer]) return false;
-    if (provided != 0 && peers_[peer].state == connection::phase::free) return false;
+    if (provided != 0 && state_.peers[peer].state == connection::phase::free) return false;
     all += provided;
     wanted -= claims_.claim() - claims_.kept_for(provided);
   }

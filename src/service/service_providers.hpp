@@ -9,6 +9,7 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/core_state.hpp"
 #include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/service_directory.hpp"
@@ -20,15 +21,14 @@ namespace rowe::service {
 class service_providers {
  public:
   struct needs {
-    peer_table& peers;
+    core_state& state;
     service_directory& directory;
     refusals& refused;
-    std::uint32_t claimants; // how many connections there may be, each with its claim
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.connections_max);
   }
-  service_providers(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  service_providers(rt::arena& memory, const needs& parts) noexcept;
 
   // What a peer asks; where it is refused it is told.
   void advertise(connection& c, const wire::request& asked) noexcept;
@@ -48,8 +48,7 @@ class service_providers {
   }
   void remove(service_index service) noexcept;
 
-  const limits bounds_;
-  peer_table& peers_;
+  core_state& state_;
   service_directory& directory_;
   refusals& refused_;
   rows<peer_index, std::uint32_t> provided_; // how many, by peer

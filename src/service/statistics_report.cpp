@@ -24,21 +24,14 @@ double rounded(double value) noexcept {
 
 } // namespace
 
-statistics_report::statistics_report(const limits& bounds, std::string_view name, const needs& parts) noexcept
-    : bounds_{bounds},
-      cycle_{parts.cycle},
-      shown_{parts.shown},
-      lanes_{parts.lanes},
-      peers_{parts.peers},
-      topics_{parts.topics},
-      calls_{parts.calls},
+statistics_report::statistics_report(const needs& parts) noexcept
+    : state_{parts.state},
       stop_{parts.stop},
       out_{parts.out},
-      protocols_{parts.protocols},
       rates_{parts.rates},
-      name_bytes_{std::min(name.size(), name_.size())},
-      opened_at_{parts.cycle.now} {
-  name.copy(name_.data(), name_bytes_);
+      name_bytes_{std::min(state_.options.name.size(), name_.size())},
+      opened_at_{state_.cycle.now} {
+  state_.options.name.copy(name_.data(), name_bytes_);
 }
 
 void statistics_report::write_for_topic(json::writer& into) noexcept {
@@ -55,14 +48,14 @@ void statistics_report::write_for_service(json::writer& into) noexcept {
   into.begin_object();
   for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
     into.key(counter_descriptions[i].name);
-    into.number(read_count(shown_, lanes_, static_cast<counter>(i)));
+    into.number(read_count(state_.shown, state_.lanes, static_cast<counter>(i)));
   }
   into.end_object();
   into.key("limits");
   into.begin_object();
   for (const limit_row& row : limit_table) {
     into.key(rowe::name_of(row.which));
-    into.number(row.of(bounds_));
+    into.number(row.of(state_.bounds()));
   }
   into.end_object();
   into.end_object();
@@ -73,18 +66,18 @@ void statistics_report::write_connections(json::writer& into) noexcept {
   into.begin_array();
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
-  for (const connection& c : peers_) {
+  for (const connection& c : state_.peers) {
     if (!c.open()) continue;
-    if (into.bytes() - begin > connections_bytes_max(bounds_)) {
+    if (into.bytes() - begin > connections_bytes_max(state_.bounds())) {
       ++left_out;
       continue;
     }
     const peer_queues& queues = out_.of({c.id.index});
     std::uint64_t queued = queues.replies.count;
     for (const queue& waiting : queues.direct) queued += waiting.count;
-    for (subscription_id i = topics_.first_subscription({c.id.index}); i;
-         i = topics_.subscription_at(i).next_on_peer) {
-      queued += topics_.subscription_at(i).waiting.count;
+    for (subscription_id i = state_.topics.first_subscription({c.id.index}); i;
+         i = state_.topics.subscription_at(i).next_on_peer) {
+      queued += state_.topics.subscription_at(i).waiting.count;
     }
     into.begin_object();
     into.key("address");
@@ -92,13 +85,14 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     into.key("role");
     into.string(c.ours == side::client ? "server" : "client"); // what the peer is
     into.key("dialect");
-    into.string(c.messages_in == 0 ? std::string_view{"none"} : protocols_.of(c.spoke_last).name());
+    into.string(c.messages_in == 0 ? std::string_view{"none"}
+                                   : state_.seams.protocols.of(c.spoke_last).name());
     into.key("bare");
     into.boolean(c.takes_messages);
     into.key("since_s");
-    into.number(rounded(seconds(cycle_.now - c.opened_at)));
+    into.number(rounded(seconds(state_.cycle.now - c.opened_at)));
     into.key("silent_s");
-    into.number(rounded(seconds(cycle_.now - c.heard_at)));
+    into.number(rounded(seconds(state_.cycle.now - c.heard_at)));
     into.key("messages_in");
     into.number(c.messages_in);
     into.key("messages_out");
@@ -108,9 +102,9 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     into.key("blocked");
     into.boolean(queues.backpressured());
     into.key("subscriptions");
-    into.number(topics_.subscriptions_of({c.id.index}));
+    into.number(state_.topics.subscriptions_of({c.id.index}));
     into.key("calls");
-    into.number(calls_.asked_by({c.id.index}));
+    into.number(state_.calls.asked_by({c.id.index}));
     into.end_object();
   }
   into.end_array();
@@ -122,9 +116,9 @@ void statistics_report::write_state(json::writer& into, bool of_service) noexcep
   into.key("name");
   into.string(name());
   into.key("uptime_s");
-  into.number(rounded(seconds(cycle_.now - opened_at_)));
+  into.number(rounded(seconds(state_.cycle.now - opened_at_)));
   into.key("peers");
-  into.number(peers_.count());
+  into.number(state_.peers.count());
   into.key("real_time");
   into.begin_object();
   into.key("fifo");
@@ -137,31 +131,31 @@ void statistics_report::write_state(json::writer& into, bool of_service) noexcep
   write_topics(into, of_service);
   write_losses(into);
   into.key("cycle_us_max");
-  into.number(rounded(static_cast<double>(shown_.counts.read(counter::cycle_ns_max)) / 1000));
+  into.number(rounded(static_cast<double>(state_.shown.counts.read(counter::cycle_ns_max)) / 1000));
 }
 
 void statistics_report::write_topics(json::writer& into, bool of_service) noexcept {
-  const listed_topics listed{topics_, stop_};
+  const listed_topics listed{state_.topics, stop_};
   const rt::time_point since = of_service ? rates_.marks_began() : rates_.period_began();
-  const double over = seconds(std::max<rt::duration>(cycle_.now - since, std::chrono::milliseconds{1}));
+  const double over = seconds(std::max<rt::duration>(state_.cycle.now - since, std::chrono::milliseconds{1}));
   into.key("rates_over_s");
   into.number(rounded(over));
   into.key("topics");
   into.begin_array();
   std::uint32_t left_out = 0;
   const std::size_t begin = into.bytes();
-  for (const topic_id i : topics_.topic_ids()) {
+  for (const topic_id i : state_.topics.topic_ids()) {
     if (!listed(i)) continue;
-    if (topics_.of_peers(i) && into.bytes() - begin > peers_topics_bytes_max(bounds_)) {
+    if (state_.topics.of_peers(i) && into.bytes() - begin > peers_topics_bytes_max(state_.bounds())) {
       ++left_out;
       continue;
     }
-    const topic& t = topics_.at(i);
+    const topic& t = state_.topics.at(i);
     into.begin_object();
     into.key("topic");
-    into.string(topics_.name(i));
+    into.string(state_.topics.name(i));
     into.key("type");
-    into.string(topics_.type(i));
+    into.string(state_.topics.type(i));
     into.key("messages");
     into.number(t.messages);
     into.key("rate_hz");
@@ -188,7 +182,7 @@ void statistics_report::write_losses(json::writer& into) noexcept {
     const counter_description& what = counter_descriptions[i];
     if (what.group != counter_group::loss && what.group != counter_group::chosen) continue;
     into.key(what.name);
-    into.number(read_count(shown_, lanes_, static_cast<counter>(i)));
+    into.number(read_count(state_.shown, state_.lanes, static_cast<counter>(i)));
   }
   into.end_object();
 }

@@ -14,6 +14,7 @@
 #include <rowe/rt/thread.hpp>
 
 #include "service/call_table.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/outbox.hpp"
 #include "service/peer_table.hpp"
@@ -29,19 +30,13 @@ namespace rowe::service {
 class statistics_report {
  public:
   struct needs {
-    const cycle_state& cycle;
-    const shared_state& shown;
-    rows<pair_index, const detail::lane> lanes;
-    const peer_table& peers;
-    const topic_table& topics;
-    const call_table& calls;
+    const core_state& state;
     const stop_rules& stop;
     const outbox& out;
-    const wire::protocol_set& protocols;
     const topic_rates& rates;
   };
   // `name`: the endpoint's, copied.
-  statistics_report(const limits& bounds, std::string_view name, const needs& parts) noexcept;
+  explicit statistics_report(const needs& parts) noexcept;
 
   void describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
     granted_ = granted;
@@ -59,16 +54,9 @@ class statistics_report {
   void write_losses(json::writer& into) noexcept;
   void write_connections(json::writer& into) noexcept;
 
-  const limits bounds_;
-  const cycle_state& cycle_;
-  const shared_state& shown_;
-  rows<pair_index, const detail::lane> lanes_;
-  const peer_table& peers_;
-  const topic_table& topics_;
-  const call_table& calls_;
+  const core_state& state_;
   const stop_rules& stop_;
   const outbox& out_;
-  const wire::protocol_set& protocols_;
   const topic_rates& rates_;
   std::array<char, 64> name_{};
   std::size_t name_bytes_;

@@ -35,52 +35,42 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 
 } // namespace
 
-stop_service::stop_service(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : options_{parts.options},
-      cycle_{parts.cycle},
-      lanes_{parts.lanes},
-      views_{parts.views},
-      peers_{parts.peers},
-      calls_{parts.calls},
+stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       sender_{parts.writer},
       completion_{parts.completion},
-      protocols_{parts.protocols},
       rules_{parts.rules},
-      switch_{parts.cycle, parts.shown.counts, parts.events, parts.rules, parts.shown.permit},
-      threads_{{.cycle = parts.cycle,
-                .main = switch_,
-                .words = parts.shown.stops,
-                .queue = parts.queue,
-                .observe_timeout = parts.options.stop.observe_timeout}},
-      rows_{memory.carve<row>(bounds.connections_max)},
-      waiters_{memory.carve<waiter>(waiters_of(bounds))} {}
+      switch_{state_, rules_},
+      threads_{{.state = state_, .main = switch_}},
+      rows_{memory.carve<row>(state_.bounds().connections_max)},
+      waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
 
 // ---- loops and peers come and go
 
 status stop_service::attach(pair_index pair) noexcept {
-  const detail::lane& lane = lanes_[pair];
-  const std::uint32_t loop = rules_.add_loop(lane.name(), lane.loop_timeout, lane.latch, cycle_.now);
+  const detail::lane& lane = state_.lanes[pair];
+  const std::uint32_t loop = rules_.add_loop(lane.name(), lane.loop_timeout, lane.latch, state_.cycle.now);
   if (loop == stop_rules::no_loop)
     return error{errc::too_many_latches, stop_rules::loops_max, stop_rules::loops_max};
-  views_[pair].loop = {loop};
+  state_.views[pair].loop = {loop};
   switch_.write_permit();
   return {};
 }
 
 void stop_service::detach(pair_index pair) noexcept {
-  rules_.remove_loop(views_[pair].loop.value, cycle_.now);
+  rules_.remove_loop(state_.views[pair].loop.value, state_.cycle.now);
   switch_.write_permit();
 }
 
 void stop_service::leave(const connection& c) noexcept {
   if (!in_use()) return;
-  rules_.peer_gone(stop_key_of(c.id), cycle_.now);
+  rules_.peer_gone(stop_key_of(c.id), state_.cycle.now);
   switch_.write_permit();
 }
 
 void stop_service::stop_all() noexcept {
   if (!in_use()) return;
-  rules_.request("the endpoint is closing", 0, cycle_.now);
+  rules_.request("the endpoint is closing", 0, state_.cycle.now);
   switch_.write_permit();
 }
 
@@ -106,17 +96,18 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   case stop_verb::stop: {
     const std::string_view source = text_of("source");
     const std::string_view here = c != nullptr ? c->peer() : std::string_view{"this process"};
-    if (c != nullptr && rules_.running()) rows_[{c->id.index}].stopped_at = cycle_.now;
+    if (c != nullptr && rules_.running()) rows_[{c->id.index}].stopped_at = state_.cycle.now;
     switch_.request(source.empty() ? here : source, key);
     break;
   }
   case stop_verb::reset:
-    refused = rules_.reset(integer_of(args, "number"), integer_of(args, "tick"), may_reset, cycle_.now);
+    refused = rules_.reset(integer_of(args, "number"), integer_of(args, "tick"), may_reset, state_.cycle.now);
     break;
   case stop_verb::lease: {
     const auto resigns = json::find(args, "resign");
-    refused = rules_.lease(text_of("guard"), integer_of(args, "tick"),
-                           resigns && json::to_boolean(*resigns).value_or(false), key, may_reset, cycle_.now);
+    refused =
+        rules_.lease(text_of("guard"), integer_of(args, "tick"),
+                     resigns && json::to_boolean(*resigns).value_or(false), key, may_reset, state_.cycle.now);
     break;
   }
   case stop_verb::state:
@@ -126,7 +117,7 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   if (refused != stop_rules::refusal::none) switch_.count_refusal();
   if (asker.silent) return;
   if (which == stop_verb::stop) return await_loops(asker);
-  answer(which, asker, cycle_.now, refused);
+  answer(which, asker, state_.cycle.now, refused);
 }
 
 // ---- answers
@@ -138,22 +129,22 @@ void stop_service::await_loops(const stop_asker& asker) noexcept {
   row* const of_peer = c != nullptr ? &rows_[{c->id.index}] : nullptr;
   const bool has_enough = of_peer != nullptr && of_peer->awaited == stops_awaited_per_peer;
   if (rules_.observed() != rt::never || waiting_ == waiters_.size() || has_enough)
-    return answer(stop_verb::stop, asker, cycle_.now, stop_rules::refusal::none);
+    return answer(stop_verb::stop, asker, state_.cycle.now, stop_rules::refusal::none);
   waiter& last = waiters_[(first_waiter_ + waiting_++) % waiters_.size()];
   last = {.who = asker.who,
           .call = asker.call,
-          .accepted = cycle_.now,
-          .until = cycle_.now + options_.stop.observe_timeout};
+          .accepted = state_.cycle.now,
+          .until = state_.cycle.now + state_.options.stop.observe_timeout};
   const std::string_view id = ROWE_MUTANT(stop_id) ? std::string_view{"0"} : asker.id_raw;
   last.id_bytes = static_cast<std::uint16_t>(id.copy(last.id.data(), last.id.size()));
   if (of_peer != nullptr) ++of_peer->awaited;
-  waits_since_ = cycle_.now;
+  waits_since_ = state_.cycle.now;
 }
 
 void stop_service::answer_acknowledged() noexcept {
   threads_.tell_acknowledged();
   const bool observed = rules_.observed() != rt::never || rules_.running();
-  while (waiting_ != 0 && (observed || cycle_.now >= waiters_[first_waiter_].until)) {
+  while (waiting_ != 0 && (observed || state_.cycle.now >= waiters_[first_waiter_].until)) {
     const waiter first = waiters_[first_waiter_];
     first_waiter_ = static_cast<std::uint32_t>((first_waiter_ + 1) % waiters_.size());
     --waiting_;
@@ -166,7 +157,7 @@ void stop_service::answer_acknowledged() noexcept {
 
 void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_point accepted,
                                 stop_rules::refusal refused) noexcept {
-  if (which == stop_verb::state) return rules_.write_state(into, cycle_.now);
+  if (which == stop_verb::state) return rules_.write_state(into, state_.cycle.now);
   into.begin_object();
   into.key("state");
   into.string(rules_.running() ? "running" : "stopped");
@@ -181,9 +172,9 @@ void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_po
     break;
   case stop_verb::lease:
     into.key("lease_ms");
-    into.number(std::chrono::duration_cast<std::chrono::milliseconds>(options_.stop.lease).count());
+    into.number(std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.lease).count());
     into.key("tick");
-    into.number(rules_.tick(cycle_.now));
+    into.number(rules_.tick(state_.cycle.now));
     [[fallthrough]];
   default: write_text(into, "refused", stop_rules::name_of(refused)); break;
   }
@@ -197,12 +188,12 @@ void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_poi
   const auto body = [&](json::writer& into) { write_answer(into, which, accepted, refused); };
   if (asker.who.who != call_endpoint::kind::peer) {
     body(text);
-    if (calls_.find(asker.call) == nullptr) return; // the call ended before
+    if (state_.calls.find(asker.call) == nullptr) return; // the call ended before
     return completion_.complete({asker.call.index}, {room.data(), text.bytes()});
   }
-  const connection* const c = peers_.find(asker.who.connection());
+  const connection* const c = state_.peers.find(asker.who.connection());
   if (c == nullptr || !c->open()) return;
-  const auto kind = protocols_.of(asker.who.speaks)
+  const auto kind = state_.seams.protocols.of(asker.who.speaks)
                         .write_reply(text, {.service = stop_gate::name_of(which), .id_raw = asker.id_raw},
                                      wire::body{body});
   sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()}, kind);
@@ -228,11 +219,11 @@ void stop_service::look() noexcept {
 
 rt::time_point stop_service::next_update() const noexcept {
   if (!in_use()) return rt::never;
-  const rt::time_point next = rules_.next_turn(cycle_.now);
+  const rt::time_point next = rules_.next_turn(state_.cycle.now);
   if (waiting_ == 0 && !threads_.waits()) return next;
-  const rt::duration waited = cycle_.now - std::max(waits_since_, threads_.waits_since());
-  return std::min(next,
-                  cycle_.now + std::clamp(waited / 8, acknowledgment_rest_min, acknowledgment_rest_max));
+  const rt::duration waited = state_.cycle.now - std::max(waits_since_, threads_.waits_since());
+  return std::min(next, state_.cycle.now +
+                            std::clamp(waited / 8, acknowledgment_rest_min, acknowledgment_rest_max));
 }
 
 bool stop_service::check() const noexcept {
@@ -240,8 +231,8 @@ bool stop_service::check() const noexcept {
   for (std::uint32_t i = 0; i < waiting_; ++i)
     of_peers += peer_of(waiters_[(first_waiter_ + i) % waiters_.size()].who) != nullptr;
   std::uint32_t awaited = 0;
-  for (const peer_index peer : peers_.ids())
-    if (peers_[peer].state != connection::phase::free) awaited += rows_[peer].awaited;
+  for (const peer_index peer : state_.peers.ids())
+    if (state_.peers[peer].state != connection::phase::free) awaited += rows_[peer].awaited;
   return waiting_ <= waiters_.size() && of_peers == awaited;
 }
 

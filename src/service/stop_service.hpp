@@ -16,6 +16,7 @@
 
 #include "service/call_completion.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/ids.hpp"
 #include "service/pair_table.hpp"
@@ -35,25 +36,16 @@ namespace rowe::service {
 class stop_service {
  public:
   struct needs {
-    const core_options& options;
-    const cycle_state& cycle;
-    event_log& events;
-    shared_state& shown;
-    submission_queue& queue;
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    peer_table& peers;
-    call_table& calls;
+    core_state& state;
     sender& writer;
     call_completion& completion;
-    const wire::protocol_set& protocols;
     stop_rules& rules;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<waiter>(waiters_of(bounds)) +
            rt::arena::bytes_for<row>(bounds.connections_max);
   }
-  stop_service(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  stop_service(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { rows_[peer] = {}; }
   // A peer is heard no more: the loops that it guarded stop.
@@ -93,7 +85,7 @@ class stop_service {
   // move keeps its place for a second, for the answer and what came of it. Stopping a robot that stands
   // already keeps nobody else out, however often it is done.
   bool may_displace(const connection& c) const noexcept {
-    return cycle_.now - rows_[{c.id.index}].stopped_at >= stop_place_kept_for;
+    return state_.cycle.now - rows_[{c.id.index}].stopped_at >= stop_place_kept_for;
   }
 
   // Each waiter has an asker, and is counted with its peer.
@@ -120,7 +112,7 @@ class stop_service {
   }
 
   connection* peer_of(const call_endpoint& who) const noexcept {
-    return who.who == call_endpoint::kind::peer ? peers_.find(who.connection()) : nullptr;
+    return who.who == call_endpoint::kind::peer ? state_.peers.find(who.connection()) : nullptr;
   }
   void look() noexcept;
   void await_loops(const stop_asker& asker) noexcept;
@@ -130,15 +122,9 @@ class stop_service {
   void write_answer(json::writer& into, stop_verb which, rt::time_point accepted,
                     stop_rules::refusal refused) noexcept;
 
-  const core_options& options_;
-  const cycle_state& cycle_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  peer_table& peers_;
-  call_table& calls_;
+  core_state& state_;
   sender& sender_;
   call_completion& completion_;
-  const wire::protocol_set& protocols_;
   stop_rules& rules_;
   stop_switch switch_;
   thread_stops threads_;

@@ -10,49 +10,46 @@
 #include "json/writer.hpp"
 
 namespace rowe::service {
-stop_state_feed::stop_state_feed(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : options_{parts.options},
-      cycle_{parts.cycle},
-      peers_{parts.peers},
-      topics_{parts.topics},
+stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       sender_{parts.writer},
       broker_{parts.values},
       stop_{parts.stop},
-      protocols_{parts.protocols},
       topic_{parts.topic},
-      shown_at_{memory.carve<rt::time_point>(bounds.connections_max)} {}
+      shown_at_{memory.carve<rt::time_point>(state_.bounds().connections_max)} {}
 
 void stop_state_feed::show_if_due() noexcept {
-  const topic& on = topics_.at(topic_);
+  const topic& on = state_.topics.at(topic_);
   const bool changed = std::exchange(version_shown_, stop_.version()) != stop_.version();
   // Whoever is new is shown it; who has just come may be one of those that are shown it unasked.
   const bool listens = std::exchange(audience_seen_, on.audience_changes) != on.audience_changes;
-  const bool came = std::exchange(opened_seen_, peers_.opened()) != peers_.opened();
-  if (listens || came) due_ = cycle_.now;
-  if (!changed && cycle_.now < due_) return;
+  const bool came = std::exchange(opened_seen_, state_.peers.opened()) != state_.peers.opened();
+  if (listens || came) due_ = state_.cycle.now;
+  if (!changed && state_.cycle.now < due_) return;
   message state;
   due_ = rt::never;
   show_subscribers(state, changed);
-  if (protocols_.any(&wire::capabilities::state_as_message)) show_takers_of_messages(changed);
+  if (state_.seams.protocols.any(&wire::capabilities::state_as_message)) show_takers_of_messages(changed);
   // A client's handles that subscribe to it are told its server's state, never both by turns.
-  const bool of_server = options_.ours == side::client && protocols_.any(&wire::capabilities::topics);
+  const bool of_server =
+      state_.options.ours == side::client && state_.seams.protocols.any(&wire::capabilities::topics);
   if (on.first_inbox && !of_server) show_handles(state, changed);
 }
 
 void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
-  const rt::duration slow = stop_ticks_for_others * options_.stop.tick;
-  const rt::duration early = options_.stop.tick / 2; // those who are due soon go along with one who is
-  for (subscription_id i = topics_.at(topic_).first_subscription; i;
-       i = topics_.subscription_at(i).next_on_topic) {
-    const subscription& to = topics_.subscription_at(i);
-    const connection& c = peers_[to.peer];
+  const rt::duration slow = stop_ticks_for_others * state_.options.stop.tick;
+  const rt::duration early = state_.options.stop.tick / 2; // those who are due soon go along with one who is
+  for (subscription_id i = state_.topics.at(topic_).first_subscription; i;
+       i = state_.topics.subscription_at(i).next_on_topic) {
+    const subscription& to = state_.topics.subscription_at(i);
+    const connection& c = state_.peers[to.peer];
     // There is room for one state: who subscribed by both names gets that with the slash.
-    if (to.unslashed && topics_.find_subscription(topic_, to.peer, false)) continue;
+    if (to.unslashed && state_.topics.find_subscription(topic_, to.peer, false)) continue;
     const bool guards = stop_.guards_include(stop_key_of(c.id));
-    const rt::duration period = guards ? options_.stop.tick : slow;
+    const rt::duration period = guards ? state_.options.stop.tick : slow;
     rt::time_point& shown_at = shown_at_[to.peer];
-    if (changed || cycle_.now - shown_at >= (guards ? period : period - early)) {
-      shown_at = cycle_.now;
+    if (changed || state_.cycle.now - shown_at >= (guards ? period : period - early)) {
+      shown_at = state_.cycle.now;
       if (c.open()) {
         write(state);
         send(to, state);
@@ -64,23 +61,23 @@ void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
 
 void stop_state_feed::write(message& state) noexcept {
   if (state.bytes != 0) return;
-  topic& on = topics_.at(topic_);
+  topic& on = state_.topics.at(topic_);
   json::writer into{state.room};
-  into.append(topics_.head(topic_));
+  into.append(state_.topics.head(topic_));
   state.body_at = into.bytes();
-  stop_.write_state(into, cycle_.now);
+  stop_.write_state(into, state_.cycle.now);
   on.bytes = state.body_bytes = into.bytes() - state.body_at;
-  into.append(topics_.tail());
+  into.append(state_.topics.tail());
   state.bytes = into.overflowed() ? 0 : into.bytes();
-  topic_rates::note(on, cycle_.now);
+  topic_rates::note(on, state_.cycle.now);
 }
 
 void stop_state_feed::send(const subscription& to, const message& state) noexcept {
   if (!to.own_head || state.bytes == 0)
     return sender_.add_stop_state(to.peer, state.whole(), wire::message_kind::text);
   // The same behind a head of its own, for who is not sent the shared text.
-  const wire::message_head head = protocols_.of(to.codec).head_of(
-      {.tag = to.tag, .published_ns = rt::nanoseconds_of(cycle_.now), .unslashed = to.unslashed});
+  const wire::message_head head = state_.seams.protocols.of(to.codec).head_of(
+      {.tag = to.tag, .published_ns = rt::nanoseconds_of(state_.cycle.now), .unslashed = to.unslashed});
   const std::span<const char> rest = head.from == 0 ? state.body() : state.whole().subspan(head.from);
   std::array<char, stop_answer_bytes_max + sizeof(wire::message_head::bytes)> room;
   std::memcpy(room.data(), head.bytes.data(), head.size);
@@ -91,15 +88,15 @@ void stop_state_feed::send(const subscription& to, const message& state) noexcep
 // To those who know no topics the state goes as a message; to those who know no pings either, that also tells
 // that the robot is there.
 void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
-  const rt::duration period = stop_ticks_for_others * options_.stop.tick;
-  for (const connection& c : peers_) {
+  const rt::duration period = stop_ticks_for_others * state_.options.stop.tick;
+  for (const connection& c : state_.peers) {
     if (!c.open() || !c.takes_messages || !c.protocol->can.state_as_message) continue;
     rt::time_point& shown_at = shown_at_[{c.id.index}];
-    if (changed || cycle_.now - shown_at >= period) {
-      shown_at = cycle_.now;
+    if (changed || state_.cycle.now - shown_at >= period) {
+      shown_at = state_.cycle.now;
       std::array<char, stop_body_bytes_max> room;
       json::writer text{room};
-      stop_.write_state(text, cycle_.now);
+      stop_.write_state(text, state_.cycle.now);
       sender_.add_stop_state({c.id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()});
     }
     due_ = std::min(due_, shown_at + period);
@@ -107,13 +104,13 @@ void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
 }
 
 void stop_state_feed::show_handles(message& state, bool changed) noexcept {
-  const rt::duration tick = options_.stop.tick;
+  const rt::duration tick = state_.options.stop.tick;
   const rt::duration period =
       stop_.guards_include(stop_key_of_this_process) ? tick : stop_ticks_for_others * tick;
-  if (changed || cycle_.now - delivered_at_ >= period) {
-    delivered_at_ = cycle_.now;
+  if (changed || state_.cycle.now - delivered_at_ >= period) {
+    delivered_at_ = state_.cycle.now;
     write(state);
-    broker_.deliver(topics_.at(topic_), state.body());
+    broker_.deliver(state_.topics.at(topic_), state.body());
   }
   due_ = std::min(due_, delivered_at_ + period);
 }

@@ -14,6 +14,7 @@
 
 #include "service/broker.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/ids.hpp"
 #include "service/peer_table.hpp"
@@ -29,20 +30,16 @@ namespace rowe::service {
 class stop_state_feed {
  public:
   struct needs {
-    const core_options& options;
-    const cycle_state& cycle;
-    peer_table& peers;
-    topic_table& topics;
+    core_state& state;
     sender& writer;
     broker& values;
     const stop_rules& stop;
-    const wire::protocol_set& protocols;
     topic_id topic; // of the state
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<rt::time_point>(bounds.connections_max);
   }
-  stop_state_feed(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  stop_state_feed(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept { shown_at_[peer] = {}; }
 
@@ -72,14 +69,10 @@ class stop_state_feed {
   void write(message& state) noexcept;
   void send(const subscription& to, const message& state) noexcept;
 
-  const core_options& options_;
-  const cycle_state& cycle_;
-  peer_table& peers_;
-  topic_table& topics_;
+  core_state& state_;
   sender& sender_;
   broker& broker_;
   const stop_rules& stop_;
-  const wire::protocol_set& protocols_;
   const topic_id topic_;
   rows<peer_index, rt::time_point> shown_at_;
   rt::time_point delivered_at_{}; // to handles of this process

@@ -7,39 +7,33 @@
 #include <cstdint>
 #include <string_view>
 
-#include <rowe/detail/stop_permit.hpp>
-
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
-#include "service/event_log.hpp"
+#include "service/core_state.hpp"
 #include "service/stop_rules.hpp"
 
 namespace rowe::service {
 
 class stop_switch {
  public:
-  stop_switch(const cycle_state& cycle, counters& counts, event_log& events, stop_rules& rules,
-              detail::permit_word<>& permit) noexcept
-      : cycle_{cycle}, counts_{counts}, events_{events}, rules_{rules}, permit_{permit} {}
+  stop_switch(core_state& state, stop_rules& rules) noexcept : state_{state}, rules_{rules} {}
 
   const stop_rules& rules() const noexcept { return rules_; }
   stop_rules& rules() noexcept { return rules_; } // show() afterwards
 
   // Looks at loops, guards and the clock.
-  void turn() noexcept { rules_.turn(cycle_.now); }
+  void turn() noexcept { rules_.turn(state_.cycle.now); }
   // Somebody asks for a stop.
   void request(std::string_view source, std::uint64_t key) noexcept {
-    counts_.add(counter::stops);
-    rules_.request(source, key, cycle_.now);
+    state_.counts.add(counter::stops);
+    rules_.request(source, key, state_.cycle.now);
   }
   // What the rules say now: to the loops, and to the log where it has changed.
   void show(std::string_view reason = {}) noexcept {
-    rules_.write_permit(permit_);
+    rules_.write_permit(state_.shown.permit);
     if (rules_.running() != reported_running_) report(reason);
   }
   // To the loops alone: a loop or a peer has come or gone, and the next show() tells the log.
-  void write_permit() noexcept { rules_.write_permit(permit_); }
-  void count_refusal() noexcept { counts_.add(counter::stop_refusals); }
+  void write_permit() noexcept { rules_.write_permit(state_.shown.permit); }
+  void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 
  private:
   void report(std::string_view reason) noexcept {
@@ -52,14 +46,11 @@ class stop_switch {
     (void)put(rules_.running() ? "reset: loops may move" : "stopped: ");
     if (!rules_.running()) (void)put(rules_.cause_name());
     if (!reason.empty()) (void)put(", ");
-    events_.report(event::kind::stop, rules_.source(), put(reason));
+    state_.events.report(event::kind::stop, rules_.source(), put(reason));
   }
 
-  const cycle_state& cycle_;
-  counters& counts_;
-  event_log& events_;
+  core_state& state_;
   stop_rules& rules_;
-  detail::permit_word<>& permit_;
   bool reported_running_ = false; // as of the last event
 };
 

@@ -27,30 +27,27 @@ std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
 
 } // namespace
 
-subscriptions::subscriptions(const limits& bounds, const needs& parts) noexcept
-    : bounds_{bounds},
-      counts_{parts.counts},
-      peers_{parts.peers},
-      topics_{parts.topics},
+subscriptions::subscriptions(const needs& parts) noexcept
+    : state_{parts.state},
       out_{parts.out},
       refusals_{parts.refused},
       audience_{parts.audience},
       rates_{parts.rates},
       places_{parts.places},
-      claims_{bounds.subscriptions_max, parts.claimants} {}
+      claims_{state_.bounds().subscriptions_max, state_.claimants()} {}
 
 void subscriptions::forget(peer_index peer) noexcept {
-  while (const subscription_id s = topics_.first_subscription(peer)) remove(peer, s);
+  while (const subscription_id s = state_.topics.first_subscription(peer)) remove(peer, s);
 }
 
 void subscriptions::subscribe(connection& c, const wire::request& asked) noexcept {
   const topic_id topic = places_.topic_for(c, asked);
   if (!topic) return;
-  subscription_id index = topics_.find_subscription(topic, {c.id.index}, !has_slash(asked.topic));
+  subscription_id index = state_.topics.find_subscription(topic, {c.id.index}, !has_slash(asked.topic));
   const bool fresh = !index;
   if (fresh) index = add(c, asked, topic);
   if (!index) return;
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = state_.topics.subscription_at(index);
   if (s.tag != asked.tag)
     return refusals_.refuse(c, asked.id_raw,
                             "subscribe: this peer subscribes to the topic already, by another number");
@@ -66,8 +63,8 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   audience_.update(topic);
   rates_.begin_for(topic);
   s.type_hash = hash_of_type(asked.type);
-  if (fresh && !topics_.at(topic).last.empty()) out_.owe_latched(index);
-  const std::string_view type = topics_.type(topic);
+  if (fresh && !state_.topics.at(topic).last.empty()) out_.owe_latched(index);
+  const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
 }
@@ -75,42 +72,44 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
 // A new one; none, and the peer is told, where it may not have it.
 subscription_id subscriptions::add(connection& c, const wire::request& asked, topic_id topic) noexcept {
   const peer_index peer{c.id.index};
-  std::uint32_t held = topics_.subscriptions_of(peer);
+  std::uint32_t held = state_.topics.subscriptions_of(peer);
   subscription_id index{};
   places_.hold(topic); // until the subscription does
-  const bool too_many = held >= bounds_.subscriptions_per_connection_max;
-  const std::uint32_t left = bounds_.subscriptions_max - topics_.subscription_count();
+  const bool too_many = held >= state_.bounds().subscriptions_per_connection_max;
+  const std::uint32_t left = state_.bounds().subscriptions_max - state_.topics.subscription_count();
   const bool may = claims_.may_take(held, left);
-  if (!too_many && may) index = topics_.add_subscription(topic, {c.id.index});
+  if (!too_many && may) index = state_.topics.add_subscription(topic, {c.id.index});
   places_.let_go(topic);
   if (too_many) {
     refusals_.refuse_limit(c, asked.id_raw, "subscriptions of one peer",
-                           bounds_.subscriptions_per_connection_max, "subscriptions_per_connection_max");
+                           state_.bounds().subscriptions_per_connection_max,
+                           "subscriptions_per_connection_max");
   } else if (!index) {
     refusals_.refuse_share(c, asked,
                            {.what = "subscriptions",
                             .held = held,
                             .left = left,
-                            .for_peers = bounds_.subscriptions_max,
+                            .for_peers = state_.bounds().subscriptions_max,
                             .kept = claims_.kept(),
                             .option = "subscriptions_max"});
   } else {
     claims_.take(held);
-    topics_.address(topics_.subscription_at(index), asked.codec, asked.tag, !has_slash(asked.topic));
+    state_.topics.address(state_.topics.subscription_at(index), asked.codec, asked.tag,
+                          !has_slash(asked.topic));
   }
   return index;
 }
 
 void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexcept {
   const peer_index peer{c.id.index};
-  const topic_id topic = topics_.find(asked.topic);
+  const topic_id topic = state_.topics.find(asked.topic);
   subscription_id index{};
   if (topic) {
-    index = topics_.find_subscription(topic, peer, !has_slash(asked.topic));
-    if (!index) index = topics_.find_subscription(topic, peer); // the other spelling
+    index = state_.topics.find_subscription(topic, peer, !has_slash(asked.topic));
+    if (!index) index = state_.topics.find_subscription(topic, peer); // the other spelling
   }
   if (!index) return refusals_.refuse(c, asked.id_raw, "unsubscribe: there is no such subscription");
-  subscription& s = topics_.subscription_at(index);
+  subscription& s = state_.topics.subscription_at(index);
   if (!asked.id_raw.empty()) {
     const std::uint8_t place = place_of(s, hash_of(asked.id_raw));
     if (place == s.request_count)
@@ -122,30 +121,31 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
 }
 
 void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
-  const topic_id topic = topics_.subscription_at(index).topic;
+  const topic_id topic = state_.topics.subscription_at(index).topic;
   out_.drop(index);
-  std::uint32_t held = topics_.subscriptions_of(peer);
-  topics_.remove_subscription(index);
+  std::uint32_t held = state_.topics.subscriptions_of(peer);
+  state_.topics.remove_subscription(index);
   claims_.give_back(held);
   audience_.update(topic);
   places_.let_go(topic);
 }
 
 void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept {
-  std::uint32_t held = topics_.subscriptions_of({c.id.index});
-  subscription_id index = topics_.find_subscription(topic, {c.id.index});
+  std::uint32_t held = state_.topics.subscriptions_of({c.id.index});
+  subscription_id index = state_.topics.find_subscription(topic, {c.id.index});
   if (!index) {
-    index = topics_.add_subscription(topic, {c.id.index});
-    if (!index) return counts_.add(counter::no_slot);
+    index = state_.topics.add_subscription(topic, {c.id.index});
+    if (!index) return state_.counts.add(counter::no_slot);
     claims_.take(held);
-    topics_.address(topics_.subscription_at(index), c.protocol->topics.id(), wire::no_number, unslashed);
+    state_.topics.address(state_.topics.subscription_at(index), c.protocol->topics.id(), wire::no_number,
+                          unslashed);
   }
   out_.merge_requests(index);
   audience_.update(topic);
 }
 
 void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
-  const subscription_id index = topics_.find_subscription(topic, {c.id.index});
+  const subscription_id index = state_.topics.find_subscription(topic, {c.id.index});
   if (index) remove({c.id.index}, index);
   audience_.update(topic);
 }
@@ -155,8 +155,8 @@ void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topi
                                     std::string_view asked) noexcept {
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};
-  why.add("subscribe ").add_shortened(topics_.name(topic), 96).add(": the topic has the type ");
-  why.add_shortened(topics_.type(topic), 96);
+  why.add("subscribe ").add_shortened(state_.topics.name(topic), 96).add(": the topic has the type ");
+  why.add_shortened(state_.topics.type(topic), 96);
   if (!asked.empty()) {
     why.add(", not ").add_shortened(asked, 96);
   } else {
@@ -166,32 +166,32 @@ void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topi
 }
 
 void subscriptions::tell_other_types(topic_id topic) noexcept {
-  const std::uint32_t type = hash_of_type(topics_.type(topic));
+  const std::uint32_t type = hash_of_type(state_.topics.type(topic));
   if (type == 0) return;
-  for (subscription_id i = topics_.at(topic).first_subscription; i;
-       i = topics_.subscription_at(i).next_on_topic) {
-    const subscription& s = topics_.subscription_at(i);
-    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(peers_[s.peer], {}, topic, {});
+  for (subscription_id i = state_.topics.at(topic).first_subscription; i;
+       i = state_.topics.subscription_at(i).next_on_topic) {
+    const subscription& s = state_.topics.subscription_at(i);
+    if (s.type_hash != 0 && s.type_hash != type) tell_other_type(state_.peers[s.peer], {}, topic, {});
   }
 }
 
 bool subscriptions::end(peer_index peer, topic_id topic) noexcept {
   bool had = false;
-  for (subscription_id s; (s = topics_.find_subscription(topic, peer)); had = true) remove(peer, s);
+  for (subscription_id s; (s = state_.topics.find_subscription(topic, peer)); had = true) remove(peer, s);
   return had;
 }
 
 bool subscriptions::check() const noexcept {
   std::uint32_t wanted = claims_.connections() * claims_.claim();
-  for (const peer_index peer : peers_.ids()) {
+  for (const peer_index peer : state_.peers.ids()) {
     std::uint32_t subscribed = 0;
-    for (subscription_id s = topics_.first_subscription(peer); s;
-         s = topics_.subscription_at(s).next_on_peer) {
-      if (topics_.subscription_at(s).peer != peer) return false;
+    for (subscription_id s = state_.topics.first_subscription(peer); s;
+         s = state_.topics.subscription_at(s).next_on_peer) {
+      if (state_.topics.subscription_at(s).peer != peer) return false;
       ++subscribed;
     }
-    const bool free = peers_[peer].state == connection::phase::free;
-    if (subscribed != topics_.subscriptions_of(peer) || (free && subscribed != 0)) return false;
+    const bool free = state_.peers[peer].state == connection::phase::free;
+    if (subscribed != state_.topics.subscriptions_of(peer) || (free && subscribed != 0)) return false;
     if (!free) wanted -= claims_.claim() - claims_.kept_for(subscribed);
   }
   return wanted == claims_.wanted();

@@ -8,6 +8,7 @@
 #include <rowe/limits.hpp>
 
 #include "service/audiences.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/ids.hpp"
 #include "service/outbox.hpp"
@@ -24,17 +25,14 @@ namespace rowe::service {
 class subscriptions {
  public:
   struct needs {
-    counters& counts;
-    peer_table& peers;
-    topic_table& topics;
+    core_state& state;
     outbox& out;
     refusals& refused;
     audiences& audience;
     topic_rates& rates;
     topic_places& places;
-    std::uint32_t claimants; // how many connections there may be, each with its claim
   };
-  subscriptions(const limits& bounds, const needs& parts) noexcept;
+  subscriptions(const needs& parts) noexcept;
 
   // A peer leaves.
   void forget(peer_index peer) noexcept;
@@ -60,10 +58,7 @@ class subscriptions {
   void tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                        std::string_view asked) noexcept;
 
-  const limits bounds_;
-  counters& counts_;
-  peer_table& peers_;
-  topic_table& topics_;
+  core_state& state_;
   outbox& out_;
   refusals& refusals_;
   audiences& audience_;

@@ -16,15 +16,15 @@ void thread_stops::carry_out_stop() noexcept {
   switch_.show(with_words ? asked_.reason.view() : std::string_view{}); // before anything else
   if (stops_done_ == answered_.stops) return;                           // nobody waits
   stop_number_ = switch_.rules().number();
-  waited_for_until_ = cycle_.now + observe_timeout_;
-  waits_since_ = cycle_.now;
+  waited_for_until_ = state_.cycle.now + state_.options.stop.observe_timeout;
+  waits_since_ = state_.cycle.now;
 }
 
 void thread_stops::tell_if_acknowledged() noexcept {
   const stop_rules& rules = switch_.rules();
   // Where they may move again they have acknowledged, just now: no reset comes before that.
-  const rt::time_point observed = rules.running() ? cycle_.now : rules.observed();
-  if (observed == rt::never && cycle_.now < waited_for_until_) return;
+  const rt::time_point observed = rules.running() ? state_.cycle.now : rules.observed();
+  if (observed == rt::never && state_.cycle.now < waited_for_until_) return;
   waited_for_until_ = {};
   if (observed == rt::never) return;
   answered_.stops = stops_done_;
@@ -38,12 +38,13 @@ void thread_stops::carry_out_reset() noexcept {
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
     reset_number_ = asked_.number != 0 ? asked_.number : rules.number();
-    waits_since_ = cycle_.now;
+    waits_since_ = state_.cycle.now;
   }
   if (rules.running()) return answer_reset({});
-  if (cycle_.now >= asked_.until) return answer_reset(errc::timed_out);
+  if (state_.cycle.now >= asked_.until) return answer_reset(errc::timed_out);
   const auto number = static_cast<std::int64_t>(reset_number_);
-  switch (rules.reset(number, static_cast<std::int64_t>(rules.tick(cycle_.now)), true, cycle_.now)) {
+  switch (
+      rules.reset(number, static_cast<std::int64_t>(rules.tick(state_.cycle.now)), true, state_.cycle.now)) {
   case stop_rules::refusal::none: return answer_reset({});
   case stop_rules::refusal::loops:
   case stop_rules::refusal::tick: return;
@@ -61,8 +62,8 @@ void thread_stops::answer_reset(const status& outcome) noexcept {
 }
 
 void thread_stops::tell() noexcept {
-  words_.tell(answered_);
-  queue_.tell_room();
+  state_.shown.stops.tell(answered_);
+  state_.submissions.tell_room();
 }
 
 } // namespace rowe::service

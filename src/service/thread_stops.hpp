@@ -7,6 +7,7 @@
 #include <rowe/result.hpp>
 #include <rowe/rt/clock.hpp>
 
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/local_stop.hpp"
 #include "service/stop_switch.hpp"
@@ -17,23 +18,15 @@ namespace rowe::service {
 class thread_stops {
  public:
   struct needs {
-    const cycle_state& cycle;
+    core_state& state;
     stop_switch& main;
-    local_stop<>& words;
-    submission_queue& queue; // where they sleep
-    rt::duration observe_timeout;
   };
-  explicit thread_stops(const needs& parts) noexcept
-      : cycle_{parts.cycle},
-        switch_{parts.main},
-        words_{parts.words},
-        queue_{parts.queue},
-        observe_timeout_{parts.observe_timeout} {}
+  explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, switch_{parts.main} {}
 
   // Whether one has asked for a stop since the last look.
   bool look() noexcept {
-    const bool asked = words_.take(); // before looking: then the words are there
-    words_.look(asked_);
+    const bool asked = state_.shown.stops.take(); // before looking: then the words are there
+    state_.shown.stops.look(asked_);
     return asked;
   }
   bool wants_reset() const noexcept { return asked_.resets != answered_.resets; }
@@ -54,11 +47,8 @@ class thread_stops {
   void answer_reset(const status& outcome) noexcept;
   void tell() noexcept;
 
-  const cycle_state& cycle_;
+  core_state& state_;
   stop_switch& switch_;
-  local_stop<>& words_;
-  submission_queue& queue_;
-  const rt::duration observe_timeout_;
   local_stop_asked asked_;            // as of the last look,
   local_stop_answered answered_;      // and as they were told last
   std::uint64_t stops_done_ = 0;      // of those that were asked for,

@@ -10,20 +10,20 @@ namespace rowe::service {
 using detail::entry;
 
 void thread_submissions::take() noexcept {
-  const std::uint64_t expired = shared_.expired();
-  counts_.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
+  const std::uint64_t expired = state_.threads_inbox.expired();
+  state_.counts.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
   const bool receives = !inbox_.pair();
   if (receives) inbox_.mark_home();
-  messages_.begin_turn(queue_.slots(), receives);
+  messages_.begin_turn(state_.submissions.slots(), receives);
   if (parked_count_ != 0) retry();
-  const std::size_t taken = queue_.take(
+  const std::size_t taken = state_.submissions.take(
       [&](std::uint32_t slot) {
         if (!take_slot(slot, false)) parked_[parked_count_++] = slot; // there is a place for each
       },
       entries_per_cycle);
   more_left_ = taken == entries_per_cycle;
   if (receives) inbox_.count_home(taken);
-  if (queue_.refuse_to_everyone(messages_.refuses_to_everyone())) room_came_ = true;
+  if (state_.submissions.refuse_to_everyone(messages_.refuses_to_everyone())) room_came_ = true;
 }
 
 void thread_submissions::retry() noexcept {
@@ -32,15 +32,15 @@ void thread_submissions::retry() noexcept {
     const std::uint32_t slot = parked_[i];
     if (!take_slot(slot, true)) parked_[kept++] = slot;
   }
-  cycle_.places_freed += parked_count_ - kept;
+  state_.cycle.places_freed += parked_count_ - kept;
   parked_count_ = kept;
 }
 
 // False when it must wait for room further on.
 bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
   // A copy: once it is completed the slot may be another's.
-  const submission_header asked = queue_.request(slot);
-  const std::string_view text = queue_.request_text(slot);
+  const submission_header asked = state_.submissions.request(slot);
+  const std::string_view text = state_.submissions.request_text(slot);
   const call_endpoint us{.who = call_endpoint::kind::thread, .index = slot};
   switch (asked.what) {
   case entry::message: {
@@ -50,7 +50,7 @@ bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
                                        .only_now = asked.expires == asked.stamped,
                                        .parked = parked,
                                        .expires = asked.expires});
-    if (taken && !asked.wants_outcome) queue_.complete(slot, {});
+    if (taken && !asked.wants_outcome) state_.submissions.complete(slot, {});
     return taken;
   }
   case entry::invocation:
@@ -67,10 +67,12 @@ bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
     const status done =
         asked.what == entry::refusal
             ? completion_.refuse(us, asked.call, text)
-            : completion_.answer(
-                  us, asked.call,
-                  {.text = text, .expires = cycle_.expiry_of(asked.stamped, asked.expires), .waits = waits});
-    if (!done || !asked.wants_outcome || asked.what == entry::refusal) queue_.complete(slot, done);
+            : completion_.answer(us, asked.call,
+                                 {.text = text,
+                                  .expires = state_.cycle.expiry_of(asked.stamped, asked.expires),
+                                  .waits = waits});
+    if (!done || !asked.wants_outcome || asked.what == entry::refusal)
+      state_.submissions.complete(slot, done);
     return true;
   }
   case entry::end: break; // only ever comes the other way

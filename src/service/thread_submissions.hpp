@@ -12,6 +12,7 @@
 
 #include "service/call_completion.hpp"
 #include "service/call_router.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
@@ -24,10 +25,7 @@ namespace rowe::service {
 class thread_submissions {
  public:
   struct needs {
-    cycle_state& cycle;
-    counters& counts;
-    submission_queue& queue;
-    shared_inbox& shared;
+    core_state& state;
     receiver& inbox;
     direct_messages& messages;
     call_completion& completion;
@@ -36,16 +34,13 @@ class thread_submissions {
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.door_slots);
   }
-  thread_submissions(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-      : cycle_{parts.cycle},
-        counts_{parts.counts},
-        queue_{parts.queue},
-        shared_{parts.shared},
+  thread_submissions(rt::arena& memory, const needs& parts) noexcept
+      : state_{parts.state},
         inbox_{parts.inbox},
         messages_{parts.messages},
         completion_{parts.completion},
         calls_{parts.calls},
-        parked_{memory.carve<std::uint32_t>(bounds.door_slots)} {}
+        parked_{memory.carve<std::uint32_t>(state_.bounds().door_slots)} {}
 
   void take() noexcept;
   // Tries parked submissions again, as if they came now.
@@ -54,21 +49,18 @@ class thread_submissions {
   // Returns whether it came anywhere.
   bool tell_room(bool at_peers) noexcept {
     const bool came = std::exchange(room_came_, false) || at_peers;
-    if (came) queue_.tell_room();
+    if (came) state_.submissions.tell_room();
     return came;
   }
 
   bool more_left() const noexcept { return more_left_; } // the next cycle is needed at once
   bool waits() const noexcept { return parked_count_ != 0; }
-  bool drained() const noexcept { return queue_.drained(); }
+  bool drained() const noexcept { return state_.submissions.drained(); }
 
  private:
   bool take_slot(std::uint32_t slot, bool parked) noexcept;
 
-  cycle_state& cycle_;
-  counters& counts_;
-  submission_queue& queue_;
-  shared_inbox& shared_;
+  core_state& state_;
   receiver& inbox_;
   direct_messages& messages_;
   call_completion& completion_;

@@ -15,13 +15,14 @@
 namespace rowe::service {
 // The topic's place may be gone to a peer since set-up looked, so the answer is given here, where topics are.
 status topic_handles::attach(pair_index pair) noexcept {
-  const detail::lane& lane = lanes_[pair];
-  pair_row& view = views_[pair];
+  const detail::lane& lane = state_.lanes[pair];
+  pair_row& view = state_.views[pair];
   const topic_id topic_index = hold_topic(lane.name());
-  if (!topic_index) return error{errc::too_many_topics, topics_.topic_count(), options_.bounds.topics_max};
-  bool typed = !topics_.type(topic_index).empty();
-  if (!topics_.set_type(topic_index, lane.type())) {
-    if (topics_.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
+  if (!topic_index)
+    return error{errc::too_many_topics, state_.topics.topic_count(), state_.bounds().topics_max};
+  bool typed = !state_.topics.type(topic_index).empty();
+  if (!state_.topics.set_type(topic_index, lane.type())) {
+    if (state_.topics.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
       report_conflict(topic_index, lane);
       places_.let_go_own(topic_index);
       return errc::type_conflict;
@@ -30,7 +31,7 @@ status topic_handles::attach(pair_index pair) noexcept {
     typed = false;
   }
   if (!typed) readers_.tell_other_types(topic_index);
-  topic& on = topics_.at(topic_index);
+  topic& on = state_.topics.at(topic_index);
   const bool reads = detail::subscribes(lane.kind);
   if (!has_other(topic_index, reads))
     (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(lane.name());
@@ -51,32 +52,32 @@ status topic_handles::attach(pair_index pair) noexcept {
 
 // The topic is held from now on; none: there is no place, even after peers lost theirs.
 topic_id topic_handles::hold_topic(std::string_view name) noexcept {
-  topic_id topic = topics_.find_or_add(name);
-  if (!topic && advertised_.take_back_topic()) topic = topics_.find_or_add(name);
-  if (topic) topics_.hold_as_own(topic);
+  topic_id topic = state_.topics.find_or_add(name);
+  if (!topic && advertised_.take_back_topic()) topic = state_.topics.find_or_add(name);
+  if (topic) state_.topics.hold_as_own(topic);
   return topic;
 }
 
 void topic_handles::begin_publishing(pair_index pair) noexcept {
-  const detail::lane& lane = lanes_[pair];
-  topic& on = topics_.at(views_[pair].topic);
+  const detail::lane& lane = state_.lanes[pair];
+  topic& on = state_.topics.at(state_.views[pair].topic);
   on.keep = lane.keep;
   on.priority = lane.priority;
   // A value of a predicted topic that comes early waits; so do not predict if it would expire first.
   const bool outlives_rest =
       lane.ttl >= std::min(lane.period, publish_predictor::rest_max) || lane.ttl == rt::duration{0};
-  if (options_.phases && lane.period > rt::duration{0} && outlives_rest)
+  if (state_.options.phases && lane.period > rt::duration{0} && outlives_rest)
     phases_.begin(pair, lane.period, lane.priority);
-  for (subscription_id i = on.first_subscription; i; i = topics_.subscription_at(i).next_on_topic)
+  for (subscription_id i = on.first_subscription; i; i = state_.topics.subscription_at(i).next_on_topic)
     out_.merge_requests(i);
 }
 
 void topic_handles::detach(pair_index pair) noexcept {
-  pair_row& view = views_[pair];
+  pair_row& view = state_.views[pair];
   const topic_id topic = view.topic;
-  if (detail::subscribes(lanes_[pair].kind)) {
-    pair_index* link = &topics_.at(topic).first_inbox;
-    while (*link != pair) link = &views_[*link].next_inbox;
+  if (detail::subscribes(state_.lanes[pair].kind)) {
+    pair_index* link = &state_.topics.at(topic).first_inbox;
+    while (*link != pair) link = &state_.views[*link].next_inbox;
     *link = view.next_inbox;
   }
   announce_to_servers(pair, false);
@@ -93,17 +94,18 @@ void topic_handles::report_conflict(topic_id topic, const detail::lane& asked) n
   std::array<char, event_log::text_bytes_max> room;
   wire::text_out what{room};
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
-      .add_shortened(topics_.name(topic), 64);
-  what.add(": the topic has the type ").add_shortened(topics_.type(topic), 56);
+      .add_shortened(state_.topics.name(topic), 64);
+  what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), 56);
   what.add(", not ").add_shortened(asked.type(), 56);
-  events_.report(event::kind::warning, {}, what.text(),
-                 "use the same type, or leave the option `type` empty");
+  state_.events.report(event::kind::warning, {}, what.text(),
+                       "use the same type, or leave the option `type` empty");
 }
 
 // Whether a handle reads the topic, or one publishes on it.
 bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
-  for (const pair_index i : lanes_.ids()) {
-    if (views_[i].attached && views_[i].topic == topic && detail::subscribes(lanes_[i].kind) == that_reads)
+  for (const pair_index i : state_.lanes.ids()) {
+    if (state_.views[i].attached && state_.views[i].topic == topic &&
+        detail::subscribes(state_.lanes[i].kind) == that_reads)
       return true;
   }
   return false;
@@ -115,17 +117,17 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
 // early. So more are taken only if every subscriber reads and has room for them, and all handles together
 // leave half of the slots and of the queue entries. Large slots are few: none of those.
 std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) const noexcept {
-  const topic& on = topics_.at(views_[pair].topic);
+  const topic& on = state_.topics.at(state_.views[pair].topic);
   const slot_pool& slots = store_.slots();
   if (on.first_inbox || on.bytes > slots.small_bytes() / 2) return 0;
   const std::size_t halves = 2 * std::max<std::size_t>(audience_.listened(), 1);
   std::size_t room = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
-  room = std::min<std::size_t>(room, (options_.bounds.queued_max - out_.entries().in_use()) /
+  room = std::min<std::size_t>(room, (state_.bounds().queued_max - out_.entries().in_use()) /
                                          (halves * std::max<std::size_t>(on.subscriptions, 1)));
   room -= std::min(room, taken);
   for (subscription_id i = on.first_subscription; i && room != 0;
-       i = topics_.subscription_at(i).next_on_topic) {
-    const subscription& s = topics_.subscription_at(i);
+       i = state_.topics.subscription_at(i).next_on_topic) {
+    const subscription& s = state_.topics.subscription_at(i);
     if (out_.of(s.peer).backpressured()) return 0;
     room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
   }
@@ -133,10 +135,10 @@ std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) cons
 }
 
 queue* topic_handles::queue_to_server(pair_index pair) noexcept {
-  for (connection& c : peers_) {
+  for (connection& c : state_.peers) {
     if (!c.open() || c.ours != side::client) continue;
-    const subscription_id s = topics_.find_subscription(views_[pair].topic, {c.id.index});
-    if (s) return &topics_.subscription_at(s).waiting;
+    const subscription_id s = state_.topics.find_subscription(state_.views[pair].topic, {c.id.index});
+    if (s) return &state_.topics.subscription_at(s).waiting;
   }
   return nullptr;
 }
@@ -144,17 +146,17 @@ queue* topic_handles::queue_to_server(pair_index pair) noexcept {
 // ---- as a client
 
 void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
-  for (connection& c : peers_) {
+  for (connection& c : state_.peers) {
     if (c.open() && c.ours == side::client) announce(c, pair, begins);
   }
 }
 
 // Whether another handle of the same kind has said so, or goes on.
 bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
-  for (const pair_index i : lanes_.ids()) {
+  for (const pair_index i : state_.lanes.ids()) {
     // Nothing of a pair is looked at that is not attached: set-up may be building it.
-    if (i == pair || !views_[i].attached || views_[i].topic != views_[pair].topic) continue;
-    if (detail::subscribes(lanes_[i].kind) != detail::subscribes(lanes_[pair].kind)) continue;
+    if (i == pair || !state_.views[i].attached || state_.views[i].topic != state_.views[pair].topic) continue;
+    if (detail::subscribes(state_.lanes[i].kind) != detail::subscribes(state_.lanes[pair].kind)) continue;
     if (!begins || i.value < pair.value) return false;
   }
   return true;
@@ -162,14 +164,14 @@ bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept 
 
 void topic_handles::announce(connection& c, pair_index pair, bool begins) noexcept {
   if (!c.protocol->can.topics || !speaks_for_all(pair, begins)) return;
-  const detail::lane& lane = lanes_[pair];
-  const topic_id topic_index = views_[pair].topic;
-  const topic& on = topics_.at(topic_index);
+  const detail::lane& lane = state_.lanes[pair];
+  const topic_id topic_index = state_.views[pair].topic;
+  const topic& on = state_.topics.at(topic_index);
   std::array<char, wire::announcement_bytes_max> room;
   json::writer text{room};
   const bool reads = detail::subscribes(lane.kind);
   const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
-  const std::string_view name = topics_.name(topic_index).substr(unslashed ? 1 : 0);
+  const std::string_view name = state_.topics.name(topic_index).substr(unslashed ? 1 : 0);
   const wire::announcement what{.name = name, .type = lane.type(), .latch = lane.latched, .begins = begins};
   const auto kind = reads ? c.protocol->topics.write_subscription(text, what)
                           : c.protocol->topics.write_advertisement(text, what);

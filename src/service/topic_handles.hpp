@@ -16,6 +16,7 @@
 #include "service/audiences.hpp"
 #include "service/broker.hpp"
 #include "service/core_options.hpp"
+#include "service/core_state.hpp"
 #include "service/event_log.hpp"
 #include "service/outbox.hpp"
 #include "service/pair_table.hpp"
@@ -31,12 +32,7 @@ namespace rowe::service {
 class topic_handles {
  public:
   struct needs {
-    const core_options& options;
-    event_log& events;
-    rows<pair_index, detail::lane> lanes;
-    rows<pair_index, pair_row> views;
-    peer_table& peers;
-    topic_table& topics;
+    core_state& state;
     const message_store& store;
     outbox& out;
     publish_predictor& phases;
@@ -48,12 +44,7 @@ class topic_handles {
     broker& values;
   };
   explicit topic_handles(const needs& parts) noexcept
-      : options_{parts.options},
-        events_{parts.events},
-        lanes_{parts.lanes},
-        views_{parts.views},
-        peers_{parts.peers},
-        topics_{parts.topics},
+      : state_{parts.state},
         store_{parts.store},
         out_{parts.out},
         phases_{parts.phases},
@@ -82,12 +73,7 @@ class topic_handles {
   void report_conflict(topic_id topic, const detail::lane& asked) noexcept;
   void begin_publishing(pair_index pair) noexcept;
 
-  const core_options& options_;
-  event_log& events_;
-  rows<pair_index, detail::lane> lanes_;
-  rows<pair_index, pair_row> views_;
-  peer_table& peers_;
-  topic_table& topics_;
+  core_state& state_;
   const message_store& store_;
   outbox& out_;
   publish_predictor& phases_;

@@ -17,23 +17,26 @@ constexpr std::size_t held_topic_work_bytes = 4;
 
 std::uint32_t topic_places::held_by(peer_index peer) const noexcept {
   std::uint32_t count = 0;
-  for (subscription_id i = topics_.first_subscription(peer); i; i = topics_.subscription_at(i).next_on_peer)
-    count += topics_.of_peers(topics_.subscription_at(i).topic);
-  for (const advertisement& one : advertised_.of(peer)) count += topics_.of_peers(one.topic);
+  for (subscription_id i = state_.topics.first_subscription(peer); i;
+       i = state_.topics.subscription_at(i).next_on_peer)
+    count += state_.topics.of_peers(state_.topics.subscription_at(i).topic);
+  for (const advertisement& one : advertised_.of(peer)) count += state_.topics.of_peers(one.topic);
   return count;
 }
 
 // One that this process holds costs nothing.
 topic_id topic_places::topic_for(connection& c, const wire::request& asked) noexcept {
-  const topic_id known = topics_.find(asked.topic);
-  if (known && (!topics_.of_peers(known) || holds({c.id.index}, known))) return known;
-  const std::uint32_t share = share_of_peers(bounds_.topics_max, bounds_.lanes_max + own_topics);
-  const std::uint32_t left = left_of(share, topics_.topics_of_peers());
+  const topic_id known = state_.topics.find(asked.topic);
+  if (known && (!state_.topics.of_peers(known) || holds({c.id.index}, known))) return known;
+  const std::uint32_t share =
+      share_of_peers(state_.bounds().topics_max, state_.bounds().lanes_max + own_topics);
+  const std::uint32_t left = left_of(share, state_.topics.topics_of_peers());
   const std::uint32_t held = held_by({c.id.index});
   const claims all = claims_now(share);
   // One that there is takes no place; but who holds it may be the last to hold it one day.
   const bool may = all.may_take(held, left) || (known && held < all.claim());
-  const topic_id found = may || ROWE_MUTANT(made_up_topics) ? topics_.find_or_add(asked.topic) : topic_id{};
+  const topic_id found =
+      may || ROWE_MUTANT(made_up_topics) ? state_.topics.find_or_add(asked.topic) : topic_id{};
   if (!found) {
     refusals_.refuse_share(c, asked,
                            {.what = "topics",
@@ -49,19 +52,22 @@ topic_id topic_places::topic_for(connection& c, const wire::request& asked) noex
 // Made anew each time: what peers hold changes with what handles of this process hold, too. The place of a
 // topic is charged to one of those who hold it.
 claims topic_places::claims_now(std::uint32_t share) noexcept {
-  claims all{share, claimants_};
+  claims all{share, state_.claimants()};
   ++charged_;
-  for (const peer_index peer : peers_.ids()) {
+  for (const peer_index peer : state_.peers.ids()) {
     const auto mine = advertised_.of(peer);
-    cycle_.work_bytes += held_topic_work_bytes * (1 + topics_.subscriptions_of(peer) + mine.size());
-    if (peers_[peer].state == connection::phase::free) continue;
+    state_.cycle.work_bytes +=
+        held_topic_work_bytes * (1 + state_.topics.subscriptions_of(peer) + mine.size());
+    if (state_.peers[peer].state == connection::phase::free) continue;
     std::uint32_t charged = 0;
     const auto charge = [&](topic_id index) {
-      topic& on = topics_.at(index);
-      if (topics_.of_peers(index) && std::exchange(on.charged_in, charged_) != charged_) all.take(charged);
+      topic& on = state_.topics.at(index);
+      if (state_.topics.of_peers(index) && std::exchange(on.charged_in, charged_) != charged_)
+        all.take(charged);
     };
-    for (subscription_id i = topics_.first_subscription(peer); i; i = topics_.subscription_at(i).next_on_peer)
-      charge(topics_.subscription_at(i).topic);
+    for (subscription_id i = state_.topics.first_subscription(peer); i;
+         i = state_.topics.subscription_at(i).next_on_peer)
+      charge(state_.topics.subscription_at(i).topic);
     for (const advertisement& one : mine) charge(one.topic);
   }
   return all;
@@ -69,24 +75,25 @@ claims topic_places::claims_now(std::uint32_t share) noexcept {
 
 bool topic_places::check(std::uint64_t own_held) const noexcept {
   std::uint64_t held = 0;
-  for (const peer_index peer : peers_.ids()) {
+  for (const peer_index peer : state_.peers.ids()) {
     for (const advertisement& a : advertised_.of(peer)) held += weight(a.topic);
-    for (subscription_id s = topics_.first_subscription(peer); s; s = topics_.subscription_at(s).next_on_peer)
-      held += weight(topics_.subscription_at(s).topic);
-    const bool free = peers_[peer].state == connection::phase::free;
-    if (free && (!advertised_.of(peer).empty() || latches_.held_by(peer) != 0)) return false;
+    for (subscription_id s = state_.topics.first_subscription(peer); s;
+         s = state_.topics.subscription_at(s).next_on_peer)
+      held += weight(state_.topics.subscription_at(s).topic);
+    const bool free = state_.peers[peer].state == connection::phase::free;
+    if (free && (!advertised_.of(peer).empty() || state_.latches.held_by(peer) != 0)) return false;
   }
   std::uint64_t holders = 0;
   std::uint64_t own_holders = 0;
   std::uint32_t blocks = 0;
-  for (const topic_id i : topics_.topic_ids()) {
-    const topic& t = topics_.at(i);
+  for (const topic_id i : state_.topics.topic_ids()) {
+    const topic& t = state_.topics.at(i);
     holders += weight(i) * t.holders;
     own_holders += weight(i) * t.own_holders;
     blocks += t.last.blocks;
     if (t.holders == 0 && !t.last.empty()) return false;
   }
-  return holders == held + own_held && own_holders == own_held && blocks == latches_.in_use();
+  return holders == held + own_held && own_holders == own_held && blocks == state_.latches.in_use();
 }
 
 } // namespace rowe::service

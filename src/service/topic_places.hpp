@@ -9,6 +9,7 @@
 #include <rowe/limits.hpp>
 
 #include "service/advertisement_table.hpp"
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/latch_store.hpp"
 #include "service/peer_table.hpp"
@@ -22,25 +23,14 @@ namespace rowe::service {
 class topic_places {
  public:
   struct needs {
-    cycle_state& cycle;
-    peer_table& peers;
-    topic_table& topics;
+    core_state& state;
     const advertisement_table& advertised;
-    latch_store& latches;
     refusals& refused;
-    std::uint32_t claimants; // how many connections there may be, each with its claim
   };
   static constexpr std::uint32_t own_topics = 2; // statistics, and the stop's state
 
-  topic_places(const limits& bounds, const needs& parts) noexcept
-      : bounds_{bounds},
-        cycle_{parts.cycle},
-        peers_{parts.peers},
-        topics_{parts.topics},
-        advertised_{parts.advertised},
-        latches_{parts.latches},
-        refusals_{parts.refused},
-        claimants_{parts.claimants} {}
+  topic_places(const needs& parts) noexcept
+      : state_{parts.state}, advertised_{parts.advertised}, refusals_{parts.refused} {}
 
   // The topic that a peer wants to hold; none, and the peer is told: it may not have one more.
   topic_id topic_for(connection& c, const wire::request& asked) noexcept;
@@ -48,18 +38,18 @@ class topic_places {
   // subscription and once for its advertisement.
   std::uint32_t held_by(peer_index peer) const noexcept;
 
-  void hold(topic_id topic) noexcept { topics_.hold(topic); }
+  void hold(topic_id topic) noexcept { state_.topics.hold(topic); }
   void let_go(topic_id topic) noexcept {
     clear_of_last(topic);
-    (void)topics_.let_go(topic); // whether it was the last one matters to nobody here
+    (void)state_.topics.let_go(topic); // whether it was the last one matters to nobody here
   }
   void let_go_own(topic_id topic) noexcept { // of a handle of this process
     clear_of_last(topic);
-    (void)topics_.let_go_as_own(topic); // likewise
+    (void)state_.topics.let_go_as_own(topic); // likewise
   }
   void forget_latched(topic_id topic, latch_owner owner) noexcept {
-    latched_value& last = topics_.at(topic).last;
-    if (last.owner == owner) latches_.clear(last);
+    latched_value& last = state_.topics.at(topic).last;
+    if (last.owner == owner) state_.latches.clear(last);
   }
 
   // Each topic is held by its subscriptions, advertisements and handles. `own_held`: the weights
@@ -69,20 +59,15 @@ class topic_places {
  private:
   claims claims_now(std::uint32_t share) noexcept;
   bool holds(peer_index peer, topic_id topic) const noexcept {
-    return topics_.find_subscription(topic, peer) || advertised_.find(peer, topic) != nullptr;
+    return state_.topics.find_subscription(topic, peer) || advertised_.find(peer, topic) != nullptr;
   }
   void clear_of_last(topic_id topic) noexcept {
-    if (topics_.at(topic).holders == 1) latches_.clear(topics_.at(topic).last);
+    if (state_.topics.at(topic).holders == 1) state_.latches.clear(state_.topics.at(topic).last);
   }
 
-  const limits bounds_;
-  cycle_state& cycle_;
-  peer_table& peers_;
-  topic_table& topics_;
+  core_state& state_;
   const advertisement_table& advertised_;
-  latch_store& latches_;
   refusals& refusals_;
-  const std::uint32_t claimants_;
   std::uint32_t charged_ = 0; // counts of claims_now()
 };
 

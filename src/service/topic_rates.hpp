@@ -7,6 +7,7 @@
 
 #include <rowe/rt/clock.hpp>
 
+#include "service/core_state.hpp"
 #include "service/cycle_state.hpp"
 #include "service/timers.hpp"
 #include "service/topic_table.hpp"
@@ -16,19 +17,13 @@ namespace rowe::service {
 class topic_rates {
  public:
   struct needs {
-    const cycle_state& cycle;
-    timers& due;
-    topic_table& topics;
-    rt::duration period;       // of the topic /rowe/stats
+    core_state& state;
     topic_id statistics_topic; // none in a client
   };
   explicit topic_rates(const needs& parts) noexcept
-      : cycle_{parts.cycle},
-        timers_{parts.due},
-        topics_{parts.topics},
-        period_{parts.period},
+      : state_{parts.state},
         statistics_topic_{parts.statistics_topic},
-        marked_{parts.cycle.now, parts.cycle.now} {}
+        marked_{state_.cycle.now, state_.cycle.now} {}
 
   // One more message of a topic.
   static void note(topic& on, rt::time_point published) noexcept {
@@ -48,7 +43,7 @@ class topic_rates {
   // The service is asked at any time, whether or not somebody listens to the topic. Its rates are of two
   // periods, the newest of which has not ended, so of one second at least; of two and one cycle at most.
   void mark_if_due() noexcept {
-    if (cycle_.now - marked_[0] >= marks_period) mark();
+    if (state_.cycle.now - marked_[0] >= marks_period) mark();
   }
   rt::time_point marks_began() const noexcept { return marked_[1]; }
 
@@ -57,10 +52,7 @@ class topic_rates {
 
   void mark() noexcept;
 
-  const cycle_state& cycle_;
-  timers& timers_;
-  topic_table& topics_;
-  const rt::duration period_;
+  core_state& state_;
   const topic_id statistics_topic_;
   rt::time_point period_began_{};
   // When the newest period of the service's rates began, and the one before.

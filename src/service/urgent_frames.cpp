@@ -7,18 +7,15 @@
 
 namespace rowe::service {
 
-urgent_frames::urgent_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : cycle_{parts.cycle},
-      counts_{parts.counts},
-      peers_{parts.peers},
+urgent_frames::urgent_frames(rt::arena& memory, const needs& parts) noexcept
+    : state_{parts.state},
       out_{parts.out},
-      transport_{parts.to_peers},
       keys_{parts.keys},
-      outputs_{memory.carve<output>(bounds.connections_max)} {}
+      outputs_{memory.carve<output>(state_.bounds().connections_max)} {}
 
 void urgent_frames::open(peer_index peer) noexcept {
   outputs_[peer] = {};
-  if (!peers_[peer].protocol->can.control_frames) return; // it answers no pings
+  if (!state_.peers[peer].protocol->can.control_frames) return; // it answers no pings
   std::array<wire::mask_key, 2> nonce;
   for (wire::mask_key& one : nonce) one = keys_.next();
   outputs_[peer].credit.begin(std::bit_cast<std::uint64_t>(nonce));
@@ -28,7 +25,7 @@ void urgent_frames::open(peer_index peer) noexcept {
 
 bool urgent_frames::add_control(peer_index peer, wire::opcode what,
                                 std::span<const std::byte> payload) noexcept {
-  if (!peers_[peer].protocol->can.control_frames) return false;
+  if (!state_.peers[peer].protocol->can.control_frames) return false;
   const wire::role ours = masks(peer) ? wire::role::client : wire::role::server;
   const std::size_t bytes = wire::frame_header_bytes(payload.size(), ours) + payload.size();
   std::byte* const at = outputs_[peer].control.place(what, bytes);
@@ -71,7 +68,7 @@ bool urgent_frames::gather(peer_index peer, batch& into) noexcept {
   if (stop_first) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
   if (!gather_ping(peer, into.bytes)) into.more = true; // then the next batch begins with it
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
-  if (!peers_[peer].open()) return false;
+  if (!state_.peers[peer].open()) return false;
   if (!stop_first && !to.stop.rest().empty()) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
   return true;
 }
@@ -80,11 +77,12 @@ bool urgent_frames::gather(peer_index peer, batch& into) noexcept {
 // False when it has to wait until the control frames that are there are gone.
 inline bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
   output& to = outputs_[peer];
-  if (!peers_[peer].open() || !to.credit.wants_ping(cycle_.now)) return true;
+  if (!state_.peers[peer].open() || !to.credit.wants_ping(state_.cycle.now)) return true;
   if (!to.control.rest().empty()) return false;
   const wire::role ours = masks(peer) ? wire::role::client : wire::role::server;
   const std::size_t frame = wire::frame_header_bytes(credit::ping_bytes, ours) + credit::ping_bytes;
-  (void)add_control(peer, wire::opcode::ping, to.credit.ping(in_front + frame, cycle_.now)); // credit: it may
+  (void)add_control(peer, wire::opcode::ping,
+                    to.credit.ping(in_front + frame, state_.cycle.now)); // credit: it may
   return true;
 }
 
@@ -105,21 +103,21 @@ bool urgent_frames::may_go_on(peer_index peer, batch& into) noexcept {
 void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payload) noexcept {
   output& to = outputs_[peer];
   // Of nobody's ping: having been heard is all it is for.
-  if (!to.credit.take_pong(payload, cycle_.now)) return;
+  if (!to.credit.take_pong(payload, state_.cycle.now)) return;
   to.unresponsive = false;
   if (to.low_rtt != to.credit.near()) {
     to.low_rtt = !to.low_rtt;
-    transport_.set_near(peers_[peer].id, to.low_rtt);
+    state_.seams.to_peers.set_near(state_.peers[peer].id, to.low_rtt);
   }
   if (out_.of(peer).held || to.credit.settling()) out_.schedule(peer);
 }
 
 void urgent_frames::check_responsive(peer_index peer) noexcept {
   output& to = outputs_[peer];
-  if (to.credit.wants_ping(cycle_.now)) out_.schedule(peer);
-  if (to.unresponsive || peers_[peer].unheard || !to.credit.slow(cycle_.now)) return;
+  if (to.credit.wants_ping(state_.cycle.now)) out_.schedule(peer);
+  if (to.unresponsive || state_.peers[peer].unheard || !to.credit.slow(state_.cycle.now)) return;
   to.unresponsive = true;
-  counts_.add(counter::slow_peers);
+  state_.counts.add(counter::slow_peers);
 }
 
 } // namespace rowe::service

@@ -15,6 +15,7 @@
 
 #include "service/batch.hpp"
 #include "service/control_frames.hpp"
+#include "service/core_state.hpp"
 #include "service/counters.hpp"
 #include "service/credit.hpp"
 #include "service/cycle_state.hpp"
@@ -30,21 +31,18 @@ namespace rowe::service {
 class urgent_frames {
  public:
   struct needs {
-    const cycle_state& cycle;
-    counters& counts;
-    peer_table& peers;
+    core_state& state;
     outbox& out;
-    transport& to_peers;
     mask_keys& keys;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<output>(bounds.connections_max);
   }
-  urgent_frames(rt::arena& memory, const limits& bounds, const needs& parts) noexcept;
+  urgent_frames(rt::arena& memory, const needs& parts) noexcept;
 
   void open(peer_index peer) noexcept;
   bool masks(peer_index peer) const noexcept {
-    return peers_[peer].ours == side::client && peers_[peer].protocol->can.masks;
+    return state_.peers[peer].ours == side::client && state_.peers[peer].protocol->can.masks;
   }
 
   // ---- what is to be written
@@ -64,10 +62,12 @@ class urgent_frames {
     outputs_[peer].control.written += taken;
   }
   void commit_stop(peer_index peer, std::size_t taken) noexcept { outputs_[peer].stop.advance(taken); }
-  void wrote(peer_index peer, std::size_t bytes) noexcept { outputs_[peer].credit.wrote(bytes, cycle_.now); }
+  void wrote(peer_index peer, std::size_t bytes) noexcept {
+    outputs_[peer].credit.wrote(bytes, state_.cycle.now);
+  }
   // The bytes up to which a batch may begin one more frame of this priority.
   std::size_t room(peer_index peer, priority at) const noexcept {
-    return peers_[peer].unheard ? SIZE_MAX : outputs_[peer].credit.room(at);
+    return state_.peers[peer].unheard ? SIZE_MAX : outputs_[peer].credit.room(at);
   }
   // Whether one more frame may be begun; if not, the batch says what it waits for.
   bool may_go_on(peer_index peer, batch& into) noexcept;
@@ -103,11 +103,8 @@ class urgent_frames {
 
   bool gather_ping(peer_index peer, std::size_t in_front) noexcept;
 
-  const cycle_state& cycle_;
-  counters& counts_;
-  peer_table& peers_;
+  core_state& state_;
   outbox& out_;
-  transport& transport_;
   mask_keys& keys_;
   rows<peer_index, output> outputs_;
 };

@@ -9,10 +9,7 @@
 #include <vector>
 
 #include "service/call_completion.hpp"
-#include "service/event_log.hpp"
-#include "service/memory_plan.hpp"
-#include "service/shared_inbox.hpp"
-#include "service/submission_queue.hpp"
+#include "service/state_fixture.hpp"
 
 namespace call_parts {
 
@@ -38,89 +35,24 @@ inline rowe::limits few() {
   return bounds;
 }
 
-struct call_parts : testing::Test {
-  const rowe::limits bounds = few();
-  rowe::rt::arena memory{rowe::service::plan_memory(bounds).arena(), rowe::rt::page_lock::none};
-  rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
-  const rowe::wire::protocol_set& protocols = rowe::wire::protocols_of(rowe::peer_profile::standard);
-  rowe::service::cycle_state cycle{.now = rowe::rt::time_point{1s}};
-  rowe::service::shared_state board{memory, bounds};
-  rowe::service::counters& counts = board.counts;
-  rowe::service::submission_queue submissions{memory, bounds};
-  rowe::service::shared_inbox shared{memory, bounds};
-  rowe::service::event_log events{cycle, board};
-  rowe::service::timers due{memory, bounds, cycle.now};
-  rowe::service::peer_table peers{memory, bounds};
-  rowe::service::topic_table topics{memory, bounds, protocols.envelope};
-  rowe::service::latch_store latches{memory, bounds};
-  rowe::service::message_store store{
-      memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
-  rowe::service::outbox out{memory,
-                            bounds,
-                            {.cycle = cycle,
-                             .counts = counts,
-                             .due = due,
-                             .store = store,
-                             .peers = peers,
-                             .topics = topics,
-                             .latches = latches}};
-  rowe::service::refusals refused{memory,
-                                  bounds,
-                                  {.cycle = cycle,
-                                   .counts = counts,
-                                   .events = events,
-                                   .peers = peers,
-                                   .out = out,
-                                   .protocols = protocols}};
-  rowe::service::rows<rowe::service::pair_index, rowe::detail::lane> lanes =
-      memory.carve<rowe::detail::lane>(bounds.lanes_max);
-  rowe::service::rows<rowe::service::pair_index, rowe::service::pair_row> views =
-      memory.carve<rowe::service::pair_row>(bounds.lanes_max);
-  rowe::service::call_table calls{memory, bounds, bounds.connections_max};
-  rowe::service::local_delivery delivery{
-      {.cycle = cycle, .counts = counts, .lanes = lanes, .views = views, .queue = submissions}};
-  rowe::service::receiver inbox{memory,
-                                bounds,
-                                {.cycle = cycle,
-                                 .counts = counts,
-                                 .peers = peers,
-                                 .calls = calls,
-                                 .out = out,
-                                 .lanes = lanes,
-                                 .views = views,
-                                 .queue = submissions,
-                                 .shared = shared,
-                                 .delivery = delivery,
-                                 .claimants = bounds.connections_max,
-                                 .answers_any = false}};
-  rowe::service::direct_messages messages{memory,
-                                          bounds,
-                                          {.cycle = cycle,
-                                           .shown = board,
-                                           .peers = peers,
-                                           .calls = calls,
-                                           .store = store,
-                                           .out = out,
-                                           .delivery = delivery,
-                                           .inbox = inbox,
-                                           .validator = validator,
-                                           .claimants = bounds.connections_max}};
+struct call_parts : state_fixture::state_fixture {
+  explicit call_parts(const rowe::endpoint_options& chosen = ::state_fixture::with(few()))
+      : state_fixture{chosen} {}
+
+  rowe::service::message_store store{memory, state};
+  rowe::service::outbox out{memory, {.state = state, .store = store}};
+  rowe::service::refusals refused{memory, {.state = state, .out = out}};
+  rowe::service::local_delivery delivery{state};
+  rowe::service::receiver inbox{memory, {.state = state, .out = out, .delivery = delivery}};
+  rowe::service::direct_messages messages{
+      memory, {.state = state, .store = store, .out = out, .delivery = delivery, .inbox = inbox}};
   rowe::service::call_completion completion{memory,
-                                            bounds,
-                                            {.cycle = cycle,
-                                             .counts = counts,
-                                             .due = due,
-                                             .peers = peers,
-                                             .calls = calls,
+                                            {.state = state,
                                              .store = store,
                                              .out = out,
                                              .refused = refused,
                                              .messages = messages,
-                                             .delivery = delivery,
-                                             .lanes = lanes,
-                                             .views = views,
-                                             .validator = validator,
-                                             .protocols = protocols}};
+                                             .delivery = delivery}};
 
   connection& join(std::uint32_t index) {
     connection& c = peers[{index}];

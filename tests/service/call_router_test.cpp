@@ -5,9 +5,7 @@
 
 #include <string>
 
-#include "memory_transport/memory_transport.hpp"
 #include "service/call_parts.hpp"
-#include "service/stage.hpp"
 #include "json/padded.hpp"
 
 namespace call_router_test {
@@ -17,92 +15,34 @@ using namespace call_parts;
 using form = rowe::wire::call_args::form;
 
 struct call_router_test : call_parts::call_parts {
-  rowe::service::core_options options = rowe::service::core_options::from(
-      [this] {
-        rowe::endpoint_options chosen;
-        chosen.limits = bounds;
-        return chosen;
-      }(),
-      rowe::service::side::server, "robot");
+  explicit call_router_test(bool relay = false) : call_parts{::state_fixture::with(few(), relay)} {}
+
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
-  rowe::net::memory_transport sockets{bounds.connections_max};
-  stage::seeded_entropy random{1};
-  rowe::service::sender writer{memory,
-                               bounds,
-                               {.cycle = cycle,
-                                .counts = counts,
-                                .due = due,
-                                .peers = peers,
-                                .topics = topics,
-                                .store = store,
-                                .out = out,
-                                .to_peers = sockets,
-                                .random = random,
-                                .protocols = protocols}};
-  rowe::service::stop_service stop{memory,
-                                   bounds,
-                                   {.options = options,
-                                    .cycle = cycle,
-                                    .events = events,
-                                    .shown = board,
-                                    .queue = submissions,
-                                    .lanes = lanes,
-                                    .views = views,
-                                    .peers = peers,
-                                    .calls = calls,
-                                    .writer = writer,
-                                    .completion = completion,
-                                    .protocols = protocols,
-                                    .rules = rules}};
+  rowe::service::sender writer{memory, {.state = state, .store = store, .out = out}};
+  rowe::service::stop_service stop{
+      memory, {.state = state, .writer = writer, .completion = completion, .rules = rules}};
   rowe::service::service_directory directory{memory, bounds};
-  rowe::service::topic_rates rates{
-      {.cycle = cycle, .due = due, .topics = topics, .period = options.stats_period, .statistics_topic = {}}};
+  rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::detail::latch_words<> loop;
-  rowe::service::statistics_report report{bounds,
-                                          "robot",
-                                          {.cycle = cycle,
-                                           .shown = board,
-                                           .lanes = lanes,
-                                           .peers = peers,
-                                           .topics = topics,
-                                           .calls = calls,
-                                           .stop = rules,
-                                           .out = out,
-                                           .protocols = protocols,
-                                           .rates = rates}};
-  rowe::service::endpoint_services own{rowe::service::side::server,
-                                       {.cycle = cycle,
-                                        .peers = peers,
-                                        .calls = calls,
-                                        .topics = topics,
+  rowe::service::statistics_report report{{.state = state, .stop = rules, .out = out, .rates = rates}};
+  rowe::service::endpoint_services own{{.state = state,
                                         .directory = directory,
                                         .stop = rules,
                                         .store = store,
                                         .out = out,
                                         .completion = completion,
                                         .report = report,
-                                        .advertised = advertised,
-                                        .lanes = lanes,
-                                        .views = views}};
-  rowe::service::call_requests requests{{.cycle = cycle,
-                                         .counts = counts,
-                                         .peers = peers,
-                                         .calls = calls,
+                                        .advertised = advertised}};
+  rowe::service::call_requests requests{{.state = state,
                                          .store = store,
                                          .out = out,
                                          .delivery = delivery,
                                          .inbox = inbox,
                                          .messages = messages,
                                          .completion = completion,
-                                         .stop = stop,
-                                         .lanes = lanes,
-                                         .views = views}};
-  rowe::service::call_router router{{.cycle = cycle,
-                                     .options = options,
-                                     .counts = counts,
-                                     .peers = peers,
-                                     .calls = calls,
+                                         .stop = stop}};
+  rowe::service::call_router router{{.state = state,
                                      .directory = directory,
                                      .refused = refused,
                                      .inbox = inbox,
@@ -110,9 +50,7 @@ struct call_router_test : call_parts::call_parts {
                                      .completion = completion,
                                      .requests = requests,
                                      .own = own,
-                                     .stop = stop,
-                                     .validator = validator,
-                                     .protocols = protocols}};
+                                     .stop = stop}};
 
   static rowe::wire::request of(const connection& c, std::string_view service, std::string_view id) {
     rowe::wire::request asked;
@@ -137,6 +75,10 @@ struct call_router_test : call_parts::call_parts {
   }
 };
 
+struct hub_test : call_router_test {
+  hub_test() : call_router_test{true} {}
+};
+
 TEST_F(call_router_test, says_that_nobody_provides_a_service) {
   connection& caller = join(0);
   EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
@@ -145,20 +87,24 @@ TEST_F(call_router_test, says_that_nobody_provides_a_service) {
   EXPECT_NE(replies(caller)[0].find("/add"), std::string::npos);
 }
 
-TEST_F(call_router_test, relays_between_peers_in_a_hub_alone) {
+TEST_F(call_router_test, relays_nothing_between_peers_where_it_is_no_hub) {
   connection& caller = join(0);
   provide("/add", join(1));
   EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
   EXPECT_EQ(calls.in_flight(), 0U);
-  options.relay = true;
+  EXPECT_EQ(counts.read(counter::calls_out), 0U);
+}
+
+TEST_F(hub_test, relays_between_peers) {
+  connection& caller = join(0);
+  provide("/add", join(1));
   EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
   EXPECT_EQ(calls.in_flight(), 1U);
   EXPECT_EQ(counts.read(counter::calls_out), 1U);
   completion.forget(caller.id);
 }
 
-TEST_F(call_router_test, refuses_a_second_call_with_an_id_that_is_not_answered_yet) {
-  options.relay = true;
+TEST_F(hub_test, refuses_a_second_call_with_an_id_that_is_not_answered_yet) {
   connection& caller = join(0);
   provide("/add", join(1));
   EXPECT_TRUE(router.take_call(caller, of(caller, "/add", "\"1\"")));
@@ -168,8 +114,7 @@ TEST_F(call_router_test, refuses_a_second_call_with_an_id_that_is_not_answered_y
   EXPECT_NE(replies(caller)[0].find("duplicate_id"), std::string::npos);
 }
 
-TEST_F(call_router_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
-  options.relay = true;
+TEST_F(hub_test, says_busy_and_which_limits_to_a_peer_that_has_its_share) {
   connection& caller = join(0);
   provide("/add", join(1));
   while (calls.admits({0})) ASSERT_TRUE(router.take_call(caller, of(caller, "/add", {})));

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "service/state_fixture.hpp"
+
 namespace message_store_test {
 namespace {
 
@@ -29,16 +31,10 @@ rowe::limits few() {
   return bounds;
 }
 
-struct message_store_test : testing::Test {
-  rowe::limits bounds = few();
-  rowe::rt::arena memory{message_store::footprint_bytes(bounds) +
-                             rowe::service::timers::footprint_bytes(bounds),
-                         rowe::rt::page_lock::none};
-  rowe::service::cycle_state cycle{.now = rowe::rt::time_point{1s}};
-  rowe::service::counters counts;
-  rowe::service::timers due{memory, bounds, cycle.now};
-  message_store store{
-      memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
+struct message_store_test : state_fixture::state_fixture {
+  message_store_test() : state_fixture{::state_fixture::with(few())} {}
+
+  message_store store{memory, state};
   int asked_for_room = 0;
 
   slot_id compose(std::string_view text, rowe::rt::time_point expires = rowe::rt::never) {

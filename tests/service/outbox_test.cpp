@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "wire/protocols.hpp"
+#include "service/state_fixture.hpp"
 
 namespace outbox_test {
 namespace {
@@ -39,34 +39,12 @@ rowe::limits few(std::uint32_t slots = 8) {
 }
 
 // An outbox with the tables it works on, and peers that are connected.
-struct outbox_test : testing::Test {
-  explicit outbox_test(const rowe::limits& of = few()) : bounds{of} {}
+struct outbox_test : state_fixture::state_fixture {
+  explicit outbox_test(const rowe::limits& of = few()) : state_fixture{::state_fixture::with(of)} {}
 
-  const rowe::limits bounds;
-  const std::size_t bytes =
-      rowe::service::timers::footprint_bytes(bounds) + rowe::service::peer_table::footprint_bytes(bounds) +
-      rowe::service::topic_table::footprint_bytes(bounds) +
-      rowe::service::latch_store::footprint_bytes(bounds) +
-      rowe::service::message_store::footprint_bytes(bounds) + rowe::service::outbox::footprint_bytes(bounds);
-  rowe::rt::arena memory{bytes, rowe::rt::page_lock::none};
-  rowe::service::cycle_state cycle{.now = rowe::rt::time_point{1s}};
-  rowe::service::counters counts;
-  rowe::service::timers due{memory, bounds, cycle.now};
-  rowe::service::peer_table peers{memory, bounds};
-  rowe::service::topic_table topics{memory, bounds,
-                                    rowe::wire::protocols_of(rowe::peer_profile::standard).envelope};
-  rowe::service::latch_store latches{memory, bounds};
-  rowe::service::message_store store{
-      memory, bounds, {.cycle = cycle, .counts = counts, .due = due, .text_bytes_max = SIZE_MAX}};
-  rowe::service::outbox out{memory,
-                            bounds,
-                            {.cycle = cycle,
-                             .counts = counts,
-                             .due = due,
-                             .store = store,
-                             .peers = peers,
-                             .topics = topics,
-                             .latches = latches}};
+  const std::size_t used_before = memory.bytes_used();
+  rowe::service::message_store store{memory, state};
+  rowe::service::outbox out{memory, {.state = state, .store = store}};
 
   peer_index join(std::uint32_t index) {
     connection& c = peers[{index}];
@@ -142,7 +120,10 @@ struct outbox_test : testing::Test {
   }
 };
 
-TEST_F(outbox_test, takes_no_more_memory_than_it_says) { EXPECT_EQ(memory.bytes_used(), bytes); }
+TEST_F(outbox_test, takes_no_more_memory_than_it_says) {
+  EXPECT_EQ(memory.bytes_used() - used_before, rowe::service::message_store::footprint_bytes(bounds) +
+                                                   rowe::service::outbox::footprint_bytes(bounds));
+}
 
 TEST_F(outbox_test, queues_one_slot_for_all_who_subscribed) {
   const auto odom = topic("/odom");
@@ -282,8 +263,8 @@ TEST_F(outbox_with_many_slots, has_fewer_places_for_replies_to_a_peer_that_does_
 
 TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
   const auto map = topic("/map");
-  ASSERT_TRUE(latches.store(topics.at(map).last, "{\"map\":1}", {rowe::service::latch_owner::kind::handle, 0},
-                            rowe::rt::never));
+  ASSERT_TRUE(state.latches.store(topics.at(map).last, "{\"map\":1}",
+                                  {rowe::service::latch_owner::kind::handle, 0}, rowe::rt::never));
   const auto peer = join(0);
   const auto of = subscribe(peer, map);
   out.owe_latched(of);

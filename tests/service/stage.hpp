@@ -90,8 +90,8 @@ class theatre_over {
         inbox{*memory.make<rowe::service::shared_inbox>(memory, chosen.limits)},
         bell{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
         core{*memory.make<rowe::service::core>(
-            memory, rowe::service::core_options::from(options, ours, "robot"), lanes, board, submissions,
-            inbox,
+            memory, rowe::service::core_options::from(options, ours, "robot"),
+            rowe::service::shared_parts{lanes, board, submissions, inbox},
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },

@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """As much of C++ as it takes to follow calls through src/service: which functions a file defines, and whom
-their bodies call, by the member that holds the other part. No compiler: it relies on the style of the tree
-(members end in `_`, one class a file, which its .cpp defines)."""
+their bodies call, by the member that holds the other part, or by a member of that. No compiler: it relies on
+the style of the tree (members end in `_`, one class a file, which its .cpp defines)."""
 import functools
 import os
 import re
 
 _words = {"if", "for", "while", "switch", "return", "sizeof", "catch", "static_assert", "noexcept", "alignas",
           "decltype", "static_cast", "reinterpret_cast", "const_cast", "defined", "assert"}
-_call = re.compile(r"(?:(\w+_)(?:\.|->)(?:(\w+)\(\)\.)?|(\w+)::|((?:\.|->)\s*)|\b)(\w+)\s*(?:<[\w:]+>)?\(")
-_member = re.compile(r"(?m)^\s+(?:const |class )?(?:\w+::)*(\w+)(?:<>)?&? (\w+_)(?:;| =|\{)")
+_call = re.compile(r"(?:(\w+_)((?:(?:\.|->)\w+(?:\(\))?)*)(?:\.|->)|(\w+)::|((?:\.|->)\s*)|\b)(\w+)\s*"
+                   r"(?:<[\w:]+>)?\(")
+_member = re.compile(r"(?m)^\s+(?:const |class )?(?:\w+::)*(\w+)(?:<>)?&? (\w+)(?:;| =|\{)")
 _accessor = re.compile(r"(\w+)& (\w+)\(\) (?:const )?noexcept")
 _after_signature = re.compile(r"\s*(const\b\s*)?(noexcept\b\s*)?(override\b\s*|final\b\s*)*"
                               r"(?:(=\s*0\s*;)|(:[^;{]*(?:\{[^{}]*\}[^;{]*)*?)?(\{))")
@@ -97,13 +98,16 @@ class program:
         if name in under:
             return
         for body in of.bodies(name):
-            for member, accessor, scope, other, called in _call.findall(body):
+            for member, within, scope, other, called in _call.findall(body):
                 if called in _words or other:
                     continue
                 if member:
                     kind = self.member(of, member)
-                    if accessor:
-                        kind = self.home[kind].accessors.get(accessor) if kind in self.home else None
+                    for step in re.findall(r"\w+(?:\(\))?", within):
+                        held = self.home[kind] if kind in self.home else None
+                        found = held and (held.accessors.get(step[:-2]) if step.endswith(")") else
+                                          held.members.get(step))
+                        kind = found or None
                     if kind:
                         yield kind, called
                 elif scope and scope not in of.classes:

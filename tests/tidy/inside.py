@@ -13,15 +13,17 @@ from tree import finding
 
 page = "docs/inside.md"
 parts_header = "src/service/core_parts.hpp"
+state_header = "src/service/core_state.hpp"
 entrances = ("core.", "service_loop.")
 
 # What a file of src/service includes stands in front of it: nothing is called upwards.
 service_order = """
 ids index_list indexed_pool index_ring counters local_stop shared_state cycle_state rate_limit event_log
 transport service_limits stop_frames shares slot_pool timers connection peer_table latch_store names
-message_queue topic_rows topic_table topic_rates message_store check_sum outbox
-batch core_options mask_keys partial_frames control_frames credit urgent_frames sender refusals
-call_table completion number_queue submission_queue shared_inbox pair_table local_delivery receiver ingress
+message_queue topic_rows topic_table call_table completion number_queue submission_queue shared_inbox
+pair_table core_options core_state topic_rates message_store check_sum outbox
+batch mask_keys partial_frames control_frames credit urgent_frames sender refusals
+local_delivery receiver ingress
 checked_text trackers direct_messages liveness call_completion
 publish_predictor audiences advertisement_table topic_places subscriptions advertisements broker topic_handles
 service_directory service_providers
@@ -66,13 +68,14 @@ def _program(t):
 
 
 def _parts(t):
-    """(line, class, file) of each member of core_parts that is an object of src/service."""
+    """(line, class, file) of each table of core_state and each member of core_parts."""
     code = _program(t)
-    for number, line in enumerate(t.code(parts_header), 1):
-        named = re.match(r"  (\w+) \w+_;", line)
-        home = code.home.get(named[1]) if named else None
-        if home and home.files[0].startswith("src/service/"):
-            yield number, named[1], _stem(home.files[0])
+    for path in (state_header, parts_header):
+        for number, line in enumerate(t.code(path), 1):
+            named = re.match(r"  (\w+) \w+;", line)
+            home = code.home.get(named[1]) if named else None
+            if home and home.files[0].startswith("src/service/") and named[1] != "core_state":
+                yield number, named[1], _stem(home.files[0])
 
 
 def parts_are_made_in_that_order(t):
@@ -181,7 +184,7 @@ def the_journeys_go_as_the_page_says(t):
 
 # Lines of a header and its source. What is larger may shrink, and is taken off this list then.
 part_lines_max = 400
-larger = {"core": 508, "core_parts": 562, "direct_messages": 483, "ingress": 428, "outbox": 656,
+larger = {"core": 500, "direct_messages": 483, "ingress": 428, "outbox": 656,
           "publish_predictor": 401, "sender": 513, "stop_rules": 561}
 
 

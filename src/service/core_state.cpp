@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/core_state.hpp"
+
+namespace rowe::service {
+
+std::size_t core_state::footprint_bytes(const limits& bounds) noexcept {
+  return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
+         latch_store::footprint_bytes(bounds) + topic_table::footprint_bytes(bounds) +
+         rt::arena::bytes_for<pair_row>(bounds.lanes_max) + call_table::footprint_bytes(bounds);
+}
+
+core_state::core_state(rt::arena& memory, const core_options& chosen, const shared_parts& with_threads,
+                       const core_seams& outside, rt::time_point start) noexcept
+    : options{chosen},
+      cycle{.now = start},
+      shown{with_threads.shown},
+      counts{shown.counts},
+      events{cycle, shown},
+      due{memory, options.bounds, start},
+      peers{memory, options.bounds},
+      latches{memory, options.bounds},
+      topics{memory, options.bounds, outside.protocols.envelope},
+      lanes{with_threads.lanes},
+      views{memory.carve<pair_row>(options.bounds.lanes_max)},
+      calls{memory, options.bounds, claimants()},
+      submissions{with_threads.submissions},
+      threads_inbox{with_threads.inbox},
+      seams{outside} {}
+
+} // namespace rowe::service

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the parts of the core share: the time, the counters, the tables of peers, topics, calls and handles,
+// and what lies outside the core. It decides nothing and calls no part. Service thread only, but for the
+// queue pairs and for what is named by a reference.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/detail/lane.hpp>
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/call_table.hpp"
+#include "service/core_options.hpp"
+#include "service/counters.hpp"
+#include "service/cycle_state.hpp"
+#include "service/event_log.hpp"
+#include "service/ids.hpp"
+#include "service/latch_store.hpp"
+#include "service/pair_table.hpp"
+#include "service/peer_table.hpp"
+#include "service/shared_inbox.hpp"
+#include "service/shared_state.hpp"
+#include "service/submission_queue.hpp"
+#include "service/timers.hpp"
+#include "service/topic_table.hpp"
+
+namespace rowe::service {
+
+// What other threads use, too.
+struct shared_parts {
+  rows<pair_index, detail::lane> lanes;
+  shared_state& shown;
+  submission_queue& submissions;
+  shared_inbox& inbox;
+};
+
+struct core_state {
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  // Time begins at `start`.
+  core_state(rt::arena& memory, const core_options& chosen, const shared_parts& with_threads,
+             const core_seams& outside, rt::time_point start) noexcept;
+  core_state(const core_state&) = delete;
+
+  const limits& bounds() const noexcept { return options.bounds; }
+  // How many connections there may be. Each has a claim to its share (shares.hpp).
+  std::uint32_t claimants() const noexcept {
+    return options.ours == side::client ? 1 : options.bounds.connections_max;
+  }
+
+  const core_options options;
+  cycle_state cycle;
+  shared_state& shown;
+  counters& counts;
+  event_log events;
+  timers due;
+  peer_table peers;
+  latch_store latches;
+  topic_table topics;
+  const rows<pair_index, detail::lane> lanes;
+  const rows<pair_index, pair_row> views;
+  call_table calls;
+  submission_queue& submissions;
+  shared_inbox& threads_inbox;
+  const core_seams seams;
+};
+
+} // namespace rowe::service
