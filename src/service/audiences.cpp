@@ -10,15 +10,16 @@ void audiences::update(topic_id index) noexcept {
   const bool heard = on.has_audience();
   if (!heard) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
   for (const pair_index i : state_.lanes.ids()) {
-    if (!state_.views[i].attached || state_.views[i].topic != index ||
-        detail::subscribes(state_.lanes[i].kind))
-      continue;
-    const bool wanted = heard || state_.lanes[i].latched;
+    const pair_row& view = state_.views[i];
+    if (!view.attached || view.topic != index) continue;
+    detail::lane& pair = state_.lanes[i];
+    if (detail::subscribes(pair.kind)) continue;
+    const bool wanted = heard || pair.latched;
     const audience now = wanted ? audience::somebody : audience::nobody;
-    if (state_.lanes[i].audience.advice() == now) continue;
+    if (pair.audience.advice() == now) continue;
     wanted ? ++listened_ : --listened_;
     phases_.listen(i, wanted);
-    state_.lanes[i].audience.set(now);
+    pair.audience.set(now);
   }
 }
 

@@ -70,11 +70,11 @@ def _program(t):
 def _parts(t):
     """(line, class, file) of each table of core_state and each member of core_parts."""
     code = _program(t)
-    for path in (state_header, parts_header):
-        for number, line in enumerate(t.code(path), 1):
-            named = re.match(r"  (\w+) \w+;", line)
+    for path, member in ((state_header, r"  (\w+) \w+;"), (parts_header, r"  (?!core_state)(\w+) \w+_;")):
+        for number, line in enumerate(t.code(path) if path in t.paths else (), 1):
+            named = re.match(member, line)
             home = code.home.get(named[1]) if named else None
-            if home and home.files[0].startswith("src/service/") and named[1] != "core_state":
+            if home and home.files[0].startswith("src/service/"):
                 yield number, named[1], _stem(home.files[0])
 
 

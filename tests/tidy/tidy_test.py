@@ -98,14 +98,14 @@ plants = [
     ("src/service/plant_8.cpp", spdx + '#include "service/ids.hpp"\n', [(2, "include-order")]),
     ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "size")]),
     ("src/service/core_parts.hpp",
-     spdx + "class core_parts {\n  event_log events_;\n  timers timers_;\n  topic_rates rates_;\n"
-     "  topic_table topics_;\n  stop_service stop_service_;\n  handle_registry registry_;\n};\n",
+     spdx + "class core_parts {\n  core_state state_;\n  topic_rates rates_;\n  outbox outbox_;\n"
+     "  message_store store_;\n  stop_service stop_service_;\n  handle_registry registry_;\n};\n",
      [(6, "include-order")]),
     ("docs/inside.md",
      "# Inside\n```\n  handle_registry\n  stop_service\n  timers   topic_rates\n"
      "  topic_table   cycle_state\n```\n"
      "## The parts\n"
-     "| `event_log` | a | b |\n| `timers` | a | b |\n| `topic_table` | a | b |\n## The journeys\n"
+     "| `cycle_state` | a | b |\n| `event_log` | a | b |\n| `topic_table` | a | b |\n## The journeys\n"
      "1. `core.cpp: cycle` begins.\n"
      "   1. `handle_registry.cpp: scan` is called, and calls\n"
      "      1. `handle_submissions.cpp: take`, which calls\n"
