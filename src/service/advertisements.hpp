@@ -6,11 +6,9 @@
 
 #include "service/advertisement_table.hpp"
 #include "service/core_state.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/subscriptions.hpp"
 #include "service/topic_places.hpp"
-#include "service/topic_table.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {

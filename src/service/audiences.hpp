@@ -7,9 +7,7 @@
 #include <rowe/detail/lane.hpp>
 
 #include "service/core_state.hpp"
-#include "service/pair_table.hpp"
 #include "service/publish_predictor.hpp"
-#include "service/topic_table.hpp"
 
 namespace rowe::service {
 

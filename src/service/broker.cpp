@@ -12,12 +12,9 @@
 #include "json/decoder.hpp"
 #include "json/utf8.hpp"
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
-namespace {
-
-constexpr rt::duration misfit_period = std::chrono::seconds{1};
-
-} // namespace
 
 // Whether anybody takes a message of this topic now. Counts why not.
 bool broker::is_wanted_now(const topic& on) noexcept {
@@ -65,7 +62,7 @@ void broker::relay(connection& c, const wire::request& asked) noexcept {
 }
 
 void broker::deliver_latched(pair_index pair) noexcept {
-  const slot_id last = out_.compose_latched(state_.views[pair].topic);
+  const slot_id last = queues_.compose_latched(state_.views[pair].topic);
   if (!last) return;
   deliver_to(pair, store_.slots().body(last), {});
   store_.release(last);

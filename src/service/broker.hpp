@@ -11,19 +11,12 @@
 #include <rowe/limits.hpp>
 
 #include "service/advertisement_table.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
-#include "service/event_log.hpp"
-#include "service/latch_store.hpp"
 #include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
+#include "service/subscription_queues.hpp"
 #include "service/topic_rates.hpp"
-#include "service/topic_table.hpp"
 #include "wire/request.hpp"
 #include "json/writer.hpp"
 
@@ -41,6 +34,7 @@ class broker {
     core_state& state;
     message_store& store;
     outbox& out;
+    subscription_queues& queues;
     refusals& refused;
     local_delivery& delivery;
     const advertisement_table& advertised;
@@ -49,6 +43,7 @@ class broker {
       : state_{parts.state},
         store_{parts.store},
         out_{parts.out},
+        queues_{parts.queues},
         refusals_{parts.refused},
         delivery_{parts.delivery},
         advertised_{parts.advertised} {}
@@ -77,6 +72,7 @@ class broker {
   core_state& state_;
   message_store& store_;
   outbox& out_;
+  subscription_queues& queues_;
   refusals& refusals_;
   local_delivery& delivery_;
   const advertisement_table& advertised_;
@@ -96,7 +92,7 @@ void broker::publish(topic_id index, rt::time_point published, rt::time_point ex
   if (!slot) return;
   on.bytes = store_.slots().body(slot).size();
   if (keeps) keep_latched(on, slot, latches);
-  out_.fan_out(index, slot);
+  queues_.fan_out(index, slot);
   deliver(on, store_.slots().body(slot), who);
   store_.release(slot);
 }

@@ -14,16 +14,11 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
-#include "service/timers.hpp"
 #include "wire/protocols.hpp"
 #include "json/encoder.hpp"
 #include "json/reader.hpp"

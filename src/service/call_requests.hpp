@@ -10,14 +10,10 @@
 #include <rowe/detail/lane.hpp>
 
 #include "service/call_completion.hpp"
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
 #include "service/receiver.hpp"
 #include "service/stop_service.hpp"
 #include "wire/codec.hpp"

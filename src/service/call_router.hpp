@@ -12,13 +12,9 @@
 
 #include "service/call_completion.hpp"
 #include "service/call_requests.hpp"
-#include "service/call_table.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/endpoint_services.hpp"
 #include "service/local_delivery.hpp"
-#include "service/peer_table.hpp"
 #include "service/receiver.hpp"
 #include "service/refusals.hpp"
 #include "service/service_directory.hpp"

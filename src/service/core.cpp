@@ -36,7 +36,7 @@ inline void core::arm_what_stays() noexcept {
 
 // Tells submitters that wait for room where it came.
 inline void core::tell_room() noexcept {
-  const bool came = threads_.tell_room(messages_.renew_room());
+  const bool came = threads_.tell_room(messages_.parking().renew_room());
   handles_.tell_room(came);
 }
 
@@ -54,7 +54,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   messages_.take_outcomes();
   messages_.place_pending();
   if (requests_.awaited()) phases_.asked(state_.cycle.now);
-  messages_.begin_cycle();
+  messages_.parking().begin_cycle();
   retried_at_ = ingress_.room_changes();
   registry_.scan();
   if (state_.peers.wants_close()) close_marked();
@@ -122,7 +122,7 @@ void core::expire() noexcept {
     const auto [what, index] = *due;
     switch (what) {
     case timer::slot: store_.expire({index}); break;
-    case timer::subscription: outbox_.throttle_over({index}); break;
+    case timer::subscription: subscription_queues_.throttle_over({index}); break;
     case timer::peer: liveness_.check({index}); break;
     case timer::call: completion_.time_out({index}); break;
     case timer::statistics: statistics_.publish(); break;

@@ -37,8 +37,9 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       stop_topic_{own_topic(wire::stop_state_name)},
       rates_{{.state = state_, .statistics_topic = statistics_topic_}},
       store_{memory, state_},
-      outbox_{memory, {.state = state_, .store = store_}},
-      sender_{memory, {.state = state_, .store = store_, .out = outbox_}},
+      outbox_{memory, state_, store_},
+      subscription_queues_{{.state = state_, .store = store_, .out = outbox_}},
+      sender_{memory, {.state = state_, .store = store_, .out = outbox_, .queues = subscription_queues_}},
       refusals_{memory, {.state = state_, .out = outbox_}},
       delivery_{state_},
       receiver_{memory, {.state = state_, .out = outbox_, .delivery = delivery_}},
@@ -60,7 +61,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       advertised_{memory, state_.bounds()},
       places_{{.state = state_, .advertised = advertised_, .refused = refusals_}},
       subscriptions_{{.state = state_,
-                      .out = outbox_,
+                      .queues = subscription_queues_,
                       .refused = refusals_,
                       .audience = audiences_,
                       .rates = rates_,
@@ -73,6 +74,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
       broker_{{.state = state_,
                .store = store_,
                .out = outbox_,
+               .queues = subscription_queues_,
                .refused = refusals_,
                .delivery = delivery_,
                .advertised = advertised_}},
@@ -191,6 +193,7 @@ std::string_view core_parts::inconsistency() const noexcept {
   if (!completion_.check()) return "who asks and who answers";
   if (!store_.check()) return "slots";
   if (!outbox_.check()) return "queues and the slots in them";
+  if (!subscription_queues_.check()) return "subscriptions that are ready";
   if (!sender_.check()) return "who has something to write";
   if (!stop_service_.check()) return "who waits for the answer to a stop";
   if (!messages_.check()) return "direct messages";

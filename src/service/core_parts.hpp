@@ -39,6 +39,7 @@
 #include "service/stop_rules.hpp"
 #include "service/stop_service.hpp"
 #include "service/stop_state_feed.hpp"
+#include "service/subscription_queues.hpp"
 #include "service/subscriptions.hpp"
 #include "service/thread_submissions.hpp"
 #include "service/topic_handles.hpp"
@@ -66,6 +67,7 @@ class core_parts {
   topic_rates rates_;
   message_store store_;
   outbox outbox_;
+  subscription_queues subscription_queues_;
   sender sender_;
   refusals refusals_;
   local_delivery delivery_;

@@ -15,67 +15,25 @@ direct_messages::direct_messages(rt::arena& memory, const needs& parts) noexcept
       out_{parts.out},
       slots_{parts.store.slots()},
       delivery_{parts.delivery},
-      inbox_{parts.inbox},
       trackers_{memory, state_.bounds(), state_.claimants()},
-      parked_{memory.carve<parked>(state_.bounds().connections_max)} {}
-
-void direct_messages::forget(peer_index peer) noexcept {
-  parked_[peer] = {};
-  if (std::exchange(out_.of(peer).told_full, false)) --told_full_;
-  room_came_ = true; // a sender that waits for room there need not wait any more
-}
-
-// ---- turns, and what is parked in them
-
-// False: the peer has its share of the sender's slots already. `to` null: for everyone. Messages that were
-// parked before are counted in each turn, too; they stay parked, whatever the shares are now.
-bool direct_messages::may_park(const direct_message& m, connection* to) noexcept {
-  if (to == nullptr) {
-    ++turn_parked_;
-    ++turn_parked_for_all_;
-    return true;
-  }
-  const peer_index peer{to->id.index};
-  parked& of = parked_[peer];
-  if (std::exchange(of.turn, turn_) != turn_) of.count = 0;
-  if (!m.parked && of.count + turn_parked_ >= turn_slots_) return false;
-  ++of.count;
-  ++turn_parked_;
-  if (turn_of_receiver_) inbox_.count_answer(peer);
-  if (of.count + turn_parked_ >= turn_slots_ && !std::exchange(out_.of(peer).told_full, true)) {
-    ++told_full_;
-    state_.shown.set_taking(peer.value, 0);
-  }
-  return true;
-}
-
-void direct_messages::show_room() noexcept {
-  for (const peer_index i : state_.peers.ids()) {
-    peer_queues& queues = out_.of(i);
-    if (!queues.told_full || parked_[i].turn > cycle_turn_) continue;
-    queues.told_full = false;
-    --told_full_;
-    state_.shown.set_taking(i.value, state_.peers[i].id.generation);
-    ++state_.cycle.places_freed;
-    room_came_ = true;
-  }
-}
+      parking_{memory, parts.state, parts.out, parts.inbox} {}
 
 bool direct_messages::post(const direct_message& m) noexcept {
   connection* const to = state_.peers.find({m.to.index, m.to.generation}); // null: everyone, or gone
   const bool gone = to == nullptr && m.to.generation != 0;
+  const peer_index peer = to != nullptr ? peer_index{m.to.index} : peer_index{};
   // It must not overtake a parked message for the same peer or for everyone.
-  const bool behind = all_parked_in_ == turn_ || (to != nullptr && parked_[{m.to.index}].turn == turn_);
+  const bool behind = parking_.any_for_everyone() || (to != nullptr && parking_.any_for({m.to.index}));
   if (behind && !gone && !state_.cycle.closing && (m.only_now || m.expires >= state_.cycle.now)) {
-    if (!m.only_now && may_park(m, to)) return false;
+    if (!m.only_now && parking_.park(peer, m.parked)) return false;
     add(counter::outbox_full);
     delivery_.complete(m.sender, m.own, m.only_now ? errc::expired : errc::full);
     return true;
   }
   if (send(m)) return true;
   // No room at the peer, or no slot. Or no peer at all has room; then no later message may overtake this one.
-  if (to == nullptr) all_parked_in_ = turn_;
-  if (may_park(m, to)) return false;
+  if (to == nullptr) parking_.hold_back_later_ones();
+  if (parking_.park(peer, m.parked)) return false;
   add(counter::outbox_full);
   delivery_.complete(m.sender, m.own, errc::full);
   return true;
@@ -95,7 +53,7 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
   bool any = false;
   for (const peer_index i : state_.peers.ids()) {
     if (!state_.peers[i].open() || !state_.peers[i].takes_messages) continue;
-    if (pending() == 0 && parked_[i].turn != turn_ && has_room(i, m.priority)) return true;
+    if (pending() == 0 && !parking_.any_for(i) && has_room(i, m.priority)) return true;
     any = true;
   }
   // Messages that are pending until a peer comes leave a quarter of the slots free.
@@ -139,7 +97,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   } else {
     for (const peer_index i : state_.peers.ids()) {
       if (!state_.peers[i].open() || !state_.peers[i].takes_messages) continue;
-      if (parked_[i].turn == turn_) {
+      if (parking_.any_for(i)) {
         add(counter::outbox_full); // it would overtake a message parked for that peer
       } else {
         if (has_room(i, m.priority)) {
@@ -288,14 +246,11 @@ void direct_messages::close() noexcept {
 
 // Each message under way has a tracked slot, unless its outcome is still to be taken.
 bool direct_messages::check() const noexcept {
-  if (!trackers_.check()) return false;
+  if (!trackers_.check() || !parking_.check()) return false;
   for (const slot_id i : slots_.ids()) {
     if (trackers_.under_way(i) != (slots_.references(i) != 0 && slots_.tracked(i))) return false;
   }
-  std::uint32_t told_full = 0;
-  for (const peer_index i : state_.peers.ids())
-    told_full += state_.peers[i].state != connection::phase::free && out_.of(i).told_full;
-  return told_full == told_full_;
+  return true;
 }
 
 } // namespace rowe::service

@@ -3,18 +3,12 @@
 // them, and ends. A message is pending while no peer takes it: no peer is there, none has room, or its peers
 // left before it was written to them.
 //
-// A message that finds no room is parked: it keeps a slot of its sender, and is posted again in the sender's
-// next turn. One peer may have as many of these slots as are not parked, and all peers together three
-// quarters; so messages to other peers find a slot. The receiver may park in all of its slots: it limits what
-// it takes from a peer, so each answer finds one. When a peer has its share, senders are told `full` before
-// they take a slot, until nothing is parked for it; what was submitted before ends with `full`. A message to
-// everyone is always parked: its sender counts on that, but is told `full` just as early.
+// A message that finds no room is parked (message_parking.hpp).
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <string_view>
-#include <utility>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/limits.hpp>
@@ -23,16 +17,12 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/local_delivery.hpp"
+#include "service/message_parking.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/receiver.hpp"
-#include "service/shared_state.hpp"
 #include "service/trackers.hpp"
-#include "json/reader.hpp"
 
 namespace rowe::service {
 
@@ -57,38 +47,19 @@ class direct_messages {
     receiver& inbox;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return trackers::footprint_bytes(bounds) + rt::arena::bytes_for<parked>(bounds.connections_max);
+    return trackers::footprint_bytes(bounds) + message_parking::footprint_bytes(bounds);
   }
   direct_messages(rt::arena& memory, const needs& parts) noexcept;
 
-  void forget(peer_index peer) noexcept;
+  void forget(peer_index peer) noexcept { parking_.forget(peer); }
 
   // ---- from this process
 
-  // Begins the turn of a sender with this many slots: a handle, or the submission queue. The receiver may
-  // park answers in all of its slots.
-  void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
-    ++turn_;
-    turn_slots_ = of_receiver ? slots : slots - slots / 4;
-    turn_parked_ = turn_parked_for_all_ = 0;
-    turn_of_receiver_ = of_receiver;
-    if (of_receiver) inbox_.begin_answers();
-  }
+  // The turns of senders, and what is parked in them.
+  message_parking& parking() noexcept { return parking_; }
   // False: the message is to be parked until its sender's next turn. What one sender has for a peer reaches
   // that peer in order.
   bool post(const direct_message& m) noexcept;
-  // Too many messages to everyone are parked: the sender of this turn is told `full` before it takes a slot.
-  bool refuses_to_everyone() const noexcept {
-    return turn_parked_for_all_ != 0 && turn_parked_for_all_ + turn_parked_ >= turn_slots_;
-  }
-  // At the end of a cycle: shows senders which peers have room again since the cycle began. True when there
-  // is such a peer, or a peer has left.
-  bool renew_room() noexcept {
-    if (told_full_ != 0) show_room();
-    return std::exchange(room_came_, false);
-  }
-  void begin_cycle() noexcept { cycle_turn_ = turn_; }
-
   // ---- of calls
 
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the
@@ -120,17 +91,9 @@ class direct_messages {
   bool check() const noexcept;
 
  private:
-  // Of one peer.
-  struct parked {
-    std::uint64_t turn = 0;  // the newest turn in which a message to it was parked,
-    std::uint32_t count = 0; // and how many in that turn
-  };
-
   void add(counter which, std::uint64_t by = 1) noexcept { state_.shown.counts.add(which, by); }
   bool send(const direct_message& m) noexcept;
-  void show_room() noexcept;
   void place_all_pending() noexcept;
-  bool may_park(const direct_message& m, connection* to) noexcept;
   // Expired messages make room. Their outcomes are taken at once, before their slots are used again.
   bool has_room(peer_index to, priority at) noexcept {
     const bool has = out_.has_room(to, at);
@@ -150,18 +113,8 @@ class direct_messages {
   outbox& out_;
   slot_pool& slots_;
   local_delivery& delivery_;
-  receiver& inbox_;
   trackers trackers_;
-  rows<peer_index, parked> parked_;
-  std::uint64_t turn_ = 0;                // counts the turns of senders
-  std::uint64_t cycle_turn_ = 0;          // the last one before this cycle
-  std::uint64_t all_parked_in_ = 0;       // the newest turn in which a message to everyone was parked
-  std::uint32_t turn_slots_ = 0;          // how many may be parked in this turn,
-  std::uint32_t turn_parked_ = 0;         // how many are,
-  std::uint32_t turn_parked_for_all_ = 0; // and how many of these are for everyone
-  bool turn_of_receiver_ = false;
-  bool room_came_ = false;               // a peer has room again, or has left
-  std::uint32_t told_full_ = 0;          // how many peers are told_full
+  message_parking parking_;
   std::uint64_t looked_for_room_at_ = 0; // the count of changes when pending messages were tried last
 };
 

@@ -8,14 +8,13 @@
 #include "service/listed_topics.hpp"
 #include "wire/own_names.hpp"
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 namespace {
 
 constexpr std::array names{wire::stats_name,      wire::list_topics_name, wire::list_services_name,
                            wire::topic_type_name, wire::publishers_name,  wire::service_type_name};
-
-// Counted as so many bytes: the endpoint's answers walk all topics, services or counters.
-constexpr std::size_t answer_work = 10 * 1024;
 
 } // namespace
 

@@ -11,16 +11,11 @@
 
 #include "service/advertisement_table.hpp"
 #include "service/call_completion.hpp"
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/outbox.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
 #include "service/service_directory.hpp"
 #include "service/statistics_report.hpp"
 #include "service/stop_rules.hpp"
-#include "service/topic_table.hpp"
 #include "wire/request.hpp"
 #include "json/writer.hpp"
 

@@ -106,14 +106,14 @@ void handle_submissions::take_entries(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
   const bool receives = inbox_.pair() == pair;
   if (receives) inbox_.mark_home();
-  messages_.begin_turn(state_.lanes[pair].user.out.count, receives);
+  messages_.parking().begin_turn(state_.lanes[pair].user.out.count, receives);
   if (view.held_first) retry(pair);
   const std::size_t taken = take_new_entries(pair);
   if (receives) inbox_.count_home(taken);
   // The number of parked messages to everyone decides whether the handle may submit more of them.
   detail::lane& lane = state_.lanes[pair];
   const detail::audience now =
-      messages_.refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
+      messages_.parking().refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
   if (lane.audience.advice() != now) {
     lane.audience.set(now);
     view.gave = true;

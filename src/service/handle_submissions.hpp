@@ -15,18 +15,13 @@
 #include "service/broker.hpp"
 #include "service/call_completion.hpp"
 #include "service/call_router.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/local_delivery.hpp"
-#include "service/pair_table.hpp"
 #include "service/publish_predictor.hpp"
 #include "service/receiver.hpp"
 #include "service/sender.hpp"
 #include "service/topic_handles.hpp"
-#include "service/topic_table.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {

@@ -12,40 +12,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
+#include "service/frame_handler.hpp"
 #include "service/index_ring.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/receiver.hpp"
 #include "service/sender.hpp"
 #include "service/service_limits.hpp"
-#include "service/transport.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
-
-// Carries out what is read. An interface, because that part calls everything else.
-class frame_handler {
- public:
-  virtual void handle(peer_index from, const wire::frame_step& step) noexcept = 0;
-  // A message that was parked.
-  virtual void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
-  // Whether there is something that can be stopped.
-  virtual bool stop_in_use() const noexcept = 0;
-  // Whether handle() would carry out a stop. Nothing is done.
-  virtual bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
-
- protected:
-  ~frame_handler() = default;
-};
 
 class ingress {
  public:

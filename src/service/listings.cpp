@@ -7,6 +7,8 @@
 
 #include "wire/own_names.hpp"
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 namespace {
 
@@ -20,9 +22,6 @@ constexpr std::array own_services{wire::stop_name,          wire::stop_reset_nam
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
                                   wire::service_type_name};
 static_assert(own_services.size() < service_directory::first_number);
-
-// In one message at most.
-constexpr std::size_t listed_max = 64;
 // What one takes of it, each character of its name and type escaped.
 constexpr std::size_t bytes_of(const listed& one) noexcept {
   return 128 + 6 * (one.name.size() + one.type.size());

@@ -15,10 +15,8 @@
 #include "service/advertisement_table.hpp"
 #include "service/core_state.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/service_directory.hpp"
 #include "service/stop_rules.hpp"
-#include "service/topic_table.hpp"
 #include "wire/codec.hpp"
 #include "wire/request.hpp"
 

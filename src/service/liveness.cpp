@@ -6,6 +6,7 @@
 #include "service/service_limits.hpp"
 
 namespace rowe::service {
+
 void liveness::check_later(peer_index peer) noexcept {
   const rt::duration when = state_.cycle.now.time_since_epoch() + liveness_period;
   state_.due.arm(peer, rt::time_point{when / liveness_step * liveness_step});

@@ -6,17 +6,11 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
-#include "service/ids.hpp"
 #include "service/ingress.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/sender.hpp"
-#include "service/timers.hpp"
 
 namespace rowe::service {
 

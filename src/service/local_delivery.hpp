@@ -10,12 +10,7 @@
 #include <rowe/detail/lane.hpp>
 #include <rowe/result.hpp>
 
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
-#include "service/pair_table.hpp"
-#include "service/submission_queue.hpp"
 #include "json/decoder.hpp"
 
 namespace rowe::service {

@@ -20,11 +20,8 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
 #include "service/index_list.hpp"
 #include "service/slot_pool.hpp"
-#include "service/timers.hpp"
 #include "wire/codec.hpp"
 #include "json/writer.hpp"
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <utility>
 
 #include <rowe/detail/mutation_points.hpp>
 
@@ -11,24 +10,16 @@
 
 namespace rowe::service {
 
-namespace {
-
-// Work, as the time to compose so many bytes: of one push to a queue, and of one eviction.
-constexpr std::size_t push_work = 128;
-constexpr std::size_t eviction_work = 1024;
-
-} // namespace
-
 std::size_t outbox::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return queue_entries::footprint_bytes(bounds) + arena::bytes_for<peer_queues>(bounds.connections_max) +
          arena::bytes_for<peer_index>(bounds.connections_max);
 }
 
-outbox::outbox(rt::arena& memory, const needs& parts) noexcept
-    : state_{parts.state},
-      store_{parts.store},
-      slots_{parts.store.slots()},
+outbox::outbox(rt::arena& memory, core_state& state, message_store& store) noexcept
+    : state_{state},
+      store_{store},
+      slots_{store.slots()},
       subscriptions_{state_.topics.subscriptions()},
       entries_{memory, state_.bounds()},
       queues_{memory.carve<peer_queues>(state_.bounds().connections_max)},
@@ -43,109 +34,6 @@ void outbox::open(peer_index peer) noexcept {
     direct.owner = queue_entries::owner_of(peer, queued_as::direct_message);
 }
 
-slot_id outbox::compose_latched(topic_id topic_index) noexcept {
-  topic& on = state_.topics.at(topic_index);
-  if (!on.last.empty() && on.last.expires < state_.cycle.now) state_.latches.clear(on.last);
-  if (on.last.empty()) return {};
-  return compose_message(topic_index, on.last.published, on.last.expires,
-                         [&](json::writer& into) { state_.latches.write(on.last, into); });
-}
-
-// ---- queueing
-
-void outbox::fan_out(topic_id topic_index, slot_id slot) noexcept {
-  const topic& on = state_.topics.at(topic_index);
-  for (subscription_id i = on.first_subscription; i; i = subscriptions_[i].next_on_topic) {
-    if (accepts(subscriptions_[i])) push(i, slot);
-  }
-}
-
-// A value within the throttle period after the last one is discarded, unless the peer asked for a queue.
-bool outbox::accepts(const subscription& s) noexcept {
-  if (!s.discards || state_.cycle.now >= s.next_due) return true;
-  add(counter::throttled);
-  return false;
-}
-
-inline void outbox::push(subscription_id index, slot_id slot) noexcept {
-  subscription& s = subscriptions_[index];
-  state_.cycle.work_bytes += push_work;
-  if (s.owes_last) place_latched(s);
-  drop_expired(s.waiting);
-  if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
-  if (!enqueue(s.waiting, slot)) return add(counter::outbox_full);
-  slots_.retain(slot);
-  make_ready(index);
-}
-
-// Drops the oldest messages of a subscription until it holds `most`.
-void outbox::trim(subscription& s, std::uint32_t most) noexcept {
-  for (drop_expired(s.waiting); s.waiting.count > most;
-       ROWE_MUTANT(depth) ? void() : drop_expired(s.waiting)) {
-    // The counter tells why: the peer wants only the newest, or fewer, or does not read fast enough.
-    const bool chosen = s.throttle > rt::duration{0} && !queues_[s.peer].backpressured();
-    add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
-    drop_front(s.waiting);
-  }
-}
-
-void outbox::merge_requests(subscription_id index) noexcept {
-  subscription& s = subscriptions_[index];
-  state_.topics.merge(s, state_.bounds().queue_depth_max);
-  if (!ROWE_MUTANT(depth)) trim(s, s.depth);
-  if (ROWE_MUTANT(throttle)) return;
-  s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
-  if (std::exchange(s.timed, false)) state_.due.disarm(index);
-  make_ready(index);
-}
-
-void outbox::owe_latched(subscription_id index) noexcept {
-  subscription& s = subscriptions_[index];
-  s.owes_last = true;
-  ++queues_[s.peer].owed;
-  make_ready(index);
-}
-
-void outbox::throttle_over(subscription_id index) noexcept {
-  subscriptions_[index].timed = false;
-  make_ready(index);
-}
-
-inline void outbox::put_on_ready_list(subscription_id index, subscription& s) noexcept {
-  if (state_.cycle.now < s.next_due) {
-    if (!std::exchange(s.timed, true)) state_.due.arm(index, s.next_due);
-    return;
-  }
-  if (std::exchange(s.timed, false)) state_.due.disarm(index);
-  s.ready_as = state_.topics.at(s.topic).priority;
-  s.ready = true;
-  const peer_index peer = s.peer;
-  queues_[peer].ready[static_cast<std::size_t>(s.ready_as)].push_back(subscriptions_, index);
-  schedule(peer);
-}
-
-// Queues the latched value for a late subscriber, but only when it can be written. So a peer that subscribes
-// to many topics at once does not take as many slots.
-void outbox::place_latched(subscription& s) noexcept {
-  s.owes_last = false;
-  --queues_[s.peer].owed;
-  const slot_id slot = compose_latched(s.topic);
-  if (!slot) return;
-  trim(s, s.depth - 1);
-  if (enqueue(s.waiting, slot)) return; // the queue has the reference now
-  add(counter::outbox_full);
-  store_.release(slot);
-}
-
-void outbox::place_owed(peer_index peer) noexcept {
-  const auto all = subscriptions_;
-  for (const ready_list& on : queues_[peer].ready) {
-    for (subscription_id i = on.head; i; i = all[i].next_ready) {
-      if (all[i].owes_last) return place_latched(all[i]);
-    }
-  }
-}
-
 bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   if (!enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
     add(counter::outbox_full);
@@ -154,40 +42,6 @@ bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   slots_.retain(slot);
   schedule(to);
   return true;
-}
-
-// ---- taking
-
-// The next message is due one period after this one was due; if that is long past, one period after now.
-void outbox::begin_throttle(subscription& s) noexcept {
-  const bool in_step = state_.cycle.now - s.next_due < s.throttle;
-  s.sent_at = in_step ? s.next_due : state_.cycle.now;
-  s.next_due = rt::deadline_after(s.sent_at, s.throttle);
-}
-
-void outbox::rotate_ready(peer_index peer) noexcept {
-  for (ready_list& on : queues_[peer].ready) {
-    if (on.empty()) continue;
-    ready_list before = std::exchange(on, {});
-    ready_list served;
-    while (!before.empty()) {
-      const subscription_id i = before.pop_front(subscriptions_);
-      subscription& s = subscriptions_[i];
-      drop_expired(s.waiting); // else it would stay ready with nothing to write, and schedule nobody
-      // A served subscription goes behind the others only if it has more to write.
-      if (s.served && !s.waiting.empty()) {
-        served.push_back(subscriptions_, i);
-      } else {
-        s.ready = s.served = false;
-        make_ready(i);
-      }
-    }
-    while (!served.empty()) {
-      const subscription_id i = served.pop_front(subscriptions_);
-      subscriptions_[i].ready = subscriptions_[i].served = false;
-      make_ready(i);
-    }
-  }
 }
 
 // ---- evicting and releasing
@@ -218,19 +72,6 @@ void outbox::drop_all(queue& from, counter as) noexcept {
   }
 }
 
-void outbox::drop(subscription_id index) noexcept {
-  subscription& s = subscriptions_[index];
-  peer_queues& its_peer = queues_[s.peer];
-  drop_all(s.waiting, counter::lost_with_peer);
-  if (std::exchange(s.owes_last, false)) --its_peer.owed;
-  if (std::exchange(s.timed, false)) state_.due.disarm(index);
-  if (std::exchange(s.ready, false)) {
-    [[maybe_unused]] const bool was =
-        its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(subscriptions_, {index});
-    assert(was);
-  }
-}
-
 void outbox::forget(peer_index peer) noexcept {
   drop_all(queues_[peer].replies, counter::lost_with_peer);
   for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
@@ -240,7 +81,6 @@ void outbox::forget(peer_index peer) noexcept {
 // loses nothing because slots ran out ("longest queue drop": Suter, Lakshman, Stiliadis and Choudhury, IEEE
 // INFOCOM 1998).
 bool outbox::evict_for(slot_class of) noexcept {
-  constexpr unsigned evictions_max = 64;
   for (unsigned left = evictions_max; left != 0; --left) {
     const peer_index most = holds_most(of);
     if (!most || (ROWE_MUTANT(hoarder) && !queues_[most].backpressured())) return false;
@@ -348,24 +188,10 @@ bool outbox::check() const noexcept {
       continue;
     }
     if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
-    std::uint32_t ready = 0;
-    std::uint32_t owed = 0;
     for (subscription_id s = state_.topics.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
-      const subscription& one = subscriptions_[s];
-      const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
-      if (!fits(one.waiting) || on_wheel != state_.due.armed(s)) return false;
-      ready += one.ready;
-      owed += one.owes_last;
+      if (!fits(subscriptions_[s].waiting)) return false;
     }
-    for (const ready_list& on : of.ready) {
-      for (subscription_id s = on.head; s && ready != UINT32_MAX; s = subscriptions_[s].next_ready) {
-        const subscription& one = subscriptions_[s];
-        if (one.peer != i || !one.ready || &of.ready[static_cast<std::size_t>(one.ready_as)] != &on)
-          return false;
-        --ready;
-      }
-    }
-    if (ready != 0 || owed != of.owed || !charged(i)) return false;
+    if (!charged(i)) return false;
   }
   std::uint64_t references = 0;
   std::uint64_t others = 0;

@@ -3,21 +3,17 @@
 // slot's number.
 //
 // Each peer has a queue of replies and three queues of direct messages, one for each priority. Each of its
-// subscriptions has a queue. A subscription that may be written now is on the ready list of its peer and
-// priority. A peer with something to write is scheduled. The sender takes from there.
+// subscriptions has a queue, too (subscription_queues.hpp). A peer with something to write is scheduled. The
+// sender takes from there.
 //
 // When no slot or no entry is free, the peer that holds most of them makes room.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
-#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
-#include <string_view>
-#include <utility>
 
 #include <rowe/limits.hpp>
 #include <rowe/options.hpp>
@@ -25,49 +21,19 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
-#include "service/index_list.hpp"
 #include "service/index_ring.hpp"
-#include "service/latch_store.hpp"
 #include "service/message_queue.hpp"
 #include "service/message_store.hpp"
-#include "service/peer_table.hpp"
+#include "service/peer_queues.hpp"
 #include "service/service_limits.hpp"
-#include "service/slot_pool.hpp"
-#include "service/timers.hpp"
-#include "service/topic_table.hpp"
 #include "json/writer.hpp"
 
 namespace rowe::service {
 
-// The subscriptions of one peer and priority that have something to write, served in turn.
-using ready_list = index_queue<subscription_id, subscription, &subscription::next_ready>;
-
-// What waits for one peer.
-struct peer_queues {
-  queue replies;               // answers to its own requests
-  std::array<queue, 3> direct; // messages to it, by priority
-  std::array<ready_list, 3> ready;
-  std::uint32_t owed = 0;      // how many subscriptions still wait for their latched value
-  bool scheduled = false;      // it has something to write, and is in the ring of such peers
-  bool blocked = false;        // the transport has no room; on_writable() comes
-  bool held = false;           // its credit is used up, but for urgent frames; a pong comes
-  bool told_full = false;      // senders are told `full`: its share is used up by what is parked
-  bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
-
-  // It reads more slowly than we could write, or it waits for peers that do.
-  bool backpressured() const noexcept { return blocked || held || waits_to_begin; }
-};
-
 class outbox {
  public:
-  struct needs {
-    core_state& state;
-    message_store& store;
-  };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
-  outbox(rt::arena& memory, const needs& parts) noexcept;
+  outbox(rt::arena& memory, core_state& state, message_store& store) noexcept;
 
   // ---- composing
 
@@ -82,8 +48,6 @@ class outbox {
   template <class WriteBody>
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
-  // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
-  slot_id compose_latched(topic_id topic) noexcept;
   // To one peer, an answer: never thinned out, and dropped as late only where it has a time of its own.
   // Returns its slot; none when it is lost, counted.
   template <class WriteText>
@@ -106,14 +70,6 @@ class outbox {
 
   // ---- queueing
 
-  // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
-  void fan_out(topic_id topic, slot_id slot) noexcept;
-  // What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
-  void merge_requests(subscription_id subscription) noexcept;
-  // The topic of a new subscription has a latched value: the subscription is to be given it.
-  void owe_latched(subscription_id subscription) noexcept;
-  // The throttle of a subscription allows its next message.
-  void throttle_over(subscription_id subscription) noexcept;
   // Whether a peer's queue of direct messages takes one more.
   bool has_room(peer_index to, priority at) noexcept {
     queue& direct = queues_[to].direct[static_cast<std::size_t>(at)];
@@ -129,8 +85,6 @@ class outbox {
   // Frees a slot of this class if it can: a peer that has more than an equal share of them queued loses its
   // oldest. False: there is nothing to evict, or a bounded number of evictions freed none.
   bool evict_for(slot_class of) noexcept;
-  // Drops all that a subscription has queued; it is not ready any more.
-  void drop(subscription_id subscription) noexcept;
   // Drops all that is queued for a peer, except in its subscriptions.
   void forget(peer_index peer) noexcept;
 
@@ -152,30 +106,29 @@ class outbox {
     queues_[next].scheduled = false;
     return next;
   }
-  // Queues the latched value of one ready subscription that waits for it.
-  void place_owed(peer_index peer) noexcept;
   // The message in `slot` was gathered from this queue and goes to a socket. Its reference goes with it.
-  // `of`: the subscription; none: a queue of the peer itself.
-  void take_front(queue& from, slot_id slot, subscription_id of) noexcept {
+  void take_front(queue& from, slot_id slot) noexcept {
     // Entries in front of it have expired, and gathering skipped them.
     if (const slot_ref front = entries_.front(from); front.index != slot || !slots_.alive(front)) [[unlikely]]
       drop_expired(from);
     assert(entries_.front(from).index == slot);
     (void)entries_.pop(from); // its reference goes to the socket
-    if (!of) return;
-    subscription& s = subscriptions_[of];
-    s.served = true;
-    if (s.throttle != rt::duration{0}) [[unlikely]]
-      begin_throttle(s);
   }
-  // Takes subscriptions that have nothing to write off the ready lists. Those that were served go behind
-  // those that were not, so that they take turns.
-  void rotate_ready(peer_index peer) noexcept;
 
+  // Gives a reference of the caller's to the queue. False: direct messages hold all entries, and those are
+  // not evicted.
+  bool enqueue(queue& to, slot_id slot) noexcept {
+    if (entries_.full()) evict_entry();
+    return entries_.push(to, slots_.ref(slot));
+  }
   // Takes expired messages off the front of the queue.
   void drop_expired(queue& from) noexcept {
     while (!from.empty() && !store_.is_due(entries_.front(from)) && drop_expired_front(from)) continue;
   }
+  // Takes the message at the front off.
+  void drop_front(queue& from) noexcept { store_.release(entries_.pop(from).index); }
+  // Drops all that is queued, and counts it.
+  void drop_all(queue& from, counter as) noexcept;
   // How often a place in a queue or a slot became free.
   std::uint64_t room_changes() const noexcept { return entries_.popped() + slots_.freed(); }
   const queue_entries& entries() const noexcept { return entries_; }
@@ -186,32 +139,12 @@ class outbox {
   bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }
 
   // The queues have the lengths that they count, and peers are charged for what theirs hold. A slot has one
-  // reference for each live entry and partial frame, and one if it is kept. A subscription is marked ready if
-  // it is on a list, and timed if it is armed.
+  // reference for each live entry and partial frame, and one if it is kept.
   bool check() const noexcept;
 
  private:
   void add(counter which, std::uint64_t by = 1) noexcept { state_.counts.add(which, by); }
-  bool accepts(const subscription& s) noexcept;
-  void push(subscription_id subscription, slot_id slot) noexcept;
-  // Gives a reference of the caller's to the queue. False: direct messages hold all entries, and those are
-  // not evicted.
-  bool enqueue(queue& to, slot_id slot) noexcept {
-    if (entries_.full()) evict_entry();
-    return entries_.push(to, slots_.ref(slot));
-  }
-  void trim(subscription& s, std::uint32_t most) noexcept;
-  void place_latched(subscription& s) noexcept;
-  // Makes it ready if it has something to write, and is not ready yet.
-  void make_ready(subscription_id index) noexcept {
-    subscription& s = subscriptions_[index];
-    if (!s.ready && (!s.waiting.empty() || s.owes_last)) put_on_ready_list(index, s);
-  }
-  void put_on_ready_list(subscription_id index, subscription& s) noexcept;
-  void begin_throttle(subscription& s) noexcept;
   bool drop_expired_front(queue& from) noexcept;
-  void drop_front(queue& from) noexcept { store_.release(entries_.pop(from).index); }
-  void drop_all(queue& from, counter as) noexcept;
   peer_index holds_most(std::optional<slot_class> of) noexcept;
   void evict_entry() noexcept;
   void evict(peer_index from, std::optional<slot_class> of) noexcept;

@@ -4,14 +4,9 @@
 #include <utility>
 
 #include "service/check_sum.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
-namespace {
-
-// The time that a frame has for its bytes: the rate is that of a poor radio link.
-constexpr std::int64_t bytes_per_second = 64 * 1024;
-
-} // namespace
 
 partial_frames::partial_frames(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
@@ -58,7 +53,7 @@ bool partial_frames::is_worth_handing_over(peer_index peer) const noexcept {
 
 rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
   const auto bytes = static_cast<std::int64_t>(slots_.text(frame.slot).size());
-  return frame.since + time_min + rt::duration{std::chrono::seconds{bytes}} / bytes_per_second;
+  return frame.since + time_min + rt::duration{std::chrono::seconds{bytes}} / partial_bytes_per_second;
 }
 
 // From one peer on: who was in the way comes last.

@@ -13,12 +13,8 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
 #include "service/message_store.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
-#include "service/timers.hpp"
 #include "wire/codec.hpp"
 #include "wire/websocket.hpp"
 

@@ -6,21 +6,16 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
-namespace {
-
-// After this time without a take, a receiver is absent: messages that find no room are dropped.
-constexpr rt::duration absent_after = std::chrono::seconds{8};
-constexpr std::uint32_t one_in = 4; // kept for claims
-
-} // namespace
 
 receiver::receiver(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       out_{parts.out},
       delivery_{parts.delivery},
       held_{memory.carve<held>(state_.bounds().connections_max)},
-      claims_{state_.threads_inbox.slots(), state_.claimants(), one_in} {}
+      claims_{state_.threads_inbox.slots(), state_.claimants(), receiver_claims_one_in} {}
 
 // ---- who it is
 
@@ -50,7 +45,7 @@ void receiver::begin() noexcept {
   counted_ = pair_;
   for (held& one : held_) one = {};
   untaken_ = answers_ = 0;
-  claims_ = claims{slots(), state_.claimants(), one_in};
+  claims_ = claims{slots(), state_.claimants(), receiver_claims_one_in};
   marked_ = false;
   state_.threads_inbox.forget_senders();
   taken_at_ = state_.cycle.now;
@@ -136,7 +131,7 @@ inline bool receiver::has_share(peer_index peer) const noexcept {
 }
 
 bool receiver::is_absent() const noexcept {
-  return !is_there() || (untaken_ != 0 && state_.cycle.now - taken_at_ > absent_after);
+  return !is_there() || (untaken_ != 0 && state_.cycle.now - taken_at_ > receiver_absent_after);
 }
 
 admission receiver::admit(peer_index peer) noexcept {

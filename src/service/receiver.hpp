@@ -20,17 +20,10 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
 #include "service/local_delivery.hpp"
 #include "service/outbox.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
-#include "service/shared_inbox.hpp"
 #include "service/shares.hpp"
-#include "service/submission_queue.hpp"
 
 namespace rowe::service {
 

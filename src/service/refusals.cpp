@@ -8,10 +8,10 @@
 
 #include "json/writer.hpp"
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 namespace {
-
-constexpr std::uint32_t reports_burst = 8; // events about refusals to one peer; then one a second
 
 // Why a peer is closed that says too much.
 close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
@@ -38,7 +38,7 @@ refusals::refusals(rt::arena& memory, const needs& parts) noexcept
 
 void refusals::open(peer_index peer) noexcept {
   rows_[peer] = {.refused = rate_limit{state_.bounds().refusals_per_second_max},
-                 .reports = rate_limit{std::chrono::seconds{1}, reports_burst}};
+                 .reports = rate_limit{std::chrono::seconds{1}, refusal_events_burst}};
 }
 
 void refusals::refuse(connection& c, wire::codec_id in, std::string_view id_raw,

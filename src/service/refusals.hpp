@@ -13,12 +13,7 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
-#include "service/event_log.hpp"
-#include "service/ids.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/rate_limit.hpp"
 #include "wire/codec.hpp"
 #include "wire/protocols.hpp"

@@ -2,15 +2,10 @@
 #include "service/sender.hpp"
 
 #include <algorithm>
-#include <cassert>
-#include <cstring>
-#include <optional>
 #include <utility>
 
 namespace rowe::service {
 namespace {
-
-constexpr std::size_t work_of(std::size_t bytes) noexcept { return 1 + bytes / write_work_bytes; }
 
 // A batch has capacity for the largest message, with all headers that may precede it.
 std::size_t buffer_bytes(const limits& bounds) noexcept {
@@ -32,7 +27,8 @@ sender::sender(rt::arena& memory, const needs& parts) noexcept
       subscriptions_{state_.topics.subscriptions()},
       store_{parts.store},
       out_{parts.out},
-      slots_{parts.store.slots()},
+      queues_{parts.queues},
+      frames_{parts.state, parts.store.slots()},
       keys_{memory, state_.seams.random},
       urgent_{memory, {.state = state_, .out = out_, .keys = keys_}},
       partial_{memory, {.state = state_, .store = store_, .out = out_}},
@@ -77,7 +73,7 @@ void sender::flush(peer_index peer) noexcept {
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
   for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
-    if (queues.owed != 0) out_.place_owed(peer); // before gathering, since it may evict
+    if (queues.owed != 0) queues_.place_owed(peer); // before gathering, since it may evict
     batch next{buffer_, pieces_};
     if (gather_urgent(to, next)) gather_messages(to, next);
     queues.held = next.held;
@@ -105,7 +101,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
 inline void sender::write(const recipient& to, batch& what) noexcept {
   const std::span<const std::byte> whole = what.whole();
   const std::size_t taken = what.count != 0 ? state_.seams.to_peers.write(to.peer.id, {&whole, 1}) : 0;
-  if (what.count != 0) work_ += work_of(taken);
+  if (what.count != 0) work_ += 1 + taken / write_work_bytes;
   state_.counts.add(counter::bytes_out, taken);
   urgent_.wrote(to.index, taken);
   to.queues.blocked = taken < what.bytes;
@@ -143,8 +139,8 @@ inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
   if (!frame) return true;
   const batch_piece piece{
       .slot = frame.slot, .key = frame.key, .is = batch_piece::origin::partial, .own_head = frame.own_head};
-  if (frame.own_head) return gather_headed(to.masked, frame.written, into, piece, frame.head);
-  return gather_frame(to.masked, frame.written, into, piece);
+  if (frame.own_head) return frames_.add_headed(to.masked, frame.written, into, piece, frame.head);
+  return frames_.add_shared(to.masked, frame.written, into, piece);
 }
 
 // Gathers as much of a queue as the batch takes; of a throttled subscription, one message. False: the batch
@@ -165,82 +161,14 @@ inline bool sender::gather_queue(const recipient& to, queue& from, subscription_
                       .is = batch_piece::origin::message,
                       .own_head = own_head};
     if (to.masked) piece.key = keys_.next();
-    const bool fits = own_head ? gather_headed(to.masked, 0, into, piece, head_of(piece))
-                               : gather_frame(to.masked, 0, into, piece);
+    const bool fits = own_head ? frames_.add_headed(to.masked, 0, into, piece, frames_.head_of(piece))
+                               : frames_.add_shared(to.masked, 0, into, piece);
     if (!fits) {
       into.more = true;
       return false;
     }
     if (one) break;
   }
-  return true;
-}
-
-// Gathers the frame of a slot, without its first `skip` bytes. As a server: the slot has the header before
-// the text already, the same for all peers. As a client: the frame is masked as it is copied into the batch.
-// False: the batch has no room for it.
-bool sender::gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept {
-  const auto payload = std::as_bytes(slots_.text(of.slot));
-  const wire::role ours = masked ? wire::role::client : wire::role::server;
-  const std::size_t header = wire::frame_header_bytes(payload.size(), ours);
-  const std::size_t bytes = header + payload.size() - skip;
-  if (!into.fits(bytes)) return false;
-  if (!masked) {
-    into.add({payload.data() - header + skip, bytes}, of);
-    return true;
-  }
-  std::byte* at = into.place(bytes, of);
-  if (skip < header) {
-    std::array<std::byte, wire::frame_header_bytes_max> whole;
-    const auto what = slots_.binary(of.slot) ? wire::opcode::binary : wire::opcode::text;
-    (void)wire::write_frame_header(whole.data(), what, payload.size(), of.key); // its size is `header`
-    std::memcpy(at, whole.data() + skip, header - skip);
-    at += header - skip;
-    skip = header;
-  }
-  const auto rest = payload.subspan(skip - header);
-  (void)wire::mask_copy({at, rest.size()}, rest, of.key, skip - header);
-  return true;
-}
-
-wire::message_head sender::head_of(const batch_piece& of) const noexcept {
-  const subscription& to = subscriptions_[of.subscription];
-  return state_.seams.protocols.of(to.codec).head_of(
-      {.tag = to.tag,
-       .published_ns = rt::nanoseconds_of(slots_.published(of.slot)),
-       .unslashed = to.unslashed});
-}
-
-// As gather_frame(), for a peer that is not sent the shared text of the slot: the head of its own is written
-// as the message is copied into the batch.
-bool sender::gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of,
-                           const wire::message_head& head) noexcept {
-  const auto rest_of_it = head.from == 0 ? std::as_bytes(slots_.body(of.slot))
-                                         : std::as_bytes(slots_.text(of.slot)).subspan(head.from);
-  const std::size_t payload_bytes = head.size + rest_of_it.size();
-  std::array<std::byte, wire::frame_header_bytes_max> header;
-  const auto key = masked ? std::optional{of.key} : std::nullopt;
-  const std::size_t header_bytes =
-      wire::write_frame_header(header.data(), opcode_of(head.as), payload_bytes, key);
-  const std::size_t bytes = header_bytes + payload_bytes - skip;
-  if (!into.fits(bytes)) return false;
-  std::byte* at = into.place(bytes, of);
-  std::size_t masked_so_far = 0;
-  const auto add_part = [&](std::span<const std::byte> part, bool is_payload) {
-    const std::size_t passed = std::min(skip, part.size());
-    skip -= passed;
-    const auto rest = part.subspan(passed);
-    if (is_payload && masked) {
-      (void)wire::mask_copy({at, rest.size()}, rest, of.key, masked_so_far + passed);
-    } else if (!rest.empty()) {
-      std::memcpy(at, rest.data(), rest.size());
-    }
-    if (is_payload) masked_so_far += part.size();
-    at += rest.size();
-  };
-  add_part(std::span{header}.first(header_bytes), false);
-  add_part(std::span{head.bytes}.first(head.size), true);
-  add_part(rest_of_it, true);
   return true;
 }
 
@@ -268,18 +196,19 @@ inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) 
     }
     if (!whole) break;
   }
-  out_.rotate_ready(to.index);
+  queues_.rotate_ready(to.index);
 }
 
 // The socket has taken the first `part` bytes of a message, or all of it.
 inline void sender::commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
-  out_.take_front(*piece.from, piece.slot, piece.subscription);
+  out_.take_front(*piece.from, piece.slot);
+  if (piece.subscription) queues_.mark_served(piece.subscription);
   if (part == piece.bytes) {
     count_message_out(to.peer);
     return store_.delivered(piece.slot);
   }
   partial_frame begun{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
-  if (piece.own_head) begun.head = head_of(piece);
+  if (piece.own_head) begun.head = frames_.head_of(piece);
   partial_.begin(to.index, begun);
 }
 
@@ -329,26 +258,13 @@ void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::m
 // Whoever has something to write is scheduled, or waits for something that will schedule it: room in the
 // transport, a pong, or the end of a partial frame.
 bool sender::check() const noexcept {
-  const auto any_due = [this](const queue& in) {
-    for (entry_id at = in.entries.head; at; at = out_.entries().after(at)) {
-      if (store_.is_due(out_.entries().at(at))) return true;
-    }
-    return false;
-  };
   for (const peer_index i : state_.peers.ids()) {
     const peer_queues& queues = out_.of(i);
     if (!state_.peers[i].open() || queues.scheduled || queues.blocked) continue;
     if (partial_.of(i) || urgent_.any(i)) return false;
     const bool others_end = queues.waits_to_begin && partial_.wakes_who_waits();
     if ((queues.held && urgent_.waits_for_pong(i)) || others_end) continue;
-    if (any_due(queues.replies) || std::any_of(queues.direct.begin(), queues.direct.end(), any_due))
-      return false;
-    for (const ready_list& on : queues.ready) {
-      for (subscription_id s = on.head; s; s = subscriptions_[s].next_ready) {
-        const subscription& one = subscriptions_[s];
-        if (one.owes_last || any_due(one.waiting)) return false;
-      }
-    }
+    if (queues_.any_due(i)) return false;
   }
   return partial_.check() && turn_left_ <= out_.scheduled();
 }

@@ -9,7 +9,6 @@
 //
 // Service thread only; nothing waits or allocates.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -20,18 +19,14 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/batch.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
 #include "service/mask_keys.hpp"
+#include "service/message_frames.hpp"
 #include "service/message_store.hpp"
 #include "service/outbox.hpp"
 #include "service/partial_frames.hpp"
-#include "service/peer_table.hpp"
 #include "service/service_limits.hpp"
-#include "service/timers.hpp"
-#include "service/transport.hpp"
+#include "service/subscription_queues.hpp"
 #include "service/urgent_frames.hpp"
 #include "wire/websocket.hpp"
 
@@ -43,6 +38,7 @@ class sender {
     core_state& state;
     message_store& store;
     outbox& out;
+    subscription_queues& queues;
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   sender(rt::arena& memory, const needs& parts) noexcept;
@@ -106,10 +102,6 @@ class sender {
   void gather_messages(const recipient& to, batch& into) noexcept;
   bool gather_partial(const recipient& to, batch& into) noexcept;
   bool gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
-  bool gather_frame(bool masked, std::size_t skip, batch& into, const batch_piece& of) noexcept;
-  wire::message_head head_of(const batch_piece& of) const noexcept;
-  bool gather_headed(bool masked, std::size_t skip, batch& into, const batch_piece& of,
-                     const wire::message_head& head) noexcept;
   void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
 
@@ -119,7 +111,8 @@ class sender {
   const rows<subscription_id, subscription> subscriptions_;
   message_store& store_;
   outbox& out_;
-  slot_pool& slots_;
+  subscription_queues& queues_;
+  const message_frames frames_;
   mask_keys keys_;
   urgent_frames urgent_;
   partial_frames partial_;

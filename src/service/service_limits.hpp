@@ -43,6 +43,17 @@ inline constexpr unsigned batches_per_cycle = 8; // to one peer
 // One peer leaves most of a cycle's writing to others.
 static_assert(batches_per_cycle * 2 < write_work_per_cycle);
 
+// Work that is no message, as the time to compose so many bytes: one push to a queue, one eviction, and one
+// answer of the endpoint itself, which walks all topics, services or counters.
+inline constexpr std::size_t push_work = 128;
+inline constexpr std::size_t eviction_work = 1024;
+inline constexpr std::size_t answer_work = 10 * 1024;
+static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
+// Messages that are dropped until one slot is free.
+inline constexpr unsigned evictions_max = 64;
+// Topics or services that one message lists.
+inline constexpr std::size_t listed_max = 64;
+
 // ---- what is read
 
 // What one read of a peer takes, when others want to be read too.
@@ -81,6 +92,13 @@ inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
 
+// Bytes of a name that the sentence of a refusal repeats.
+inline constexpr std::size_t name_bytes_shown = 128;
+static_assert(name_bytes_shown + 64 <= wire::refusal::text_bytes_max);
+// Events about refusals to one peer at once; then one a second.
+inline constexpr std::uint32_t refusal_events_burst = 8;
+// The rate at which a partial frame is to go on: that of a poor radio link.
+inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
 // The sentence of a failed call, as handles keep it, is no longer than what a peer is told.
 static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
 
@@ -99,6 +117,15 @@ inline constexpr std::size_t stops_awaited_of_process = 8;
 inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
 // How often the state is shown to whoever is no guard, in ticks.
 inline constexpr int stop_ticks_for_others = 10;
+
+// ---- who receives
+
+// After this time without a take, a receiver is absent: messages that find no room are dropped.
+inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};
+// One in so many of its slots is kept for claims.
+inline constexpr std::uint32_t receiver_claims_one_in = 4;
+// How often an event reports messages of a topic that do not fit its handles.
+inline constexpr rt::duration misfit_period = std::chrono::seconds{1};
 
 // ---- time
 

@@ -8,12 +8,9 @@
 #include "service/names.hpp"
 #include "wire/text_out.hpp"
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
-namespace {
-
-constexpr std::size_t name_bytes_shown = 128;
-
-} // namespace
 
 service_providers::service_providers(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},

@@ -10,7 +10,6 @@
 #include <rowe/rt/arena.hpp>
 
 #include "service/core_state.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/service_directory.hpp"
 #include "service/shares.hpp"

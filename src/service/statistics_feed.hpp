@@ -4,11 +4,8 @@
 #pragma once
 #include "service/broker.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/statistics_report.hpp"
-#include "service/timers.hpp"
 #include "service/topic_rates.hpp"
-#include "service/topic_table.hpp"
 
 namespace rowe::service {
 

@@ -13,15 +13,10 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "service/call_table.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/outbox.hpp"
-#include "service/peer_table.hpp"
-#include "service/shared_state.hpp"
 #include "service/stop_rules.hpp"
 #include "service/topic_rates.hpp"
-#include "service/topic_table.hpp"
 #include "wire/protocols.hpp"
 #include "json/writer.hpp"
 

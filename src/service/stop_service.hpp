@@ -15,15 +15,9 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/call_completion.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
-#include "service/ids.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
 #include "service/sender.hpp"
 #include "service/service_limits.hpp"
-#include "service/shared_state.hpp"
 #include "service/stop_gate.hpp"
 #include "service/stop_switch.hpp"
 #include "service/thread_stops.hpp"

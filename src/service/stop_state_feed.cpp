@@ -10,6 +10,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::service {
+
 stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       sender_{parts.writer},

@@ -13,15 +13,10 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/broker.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
-#include "service/ids.hpp"
-#include "service/peer_table.hpp"
 #include "service/sender.hpp"
 #include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
-#include "service/topic_table.hpp"
 #include "wire/codec.hpp"
 #include "wire/protocols.hpp"
 

@@ -29,7 +29,7 @@ std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
 
 subscriptions::subscriptions(const needs& parts) noexcept
     : state_{parts.state},
-      out_{parts.out},
+      queues_{parts.queues},
       refusals_{parts.refused},
       audience_{parts.audience},
       rates_{parts.rates},
@@ -59,11 +59,11 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   }
   if (place == s.request_count) ++s.request_count;
   s.requests[place] = request_of(asked, id);
-  out_.merge_requests(index);
+  queues_.merge_requests(index);
   audience_.update(topic);
   rates_.begin_for(topic);
   s.type_hash = hash_of_type(asked.type);
-  if (fresh && !state_.topics.at(topic).last.empty()) out_.owe_latched(index);
+  if (fresh && !state_.topics.at(topic).last.empty()) queues_.owe_latched(index);
   const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
@@ -115,19 +115,25 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
     if (place == s.request_count)
       return refusals_.refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
     s.requests[place] = s.requests[--s.request_count];
-    if (s.request_count > 0) return out_.merge_requests(index);
+    if (s.request_count > 0) return queues_.merge_requests(index);
   }
   remove(peer, index);
 }
 
 void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
   const topic_id topic = state_.topics.subscription_at(index).topic;
-  out_.drop(index);
+  queues_.drop(index);
   std::uint32_t held = state_.topics.subscriptions_of(peer);
   state_.topics.remove_subscription(index);
   claims_.give_back(held);
   audience_.update(topic);
   places_.let_go(topic);
+}
+
+void subscriptions::merge_requests(topic_id topic) noexcept {
+  for (subscription_id i = state_.topics.at(topic).first_subscription; i;
+       i = state_.topics.subscription_at(i).next_on_topic)
+    queues_.merge_requests(i);
 }
 
 void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept {
@@ -140,7 +146,7 @@ void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslash
     state_.topics.address(state_.topics.subscription_at(index), c.protocol->topics.id(), wire::no_number,
                           unslashed);
   }
-  out_.merge_requests(index);
+  queues_.merge_requests(index);
   audience_.update(topic);
 }
 

@@ -9,15 +9,11 @@
 
 #include "service/audiences.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/ids.hpp"
-#include "service/outbox.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/shares.hpp"
+#include "service/subscription_queues.hpp"
 #include "service/topic_places.hpp"
 #include "service/topic_rates.hpp"
-#include "service/topic_table.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {
@@ -26,7 +22,7 @@ class subscriptions {
  public:
   struct needs {
     core_state& state;
-    outbox& out;
+    subscription_queues& queues;
     refusals& refused;
     audiences& audience;
     topic_rates& rates;
@@ -44,6 +40,8 @@ class subscriptions {
   // In a client: a handle publishes, or does so no more.
   void subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept;
   void unsubscribe_server(connection& c, topic_id topic) noexcept;
+  // A handle of this process has said how often the topic is kept.
+  void merge_requests(topic_id topic) noexcept;
   // Ends all subscriptions of the peer to the topic. Returns whether there was one.
   bool end(peer_index peer, topic_id topic) noexcept;
   // The topic now has a type: subscribers that expect another one are told.
@@ -59,7 +57,7 @@ class subscriptions {
                        std::string_view asked) noexcept;
 
   core_state& state_;
-  outbox& out_;
+  subscription_queues& queues_;
   refusals& refusals_;
   audiences& audience_;
   topic_rates& rates_;

@@ -8,10 +8,8 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
 #include "service/local_stop.hpp"
 #include "service/stop_switch.hpp"
-#include "service/submission_queue.hpp"
 
 namespace rowe::service {
 

@@ -14,7 +14,7 @@ void thread_submissions::take() noexcept {
   state_.counts.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
   const bool receives = !inbox_.pair();
   if (receives) inbox_.mark_home();
-  messages_.begin_turn(state_.submissions.slots(), receives);
+  messages_.parking().begin_turn(state_.submissions.slots(), receives);
   if (parked_count_ != 0) retry();
   const std::size_t taken = state_.submissions.take(
       [&](std::uint32_t slot) {
@@ -23,7 +23,7 @@ void thread_submissions::take() noexcept {
       entries_per_cycle);
   more_left_ = taken == entries_per_cycle;
   if (receives) inbox_.count_home(taken);
-  if (state_.submissions.refuse_to_everyone(messages_.refuses_to_everyone())) room_came_ = true;
+  if (state_.submissions.refuse_to_everyone(messages_.parking().refuses_to_everyone())) room_came_ = true;
 }
 
 void thread_submissions::retry() noexcept {

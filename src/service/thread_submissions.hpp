@@ -13,12 +13,8 @@
 #include "service/call_completion.hpp"
 #include "service/call_router.hpp"
 #include "service/core_state.hpp"
-#include "service/counters.hpp"
-#include "service/cycle_state.hpp"
 #include "service/direct_messages.hpp"
 #include "service/receiver.hpp"
-#include "service/shared_inbox.hpp"
-#include "service/submission_queue.hpp"
 
 namespace rowe::service {
 

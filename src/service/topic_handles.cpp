@@ -13,6 +13,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::service {
+
 // The topic's place may be gone to a peer since set-up looked, so the answer is given here, where topics are.
 status topic_handles::attach(pair_index pair) noexcept {
   const detail::lane& lane = state_.lanes[pair];
@@ -68,8 +69,7 @@ void topic_handles::begin_publishing(pair_index pair) noexcept {
       lane.ttl >= std::min(lane.period, publish_predictor::rest_max) || lane.ttl == rt::duration{0};
   if (state_.options.phases && lane.period > rt::duration{0} && outlives_rest)
     phases_.begin(pair, lane.period, lane.priority);
-  for (subscription_id i = on.first_subscription; i; i = state_.topics.subscription_at(i).next_on_topic)
-    out_.merge_requests(i);
+  readers_.merge_requests(state_.views[pair].topic);
 }
 
 void topic_handles::detach(pair_index pair) noexcept {

@@ -15,17 +15,12 @@
 #include "service/advertisements.hpp"
 #include "service/audiences.hpp"
 #include "service/broker.hpp"
-#include "service/core_options.hpp"
 #include "service/core_state.hpp"
-#include "service/event_log.hpp"
 #include "service/outbox.hpp"
-#include "service/pair_table.hpp"
-#include "service/peer_table.hpp"
 #include "service/publish_predictor.hpp"
 #include "service/subscriptions.hpp"
 #include "service/topic_places.hpp"
 #include "service/topic_rates.hpp"
-#include "service/topic_table.hpp"
 
 namespace rowe::service {
 

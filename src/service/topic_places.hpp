@@ -10,12 +10,8 @@
 
 #include "service/advertisement_table.hpp"
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
-#include "service/latch_store.hpp"
-#include "service/peer_table.hpp"
 #include "service/refusals.hpp"
 #include "service/shares.hpp"
-#include "service/topic_table.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {

@@ -8,9 +8,6 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
-#include "service/cycle_state.hpp"
-#include "service/timers.hpp"
-#include "service/topic_table.hpp"
 
 namespace rowe::service {
 

@@ -40,7 +40,7 @@ struct call_parts : state_fixture::state_fixture {
       : state_fixture{chosen} {}
 
   rowe::service::message_store store{memory, state};
-  rowe::service::outbox out{memory, {.state = state, .store = store}};
+  rowe::service::outbox out{memory, state, store};
   rowe::service::refusals refused{memory, {.state = state, .out = out}};
   rowe::service::local_delivery delivery{state};
   rowe::service::receiver inbox{memory, {.state = state, .out = out, .delivery = delivery}};

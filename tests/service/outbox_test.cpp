@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "service/state_fixture.hpp"
+#include "service/subscription_queues.hpp"
 
 namespace outbox_test {
 namespace {
@@ -44,7 +45,8 @@ struct outbox_test : state_fixture::state_fixture {
 
   const std::size_t used_before = memory.bytes_used();
   rowe::service::message_store store{memory, state};
-  rowe::service::outbox out{memory, {.state = state, .store = store}};
+  rowe::service::outbox out{memory, state, store};
+  rowe::service::subscription_queues queues{{.state = state, .store = store, .out = out}};
 
   peer_index join(std::uint32_t index) {
     connection& c = peers[{index}];
@@ -65,14 +67,14 @@ struct outbox_test : state_fixture::state_fixture {
     auto& s = topics.subscription_at(index);
     s.request_count = 1;
     s.requests[0] = {.throttle = std::chrono::milliseconds{throttle_ms}, .queue_length = queue_length};
-    out.merge_requests(index);
+    queues.merge_requests(index);
     return index;
   }
   void publish(topic_id topic, std::string_view body, rowe::rt::time_point expires = rowe::rt::never) {
     const auto slot =
         out.compose_message(topic, cycle.now, expires, [&](rowe::json::writer& into) { into.append(body); });
     ASSERT_TRUE(slot);
-    out.fan_out(topic, slot);
+    queues.fan_out(topic, slot);
     store.release(slot);
   }
   bool reply(peer_index to, std::string_view text) {
@@ -97,14 +99,15 @@ struct outbox_test : state_fixture::state_fixture {
     queue& from = topics.subscription_at(subscription).waiting;
     while (!from.empty()) {
       const auto slot = out.entries().front(from).index;
-      out.take_front(from, slot, subscription);
+      out.take_front(from, slot);
+      queues.mark_served(subscription);
       store.delivered(slot);
     }
   }
   void write_replies(peer_index peer, int count) {
     for (queue& from = out.of(peer).replies; count != 0 && !from.empty(); --count) {
       const auto slot = out.entries().front(from).index;
-      out.take_front(from, slot, {});
+      out.take_front(from, slot);
       store.delivered(slot);
     }
   }
@@ -117,6 +120,7 @@ struct outbox_test : state_fixture::state_fixture {
   void TearDown() override {
     EXPECT_TRUE(store.check());
     EXPECT_TRUE(out.check());
+    EXPECT_TRUE(queues.check());
   }
 };
 
@@ -183,13 +187,13 @@ TEST_F(outbox_test, makes_a_throttled_queue_ready_when_its_time_has_come) {
   const auto of = subscribe(peer, odom, 100, 4);
   publish(odom, "1");
   write(of);
-  out.rotate_ready(peer);
+  queues.rotate_ready(peer);
   publish(odom, "2");
   EXPECT_TRUE(ready(peer).empty());
   cycle.now += 101ms;
   const auto one = due.take_due(cycle.now);
   ASSERT_TRUE(one && one->what == rowe::service::timer::subscription);
-  out.throttle_over({one->index});
+  queues.throttle_over({one->index});
   EXPECT_EQ(ready(peer), std::vector{of});
 }
 
@@ -203,9 +207,10 @@ TEST_F(outbox_test, lets_ready_subscriptions_take_turns) {
   EXPECT_EQ(ready(peer), (std::vector{a, b}));
   auto& from = topics.subscription_at(a).waiting;
   const auto slot = out.entries().front(from).index;
-  out.take_front(from, slot, a); // one message of a is written
+  out.take_front(from, slot);
+  queues.mark_served(a); // one message of a is written
   store.delivered(slot);
-  out.rotate_ready(peer);
+  queues.rotate_ready(peer);
   EXPECT_EQ(ready(peer), (std::vector{b, a}));
 }
 
@@ -214,7 +219,7 @@ TEST_F(outbox_test, takes_who_has_nothing_left_off_the_ready_list) {
   const auto a = subscribe(peer, topic("/a"));
   publish(topics.find("/a"), "a");
   write(a);
-  out.rotate_ready(peer);
+  queues.rotate_ready(peer);
   EXPECT_TRUE(ready(peer).empty());
 }
 
@@ -267,10 +272,10 @@ TEST_F(outbox_test, owes_a_latched_value_until_it_can_be_written) {
                                   {rowe::service::latch_owner::kind::handle, 0}, rowe::rt::never));
   const auto peer = join(0);
   const auto of = subscribe(peer, map);
-  out.owe_latched(of);
+  queues.owe_latched(of);
   EXPECT_EQ(out.of(peer).owed, 1U);
   EXPECT_EQ(store.slots().in_use(), 0U); // no slot yet
-  out.place_owed(peer);
+  queues.place_owed(peer);
   EXPECT_EQ(waiting(of), std::vector<std::string>{"{\"map\":1}"});
   EXPECT_EQ(out.of(peer).owed, 0U);
 }
@@ -279,7 +284,7 @@ TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
   const auto peer = join(0);
   const auto of = subscribe(peer, topic("/a"), 100, 4);
   for (int i = 0; i < 3; ++i) publish(topics.find("/a"), "a");
-  out.drop(of);
+  queues.drop(of);
   EXPECT_EQ(store.slots().in_use(), 0U);
   EXPECT_EQ(counts.read(counter::lost_with_peer), 3U);
   topics.remove_subscription(of);

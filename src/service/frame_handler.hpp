@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+#include <cstddef>
+#include <span>
+
+#include "service/ids.hpp"
+#include "wire/websocket.hpp"
+
+namespace rowe::service {
+
+// Carries out what is read. An interface, because that part calls everything else.
+class frame_handler {
+ public:
+  virtual void handle(peer_index from, const wire::frame_step& step) noexcept = 0;
+  // A message that was parked.
+  virtual void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
+  // Whether there is something that can be stopped.
+  virtual bool stop_in_use() const noexcept = 0;
+  // Whether handle() would carry out a stop. Nothing is done.
+  virtual bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;
+
+ protected:
+  ~frame_handler() = default;
+};
+
+} // namespace rowe::service

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "service/message_parking.hpp"
+
+namespace rowe::service {
+
+void message_parking::forget(peer_index peer) noexcept {
+  rows_[peer] = {};
+  if (std::exchange(out_.of(peer).told_full, false)) --told_full_;
+  room_came_ = true; // a sender that waits for room there need not wait any more
+}
+
+bool message_parking::park(peer_index to, bool before) noexcept {
+  if (!to) {
+    ++turn_parked_;
+    ++turn_parked_for_all_;
+    return true;
+  }
+  row& of = rows_[to];
+  if (std::exchange(of.turn, turn_) != turn_) of.count = 0;
+  if (!before && of.count + turn_parked_ >= turn_slots_) return false;
+  ++of.count;
+  ++turn_parked_;
+  if (turn_of_receiver_) inbox_.count_answer(to);
+  if (of.count + turn_parked_ >= turn_slots_ && !std::exchange(out_.of(to).told_full, true)) {
+    ++told_full_;
+    state_.shown.set_taking(to.value, 0);
+  }
+  return true;
+}
+
+void message_parking::show_room() noexcept {
+  for (const peer_index i : state_.peers.ids()) {
+    peer_queues& queues = out_.of(i);
+    if (!queues.told_full || rows_[i].turn > cycle_turn_) continue;
+    queues.told_full = false;
+    --told_full_;
+    state_.shown.set_taking(i.value, state_.peers[i].id.generation);
+    ++state_.cycle.places_freed;
+    room_came_ = true;
+  }
+}
+
+// ---- for tests
+
+bool message_parking::check() const noexcept {
+  std::uint32_t told_full = 0;
+  for (const peer_index i : state_.peers.ids())
+    told_full += state_.peers[i].state != connection::phase::free && out_.of(i).told_full;
+  return told_full == told_full_;
+}
+
+} // namespace rowe::service

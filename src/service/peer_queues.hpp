@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What waits for one peer. Service thread only.
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "service/index_list.hpp"
+#include "service/message_queue.hpp"
+#include "service/topic_rows.hpp"
+
+namespace rowe::service {
+
+// The subscriptions of one peer and priority that have something to write, served in turn.
+using ready_list = index_queue<subscription_id, subscription, &subscription::next_ready>;
+
+struct peer_queues {
+  queue replies;               // answers to its own requests
+  std::array<queue, 3> direct; // messages to it, by priority
+  std::array<ready_list, 3> ready;
+  std::uint32_t owed = 0;      // how many subscriptions still wait for their latched value
+  bool scheduled = false;      // it has something to write, and is in the ring of such peers
+  bool blocked = false;        // the transport has no room; on_writable() comes
+  bool held = false;           // its credit is used up, but for urgent frames; a pong comes
+  bool told_full = false;      // senders are told `full`: its share is used up by what is parked
+  bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
+
+  // It reads more slowly than we could write, or it waits for peers that do.
+  bool backpressured() const noexcept { return blocked || held || waits_to_begin; }
+};
+
+} // namespace rowe::service

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+// The queues of subscriptions: what each may hold, how often it may be written, and whose turn it is. A
+// subscription that may be written now is on the ready list of its peer and priority (outbox.hpp), where the
+// sender finds it. Of a throttled one the timer says when that is.
+//
+// Service thread only; nothing waits or allocates.
+#pragma once
+#include <cstdint>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/clock.hpp>
+
+#include "service/core_state.hpp"
+#include "service/message_store.hpp"
+#include "service/outbox.hpp"
+
+namespace rowe::service {
+
+class subscription_queues {
+ public:
+  struct needs {
+    core_state& state;
+    message_store& store;
+    outbox& out;
+  };
+  explicit subscription_queues(const needs& parts) noexcept
+      : state_{parts.state},
+        store_{parts.store},
+        out_{parts.out},
+        subscriptions_{parts.state.topics.subscriptions()} {}
+
+  // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
+  void fan_out(topic_id topic, slot_id slot) noexcept;
+  // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
+  slot_id compose_latched(topic_id topic) noexcept;
+  // The topic of a new subscription has a latched value: the subscription is to be given it.
+  void owe_latched(subscription_id subscription) noexcept;
+  // What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
+  void merge_requests(subscription_id subscription) noexcept;
+  // The throttle of a subscription allows its next message.
+  void throttle_over(subscription_id subscription) noexcept;
+  // Drops all that a subscription has queued; it is not ready any more.
+  void drop(subscription_id subscription) noexcept;
+
+  // ---- for the sender
+
+  // Queues the latched value of one ready subscription that waits for it.
+  void place_owed(peer_index peer) noexcept;
+  // A message of the subscription goes to a socket.
+  void mark_served(subscription_id subscription) noexcept {
+    struct subscription& s = subscriptions_[subscription];
+    s.served = true;
+    if (s.throttle != rt::duration{0}) [[unlikely]]
+      begin_throttle(s);
+  }
+  // Takes subscriptions that have nothing to write off the ready lists. Those that were served go behind
+  // those that were not, so that they take turns.
+  void rotate_ready(peer_index peer) noexcept;
+
+  // For checks. Whether a peer has a message that may be written now, in any of its queues.
+  bool any_due(peer_index peer) const noexcept;
+  // A subscription is marked ready if it is on a list, and timed if it is armed.
+  bool check() const noexcept;
+
+ private:
+  void add(counter which) noexcept { state_.counts.add(which); }
+  bool accepts(const subscription& s) noexcept;
+  void push(subscription_id subscription, slot_id slot) noexcept;
+  void trim(subscription& s, std::uint32_t most) noexcept;
+  void place_latched(subscription& s) noexcept;
+  // Makes it ready if it has something to write, and is not ready yet.
+  void make_ready(subscription_id index) noexcept {
+    subscription& s = subscriptions_[index];
+    if (!s.ready && (!s.waiting.empty() || s.owes_last)) put_on_ready_list(index, s);
+  }
+  void put_on_ready_list(subscription_id index, subscription& s) noexcept;
+  void begin_throttle(subscription& s) noexcept;
+
+  core_state& state_;
+  message_store& store_;
+  outbox& out_;
+  const rows<subscription_id, subscription> subscriptions_;
+};
+
+} // namespace rowe::service
