@@ -11,17 +11,17 @@ void message_parking::forget(peer_index peer) noexcept {
 
 bool message_parking::park(peer_index to, bool before) noexcept {
   if (!to) {
-    ++turn_parked_;
-    ++turn_parked_for_all_;
+    ++now_.parked;
+    ++now_.for_everyone;
     return true;
   }
   row& of = rows_[to];
   if (std::exchange(of.turn, turn_) != turn_) of.count = 0;
-  if (!before && of.count + turn_parked_ >= turn_slots_) return false;
+  if (!before && of.count + now_.parked >= now_.slots) return false;
   ++of.count;
-  ++turn_parked_;
-  if (turn_of_receiver_) inbox_.count_answer(to);
-  if (of.count + turn_parked_ >= turn_slots_ && !std::exchange(out_.of(to).told_full, true)) {
+  ++now_.parked;
+  if (now_.of_receiver) inbox_.count_answer(to);
+  if (of.count + now_.parked >= now_.slots && !std::exchange(out_.of(to).told_full, true)) {
     ++told_full_;
     state_.shown.set_taking(to.value, 0);
   }

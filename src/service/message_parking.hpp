@@ -35,9 +35,7 @@ class message_parking {
   // Begins the turn of a sender with this many slots: a handle, or the submission queue.
   void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
     ++turn_;
-    turn_slots_ = of_receiver ? slots : slots - slots / 4;
-    turn_parked_ = turn_parked_for_all_ = 0;
-    turn_of_receiver_ = of_receiver;
+    now_ = {.slots = of_receiver ? slots : slots - slots / 4, .of_receiver = of_receiver};
     if (of_receiver) inbox_.begin_answers();
   }
   // Whether a message to the peer, or to everyone, was parked in this turn.
@@ -50,7 +48,7 @@ class message_parking {
   bool park(peer_index to, bool before) noexcept;
   // Too many messages to everyone are parked: the sender of this turn is told `full` before it takes a slot.
   bool refuses_to_everyone() const noexcept {
-    return turn_parked_for_all_ != 0 && turn_parked_for_all_ + turn_parked_ >= turn_slots_;
+    return now_.for_everyone != 0 && now_.for_everyone + now_.parked >= now_.slots;
   }
 
   void begin_cycle() noexcept { cycle_turn_ = turn_; }
@@ -70,21 +68,25 @@ class message_parking {
     std::uint32_t count = 0; // and how many in that turn
   };
 
+  struct turn {
+    std::uint32_t slots = 0;        // how many may be parked,
+    std::uint32_t parked = 0;       // how many are,
+    std::uint32_t for_everyone = 0; // and how many of these are for everyone
+    bool of_receiver = false;
+  };
+
   void show_room() noexcept;
 
   core_state& state_;
   outbox& out_;
   receiver& inbox_;
   const rows<peer_index, row> rows_;
-  std::uint64_t turn_ = 0;                // counts the turns of senders
-  std::uint64_t cycle_turn_ = 0;          // the last one before this cycle
-  std::uint64_t all_parked_in_ = 0;       // the newest turn in which a message to everyone was parked
-  std::uint32_t turn_slots_ = 0;          // how many may be parked in this turn,
-  std::uint32_t turn_parked_ = 0;         // how many are,
-  std::uint32_t turn_parked_for_all_ = 0; // and how many of these are for everyone
-  bool turn_of_receiver_ = false;
-  bool room_came_ = false;      // a peer has room again, or has left
-  std::uint32_t told_full_ = 0; // how many peers are told_full
+  turn now_;
+  std::uint64_t turn_ = 0;          // counts the turns of senders
+  std::uint64_t cycle_turn_ = 0;    // the last one before this cycle
+  std::uint64_t all_parked_in_ = 0; // the newest turn in which a message to everyone was parked
+  bool room_came_ = false;          // a peer has room again, or has left
+  std::uint32_t told_full_ = 0;     // how many peers are told_full
 };
 
 } // namespace rowe::service

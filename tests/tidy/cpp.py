@@ -16,7 +16,7 @@ _after_signature = re.compile(r"\s*(const\b\s*)?(noexcept\b\s*)?(override\b\s*|f
                               r"(?:(=\s*0\s*;)|(:[^;{]*(?:\{[^{}]*\}[^;{]*)*?)?(\{))")
 
 
-def _close(text, at, pair):
+def close(text, at, pair):
     """Behind the bracket that closes the one at `at`."""
     depth = 0
     for i in range(at, len(text)):
@@ -54,11 +54,11 @@ class unit:
                     continue
                 if not qualified and not re.search(r"[\w>&*]\s$", before):
                     continue
-                end = _close(text, match.end() - 1, "()")
+                end = close(text, match.end() - 1, "()")
                 rest = _after_signature.match(text, end)
                 if rest and rest[6]:
                     at = rest.end() - 1
-                    found.append(text[at:_close(text, at, "{}")])
+                    found.append(text[at:close(text, at, "{}")])
                 elif rest:
                     found.append("")
         return found

@@ -8,7 +8,7 @@ order; a step that is not indented is called from outside, and those of src/serv
 import functools
 import re
 
-from cpp import program
+from cpp import close, program
 from tree import finding
 
 page = "docs/inside.md"
@@ -200,5 +200,77 @@ def parts_are_small(t):
             yield finding("tests/tidy/inside.py", 1, "size", f"{name} is no longer larger")
 
 
+# Of a class of src/service: public functions, functions in all, data members, and the parts that it is given
+# besides the state. What has more may shrink, and is taken off this list then.
+class_bounds = {"public": 25, "functions": 45, "members": 15, "needs": 8}
+beyond = {
+    # The parts themselves (as many as there are), and those that hand on to most of them.
+    "core_parts": {"members": float("inf")},
+    "dispatcher": {"needs": 12, "members": 16},
+    "handle_registry": {"needs": 10},
+    "handle_submissions": {"needs": 9},
+    "topic_handles": {"needs": 9},
+    # Tables and queues, whose functions are a line or two for one field or one end.
+    "slot_pool": {"public": 43, "functions": 47},
+    "topic_table": {"public": 38, "members": 16},
+    "submission_queue": {"public": 27},
+    "outbox": {"public": 26},
+    # One algorithm each.
+    "stop_rules": {"members": 21},
+    "credit": {"members": 20},
+    "publish_predictor": {"members": 16},
+}
+
+
+def _flat(text):
+    """A class's body with what is in braces within it left out."""
+    flat, depth = [], 0
+    for one in text:
+        depth += one == "{"
+        if depth == 0:
+            flat.append(one)
+        elif one == "}":
+            depth -= 1
+            flat.append(";" if depth == 0 else "")
+    return "".join(flat)
+
+
+def _sizes(header):
+    """(line, class, {what: how many}) of each class in the text of a header."""
+    for found in re.finditer(r"(?m)^class (\w+)[^;{]*\{", header):
+        end = close(header, found.end() - 1, "{}")
+        body = header[found.end():end - 1]
+        access, count = "private", dict.fromkeys(class_bounds, 0)
+        for statement in re.split(r"(\b(?:public|private|protected):)|;", _flat(body)):
+            statement = (statement or "").strip()
+            if statement.endswith(":") and statement[:-1] in ("public", "private", "protected"):
+                access = statement[:-1]
+            elif re.match(r"$|,|(using|friend|static_assert|enum|struct|class)\b", statement):
+                continue  # a comma: how a constructor goes on
+            elif "(" in statement:
+                count["functions"] += 1
+                count["public"] += access == "public"
+            elif not statement.startswith("static "):
+                count["members"] += 1
+        needs = re.search(r"struct needs \{([^}]*)\}", body)
+        count["needs"] = len(re.findall(r"& (?!state;)\w+;", needs[1])) if needs else 0
+        yield header.count("\n", 0, found.start()) + 1, found[1], count
+
+
+def classes_are_small(t):
+    there = set()
+    for path in t.within(["src/service"], (".hpp",)):
+        for line, name, count in _sizes("\n".join(t.code(path))):
+            there.add(name)
+            for what, bound in class_bounds.items():
+                allowed = beyond.get(name, {}).get(what, bound)
+                if count[what] > allowed:
+                    yield finding(path, line, "size", f"{name}, {what}: {count[what]}; {allowed} fit")
+                elif bound < allowed < float("inf") and count[what] <= bound:
+                    yield finding("tests/tidy/inside.py", 1, "size", f"{name}, {what}: no longer beyond")
+    for name in sorted(set(beyond) - there):
+        yield finding("tests/tidy/inside.py", 1, "size", f"src/service has no class {name}")
+
+
 rules = (files_include_what_stands_before_them, parts_are_made_in_that_order, the_page_shows_the_parts,
-         the_journeys_go_as_the_page_says, parts_are_small)
+         the_journeys_go_as_the_page_says, parts_are_small, classes_are_small)

@@ -97,6 +97,13 @@ plants = [
      [(4, "include-order")]),
     ("src/service/plant_8.cpp", spdx + '#include "service/ids.hpp"\n', [(2, "include-order")]),
     ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "size")]),
+    ("src/service/batch.hpp",
+     spdx + "class batch {\n public:\n  struct needs {\n    core_state& state;\n"
+     + "".join(f"    outbox& p{n};\n" for n in range(9))
+     + "  };\n  explicit batch(const needs& parts) : a_{1}, b_{2} {}\n"
+     + "".join(f"  int f{n}() {{ return {n}; }}\n" for n in range(25)) + " private:\n"
+     + "".join(f"  int m{n}_ = 0;\n" for n in range(16)) + "};\n",
+     [(2, "size"), (2, "size"), (2, "size")]),
     ("src/service/core_parts.hpp",
      spdx + "class core_parts {\n  core_state state_;\n  topic_rates rates_;\n  outbox outbox_;\n"
      "  message_store store_;\n  stop_service stop_service_;\n  handle_registry registry_;\n};\n",
@@ -110,7 +117,7 @@ plants = [
      "   1. `handle_registry.cpp: scan` is called, and calls\n"
      "      1. `handle_submissions.cpp: take`, which calls\n"
      "         1. `broker.hpp: publish`, and not\n"
-     "         2. `outbox.cpp: fan_out`.\n"
+     "         2. `subscription_queues.cpp: fan_out`.\n"
      "   2. `stop_service.hpp: update` comes earlier.\n"
      "2. `broker.cpp: nothing_of_the_kind` is not there,\n"
      "3. `include/rowe/detail/nowhere.hpp: publish` neither.\n"
