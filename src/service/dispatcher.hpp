@@ -41,7 +41,7 @@ class dispatcher {
  public:
   struct needs {
     const core_options& options;
-    const cycle_state& cycle;
+    cycle_state& cycle;
     counters& counts;
     event_log& events;
     peer_table& peers;
@@ -97,7 +97,7 @@ class dispatcher {
   bool drops_excess() noexcept;
 
   const core_options& options_;
-  const cycle_state& cycle_;
+  cycle_state& cycle_;
   counters& counts_;
   event_log& events_;
   peer_table& peers_;
