@@ -215,8 +215,9 @@ struct rowe_emergency_stop_reset_result {
 
 // Lets the loops go again, as a person at the robot would; returns at once where they may move already, else
 // waits until they have acknowledged, at most `timeout_ms`. `request` and `into` as above. Not for a loop.
-// Errors: refused (a guard is missing, or the stop is another one), timed_out (a loop does not look, or has
-// not acknowledged), no_service (there is no latch), closed, bad_argument, misuse. With each the loops stand.
+// Errors: refused (a guard is missing, the stop is another one, or a stop was asked for once more meanwhile),
+// timed_out (a loop does not look, or has not acknowledged), no_service (there is no latch), closed,
+// bad_argument, misuse. With each the loops stand.
 int rowe_reset_emergency_stop(const struct rowe_endpoint* endpoint,
                               const struct rowe_emergency_stop_reset_request* request, long timeout_ms,
                               struct rowe_emergency_stop_reset_result* into);

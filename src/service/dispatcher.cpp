@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "service/service_limits.hpp"
 #include "service/stop_gate.hpp"
 
 namespace rowe::service {
@@ -32,6 +33,9 @@ std::string_view sentence_of(const error& why, std::string_view text, std::span<
   }
   return why.message(room);
 }
+
+constexpr std::string_view long_list_sentence =
+    "the message lists more requests than subscriptions or advertisements of one peer are allowed";
 
 bool is_for_servers(wire::verb what) noexcept {
   using wire::verb;
@@ -85,6 +89,10 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
     return refuse_malformed(c, text, valid.error());
   }
   json::document known = state_.seams.validator.last(); // its members are noted until the next validation
+  // No list is longer than what one peer may hold of anything that is listed.
+  const limits& bounds = state_.bounds();
+  std::uint32_t left =
+      std::max(bounds.subscriptions_per_connection_max, bounds.advertisements_per_connection_max);
   for (std::uint32_t from = 0;;) {
     wire::request asked;
     wire::diagnostic why;
@@ -93,6 +101,13 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
     take(c, read, asked, known, why);
     from = asked.next;
     if (from == 0 || !c.open()) return;
+    if (!heard_before_ && !c.messages.take(state_.cycle.now)) excess_ = true; // each counts as a message
+    state_.cycle.work_bytes += read_work_bytes;                               // likewise
+    if (--left == 0) {
+      if (!drops_excess())
+        refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = long_list_sentence});
+      return;
+    }
     known = json::document{text}; // what was noted may be gone
   }
 }

@@ -23,9 +23,12 @@ class stop_switch {
   void turn() noexcept { rules_.turn(state_.cycle.now); }
   // Somebody asks for a stop.
   void request(std::string_view source, std::uint64_t key) noexcept {
+    ++requests_;
     state_.counts.add(counter::stops);
     rules_.request(source, key, state_.cycle.now);
   }
+  // How often somebody has, repeats included.
+  std::uint64_t requests() const noexcept { return requests_; }
   // What the rules say now: to the loops, and to the log where it has changed.
   void show(std::string_view reason = {}) noexcept {
     rules_.write_permit(state_.shown.permit);
@@ -51,6 +54,7 @@ class stop_switch {
 
   core_state& state_;
   stop_rules& rules_;
+  std::uint64_t requests_ = 0;
   bool reported_running_ = false; // as of the last event
 };
 

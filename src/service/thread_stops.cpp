@@ -33,14 +33,19 @@ void thread_stops::tell_if_acknowledged() noexcept {
   tell();
 }
 
-// What may yet come, the loops' answers and a tick that is newer than the stop, is waited for.
+// What may yet come, the loops' answers and a tick that is newer than the stop, is waited for. A request to
+// stop that comes meanwhile, a repeat too, ends it: whoever resets did not know of that. When the endpoint
+// closes, the loops stand for good.
 void thread_stops::carry_out_reset() noexcept {
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
     reset_number_ = asked_.number != 0 ? asked_.number : rules.number();
+    reset_requests_ = switch_.requests();
     waits_since_ = state_.cycle.now;
   }
+  if (state_.cycle.closing) return answer_reset(errc::closed);
   if (rules.running()) return answer_reset({});
+  if (switch_.requests() != reset_requests_) return refuse_reset();
   if (state_.cycle.now >= asked_.until) return answer_reset(errc::timed_out);
   const auto number = static_cast<std::int64_t>(reset_number_);
   switch (
@@ -48,8 +53,13 @@ void thread_stops::carry_out_reset() noexcept {
   case stop_rules::refusal::none: return answer_reset({});
   case stop_rules::refusal::loops:
   case stop_rules::refusal::tick: return;
-  default: switch_.count_refusal(); return answer_reset(errc::refused);
+  default: return refuse_reset();
   }
+}
+
+void thread_stops::refuse_reset() noexcept {
+  switch_.count_refusal();
+  answer_reset(errc::refused);
 }
 
 // What follows from it comes first: the permit, the event.

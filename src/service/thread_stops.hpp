@@ -42,6 +42,7 @@ class thread_stops {
 
  private:
   void tell_if_acknowledged() noexcept;
+  void refuse_reset() noexcept;
   void answer_reset(const status& outcome) noexcept;
   void tell() noexcept;
 
@@ -53,7 +54,8 @@ class thread_stops {
   std::uint64_t stop_number_ = 0;     // as peers know the last of them,
   rt::time_point waited_for_until_{}; // for whose answer somebody waits so long; 0: nobody does
   std::uint64_t reset_ = 0;           // the one that is being carried out,
-  std::uint64_t reset_number_ = 0;    // and the stop that it is to end
+  std::uint64_t reset_number_ = 0;    // the stop that it is to end,
+  std::uint64_t reset_requests_ = 0;  // and how often a stop was asked for before it
   rt::time_point waits_since_{};
 };
 

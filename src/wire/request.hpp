@@ -90,8 +90,8 @@ struct request {
   std::uint32_t channel = no_number;
   bool channel_is_peers = false;
   std::uint32_t service_number = no_number;
-  // A message may list several requests, but none for handles of this process, which may have to wait: where
-  // in it the next one stands; 0: there is none.
+  // A message may list several requests, but no stop, and none for handles of this process, which may have to
+  // wait: where in it the next one stands; 0: there is none. Each counts as a message for its peer's rate.
   std::uint32_t next = 0;
 };
 

@@ -260,6 +260,51 @@ TEST_F(core_numbers, takes_several_requests_of_one_message) {
   EXPECT_FALSE(publish(on, pose_lane, {1, 0})) << "nobody listens";
 }
 
+struct numbers_beyond_their_rate : core_numbers {
+  static rowe::endpoint_options ten_a_second() {
+    rowe::endpoint_options options = hub_options();
+    options.limits.messages_per_second_max = 10;
+    options.limits.subscriptions_per_connection_max = 64;
+    return options;
+  }
+  numbers_beyond_their_rate() : core_numbers{ten_a_second()} {}
+};
+
+// One after the other in one message.
+std::string drop(std::size_t count) {
+  std::string list;
+  for (std::size_t i = 0; i < count; ++i) list += i == 0 ? "1" : ",1";
+  return R"({"drop":[)" + list + "]}";
+}
+
+TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several) {
+  client p{on};
+  EXPECT_EQ(say(p, drop(30)), texts(10, "enothing here has this number"));
+  EXPECT_EQ(on.count(counter::over_rate), 20U);
+  EXPECT_EQ(on.count(counter::messages_in), 1U);
+  on.cycles(100); // one more
+  EXPECT_EQ(say(p, drop(1)), texts{"enothing here has this number"});
+  // Who goes on like this is closed as if each had come in a message of its own.
+  for (int i = 0; i < 60 && p.close_code == 0; ++i) {
+    say(p, drop(30));
+    on.cycles(100);
+    (void)p.hear();
+  }
+  EXPECT_EQ(p.close_code, 1008);
+  EXPECT_EQ(on.count(counter::flooding_peers), 1U);
+}
+
+TEST_F(core_numbers, carries_out_no_longer_list_than_a_peer_may_hold_things) {
+  client p{on};
+  texts refusals(8, "enothing here has this number"); // subscriptions_per_connection_max
+  EXPECT_EQ(say(p, drop(8)), refusals);
+  refusals.push_back(
+      "ethe message lists more requests than subscriptions or advertisements of one peer are allowed");
+  EXPECT_EQ(say(p, drop(9)), refusals);
+  EXPECT_EQ(say(p, drop(3000)), texts(3, refusals.front())) << "the rest of 20 refusals a second";
+  EXPECT_EQ(on.count(counter::refused_requests) + on.count(counter::refusals_unsaid), 8U + 9U + 9U);
+}
+
 TEST_F(core_numbers, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_peer) {
   advertise_pose(on);
   on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());

@@ -507,6 +507,37 @@ TEST_F(stopping, is_reset_by_this_process_when_the_loop_has_acknowledged) {
   EXPECT_TRUE(thread.heard.reset_outcome);
 }
 
+// Rule 7 of docs/stop.md: a reset is for the requests to stop that came before it, and for no other.
+TEST_F(stopping, asked_for_once_more_ends_a_reset_of_this_process_that_waits) {
+  peer operator_{on};
+  start(operator_);
+  operator_.say(stop_call);
+  on.cycle();
+  local_thread thread{on};
+  thread.reset();
+  on.cycles(3);
+  EXPECT_EQ(thread.hear().resets, 0U) << "the loop has not acknowledged";
+  operator_.say(stop_call); // a repeat: the stop keeps its number
+  on.cycle();
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(look());
+  thread.reset(); // one that came behind it
+  on.cycles(2);
+  EXPECT_TRUE(look());
+}
+
+TEST_F(stopping, is_not_reset_by_this_process_while_peers_are_told_that_the_endpoint_closes) {
+  peer operator_{on}; // it does not answer the close frame, so the cycles go on
+  start(operator_);
+  local_thread thread{on};
+  on.core.close_all(on.now);
+  thread.reset();
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(look());
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::closed);
+}
+
 TEST_F(stopping, is_answered_to_this_process_also_where_a_reset_comes_with_the_acknowledgment) {
   peer operator_{on};
   start(operator_);
