@@ -7,7 +7,7 @@
 
 #include "memory_transport/memory_transport.hpp"
 #include "service/call_parts.hpp"
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 #include "json/padded.hpp"
 
 namespace call_router_test {
@@ -26,7 +26,7 @@ struct call_router_test : call_parts::call_parts {
       rowe::service::side::server, "robot");
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
   rowe::net::memory_transport sockets{bounds.connections_max};
-  stage::seeded_entropy random{1};
+  harness::seeded_entropy random{1};
   rowe::service::sender writer{memory,
                                bounds,
                                {.cycle = cycle,
