@@ -42,7 +42,7 @@
 #include "net/descriptor.hpp"
 #include "net/socket_transport.hpp"
 #include "raw_client.hpp"
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 #include "stand.hpp"
 
 namespace rowe::bench {
@@ -64,7 +64,7 @@ std::size_t resident_kib() {
   return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE)) / 1024;
 }
 
-// Sockets, under a core on a stage.
+// Sockets, under a core in its harness.
 class loopback final : public service::transport {
  public:
   explicit loopback(std::uint32_t connections_max)
@@ -232,7 +232,7 @@ class stand {
   rt::time_point opened_ = monotonic_clock::now();
 
  public:
-  stage::theatre_over<loopback> on;
+  harness::core_harness_over<loopback> on;
   std::vector<client> peers;
   std::vector<double>* cycles = nullptr; // where their times go
   double memory_kib = 0, grown_kib = 0;

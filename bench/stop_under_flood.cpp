@@ -8,12 +8,12 @@
 // largest, and how many of the calls were answered.
 //
 // Robot: a whole endpoint; its service thread is pinned to core --here, idle policy spin, SCHED_FIFO --prio
-// where that is granted (then it naps: the kernel would take it off its core otherwise). Flooders and probe
+// where that is granted (then it yields: the kernel would take it off its core otherwise). Flooders and probe
 // share core
 // --there; the probe is SCHED_FIFO 10 there.
 //
 // The witness: the largest gaps that a thread sees that does nothing but read the clock, on core --here with
-// the same priority and the same naps, before each flood. What the machine does to such a thread it does to
+// the same priority and the same yields, before each flood. What the machine does to such a thread it does to
 // the robot's, and no program can be better. On core --there the probe is its own witness: `woke_late` is by
 // how much it woke after its time, and `robot` counts from its waking where the robot had answered what came
 // before in time, so that what the machine does to the probe is not the robot's; all other figures count from
@@ -172,12 +172,12 @@ double witness(int cpu) {
              [&](const rt::grants&) {
                const auto end = monotonic_clock::now() + 500ms;
                auto last = monotonic_clock::now();
-               auto nap = last + 1150us;
+               auto next_yield = last + 1150us;
                while (last < end) {
-                 if (last >= nap) { // as the robot's thread does
+                 if (last >= next_yield) { // as the robot's thread does
                    std::this_thread::sleep_for(100us);
                    last = monotonic_clock::now();
-                   nap = last + 1150us;
+                   next_yield = last + 1150us;
                  }
                  const auto now = monotonic_clock::now();
                  largest = std::max(largest, static_cast<double>((now - last).count()));

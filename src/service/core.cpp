@@ -72,7 +72,7 @@ rt::time_point core::cycle(rt::time_point now) noexcept {
   messages_.take_outcomes();
   arm_what_stays();
   state_.shown.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
-  show_carrier_memory();
+  show_transport_memory();
   return next_cycle();
 }
 
@@ -102,7 +102,7 @@ inline rt::time_point core::next_cycle() const noexcept {
   return std::min(state_.due.next_wake(), std::min(stop_service_.next_update(), state_feed_.due()));
 }
 
-inline void core::show_carrier_memory() noexcept {
+inline void core::show_transport_memory() noexcept {
   const transport_memory now = state_.seams.to_peers.memory();
   state_.shown.counts.set(counter::handshake_bytes_used, now.bytes_used);
   state_.shown.counts.set(counter::handshake_bytes_peak, now.bytes_peak);

@@ -111,7 +111,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void expire() noexcept;
   void arm_what_stays() noexcept;
   void tell_room() noexcept;
-  void show_carrier_memory() noexcept;
+  void show_transport_memory() noexcept;
 
   // connections
   connection* find(connection_id id) const noexcept { return state_.peers.find(id); }

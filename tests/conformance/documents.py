@@ -3,7 +3,7 @@
 
 What RFC 8259 leaves to the reader is decided so (src/json/reader.hpp): a number beyond the range of a double
 is refused, of any size and precision below it is accepted; half a surrogate pair is refused; names may be
-there twice, but not those of the dialect; 64 levels are the limit.
+there twice, but not those of the codec; 64 levels are the limit.
 """
 import json
 
@@ -161,7 +161,7 @@ def messages(publish):
     yield VALID, json.dumps({**publish, "unknown": [1, {"msg": 2}], "": 0}).encode()
     yield VALID, whole.replace(b'"op"', b'"\\u006fp"').replace(b'"topic"', b'"t\\u006Fpic"')
     yield VALID, whole.replace(b'"publish"', b'"pub\\u006cish"').replace(b'"/t"', b'"\\/t"')
-    for name in publish:  # a name of the dialect twice, in all spellings
+    for name in publish:  # a name of the codec twice, in all spellings
         again = f'"{name}":{json.dumps(publish[name])}'
         escaped = again.replace(name[0], f"\\u{ord(name[0]):04x}", 1)
         for more in (again, escaped):

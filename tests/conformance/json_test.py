@@ -32,7 +32,7 @@ class relay:
         self.subscriber = serving.connect()
         self.subscriber.send(frame(TEXT, b'{"op":"subscribe","topic":"/t"}'))
         self.answers(self.subscriber)
-        self.answers(self.publisher)  # from here on it is spoken to in this dialect
+        self.answers(self.publisher)  # from here on it is answered by this codec
 
     def __enter__(self):
         return self
@@ -74,7 +74,7 @@ class relay:
         test.assertEqual(self.delivered(), body)
 
     def is_refused(self, test, text):
-        """The text is answered with an error, a status or one of the bare dialect, and nothing arrives."""
+        """The text is answered with an error, a status or one of the bare codec, and nothing arrives."""
         self.publisher.send(frame(TEXT, text))
         said = self.answers(self.publisher)
         test.assertEqual(len(said), 1)

@@ -136,7 +136,7 @@ class echoes(unittest.TestCase):
 
 
 class hub(unittest.TestCase):
-    """Messages of a JSON dialect, sent in all ways: each reaches a subscriber."""
+    """Messages of a JSON codec, sent in all ways: each reaches a subscriber."""
 
     def test_every_shape_of_a_message(self):
         count = 0
@@ -207,7 +207,7 @@ class hub(unittest.TestCase):
                             s.send(*[frame(PING, bytes(125))] * burst, end)
                             self.assertEqual(s.until_close()[1], code)
 
-    def test_a_binary_message_is_of_no_dialect(self):  # 7.4.1
+    def test_a_binary_message_is_of_no_codec(self):  # 7.4.1
         with programs.server("hub") as serving:
             for script in ([frame(BINARY, b"{}")], cut(BINARY, b"{}", [1])):
                 s = serving.connect()

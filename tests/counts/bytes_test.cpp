@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a message takes on the wire, to the byte: its text, the header of its frame, and the pings beside it.
-#include "service/core_stage.hpp"
+#include "service/core_fixtures.hpp"
 
 #include "service/credit.hpp"
 
-namespace stage {
+namespace harness {
 namespace {
 
 using rowe::service::credit;
@@ -21,7 +21,7 @@ struct world {
     (void)one.hear();
   }
 
-  theatre on;
+  core_harness on;
   rowe::detail::lane& lane = on.offer(rowe::detail::lane_kind::publish_text, "/t", 2000, {.depth = 16});
   peer one;
 
@@ -70,4 +70,4 @@ TEST(bytes, of_the_pings_beside_messages_are_at_most_three_in_a_thousand) {
 }
 
 } // namespace
-} // namespace stage
+} // namespace harness

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // For paths.py, which counts the instructions of each path of the service thread under callgrind. Every path
-// has a core of its own on a stage. It is walked a thousand times, to be warm, and then a thousand times more
-// in counted_steps(). Only what the core does is counted: not the transport, and not what handles do, which
-// instructions.py counts.
+// has a core of its own in a harness. It is walked a thousand times, to be warm, and then a thousand times
+// more in counted_steps(). Only what the core does is counted: not the transport, and not what handles do,
+// which instructions.py counts.
 //
 // Prints the paths' names, in the order in which counted_steps() is called.
 #include <cstdint>
@@ -33,7 +33,7 @@ namespace {
 
 using namespace std::chrono_literals;
 using odometry = pathed_odometry;
-using scale::place, scale::publish_on, scale::subscribe_to, scale::theatre;
+using scale::place, scale::publish_on, scale::subscribe_to, scale::core_harness;
 
 constexpr std::uint32_t steps = 1000; // paths.py says so, too
 constexpr odometry value{1000.25, 1.5, -2.5, 0.125, 0.75};
@@ -45,8 +45,8 @@ void need(const Outcome& fine) {
 }
 
 template <class Handle>
-Handle handle_on(theatre& on, const rowe::detail::lane_request& asked) {
-  return Handle{theatre::handle_of(on.offer(asked))};
+Handle handle_on(core_harness& on, const rowe::detail::lane_request& asked) {
+  return Handle{core_harness::handle_of(on.offer(asked))};
 }
 
 // One peer publishes, four others get it as it is.

@@ -17,7 +17,7 @@
 
 #include "net/socket_transport.hpp"
 #include "net/support.hpp"
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 #include "wire/websocket.hpp"
 
 namespace {
@@ -26,7 +26,7 @@ using namespace std::chrono_literals;
 using rowe::detail::lane_kind;
 using rowe::service::counter;
 
-// What a theatre plays over.
+// What a core_harness plays over.
 struct sockets {
   explicit sockets(std::uint32_t connections_max) {
     rowe::net::listen_options how;
@@ -38,7 +38,7 @@ struct sockets {
 };
 
 rowe::endpoint_options options() {
-  auto chosen = stage::small_options();
+  auto chosen = harness::small_options();
   chosen.relay = true;
   chosen.limits.connections_max = 16;
   chosen.limits.subscriptions_max = 128;
@@ -105,7 +105,7 @@ class peer {
 };
 
 struct system_calls : testing::Test {
-  stage::theatre_over<sockets> on{options()};
+  harness::core_harness_over<sockets> on{options()};
   std::deque<peer> peers;
 
   static void SetUpTestSuite() { ASSERT_TRUE(rowe::rt::tripwire::watch_system_calls()); }

@@ -17,7 +17,7 @@
 #include <rowe/responder.hpp>
 
 #include "fuzz/require.hpp"
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
 
 namespace {
@@ -76,7 +76,7 @@ class input_choices final : public swarm::choices {
 };
 
 rowe::endpoint_options options_of(std::uint8_t setup) {
-  auto options = stage::small_options();
+  auto options = harness::small_options();
   options.relay = (setup & 2) != 0;
   constexpr rowe::peer_profile profiles[] = {rowe::peer_profile::standard, rowe::peer_profile::standard,
                                              rowe::peer_profile::hop, rowe::peer_profile::hop_2014};
@@ -105,18 +105,18 @@ class script_run {
     case 1: break_off(s.byte()); break;
     case 2:
     case 3:
-      if (stage::peer* const p = one(what >> 4)) p->say(s.text());
+      if (harness::peer* const p = one(what >> 4)) p->say(s.text());
       break;
     case 4: speak(s, what >> 4); break;
     case 5:
-      if (stage::peer* const p = one(what >> 4)) {
+      if (harness::peer* const p = one(what >> 4)) {
         std::string bytes = s.text();
         p->send_raw(std::as_bytes(std::span{bytes}));
       }
       break;
     case 6: reply(what >> 4); break;
     case 7:
-      if (stage::peer* const p = one(what >> 4)) on_.net.weather_of(p->id()).room_bytes = s.byte() * 8U;
+      if (harness::peer* const p = one(what >> 4)) on_.net.weather_of(p->id()).room_bytes = s.byte() * 8U;
       break;
     case 8: talk(s); break;
     case 9: respond(what >> 4); break;
@@ -125,7 +125,7 @@ class script_run {
     case 12: threads(s); break;
     case 13: close_lane(what >> 4); break;
     case 14:
-      if (stage::peer* const p = one(what >> 4)) hear(*p);
+      if (harness::peer* const p = one(what >> 4)) hear(*p);
       break;
     default: cycle(s.byte() * 1ms); return;
     }
@@ -183,12 +183,12 @@ class script_run {
     require(on_.core.check(), "the core's structures agree");
   }
 
-  stage::peer* one(std::size_t which) {
+  harness::peer* one(std::size_t which) {
     return peers_.empty() ? nullptr : peers_[which % peers_.size()].get();
   }
   void open() {
     if (peers_.size() < (ours_ == side::client ? 1U : 4U))
-      peers_.push_back(std::make_unique<stage::peer>(on_, ours_));
+      peers_.push_back(std::make_unique<harness::peer>(on_, ours_));
   }
   void break_off(std::uint8_t which) {
     if (peers_.empty()) return;
@@ -197,7 +197,7 @@ class script_run {
     on_.net.weather_of((*gone)->id()) = {};
     peers_.erase(gone);
   }
-  void hear(stage::peer& p) {
+  void hear(harness::peer& p) {
     for (auto& text : p.hear()) heard_.push_back(std::move(text));
     if (heard_.size() > 8) heard_.erase(heard_.begin(), heard_.end() - 8);
     const bool unmasked = ours_ == side::client && on_.options.profile == rowe::peer_profile::hop_2014;
@@ -205,7 +205,7 @@ class script_run {
   }
   // Answers something that was received, by whichever peer.
   void reply(std::size_t which) {
-    stage::peer* const p = one(which);
+    harness::peer* const p = one(which);
     if (p == nullptr || heard_.empty()) return;
     const std::string asked = heard_[which % heard_.size()];
     for (const char* key : {"\"id\":\"", "\"message_id\":\""}) {
@@ -222,7 +222,7 @@ class script_run {
 
   // A text of either codec, as the simulated untrusted peers send it.
   void speak(script& s, std::size_t which) {
-    stage::peer* const p = one(which);
+    harness::peer* const p = one(which);
     if (p == nullptr) return;
     input_choices from{s};
     const std::size_t operation = from.below(swarm::operations().size());
@@ -245,7 +245,7 @@ class script_run {
   void talk(script& s) {
     if (lanes_[0] == nullptr) return;
     const std::uint8_t how = s.byte();
-    stage::peer* const p = (how & 8) != 0 ? one(how >> 4) : nullptr;
+    harness::peer* const p = (how & 8) != 0 ? one(how >> 4) : nullptr;
     const auto to = p != nullptr ? rowe::connection{p->id().index, p->id().generation} : rowe::everyone;
     switch (how % 8) {
     case 0: (void)talker_.try_send(s.text(), time_of(how >> 4), on_.now, to); break;
@@ -321,12 +321,12 @@ class script_run {
   }
 
   side ours_;
-  stage::theatre on_;
+  harness::core_harness on_;
   std::vector<rowe::detail::lane*> lanes_; // null once closed
-  rowe::lane talker_{stage::theatre::handle_of(*lanes_[0])};
-  rowe::responder<pair, pair> responder_{stage::theatre::handle_of(*lanes_[1])};
-  rowe::caller<pair, pair> caller_{stage::theatre::handle_of(*lanes_[2])};
-  std::vector<std::unique_ptr<stage::peer>> peers_;
+  rowe::lane talker_{harness::core_harness::handle_of(*lanes_[0])};
+  rowe::responder<pair, pair> responder_{harness::core_harness::handle_of(*lanes_[1])};
+  rowe::caller<pair, pair> caller_{harness::core_harness::handle_of(*lanes_[2])};
+  std::vector<std::unique_ptr<harness::peer>> peers_;
   std::vector<std::string> heard_;
   std::vector<rowe::message_view> held_;
   std::vector<rowe::request<pair>> asked_;

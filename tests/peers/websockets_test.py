@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Python's websockets at the other end, as a client and as a server, in either dialect: with the program, and
+"""Python's websockets at the other end, as a client and as a server, by either codec: with the program, and
 with a robot in C++ (robot.cpp). It is what Python programs of today use, and shares no code with rowe.
 
 Skipped, with the reason, where Python has no such package.
@@ -196,7 +196,7 @@ class a_client_of_a_robot(against):
 
 
 class a_server_for_the_program(against):
-    async def test_answers_calls_in_either_dialect(self):
+    async def test_answers_calls_by_either_codec(self):
         async def play(peer):
             while asked := await peer.receive():
                 if "op" not in asked:

@@ -57,7 +57,7 @@ class driving(unittest.TestCase):
         self.assertEqual(ended.code, 1, ended.stderr)
         self.assertIn("the topic exists with the type geometry_msgs/Twist", ended.stderr[0])
 
-    def test_not_a_number_is_answered_in_the_dialect_it_came_in(self):
+    def test_not_a_number_is_answered_by_the_codec_it_came_by(self):
         text = json.dumps({"op": "publish", "topic": "/cmd_vel", "msg": {"linear": {"x": float("nan")}}})
         self.there.send_text(text)
         answer = self.there.receive()

@@ -61,29 +61,29 @@ class starting_main_thread final : public starter {
   void join_the_thread() override {
     ask([this] { other_.join(); });
   }
-  void end() { proceed(stage::over); }
+  void end() { proceed(phase::over); }
 
   void serve() {
-    for (now_.wait(stage::running); now_ != stage::over; now_.wait(stage::running)) {
+    for (now_.wait(phase::running); now_ != phase::over; now_.wait(phase::running)) {
       asked_();
-      proceed(stage::running);
+      proceed(phase::running);
     }
   }
 
  private:
-  enum class stage { running, asking, over };
+  enum class phase { running, asking, over };
 
-  void proceed(stage next) {
+  void proceed(phase next) {
     now_ = next;
     now_.notify_all();
   }
   void ask(std::function<void()> errand) {
     asked_ = std::move(errand);
-    proceed(stage::asking);
-    now_.wait(stage::asking);
+    proceed(phase::asking);
+    now_.wait(phase::asking);
   }
 
-  std::atomic<stage> now_{stage::running};
+  std::atomic<phase> now_{phase::running};
   std::function<void()> asked_;
   idle_child child_;
   rt::thread other_;

@@ -44,12 +44,12 @@ void take_from_a_ring(real_time& rt, Take take) {
 // ---- Lanes, whose service thread is the other thread
 
 template <class Handle>
-struct staged {
+struct offered {
   detail::lane& on;
   Handle& handle;
 };
 template <class Handle>
-staged<Handle> stage(real_time& rt, const detail::lane_request& asked) {
+offered<Handle> offer(real_time& rt, const detail::lane_request& asked) {
   detail::lane& on = lane_for(rt, asked);
   return {on, rt.make<Handle>(handle_of(on))};
 }
@@ -70,7 +70,7 @@ struct changing_audience {
 };
 
 void publish_beside(real_time& rt, keep kept, bool to_a_changing_audience) {
-  auto [on, odom] = stage<publisher<odometry>>(
+  auto [on, odom] = offer<publisher<odometry>>(
       rt, detail::advertise_request<odometry>("/odom", {.keep = kept, .depth = depth}));
   rt.beside([&on = on, change = changing_audience{on}, to_a_changing_audience]() mutable {
     serve(on);
@@ -92,7 +92,7 @@ void decode(detail::lane& on, double stamp) {
 
 template <class Take>
 void take_values_beside(real_time& rt, keep kept, Take take) {
-  auto [on, seen] = stage<subscriber<odometry>>(
+  auto [on, seen] = offer<subscriber<odometry>>(
       rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
   rt.beside([&on = on, stamp = 0.0]() mutable { decode(on, ++stamp); });
   rt.calls([&seen = seen, take](std::uint64_t) {
@@ -102,7 +102,7 @@ void take_values_beside(real_time& rt, keep kept, Take take) {
 
 template <class Take>
 void take_texts_beside(real_time& rt, Take take) {
-  auto [on, seen] = stage<subscriber<json_text>>(
+  auto [on, seen] = offer<subscriber<json_text>>(
       rt, detail::subscribe_request<json_text>("/said", {.depth = depth, .text_bytes_max = text_bytes}));
   rt.beside([&on = on] { arrive(on); });
   rt.calls([&seen = seen, take](std::uint64_t) {
@@ -113,7 +113,7 @@ void take_texts_beside(real_time& rt, Take take) {
 // The other thread asks, brings messages and ends calls; some of it is out of date.
 template <class Cycle>
 void talk_beside(real_time& rt, Cycle cycle) {
-  auto with = stage<rowe::lane>(rt, detail::talk_request(talking));
+  auto with = offer<rowe::lane>(rt, detail::talk_request(talking));
   rt.beside([&on = with.on, turn = 0]() mutable {
     switch (turn++ % 4) {
     case 0: return arrive(on);
@@ -127,7 +127,7 @@ void talk_beside(real_time& rt, Cycle cycle) {
 
 void call_beside(real_time& rt) {
   auto with =
-      stage<caller<odometry, odometry>>(rt, detail::client_request<odometry, odometry>("/add", service));
+      offer<caller<odometry, odometry>>(rt, detail::client_request<odometry, odometry>("/add", service));
   rt.beside([&on = with.on, turn = 0]() mutable {
     serve(on, turn++ % 2 == 0 ? status{} : status{errc::timed_out});
   });
@@ -139,7 +139,7 @@ void call_beside(real_time& rt) {
 
 void answer_beside(real_time& rt, bool refused) {
   auto with =
-      stage<responder<odometry, odometry>>(rt, detail::serve_request<odometry, odometry>("/add", service));
+      offer<responder<odometry, odometry>>(rt, detail::serve_request<odometry, odometry>("/add", service));
   rt.beside([&on = with.on, turn = 0]() mutable {
     ask(on, turn % 3 == 0 ? now : rt::never, turn % 5 == 0 ? somebody_gone : somebody);
     if (++turn % 4 == 0) serve(on);
@@ -155,7 +155,7 @@ void answer_beside(real_time& rt, bool refused) {
 template <class Look>
 void stop_beside(real_time& rt, Look look) {
   auto& permit = rt.make<detail::permit_word<>>();
-  auto with = stage<stop_latch>(rt, detail::latch_request({}));
+  auto with = offer<stop_latch>(rt, detail::latch_request({}));
   with.on.granted = &permit;
   rt.beside([&permit, &on = with.on, number = detail::latch_number{1}]() mutable {
     switch (number % 3) {

@@ -6,11 +6,11 @@
 namespace rowe::contract {
 namespace {
 
-struct stop_stage {
+struct stop_harness {
   detail::permit_word<>& permit;
   stop_latch latch;
 
-  explicit stop_stage(real_time& rt, audience heard_by = audience::somebody)
+  explicit stop_harness(real_time& rt, audience heard_by = audience::somebody)
       : permit{rt.make<detail::permit_word<>>()} {
     detail::lane& on = lane_for(rt, detail::latch_request({}), heard_by);
     on.granted = &permit;
@@ -21,26 +21,26 @@ struct stop_stage {
 constexpr exercise list[] = {
     {"stop_latch::engaged", "running, at a time",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        on.permit.grant(1, rt::never);
        rt.calls([&](std::uint64_t) { use(on.latch.engaged(now)); });
      }},
     {"stop_latch::engaged", "running, reading the time",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        on.permit.grant(1, rt::never);
        rt.calls([&](std::uint64_t) { use(on.latch.engaged()); });
      },
      true},
     {"stop_latch::engaged", "stopped, at a time",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        on.permit.withdraw(1);
        rt.calls([&](std::uint64_t) { use(on.latch.engaged(now)); });
      }},
     {"stop_latch::engaged", "stopped and reset in turn, at a time",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        rt.calls([&](std::uint64_t i) {
          const auto number = static_cast<detail::latch_number>(1 + i / 2 % 1000);
          i % 2 == 0 ? on.permit.grant(number, rt::never) : on.permit.withdraw(number);
@@ -49,7 +49,7 @@ constexpr exercise list[] = {
      }},
     {"stop_latch::engaged", "when its lease has run out",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        rt.calls([&](std::uint64_t i) {
          on.permit.grant(static_cast<detail::latch_number>(1 + i / 2 % 1000),
                          i % 2 == 0 ? now + 1s : now - 1s);
@@ -58,7 +58,7 @@ constexpr exercise list[] = {
      }},
     {"stop_latch::engaged", "when the endpoint is closed, which withdraws for ever",
      [](real_time& rt) {
-       stop_stage on{rt, audience::closed};
+       stop_harness on{rt, audience::closed};
        on.permit.withdraw(1);
        rt.calls([&](std::uint64_t) {
          use(on.latch.engaged(now));
@@ -67,7 +67,7 @@ constexpr exercise list[] = {
      }},
     {"stop_latch::acknowledge", "before any stop, and by an empty handle",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        stop_latch empty;
        rt.calls([&](std::uint64_t i) { (i % 2 == 0 ? on.latch : empty).acknowledge(now); });
      }},
@@ -78,7 +78,7 @@ constexpr exercise list[] = {
      }},
     {"stop_latch::acknowledge", "each stop anew, at a time",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        rt.calls([&](std::uint64_t i) {
          on.permit.withdraw(static_cast<detail::latch_number>(1 + i % 1000));
          use(on.latch.engaged(now));
@@ -87,7 +87,7 @@ constexpr exercise list[] = {
      }},
     {"stop_latch::acknowledge", "the same stop, reading the time",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        on.permit.withdraw(1);
        use(on.latch.engaged(now));
        rt.calls([&](std::uint64_t) { on.latch.acknowledge(); });
@@ -102,7 +102,7 @@ constexpr exercise list[] = {
      [](real_time& rt) { rt.calls([&](std::uint64_t i) { use(detail::permit::time_of(i)); }); }},
     {"detail::permit_word::read", "granted",
      [](real_time& rt) {
-       stop_stage on{rt};
+       stop_harness on{rt};
        on.permit.grant(1, now);
        rt.calls([&](std::uint64_t) { use(on.permit.read()); });
      }},

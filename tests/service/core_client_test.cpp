@@ -4,23 +4,23 @@
 
 #include <string>
 
-#include "stage.hpp"
+#include "core_harness.hpp"
 
 namespace core_client_test {
 namespace {
 
 using namespace std::chrono_literals;
+using harness::core_harness;
+using harness::peer;
 using rowe::detail::lane_kind;
 using rowe::service::counter;
 using rowe::service::side;
-using stage::peer;
-using stage::theatre;
 using texts = std::vector<std::string>;
 
 struct core_client : testing::Test {
-  core_client() : on{stage::small_options(), side::client} {}
+  core_client() : on{harness::small_options(), side::client} {}
   ~core_client() override { EXPECT_TRUE(on.core.check()); }
-  theatre on;
+  core_harness on;
 
   void publish(rowe::detail::lane& lane, std::string_view text) {
     ASSERT_TRUE(rowe::detail::publish_into(

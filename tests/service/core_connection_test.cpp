@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core as a server: a connection from beginning to end, statistics, and when the next cycle is needed.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_connection_test {
 namespace {
 
@@ -34,7 +34,7 @@ TEST(core, wakes_for_a_crowd_of_quiet_peers_sixty_times_a_second_at_most) {
   constexpr int crowd = 100;
   rowe::endpoint_options options = small_options();
   options.limits.connections_max = crowd;
-  theatre on{options};
+  core_harness on{options};
   std::vector<peer> peers;
   for (int i = 0; i < crowd; ++i) {
     peers.emplace_back(on);
@@ -241,7 +241,7 @@ struct rate_report {
   double over_s = -1;
   double gap_ms = -1;
 };
-rate_report rate_of_pose(theatre& on, peer& p) {
+rate_report rate_of_pose(core_harness& on, peer& p) {
   p.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
   on.cycle();
   for (const auto& text : p.hear()) {
@@ -325,4 +325,4 @@ TEST_F(core_test, must_look_at_lanes_while_somebody_listens) {
 
 } // namespace
 } // namespace core_connection_test
-} // namespace stage
+} // namespace harness

@@ -3,10 +3,10 @@
 // Whatever a peer calls a topic is what it is sent.
 #include <rowe/ros.hpp>
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 #include "service/names.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_names_test {
 namespace {
 
@@ -155,7 +155,7 @@ TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
 TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
   rowe::endpoint_options options = small_options();
   options.relay = true;
-  theatre hub{options};
+  core_harness hub{options};
   auto& inbox = hub.offer(lane_kind::subscribe_text, "chatter", 100);
   hub.cycle();
   peer speaker{hub}, one{hub}, other{hub};
@@ -332,7 +332,7 @@ struct core_names_as_client : testing::Test {
     return text.find(R"("op":")" + std::string{op} + '"') != text.npos &&
            text.find(R"("topic":")" + std::string{topic} + '"') != text.npos;
   }
-  theatre on;
+  core_harness on;
 };
 
 TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handle_does) {
@@ -396,4 +396,4 @@ TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_th
 
 } // namespace
 } // namespace core_names_test
-} // namespace stage
+} // namespace harness

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core as a server: what this process publishes, and who gets it when.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_publishing_test {
 namespace {
 
@@ -204,11 +204,11 @@ TEST_F(core_test, writes_urgent_topics_before_others) {
 }
 
 TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
-  rowe::endpoint_options options = stage::small_options();
+  rowe::endpoint_options options = harness::small_options();
   options.limits.queue_depth_max = 256;
   options.limits.small_slots = 512;
   options.limits.queued_max = 1024;
-  theatre busy{options};
+  core_harness busy{options};
   auto& first = busy.offer(rowe::detail::lane_kind::publish_text, "/a", 8, {.depth = 256});
   auto& second = busy.offer(rowe::detail::lane_kind::publish_text, "/b", 8, {.depth = 256});
   peer reader{busy};
@@ -279,9 +279,9 @@ TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
 }
 
 TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
-  rowe::endpoint_options options = stage::small_options();
+  rowe::endpoint_options options = harness::small_options();
   options.relay = true;
-  theatre hub{options};
+  core_harness hub{options};
   peer talker{hub};
   peer listener{hub};
   listener.say(R"({"op":"subscribe","topic":"/pose"})");
@@ -339,7 +339,7 @@ struct ample {
     }
     return all;
   }
-  theatre on;
+  core_harness on;
   rowe::detail::lane& lane = advertise_pose(on, {.depth = 300});
   peer reader{on};
 };
@@ -378,7 +378,7 @@ TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold
   auto options = small_options();
   options.limits.small_slots = 2;
   options.limits.large_slots = 1;
-  theatre on{options};
+  core_harness on{options};
   auto& lasting = on.offer(rowe::detail::lane_kind::publish_text, "/t", 64);
   auto& brief = on.offer(rowe::detail::lane_kind::publish_text, "/t", 64, {.ttl = 5ms});
   peer stalled{on}, changed{on}, slow{on}, other{on}, asks{on};
@@ -411,7 +411,7 @@ TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold
 
 TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_them) {
   for (const std::size_t bytes : {std::size_t{10}, std::size_t{3000}}) { // of small slots, and of large ones
-    theatre busy;
+    core_harness busy;
     auto& lane = busy.offer(rowe::detail::lane_kind::publish_text, "/pose", 4000);
     peer deaf{busy}, deaf_too{busy}, hears{busy};
     for (peer* p : {&deaf, &deaf_too, &hears}) p->say(R"({"op":"subscribe","topic":"/pose"})");
@@ -431,4 +431,4 @@ TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_
   }
 }
 
-} // namespace stage
+} // namespace harness

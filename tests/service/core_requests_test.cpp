@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core as a server: what peers ask for, how often they want to be told, and what they are refused.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_requests_test {
 namespace {
 
@@ -82,12 +82,12 @@ TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
 struct hub : testing::Test {
   hub()
       : on{[] {
-          auto options = stage::small_options();
+          auto options = harness::small_options();
           options.relay = true;
           return options;
         }()} {}
   ~hub() override { EXPECT_TRUE(on.core.check()); }
-  theatre on;
+  core_harness on;
 };
 
 TEST_F(hub, relays_what_one_peer_publishes_to_those_that_subscribed_with_its_text_unchanged) {
@@ -174,7 +174,7 @@ TEST_F(refusals, answer_what_is_not_json_and_go_on) {
 TEST(refusal, names_the_limit_on_subscriptions_of_one_peer) {
   auto options = small_options();
   options.limits.topics_max = 64;
-  theatre on{options};
+  core_harness on{options};
   peer p{on};
   for (int i = 0; i < 9; ++i) p.say(R"({"op":"subscribe","topic":"/t)" + std::to_string(i) + "\"}");
   on.cycle();
@@ -266,4 +266,4 @@ TEST_F(refusals, are_bounded_for_a_peer_that_does_not_read_its_answers) {
 
 } // namespace
 } // namespace core_requests_test
-} // namespace stage
+} // namespace harness

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Peers that came on the path of the stop: what they may do, what they are told of everything else, and when
 // they lose their place.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <rowe/stop_latch.hpp>
 
@@ -10,7 +10,7 @@
 namespace core_stop_path_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 
 std::string member(const std::string& text, std::string_view name) {
   const auto found = rowe::json::find(rowe::json::root(text).raw, name);
@@ -21,7 +21,7 @@ struct stop_path : testing::Test {
   explicit stop_path(const rowe::endpoint_options& options = unguarded()) : on{options} {
     rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({.name = "base"}));
     on.cycle();
-    latch.emplace(theatre::handle_of(lane));
+    latch.emplace(core_harness::handle_of(lane));
   }
   ~stop_path() override { EXPECT_TRUE(on.core.check()); }
 
@@ -62,7 +62,7 @@ struct stop_path : testing::Test {
     return of.hear();
   }
 
-  theatre on;
+  core_harness on;
   std::optional<rowe::stop_latch> latch;
   std::deque<peer> peers;
 };

@@ -5,9 +5,9 @@
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_waking_test {
 namespace {
 
@@ -31,7 +31,7 @@ struct core_waking : testing::Test {
   }
   static rowe::detail::lane_handle handle_of(rowe::detail::lane& on) { return {nullptr, on}; }
 
-  theatre on{waking()};
+  core_harness on{waking()};
 };
 
 TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
@@ -123,7 +123,7 @@ struct core_in_phase : testing::Test {
   }
   rowe::rt::time_point next() { return on.core.phases().wait_until(on.now + 20us, 250us); }
 
-  theatre on{in_phase()};
+  core_harness on{in_phase()};
 };
 
 TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
@@ -167,7 +167,7 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
   using json = rowe::json_text;
   auto& lane = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
   on.cycle();
-  rowe::responder<json, json> answers{theatre::handle_of(lane)};
+  rowe::responder<json, json> answers{core_harness::handle_of(lane)};
   peer p{on};
   on.cycle();
   EXPECT_EQ(next(), rowe::rt::never);
@@ -183,7 +183,7 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
 }
 
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
-  theatre on{waking(), rowe::service::side::client};
+  core_harness on{waking(), rowe::service::side::client};
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, rowe::service::side::client};
@@ -205,7 +205,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
 }
 
 TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something_unsent) {
-  theatre on{waking(), rowe::service::side::client};
+  core_harness on{waking(), rowe::service::side::client};
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, rowe::service::side::client};
@@ -223,4 +223,4 @@ TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something
 
 } // namespace
 } // namespace core_waking_test
-} // namespace stage
+} // namespace harness

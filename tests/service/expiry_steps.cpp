@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string>
 
-#include "stage.hpp"
+#include "core_harness.hpp"
 
 namespace {
 
@@ -28,13 +28,13 @@ std::uint64_t random_number() {
 }
 
 rowe::endpoint_options options(std::uint32_t pending) {
-  auto chosen = stage::small_options();
+  auto chosen = harness::small_options();
   chosen.limits.small_slot_bytes = 64;
   chosen.limits.small_slots = pending + pending / 2 + 64;
   return chosen;
 }
 
-void send(stage::theatre& on, duration ttl) {
+void send(harness::core_harness& on, duration ttl) {
   const auto slot = on.submissions.submit({.what = rowe::detail::entry::message,
                                            .stamped = on.now,
                                            .expires = rowe::rt::deadline_after(on.now, ttl)},
@@ -45,7 +45,7 @@ void send(stage::theatre& on, duration ttl) {
 } // namespace
 
 // The lives are drawn before, so that only the core's instructions are counted, and the submission queue's.
-extern "C" [[gnu::noinline]] void expiry_steps(stage::theatre& on, const std::vector<duration>& lives,
+extern "C" [[gnu::noinline]] void expiry_steps(harness::core_harness& on, const std::vector<duration>& lives,
                                                duration each) {
   for (const duration ttl : lives) {
     send(on, ttl);
@@ -59,7 +59,7 @@ int main(int count, char** arguments) {
     std::fprintf(stderr, "expiry_steps PENDING\n");
     return 1;
   }
-  stage::theatre on{options(pending)};
+  harness::core_harness on{options(pending)};
   constexpr double life_ns_max = 1e10;
   const auto share = [] { return static_cast<double>(random_number() >> 11) * 0x1p-53; };
   const duration each = duration{5s} / pending; // half the longest life

@@ -3,7 +3,7 @@
 // last slot is home.
 #include "service/lane_home.hpp"
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <rowe/caller.hpp>
 #include <rowe/lane.hpp>
@@ -14,7 +14,7 @@
 namespace lane_home_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 using rowe::json_text;
 using rowe::detail::pair_phase;
 
@@ -41,7 +41,7 @@ TEST_F(outliving, lane_is_free_at_once_when_nobody_looks_at_its_slots) {
   rowe::detail::lane& one = subscribe();
   publish(3); // two of which nobody takes
   {
-    rowe::subscriber<json_text> handle{theatre::handle_of(one)};
+    rowe::subscriber<json_text> handle{core_harness::handle_of(one)};
     EXPECT_TRUE(handle.try_take());
   }
   close(one);
@@ -51,7 +51,7 @@ TEST_F(outliving, lane_is_free_at_once_when_nobody_looks_at_its_slots) {
 TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
   rowe::detail::lane& one = subscribe();
   publish(3);
-  std::optional<rowe::subscriber<json_text>> handle{theatre::handle_of(one)};
+  std::optional<rowe::subscriber<json_text>> handle{core_harness::handle_of(one)};
   auto first = std::optional{handle->try_take()};
   auto second = std::optional{handle->try_take()};
   handle.reset();
@@ -72,7 +72,7 @@ TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
 TEST_F(outliving, lane_that_is_held_is_counted_once) {
   rowe::detail::lane& one = subscribe();
   publish(1);
-  std::optional<rowe::subscriber<json_text>> handle{theatre::handle_of(one)};
+  std::optional<rowe::subscriber<json_text>> handle{core_harness::handle_of(one)};
   const auto view = handle->try_take();
   one.refused_full.add(3);
   handle.reset();
@@ -84,7 +84,7 @@ TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
   rowe::detail::lane& one =
       on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4, .text_bytes_max = 200}));
   on.cycle();
-  std::optional<rowe::lane> handle{theatre::handle_of(one)};
+  std::optional<rowe::lane> handle{core_harness::handle_of(one)};
   ASSERT_TRUE(handle->start(R"({"service":"/rosapi/topics"})", 1s, on.now));
   ASSERT_TRUE(handle->start(R"({"service":"/rosapi/topics"})", 1s, on.now));
   on.cycle();
@@ -104,7 +104,7 @@ TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
   on.cycle();
   other.say(R"({"op":"call_service","service":"/do"})");
   on.cycle();
-  std::optional<rowe::responder<json_text, json_text>> handle{theatre::handle_of(one)};
+  std::optional<rowe::responder<json_text, json_text>> handle{core_harness::handle_of(one)};
   auto asked = std::optional{handle->try_next(on.now)};
   ASSERT_TRUE(*asked);
   EXPECT_EQ(handle->try_next(on.now).code(), rowe::errc::empty); // a place for an answer is put aside

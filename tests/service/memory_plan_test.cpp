@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "stage.hpp"
+#include "core_harness.hpp"
 
 namespace memory_plan_test {
 namespace {
@@ -19,10 +19,10 @@ TEST(memory_plan, of_the_defaults_is_what_it_was_within_a_percent) {
 }
 
 TEST(memory_plan, is_the_sum_of_what_is_carved) {
-  for (const rowe::limits& bounds : {rowe::limits{}, stage::small_options().limits}) {
+  for (const rowe::limits& bounds : {rowe::limits{}, harness::small_options().limits}) {
     rowe::endpoint_options options;
     options.limits = bounds;
-    stage::theatre built{options};
+    harness::core_harness built{options};
     const auto plan = rowe::service::plan_memory(bounds);
     EXPECT_EQ(built.memory.bytes_used() + plan.lane_memory, plan.arena());
   }

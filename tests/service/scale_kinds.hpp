@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "stage.hpp"
+#include "core_harness.hpp"
 
 namespace scale {
 
@@ -22,16 +22,16 @@ using namespace std::chrono_literals;
 using rowe::service::connection_id;
 using rowe::service::transport_sink;
 
-// From the stage into the core, or from the core into the stage. Whoever counts the core alone lets callgrind
-// begin and stop counting here: --toggle-collect='*scale::crossing<*'.
+// From the harness into the core, or from the core into the harness. Whoever counts the core alone lets
+// callgrind begin and stop counting here: --toggle-collect='*scale::crossing<*'.
 template <class Call>
 [[gnu::noinline]] auto crossing(const Call& call) {
   return call();
 }
 
-class lean_carrier final : public rowe::service::transport {
+class lean_transport final : public rowe::service::transport {
  public:
-  explicit lean_carrier(std::uint32_t connections_max) : readers_(connections_max, true) {}
+  explicit lean_transport(std::uint32_t connections_max) : readers_(connections_max, true) {}
 
   void open(std::uint32_t index) { opening_.push_back(index); }
   void say(std::uint32_t index, std::string_view text) { send(index, 0x81, text); }
@@ -136,7 +136,7 @@ class lean_carrier final : public rowe::service::transport {
   std::vector<std::byte> arriving_, bytes_;
 };
 
-using theatre = stage::theatre_over<lean_carrier>;
+using core_harness = harness::core_harness_over<lean_transport>;
 
 inline rowe::endpoint_options options_for(std::uint32_t count, std::uint32_t queue_depth) {
   rowe::endpoint_options chosen;
@@ -191,7 +191,7 @@ struct place {
     if (!done) std::abort();
   }
 
-  theatre on;
+  core_harness on;
   std::uint32_t count;
   std::uint32_t frames_a_step = 0; // texts that peers are given; 0: who measures does not look
 };

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// When the service thread waits, and when it must not: on a stage whose transport tells how long it is asked
-// to wait, with this thread in the service thread's place.
+// When the service thread waits, and when it must not: in a harness whose transport tells how long it is
+// asked to wait, with this thread in the service thread's place.
 #include "service/service_loop.hpp"
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <functional>
 
 namespace service_loop_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 using rowe::rt::duration;
 using rowe::rt::monotonic_clock;
 using rowe::rt::time_point;
@@ -41,7 +41,8 @@ class watched_transport : public rowe::net::memory_transport {
 };
 
 struct serving : testing::Test {
-  theatre_over<watched_transport> on{small_options(), rowe::service::side::server, 1, monotonic_clock::now()};
+  core_harness_over<watched_transport> on{small_options(), rowe::service::side::server, 1,
+                                          monotonic_clock::now()};
   rowe::service::service_loop loop{on.core, on.net, on.bell, rowe::idle::poll, 250us};
 };
 

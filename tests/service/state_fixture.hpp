@@ -8,9 +8,9 @@
 #include <rowe/endpoint.hpp>
 
 #include "memory_transport/memory_transport.hpp"
+#include "service/core_harness.hpp"
 #include "service/core_state.hpp"
 #include "service/memory_plan.hpp"
-#include "service/stage.hpp"
 
 namespace state_fixture {
 
@@ -33,7 +33,7 @@ struct state_fixture : testing::Test {
   rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
   const rowe::wire::protocol_set& protocols = rowe::wire::protocols_of(rowe::peer_profile::standard);
   rowe::net::memory_transport to_peers{bounds.connections_max};
-  stage::seeded_entropy random{1};
+  harness::seeded_entropy random{1};
   rowe::service::shared_state board{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
   rowe::service::shared_inbox shared{memory, bounds};

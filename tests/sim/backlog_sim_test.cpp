@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "service/core_stage.hpp"
+#include "service/core_fixtures.hpp"
 #include "service/credit.hpp"
 
 #include "simulated_link.hpp"
@@ -53,7 +53,7 @@ class saturated {
       publish();
       on_.cycle(step);
       link.advance();
-      in_flight = std::max(in_flight, on_.count(stage::counter::bytes_out) - link.bytes_read());
+      in_flight = std::max(in_flight, on_.count(harness::counter::bytes_out) - link.bytes_read());
     }
     rate = static_cast<double>(link.bytes_read() - read) / seconds(time);
     EXPECT_FALSE(link.broken());
@@ -62,7 +62,7 @@ class saturated {
 
  private:
   static rowe::endpoint_options options() {
-    auto chosen = stage::small_options();
+    auto chosen = harness::small_options();
     chosen.limits.small_slots = 512;
     chosen.limits.queue_depth_max = 256;
     chosen.limits.queued_max = 512;
@@ -72,16 +72,16 @@ class saturated {
   void publish() {
     for (int i = 0; i < 16; ++i) {
       const std::string text = R"({"x":")" + std::string(random_.below(text_bytes_max_ - 8), 'x') + "\"}";
-      ASSERT_TRUE(stage::publish_text(on_, telemetry_, text));
+      ASSERT_TRUE(harness::publish_text(on_, telemetry_, text));
     }
     if (alarm_at_ != rowe::rt::never || !random_.one_in(40)) return;
-    ASSERT_TRUE(stage::publish_text(on_, alarm_, "{}"));
+    ASSERT_TRUE(harness::publish_text(on_, alarm_, "{}"));
     alarm_at_ = on_.now;
   }
 
   const std::size_t text_bytes_max_;
   random_source random_;
-  stage::theatre on_;
+  harness::core_harness on_;
   rowe::detail::lane& telemetry_;
   rowe::detail::lane& alarm_;
   time_point alarm_at_ = rowe::rt::never;

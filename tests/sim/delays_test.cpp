@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "delays.hpp"
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 
 namespace delays_test {
 namespace {
@@ -89,12 +89,12 @@ TEST(delays, let_all_messages_of_an_hour_through_in_order) {
   ASSERT_EQ(ticks.period, 20ms);
   ASSERT_EQ(beats.period, 50ms);
 
-  stage::theatre on;
-  rowe::publisher<beat> out{stage::theatre::handle_of(
+  harness::core_harness on;
+  rowe::publisher<beat> out{harness::core_harness::handle_of(
       on.offer(rowe::detail::advertise_request<beat>("/tick", {.keep = rowe::keep::all})))};
   rowe::subscriber<beat> in{
-      stage::theatre::handle_of(on.offer(rowe::detail::subscribe_request<beat>("/beat", {})))};
-  stage::peer guard{on};
+      harness::core_harness::handle_of(on.offer(rowe::detail::subscribe_request<beat>("/beat", {})))};
+  harness::peer guard{on};
   guard.say(R"({"op":"subscribe","topic":"/tick"})");
   on.cycle();
   on.net.weather_of(guard.id()).to_peer = sim::delays{ticks, 1};

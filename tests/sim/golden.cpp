@@ -24,8 +24,8 @@ namespace {
 constexpr std::uint64_t seeds = 200; // of each kind
 constexpr std::uint64_t steps = 1500;
 
-template <class Stage>
-std::uint64_t trace_of(Stage& on, std::uint64_t more) {
+template <class Harness>
+std::uint64_t trace_of(Harness& on, std::uint64_t more) {
   std::uint64_t hash = on.net.trace() ^ more;
   for (std::size_t i = 0; i < rowe::service::counter_descriptions.size(); ++i)
     hash = (hash ^ on.count(static_cast<rowe::service::counter>(i))) * 1099511628211U;
@@ -56,8 +56,8 @@ std::uint64_t swarming(std::uint64_t seed) {
   return trace_of(w.on(), w.trace_hash());
 }
 
-template <class Stage>
-void print_step(std::uint64_t step, const Stage& on, std::uint64_t told) {
+template <class Harness>
+void print_step(std::uint64_t step, const Harness& on, std::uint64_t told) {
   std::printf("%" PRIu64 " written %016" PRIx64 " told %016" PRIx64 "\n", step, on.net.trace(), told);
   for (std::size_t i = 0; i < rowe::service::counter_descriptions.size(); ++i) {
     if (const auto count = on.count(static_cast<rowe::service::counter>(i)); count != 0)

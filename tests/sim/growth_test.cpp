@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 
 struct sample {
   double stamp, x, y, heading, speed;
@@ -40,11 +40,11 @@ std::uint64_t private_kilobytes() {
 }
 
 TEST(growth, is_none_however_many_messages_pass) {
-  stage::theatre on;
+  harness::core_harness on;
   auto& lane = on.offer(rowe::detail::lane_kind::publish_value, "/odom", sizeof(sample),
                         {.ttl = 1500us, .depth = 16}, &rowe::describe<sample>());
-  stage::peer quick{on};
-  stage::peer throttled{on};
+  harness::peer quick{on};
+  harness::peer throttled{on};
   quick.say(R"({"op":"subscribe","topic":"/odom"})");
   throttled.say(R"({"op":"subscribe","topic":"/odom","throttle_rate":5,"queue_length":2})");
   on.cycle();

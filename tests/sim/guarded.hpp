@@ -9,7 +9,7 @@
 
 #include <rowe/stop_latch.hpp>
 
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 
 namespace sim {
 
@@ -27,7 +27,7 @@ class guarded {
   guarded(duration lease, duration heartbeat, std::uint64_t seed, delivery from_robot = {},
           delivery from_guard = {})
       : on{options_with(lease), rowe::service::side::server, seed},
-        latch_{stage::theatre::handle_of(on.offer(rowe::detail::latch_request({})))},
+        latch_{harness::core_harness::handle_of(on.offer(rowe::detail::latch_request({})))},
         guard_{on},
         heartbeat_{heartbeat} {
     on.cycle(); // the connection is made, and the loop is known
@@ -53,7 +53,7 @@ class guarded {
     if (guard_speaks && (heartbeat_ == each_tick ? heard : on.now >= speaks_next_)) speak();
   }
 
-  stage::theatre on;
+  harness::core_harness on;
   bool moving = false;
   int stops = 0;           // while it was moving
   time_point stopped_at{}; // the last one
@@ -64,7 +64,7 @@ class guarded {
   bool guard_speaks = true;
   bool guard_resets = true; // whenever it is told that the robot is stopped
 
-  stage::peer& guard() { return guard_; }
+  harness::peer& guard() { return guard_; }
   // From now on nothing arrives at either end any more.
   void disconnect(bool to_robot, bool to_guard) {
     const delivery never = [](time_point) { return rowe::rt::never; };
@@ -74,7 +74,7 @@ class guarded {
 
  private:
   static rowe::endpoint_options options_with(duration lease) {
-    rowe::endpoint_options options = stage::small_options();
+    rowe::endpoint_options options = harness::small_options();
     options.stop.lease = lease;
     return options;
   }
@@ -114,7 +114,7 @@ class guarded {
   }
 
   rowe::stop_latch latch_;
-  stage::peer guard_;
+  harness::peer guard_;
   duration heartbeat_;
   time_point speaks_next_{};
   std::int64_t tick_ = -1; // the newest that came

@@ -135,7 +135,7 @@ class actor {
 class lane_user final : public actor {
  public:
   lane_user(world_context& in, bool receives, rowe::priority priority)
-      : actor{in, request(receives, priority)}, handle_{stage::theatre::handle_of(lane_)} {}
+      : actor{in, request(receives, priority)}, handle_{harness::core_harness::handle_of(lane_)} {}
 
   void act(const std::vector<std::unique_ptr<messaging_peer>>& peers) override {
     const messaging_peer* const to =
@@ -261,7 +261,7 @@ class server final : public actor {
   server(world_context& in, std::string_view name)
       : actor{in, rowe::detail::serve_request<Q, A>(name,
                                                     {.depth = 3, .type = "sim/Add", .text_bytes_max = 300})},
-        handle_{stage::theatre::handle_of(lane_)} {}
+        handle_{harness::core_harness::handle_of(lane_)} {}
 
   void act(const std::vector<std::unique_ptr<messaging_peer>>&) override {
     if (held_.empty() || in_.random.one_in(2)) {
@@ -322,7 +322,7 @@ class client final : public actor {
  public:
   client(world_context& in, std::string_view name)
       : actor{in, rowe::detail::client_request<Q, A>(name, {.depth = 3, .text_bytes_max = 300})},
-        handle_{stage::theatre::handle_of(lane_)} {}
+        handle_{harness::core_harness::handle_of(lane_)} {}
 
   void act(const std::vector<std::unique_ptr<messaging_peer>>&) override {
     switch (in_.random.below(5)) {

@@ -15,7 +15,7 @@ namespace sim {
 
 // What the parts of a world share.
 struct world_context {
-  stage::theatre& on;
+  harness::core_harness& on;
   random_source& random;
   ledger& book;
 };
@@ -29,11 +29,11 @@ class messaging_peer {
   };
 
   messaging_peer(world_context& in, rowe::service::side ours)
-      : in_{in}, link_{std::make_unique<stage::peer>(in.on, ours)}, number_{in.book.new_actor()} {}
+      : in_{in}, link_{std::make_unique<harness::peer>(in.on, ours)}, number_{in.book.new_actor()} {}
 
   std::uint32_t number() const { return number_; }
   rowe::connection named() const { return {link_->id().index, link_->id().generation}; }
-  stage::peer& link() { return *link_; }
+  harness::peer& link() { return *link_; }
   std::vector<request>& asked() { return asked_; }
   bool well_behaved = true; // else we may have disconnected it
   bool answers_pings = true;
@@ -211,7 +211,7 @@ class messaging_peer {
   }
 
   world_context& in_;
-  std::unique_ptr<stage::peer> link_;
+  std::unique_ptr<harness::peer> link_;
   std::uint32_t number_;
   stream written_;
   std::uint64_t read_ = 0;

@@ -112,7 +112,7 @@ class messaging_world : public sim_base {
  private:
   static side role(std::uint64_t seed) { return seed % 3 == 0 ? side::client : side::server; }
   static rowe::endpoint_options options(std::uint64_t seed) {
-    auto chosen = stage::small_options();
+    auto chosen = harness::small_options();
     random_source random{seed + 77};
     chosen.relay = random.one_in(2);
     chosen.answers_any = random.one_in(2);

@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 #include "service/topic_table.hpp"
 
 namespace sim {
@@ -48,7 +48,7 @@ class sim_base {
   }
   std::uint64_t trace() const { return trace_; }
   std::uint64_t steps() const { return steps_; }
-  stage::theatre& on() { return on_; }
+  harness::core_harness& on() { return on_; }
 
  protected:
   std::uint64_t below(std::uint64_t bound) { return random_.below(bound); }
@@ -58,7 +58,7 @@ class sim_base {
     if (wrong_.empty()) wrong_ = what + " (step " + std::to_string(steps_) + ")";
   }
 
-  void change_conditions(stage::connection_id of) {
+  void change_conditions(harness::connection_id of) {
     auto& conditions = on_.net.weather_of(of);
     constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
     constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
@@ -74,7 +74,7 @@ class sim_base {
   }
 
   random_source random_;
-  stage::theatre on_;
+  harness::core_harness on_;
   std::uint64_t steps_ = 0;
 
  private:

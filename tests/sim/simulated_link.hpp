@@ -21,7 +21,7 @@ class simulated_link {
     std::size_t buffer_bytes = 4 * 1024 * 1024;
   };
 
-  simulated_link(stage::theatre& on, const properties& is) : on_{on}, peer_{on}, is_{is} {
+  simulated_link(harness::core_harness& on, const properties& is) : on_{on}, peer_{on}, is_{is} {
     auto& conditions = on_.net.weather_of(peer_.id());
     conditions.room_bytes = is_.buffer_bytes;
     conditions.to_peer = conditions.to_us = [this](time_point sent) { return sent + is_.round_trip / 2; };
@@ -29,7 +29,7 @@ class simulated_link {
   simulated_link(const simulated_link&) = delete;
   simulated_link& operator=(const simulated_link&) = delete;
 
-  stage::peer& peer() { return peer_; }
+  harness::peer& peer() { return peer_; }
   properties& is() { return is_; }
   // Each text as it is read.
   std::function<void(const written_frame&)> heard = [](const written_frame&) {};
@@ -56,8 +56,8 @@ class simulated_link {
   bool broken() const { return read_.broken(); }
 
  private:
-  stage::theatre& on_;
-  stage::peer peer_;
+  harness::core_harness& on_;
+  harness::peer peer_;
   properties is_;
   time_point at_ = on_.now;
   stream read_;

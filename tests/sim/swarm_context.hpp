@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "service/stage.hpp"
+#include "service/core_harness.hpp"
 #include "swarm_choices.hpp"
 #include "swarm_coverage.hpp"
 #include "swarm_grammar.hpp"
@@ -22,8 +22,8 @@ namespace swarm {
 using namespace std::chrono_literals;
 using rowe::rt::duration;
 using rowe::rt::time_point;
-using harness = stage::theatre;
-using far_end = stage::peer; // of a connection
+using core_harness = harness::core_harness;
+using far_end = harness::peer; // of a connection
 using rowe::service::counter;
 
 // The first error of a run, under the name of the invariant that it breaks. An invariant can be switched off
@@ -56,7 +56,7 @@ struct publication {
 };
 
 struct context {
-  harness& on;
+  core_harness& on;
   choices& random;
   coverage& seen;
   run_result& result;

@@ -139,7 +139,7 @@ class handle {
   void begin_use() {
     if (!std::exchange(used_, true)) in_.seen.add(kind_, moment::used);
   }
-  rowe::detail::lane_handle held() { return harness::handle_of(*lane_); }
+  rowe::detail::lane_handle held() { return core_harness::handle_of(*lane_); }
   rowe::duration some_time() {
     constexpr rowe::duration times[] = {0ns, 1ms, 20ms, 100ms, 500ms, -1ns, -1ns};
     return in_.random.one_of(times);

@@ -289,7 +289,7 @@ class world {
   bool broken() const { return result_.broken(); }
   const run_result& result() const { return result_; }
   std::uint64_t trace_hash() const { return hash_; }
-  stage::theatre& on() { return on_; }
+  harness::core_harness& on() { return on_; }
   const honest& honest_peer() const { return honest_; }
 
  private:
@@ -613,7 +613,7 @@ class world {
   plan plan_;
   seeded_choices random_;
   run_result result_;
-  harness on_;
+  core_harness on_;
   codec_check check_;
   context context_;
   process process_;

@@ -34,7 +34,7 @@ struct tick {
 };
 
 struct viewer {
-  std::unique_ptr<stage::peer> link;
+  std::unique_ptr<harness::peer> link;
   std::map<std::int64_t, std::int64_t> newest; // of each source
   std::uint64_t heard = 0;
   std::uint64_t read = 0; // bytes of the stream
@@ -117,14 +117,14 @@ class world : public sim_base {
   };
 
   static rowe::endpoint_options options() {
-    auto chosen = stage::small_options();
+    auto chosen = harness::small_options();
     chosen.relay = true;
     return chosen;
   }
 
   void open_viewer() {
     viewer fresh;
-    fresh.link = std::make_unique<stage::peer>(on_);
+    fresh.link = std::make_unique<harness::peer>(on_);
     viewers_.push_back(std::move(fresh));
   }
 
@@ -159,7 +159,7 @@ class world : public sim_base {
   void say_something() {
     if (viewers_.empty()) return wait();
     const std::size_t who = below(viewers_.size());
-    stage::peer& p = *viewers_[who].link;
+    harness::peer& p = *viewers_[who].link;
     if (!does_.peers_misbehave) return p.send(rowe::wire::opcode::ping, "x");
     switch (below(12)) {
     case 0: return subscribe(viewers_[who]);

@@ -358,7 +358,7 @@ replaced = {
     "weather": "link conditions"}
 # Names that folders beyond `worded` give; `dialect` is a member on the wire.
 named_elsewhere = (
-    "`dialect`", "bell_rope", "stage::theatre",
+    "`dialect`", "bell_rope",
     "start_letter", "wake_bell", "wake_bell_test", "weather_of")
 
 

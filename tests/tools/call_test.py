@@ -72,7 +72,7 @@ class services_of_peers(calling):
             provider(self.serving.port, add=add, refuse=refuse, silent=silent,
                      long=lambda asked: {"values": {"text": "x" * asked["length"]}}))
 
-    def test_are_reached_through_the_hub_in_either_dialect(self):
+    def test_are_reached_through_the_hub_by_either_codec(self):
         for name in ("/add", "add"):
             for how in ((), ("--bare",)):
                 ended = run("call", self.serving.url, name, '{"a":38,"b":4}', *how)

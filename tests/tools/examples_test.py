@@ -93,12 +93,12 @@ class listen(unittest.TestCase):
 class answer(unittest.TestCase):
     setUp = control_loop.setUp
 
-    def test_answers_in_either_dialect_and_refuses_with_its_sentence(self):
+    def test_answers_by_either_codec_and_refuses_with_its_sentence(self):
         url = f"ws://127.0.0.1:{port}"
         with example("answer") as robot:
-            for dialect in ([], ["--bare"]):
+            for codec in ([], ["--bare"]):
                 # It can be reached a moment before it provides its service.
-                asked = until(lambda how=dialect: run("call", url, "/set_speed", '{"speed":0.5}', *how),
+                asked = until(lambda how=codec: run("call", url, "/set_speed", '{"speed":0.5}', *how),
                               lambda ended: "nobody provides it" not in "\n".join(ended.stderr))
                 self.assertEqual((asked.code, json.loads(asked.stdout[0])["speed"]), (0, 0.5), asked.stderr)
             refused = run("call", url, "/set_speed", '{"speed":5}')

@@ -118,7 +118,7 @@ class publishing(unittest.TestCase):
             self.assertEqual(answer.get("id"), "w", wrong)
 
     def test_what_is_no_json_is_answered_and_does_not_end_the_connection(self):
-        settle(self.one)  # it is answered in the dialect that was spoken last
+        settle(self.one)  # it is answered by the codec that was used last
         for wrong in ("{", "nonsense", '{"op":"publish","topic":"/t","msg":{"a":01}}',
                       '{"op":"subscribe","topic":"\\ud800"}x'):
             self.one.send_text(wrong)

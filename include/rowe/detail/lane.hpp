@@ -271,7 +271,7 @@ class lane_handle {
 
  private:
   void reset() noexcept {
-    if (state_) close_lane(*state_, *lane_); // without, on a stage of tests, the lane is theirs
+    if (state_) close_lane(*state_, *lane_); // without, in a harness of tests, the lane is the harness's
     lane_ = nullptr;
     state_.reset();
   }

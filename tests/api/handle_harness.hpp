@@ -29,23 +29,23 @@ inline constexpr auto rowe::schema<question> = rowe::fields<&question::a, &quest
 template <>
 inline constexpr auto rowe::schema<sum> = rowe::fields<&sum::value>{};
 
-namespace handle_stage {
+namespace handle_harness {
 
 using namespace std::chrono_literals;
 using namespace rowe;
 
 inline constexpr time_point now{1000s};
 
-class lane_on_stage {
+class lane_harness {
  public:
-  explicit lane_on_stage(const detail::lane_request& asked)
+  explicit lane_harness(const detail::lane_request& asked)
       : bytes_{detail::lane_bytes(asked)}, lane_{std::make_unique<detail::lane>()} {
     lane_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
     detail::build_lane(*lane_, asked, generations);
   }
-  lane_on_stage(const lane_on_stage&) = delete;
-  lane_on_stage& operator=(const lane_on_stage&) = delete;
-  ~lane_on_stage() { ::operator delete(lane_->memory.data(), alignment); }
+  lane_harness(const lane_harness&) = delete;
+  lane_harness& operator=(const lane_harness&) = delete;
+  ~lane_harness() { ::operator delete(lane_->memory.data(), alignment); }
 
   detail::lane& operator*() { return *lane_; }
   detail::lane* operator->() { return lane_.get(); }
@@ -135,4 +135,4 @@ inline detail::value_header call_from(detail::peer_ref from, detail::call_ref ca
   return header;
 }
 
-} // namespace handle_stage
+} // namespace handle_harness

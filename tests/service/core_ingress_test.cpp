@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // In which order peers are heard: one message of each in turn, a bounded amount in one cycle, and a stop
 // before all of it.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <rowe/lane.hpp>
 #include <rowe/stop_latch.hpp>
@@ -14,7 +14,7 @@
 namespace core_reading_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 
 constexpr const char* stop_call = R"({"op":"call_service","id":"1","service":"/rowe/stop"})";
 
@@ -50,10 +50,10 @@ struct reading : testing::Test {
     heard->lifecycle.close();
     on.cycle();
   }
-  std::unique_ptr<rowe::stop_latch> latch_on_stage() {
+  std::unique_ptr<rowe::stop_latch> opened_latch() {
     rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
     on.cycle();
-    return std::make_unique<rowe::stop_latch>(theatre::handle_of(lane));
+    return std::make_unique<rowe::stop_latch>(core_harness::handle_of(lane));
   }
   void flood_by_others() {
     for (std::size_t who = 1; who < 4; ++who)
@@ -74,7 +74,7 @@ struct reading : testing::Test {
            std::string(bytes, '.') + "\"}}";
   }
 
-  theatre on{roomy()};
+  core_harness on{roomy()};
   std::vector<std::unique_ptr<peer>> peers;
   rowe::detail::lane* heard = nullptr;
 };
@@ -128,7 +128,7 @@ TEST_F(reading, carries_out_a_stop_before_everything_that_was_read_with_it) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{theatre::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(lane)};
   for (const char* text : {stop_call, R"({"service":"/rowe/stop","message_id":1})",
                            R"({"op":"publish","topic":"\/rowe\/stop","msg":{}})"}) {
     const auto before = on.count(counter::stops);
@@ -147,7 +147,7 @@ TEST_F(reading, finds_a_stop_behind_other_messages_of_its_own_peer) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{theatre::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(lane)};
   for (int i = 0; i < 10; ++i) peers[0]->say(say('a'));
   peers[0]->say(stop_call);
   for (int i = 0; i < 10; ++i) peers[0]->say(say('b'));
@@ -159,7 +159,7 @@ TEST_F(reading, finds_a_stop_behind_other_messages_of_its_own_peer) {
 // What a peer sends in front of a stop goes on waiting for its turn.
 TEST_F(reading, carries_out_nothing_but_the_stop_before_its_turn) {
   listen();
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   for (int i = 0; i < 40; ++i) peers[0]->say(say('a'));
   peers[0]->say(stop_call);
   peers[0]->say(stop_call);
@@ -175,7 +175,7 @@ TEST_F(reading, carries_out_nothing_but_the_stop_before_its_turn) {
 }
 
 TEST_F(reading, lets_nobody_pass_by_the_words_of_a_stop) {
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   for (const std::string text :
        {R"({"op":"publish","topic":"/heard","msg":{"data":"a","service":"/rowe/stop"}})",
         R"({"op":"publish","topic":"/heard","msg":{"data":"a","\"service\":\"/rowe/stop\"":1}})",
@@ -197,7 +197,7 @@ TEST_F(reading, lets_nobody_pass_by_the_words_of_a_stop) {
 // A claim costs its peer's neighbours one reading at most, however often it is made.
 TEST_F(reading, lets_nobody_pass_by_claiming_to_be_a_stop) {
   listen();
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   for (int i = 0; i < 60; ++i) peers[0]->say(R"({"service":"/rowe/stop","message_id":1,})");
   for (int i = 0; i < 20; ++i) peers[0]->say(R"({"op":"subscribe","topic":"/rowe/stop"})");
   for (std::size_t who = 1; who < 4; ++who)
@@ -213,7 +213,7 @@ TEST_F(reading, lets_nobody_pass_by_claiming_to_be_a_stop) {
 
 TEST_F(reading, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is_here_whole) {
   listen();
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   for (std::size_t split = 1; split < 8; ++split) {
     const auto stops = on.count(counter::stops);
     const std::vector<std::byte> frame = frame_of(rowe::wire::opcode::text, true, say('a', 200));
@@ -232,7 +232,7 @@ TEST_F(reading, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is_here
 
 TEST_F(reading, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_it) {
   listen();
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   const std::string text = say('a');
   peers[0]->send_raw(frame_of(rowe::wire::opcode::text, false, text.substr(0, 20)));
   peers[0]->send(rowe::wire::opcode::ping, "?");
@@ -257,7 +257,7 @@ TEST_F(reading, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_it) {
 }
 
 TEST_F(reading, finds_no_stop_behind_a_goodbye) {
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   peers[0]->send(rowe::wire::opcode::close, std::string_view{"\x03\xe8", 2});
   peers[0]->say(stop_call);
   on.cycles(3);
@@ -266,7 +266,7 @@ TEST_F(reading, finds_no_stop_behind_a_goodbye) {
 
 // The stop passes the reset, which stands before it: the peer's last word holds.
 TEST_F(reading, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
-  const auto latch = latch_on_stage();
+  const auto latch = opened_latch();
   (void)latch->engaged(on.now);
   latch->acknowledge(on.now);
   peers[0]->say(stop_call); // what comes is a repeat, which raises no number
@@ -296,7 +296,7 @@ TEST_F(reading, finds_it_there_although_others_flood) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{theatre::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(lane)};
   for (std::size_t who = 1; who < 4; ++who)
     for (int i = 0; i < 60; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
   for (int i = 0; i < 40; ++i) peers[0]->say("{}");
@@ -309,7 +309,7 @@ TEST_F(reading, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{theatre::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(lane)};
   for (std::size_t who = 1; who < 4; ++who)
     for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who), 3000));
   peers[0]->say(say('a', 4200)); // more than one read
@@ -349,7 +349,7 @@ struct sharing : reading {
                       .in_bytes = 4096,
                       .ends_bytes = 192});
     on.cycle();
-    talk = rowe::lane{theatre::handle_of(*lane)};
+    talk = rowe::lane{core_harness::handle_of(*lane)};
   }
   static std::string letter(char who, std::size_t bytes = 0) {
     return R"({"data":")" + std::string(1, who) + std::string(bytes, '.') + "\"}";
@@ -523,7 +523,7 @@ TEST_F(sharing, lets_a_call_wait_for_a_place) {
 TEST_F(sharing, carries_out_a_stop_that_was_read_behind_what_waits) {
   rowe::detail::lane& loop = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{theatre::handle_of(loop)};
+  rowe::stop_latch latch{core_harness::handle_of(loop)};
   for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
   peers[0]->say(stop_call);
   on.cycle();
@@ -538,7 +538,7 @@ TEST_F(sharing, carries_out_a_stop_that_was_read_behind_what_waits) {
 TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
-  theatre on{options};
+  core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
                          .receives = true,
@@ -549,7 +549,7 @@ TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
                          .in_bytes = 4096,
                          .ends_bytes = 192});
   on.cycle();
-  rowe::lane talk{theatre::handle_of(lane)};
+  rowe::lane talk{core_harness::handle_of(lane)};
   peer alone{on};
   on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   for (int i = 0; i < 3; ++i) alone.say(R"({"data":"a"})");
@@ -568,7 +568,7 @@ TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
 TEST(reading_alone, ends_the_cycle_when_its_work_is_done) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
-  theatre on{options};
+  core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
   peer alone{on};
@@ -592,7 +592,7 @@ TEST(reading_alone, ends_the_cycle_when_its_work_is_done) {
 TEST(reading_alone, keeps_long_messages_that_find_no_room) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
-  theatre on{options};
+  core_harness on{options};
   auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
                          .receives = true,
                          .out_depth = 4,
@@ -602,7 +602,7 @@ TEST(reading_alone, keeps_long_messages_that_find_no_room) {
                          .in_bytes = 64 * 1024,
                          .ends_bytes = 192});
   on.cycle();
-  rowe::lane talk{theatre::handle_of(lane)};
+  rowe::lane talk{core_harness::handle_of(lane)};
   peer alone{on};
   on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   const std::size_t lengths[] = {50'000, 63'000, 20'000, 40'000, 58'000, 61'000, 15'000, 48'000};
@@ -625,7 +625,7 @@ TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
   options.relay = true;
-  theatre on{options};
+  core_harness on{options};
   on.cycle();
   peer alone{on}, reader{on};
   reader.say(R"({"op":"subscribe","topic":"/t"})");
@@ -656,7 +656,7 @@ TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
 
 // The first of each peer changes something; a crowd's others wait for their turns.
 TEST(reading_in_turn, carries_out_so_many_stops_before_their_turn) {
-  theatre on;
+  core_harness on;
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
   std::vector<std::unique_ptr<peer>> crowd;
@@ -720,7 +720,7 @@ TEST_F(sharing, keeps_a_place_for_who_comes_last) {
                     .in_bytes = 256,
                     .ends_bytes = 192});
   on.cycle();
-  talk = rowe::lane{theatre::handle_of(*lane)};
+  talk = rowe::lane{core_harness::handle_of(*lane)};
   std::vector<std::unique_ptr<peer>> greedy;
   for (int i = 0; i < 3; ++i) {
     greedy.push_back(std::make_unique<peer>(on));
@@ -743,7 +743,7 @@ TEST_F(sharing, keeps_a_place_for_who_comes_last) {
 TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
   rowe::endpoint_options options = small_options();
   options.limits.door_slots = 64;
-  theatre on{options};
+  core_harness on{options};
   const auto taken = [&] {
     std::string letters;
     while (const auto slot = on.inbox.try_receive(on.now)) {
@@ -781,7 +781,7 @@ TEST(sharing_alone, keeps_what_was_read_at_once) {
   auto options = roomy();
   options.limits.message_bytes_max = 60 * 1024;
   options.answers_any = true;
-  theatre on{options};
+  core_harness on{options};
   peer one{on};
   on.cycle();
   std::string said;
@@ -812,7 +812,7 @@ TEST(sharing_hop, reads_no_further_either) {
   auto options = roomy();
   options.profile = rowe::peer_profile::hop;
   options.answers_any = true;
-  theatre on{options};
+  core_harness on{options};
   peer one{on};
   on.net.weather_of(one.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
   on.cycle();

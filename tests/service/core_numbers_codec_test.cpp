@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A third codec beside the two that there are (tests/wire/numbers_codec.hpp), of which the service knows
 // nothing.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
@@ -15,7 +15,7 @@
 namespace core_numbers_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 using numbers::four;
 using numbers::number_at;
 using rowe::service::side;
@@ -66,7 +66,7 @@ std::string subscribe_to(std::uint32_t tag, std::uint32_t channel) {
 
 // The greeting is read where it is made.
 struct client : peer {
-  explicit client(theatre& in, std::string_view path = "/")
+  explicit client(core_harness& in, std::string_view path = "/")
       : peer{in, side::server, "127.0.0.1:50000", path, numbers::subprotocol} {
     in.cycle();
     greeting = hear();
@@ -110,7 +110,7 @@ struct core_numbers : testing::Test {
     return lane;
   }
 
-  theatre on;
+  core_harness on;
 };
 
 const std::string id = std::string{"\0\xff\"\\", 4}; // of a call: any four bytes
@@ -212,7 +212,7 @@ TEST_F(core_numbers, gives_each_subscriber_the_shared_message_behind_a_head_of_i
   EXPECT_EQ(first.hear(), texts{message(7, published, R"({"x":3,"y":0})")});
   EXPECT_EQ(second.hear(), texts{message(300, published, R"({"x":3,"y":0})")});
   EXPECT_EQ(second.binaries, 4);
-  EXPECT_EQ(other.hear(), texts{stage::message(3)});
+  EXPECT_EQ(other.hear(), texts{harness::message(3)});
   EXPECT_EQ(other.binaries, 0);
 }
 
@@ -347,7 +347,7 @@ TEST_F(core_numbers, relays_what_is_published_under_the_peers_own_number) {
 // ---- calls
 
 TEST_F(core_numbers, answers_calls_of_the_endpoints_services_of_handles_and_of_peers) {
-  rowe::responder<pose, pose> echo{theatre::handle_of(offer_echo())};
+  rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
   peer other{on};
   other.say(R"({"op":"advertise_service","service":"/add"})");
   on.cycle();
@@ -472,7 +472,7 @@ TEST_F(numbers_and_a_latch, stops_on_the_path_of_the_stop_and_does_nothing_else_
 
 TEST_F(core_numbers, leaves_the_other_codecs_as_they_are) {
   auto& pose_lane = advertise_pose(on);
-  rowe::responder<pose, pose> echo{theatre::handle_of(offer_echo())};
+  rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
   client p{on};
   peer page{on};
   peer program{on};
@@ -486,7 +486,7 @@ TEST_F(core_numbers, leaves_the_other_codecs_as_they_are) {
   p.send(opcode::binary, "p" + four(5) + R"({"v":1})");
   program.say(R"({"service":"/echo","message_id":1,"x":1,"y":2})");
   on.cycle();
-  EXPECT_EQ(page.hear(), (texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})", stage::message(3)}));
+  EXPECT_EQ(page.hear(), (texts{R"({"op":"publish","topic":"/cmd","msg":{"v":1}})", harness::message(3)}));
   auto asked = echo.try_next(on.now);
   ASSERT_TRUE(asked);
   EXPECT_TRUE(echo.reply(*asked, {5, 6}, on.now));
@@ -501,14 +501,14 @@ TEST_F(core_numbers, leaves_the_other_codecs_as_they_are) {
 }
 
 TEST_F(core_numbers, parks_a_plain_message_for_which_there_is_no_room) {
-  rowe::lane inbox{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
-                                                .receives = true,
-                                                .out_depth = 4,
-                                                .in_depth = 4,
-                                                .ends_depth = 4,
-                                                .out_bytes = 64,
-                                                .in_bytes = 64,
-                                                .ends_bytes = 64}))};
+  rowe::lane inbox{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                                     .receives = true,
+                                                     .out_depth = 4,
+                                                     .in_depth = 4,
+                                                     .ends_depth = 4,
+                                                     .out_bytes = 64,
+                                                     .in_bytes = 64,
+                                                     .ends_bytes = 64}))};
   on.cycle();
   client p{on};
   for (int i = 0; i < 20; ++i) p.send(opcode::binary, R"(x{"i":)" + std::to_string(i) + "}");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // How much is written in one cycle, and whose turn it is.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <rowe/stop_latch.hpp>
 
@@ -9,7 +9,7 @@
 namespace core_writing_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 
 constexpr std::size_t crowd = 100;
 constexpr std::size_t turns_per_cycle = 32;
@@ -42,7 +42,7 @@ struct writing : testing::Test {
         std::count_if(peers.begin(), peers.end(), [](peer& p) { return !p.hear().empty(); }));
   }
 
-  theatre on{for_a_crowd()};
+  core_harness on{for_a_crowd()};
   std::vector<peer> peers;
 };
 
@@ -117,7 +117,7 @@ TEST_F(writing, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
 }
 
 TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
-  rowe::stop_latch latch{theatre::handle_of(on.offer(rowe::detail::latch_request({})))};
+  rowe::stop_latch latch{core_harness::handle_of(on.offer(rowe::detail::latch_request({})))};
   auto& lane = advertise_pose(on);
   peer operator_{on};
   all_say(R"({"op":"subscribe","topic":"/pose"})");
@@ -135,7 +135,7 @@ TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
 
 // The front of a queue may be written while what stands behind it is over already.
 TEST(core_writing, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did_not_read) {
-  theatre on{small_options()};
+  core_harness on{small_options()};
   auto& lasting = advertise_pose(on);
   auto& brief = advertise_pose(on, {.ttl = 20ms});
   peer slow{on};
@@ -163,7 +163,7 @@ TEST(core_writing, tells_a_peer_what_comes_behind_messages_that_were_over_while_
 TEST(core_writing, begins_what_waited_for_a_frame_that_ended) {
   auto options = small_options();
   options.limits.small_slots = 4;
-  theatre on{options};
+  core_harness on{options};
   auto& lane = advertise_pose(on);
   peer first{on}, second{on};
   for (peer* p : {&first, &second}) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The stop's messages: in both dialects, without any free slot, queue or place, and before everything else.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <rowe/stop_latch.hpp>
 
@@ -9,7 +9,7 @@
 namespace core_stopping_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 
 std::string member(const std::string& text, std::string_view name) {
   const auto found = rowe::json::find(rowe::json::root(text).raw, name);
@@ -32,7 +32,7 @@ struct stopping : testing::Test {
   explicit stopping(const rowe::endpoint_options& options = with_stop()) : on{options} {
     rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({.name = "base"}));
     on.cycle();
-    latch.emplace(theatre::handle_of(lane));
+    latch.emplace(core_harness::handle_of(lane));
   }
   ~stopping() override { EXPECT_TRUE(on.core.check()); }
 
@@ -65,7 +65,7 @@ struct stopping : testing::Test {
     (void)by.hear();
   }
 
-  theatre on;
+  core_harness on;
   std::optional<rowe::stop_latch> latch;
 };
 
@@ -414,7 +414,7 @@ TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
 
 // A thread of this process: its side of the two windows.
 struct local_thread {
-  theatre& on;
+  core_harness& on;
   rowe::service::local_stop_asked asked{};
   rowe::service::local_stop_answered heard{};
 
@@ -678,10 +678,10 @@ TEST_F(stopping_guarded, guard_is_told_the_newest_tick_by_each_answer) {
 }
 
 TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
-  theatre on{with_stop(), rowe::service::side::client};
+  core_harness on{with_stop(), rowe::service::side::client};
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{theatre::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(lane)};
   peer server{on, rowe::service::side::client};
   on.cycle();
   (void)server.hear();
@@ -700,7 +700,7 @@ TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
 TEST(stopping_hop, is_shown_to_programs_that_know_no_topics) {
   rowe::endpoint_options options = with_stop();
   options.profile = rowe::peer_profile::hop;
-  theatre on{options};
+  core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   peer hop{on};
   on.cycle();
@@ -712,7 +712,7 @@ TEST(stopping_hop, is_shown_to_programs_that_know_no_topics) {
 }
 
 TEST(stopping_without_a_latch, is_no_service) {
-  theatre on{with_stop()};
+  core_harness on{with_stop()};
   peer operator_{on};
   operator_.say(stop_call);
   on.cycle();

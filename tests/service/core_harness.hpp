@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A core on a stage: the memory transport in place of sockets, time that moves when told to, random bytes
+// A core in a harness: the memory transport in place of sockets, time that moves when told to, random bytes
 // from a seed, lanes without threads, and peers that speak frames by hand. For tests of the core, the
 // simulation and benches.
 #pragma once
@@ -30,7 +30,7 @@
 #include "wire/websocket.hpp"
 #include "json/reader.hpp"
 
-namespace stage {
+namespace harness {
 
 using namespace std::chrono_literals;
 using rowe::service::connection_id;
@@ -71,12 +71,12 @@ inline rowe::endpoint_options small_options() {
 
 // Over any transport that is made for so many connections.
 template <class Transport>
-class theatre_over {
+class core_harness_over {
  public:
-  explicit theatre_over(const rowe::endpoint_options& chosen = small_options(),
-                        rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1,
-                        rowe::rt::time_point begins = rowe::rt::time_point{std::chrono::seconds{1000}},
-                        const rowe::wire::protocol_set* protocols = nullptr)
+  explicit core_harness_over(const rowe::endpoint_options& chosen = small_options(),
+                             rowe::service::side ours = rowe::service::side::server, std::uint64_t seed = 1,
+                             rowe::rt::time_point begins = rowe::rt::time_point{std::chrono::seconds{1000}},
+                             const rowe::wire::protocol_set* protocols = nullptr)
       : options{chosen},
         memory{rowe::service::plan_memory(chosen.limits).arena(), rowe::rt::page_lock::none},
         random{seed},
@@ -178,18 +178,18 @@ class theatre_over {
   rowe::service::core& core;
   std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
 };
-using theatre = theatre_over<rowe::net::memory_transport>;
+using core_harness = core_harness_over<rowe::net::memory_transport>;
 
 // The other end of a connection: writes frames as a client (or server) would and reads those that come.
 class peer {
  public:
-  explicit peer(theatre& in, rowe::service::side ours = rowe::service::side::server,
+  explicit peer(core_harness& in, rowe::service::side ours = rowe::service::side::server,
                 std::string_view address = "127.0.0.1:50000", std::string_view path = "/",
                 std::string_view subprotocol = {})
       : net_{in.net},
         id_{in.net.open(ours, address, path, subprotocol)},
         masks_{ours == rowe::service::side::server} {
-    assembly_.resize(128 * 1024); // more than the core's options on a stage allow, and filled in no time
+    assembly_.resize(128 * 1024); // more than the options of a core in a harness allow, and filled in no time
     parser_.reset(masks_ ? rowe::wire::role::client : rowe::wire::role::server,
                   {.message_bytes_max = assembly_.size() - 64, .fragments_max = 1000}, assembly_);
   }
@@ -273,4 +273,4 @@ class peer {
   rowe::wire::frame_parser parser_;
 };
 
-} // namespace stage
+} // namespace harness

@@ -2,9 +2,9 @@
 // Messages that no handle can take: who is told of them, what, and how often.
 #include <rowe/ros.hpp>
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_misfits_test {
 namespace {
 
@@ -17,13 +17,13 @@ constexpr const char* told =
     R"({"op":"status","level":"error","id":"p","msg":"publish /cmd_vel: the member \"linear.y\" is )"
     R"(missing; a number is wanted"})";
 
-rowe::detail::lane& subscribe_twist(theatre& on, const rowe::topic_options& how = {},
+rowe::detail::lane& subscribe_twist(core_harness& on, const rowe::topic_options& how = {},
                                     std::string_view topic = "/cmd_vel") {
   return on.offer(lane_kind::subscribe_value, topic, sizeof(rowe::ros::twist), how,
                   &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
 }
 
-std::vector<event> events(theatre& on, event::kind of) {
+std::vector<event> events(core_harness& on, event::kind of) {
   std::vector<event> all;
   while (const auto one = on.board.try_event()) {
     if (one->what_kind == of) all.push_back(*one);
@@ -55,7 +55,7 @@ TEST_F(core_misfits, tells_the_peer_and_this_process_which_member_is_wrong) {
 TEST_F(core_misfits, tells_of_a_hub_as_well) {
   rowe::endpoint_options options = small_options();
   options.relay = true;
-  theatre hub{options};
+  core_harness hub{options};
   subscribe_twist(hub);
   hub.cycle();
   peer p{hub}, listener{hub};
@@ -97,7 +97,7 @@ TEST_F(core_misfits, tells_each_peer_whatever_another_has_sent) {
 TEST_F(core_misfits, tells_a_peer_of_few_topics_a_second) {
   rowe::endpoint_options options = small_options();
   options.limits.lanes_max = 12;
-  theatre wide{options};
+  core_harness wide{options};
   std::vector<std::string> topics;
   for (char c = 'a'; c < 'k'; ++c) {
     topics.push_back(std::string{"/"} + c);
@@ -128,14 +128,14 @@ TEST_F(core_misfits, says_nothing_to_a_peer_that_wants_no_status) {
 }
 
 TEST_F(core_misfits, fills_in_what_is_missing_where_the_subscriber_asked_for_it) {
-  theatre lenient;
+  core_harness lenient;
   auto& lane = subscribe_twist(lenient, {.fill_missing = true});
   lenient.cycle();
   peer p{lenient};
   p.say(part);
   lenient.cycle();
   EXPECT_TRUE(p.hear().empty());
-  rowe::subscriber<rowe::ros::twist> velocity{theatre::handle_of(lane)};
+  rowe::subscriber<rowe::ros::twist> velocity{core_harness::handle_of(lane)};
   const auto taken = velocity.try_take();
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->value().linear.x, 0.1);
@@ -174,7 +174,7 @@ TEST_F(core_misfits, warns_of_what_this_process_publishes_itself) {
 }
 
 TEST_F(core_misfits, warns_as_a_client_and_answers_nothing) {
-  theatre client{small_options(), side::client};
+  core_harness client{small_options(), side::client};
   subscribe_twist(client);
   client.cycle();
   peer server{client, side::client};
@@ -188,7 +188,7 @@ TEST_F(core_misfits, warns_as_a_client_and_answers_nothing) {
 }
 
 TEST_F(core_misfits, shows_the_words_of_a_servers_status) {
-  theatre client{small_options(), side::client};
+  core_harness client{small_options(), side::client};
   peer server{client, side::client};
   server.say(told);
   client.cycles(2);
@@ -256,4 +256,4 @@ TEST_F(malformed_texts, with_numbers_that_json_lacks_are_told_what_to_send_inste
 
 } // namespace
 } // namespace core_misfits_test
-} // namespace stage
+} // namespace harness

@@ -3,12 +3,12 @@
 // and who in this process receives.
 #include <rowe/lane.hpp>
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 namespace core_talking_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 using rowe::errc;
 using rowe::detail::entry;
 
@@ -414,7 +414,7 @@ struct held_up_lane : held_up {
                            .in_bytes = 192,
                            .ends_bytes = 192});
     on.cycle();
-    talk = rowe::lane{theatre::handle_of(lane)};
+    talk = rowe::lane{core_harness::handle_of(lane)};
     while (talk.try_receive(on.now)) continue;
     EXPECT_TRUE(talk.try_send(R"({"to":"slow"})", -1ns, on.now, {to_slow.index, to_slow.generation}));
     on.cycle();
@@ -515,7 +515,7 @@ TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) 
   auto options = with_many_slots();
   options.limits.small_slots = 512;
   options.limits.door_slots = 8;
-  theatre on{options};
+  core_harness on{options};
   const std::uint32_t queued = options.limits.queue_depth_max;
   peer slow[3] = {peer{on}, peer{on}, peer{on}};
   std::uint32_t sent[3] = {};
@@ -555,13 +555,13 @@ TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) 
 TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   peer slow{on};
   slow.say("{}");
-  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
-                                               .out_depth = 4,
-                                               .in_depth = 1,
-                                               .ends_depth = 4,
-                                               .out_bytes = 192,
-                                               .in_bytes = 192,
-                                               .ends_bytes = 4096}))};
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                                    .out_depth = 4,
+                                                    .in_depth = 1,
+                                                    .ends_depth = 4,
+                                                    .out_bytes = 192,
+                                                    .in_bytes = 192,
+                                                    .ends_bytes = 4096}))};
   on.cycle();
   on.net.weather_of(slow.id()).room_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
@@ -587,17 +587,17 @@ TEST(core_talking, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading)
   auto options = with_many_slots();
   options.limits.small_slots = 64;
   options.limits.connections_max = 16;
-  theatre on{options};
+  core_harness on{options};
   std::vector<peer> crowd;
   for (int i = 0; i < 12; ++i) crowd.emplace_back(on);
   peer reads{on};
-  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
-                                               .out_depth = 64,
-                                               .in_depth = 1,
-                                               .ends_depth = 1,
-                                               .out_bytes = 192,
-                                               .in_bytes = 192,
-                                               .ends_bytes = 192}))};
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                                    .out_depth = 64,
+                                                    .in_depth = 1,
+                                                    .ends_depth = 1,
+                                                    .out_bytes = 192,
+                                                    .in_bytes = 192,
+                                                    .ends_bytes = 192}))};
   on.cycle();
   for (peer& one : crowd) {
     on.net.weather_of(one.id()).room_bytes = 0;
@@ -617,13 +617,13 @@ TEST_F(talking, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
   peer slow{on}, fine{on};
   slow.say("{}");
   fine.say("{}");
-  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
-                                               .out_depth = 16,
-                                               .in_depth = 1,
-                                               .ends_depth = 1,
-                                               .out_bytes = 2048,
-                                               .in_bytes = 192,
-                                               .ends_bytes = 192}))};
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                                    .out_depth = 16,
+                                                    .in_depth = 1,
+                                                    .ends_depth = 1,
+                                                    .out_bytes = 2048,
+                                                    .in_bytes = 192,
+                                                    .ends_bytes = 192}))};
   on.cycle();
   on.net.weather_of(slow.id()).room_bytes = 0;
   const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
@@ -642,13 +642,13 @@ TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {
   slow.say("{}");
   slow_too.say("{}");
   fine.say("{}");
-  rowe::lane talk{theatre::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
-                                               .out_depth = 8,
-                                               .in_depth = 1,
-                                               .ends_depth = 1,
-                                               .out_bytes = 2048,
-                                               .in_bytes = 192,
-                                               .ends_bytes = 192}))};
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+                                                    .out_depth = 8,
+                                                    .in_depth = 1,
+                                                    .ends_depth = 1,
+                                                    .out_bytes = 2048,
+                                                    .in_bytes = 192,
+                                                    .ends_bytes = 192}))};
   on.cycle();
   on.net.weather_of(slow.id()).room_bytes = 0;
   on.net.weather_of(slow_too.id()).room_bytes = 0;
@@ -674,7 +674,7 @@ TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {
 
 struct talking_client : testing::Test {
   ~talking_client() override { EXPECT_TRUE(on.core.check()); }
-  theatre on{small_options(), rowe::service::side::client};
+  core_harness on{small_options(), rowe::service::side::client};
 };
 
 TEST_F(talking_client, sends_to_its_server_without_being_asked) {
@@ -694,7 +694,7 @@ TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
   options.profile = rowe::peer_profile::hop_2014;
   options.limits.message_bytes_max = 128 * 1024;
   options.limits.door_slot_bytes = 100 * 1024;
-  theatre on{options, rowe::service::side::client};
+  core_harness on{options, rowe::service::side::client};
   const auto large = on.submissions.submit({.what = entry::message, .wants_outcome = true, .stamped = on.now},
                                            R"({"a":")" + std::string(65535, 'x') + R"("})");
   const auto small =

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is in flight to a peer, and the pings that say so.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include "service/credit.hpp"
 
-namespace stage {
+namespace harness {
 namespace core_pinging_test {
 namespace {
 
@@ -21,7 +21,7 @@ struct pinging : testing::Test {
     return options;
   }
 
-  theatre on;
+  core_harness on;
   std::deque<peer> viewers;
   rowe::detail::lane& telemetry = offer("/telemetry", rowe::priority::normal);
   rowe::detail::lane& alarm = offer("/alarm", rowe::priority::urgent);
@@ -210,4 +210,4 @@ TEST_F(pinging_hop, neither_pings_nor_bounds) {
 
 } // namespace
 } // namespace core_pinging_test
-} // namespace stage
+} // namespace harness

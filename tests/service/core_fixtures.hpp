@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the core as a server share: a pose that is published, and a stage that checks the core's
-// structures at the end of each test.
+// What the tests of the core as a server share: a pose that is published, and a fixture that checks the
+// core's structures at the end of each test.
 #pragma once
 #include "service/core.hpp"
 
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "stage.hpp"
+#include "core_harness.hpp"
 
 struct pose {
   double x, y;
@@ -18,23 +18,23 @@ struct pose {
 template <>
 inline constexpr auto rowe::schema<pose> = rowe::fields<&pose::x, &pose::y>{}.type("test/Pose");
 
-namespace stage {
+namespace harness {
 
 using namespace std::chrono_literals;
 using rowe::service::counter;
 using texts = std::vector<std::string>;
 
-inline rowe::detail::lane& advertise_pose(theatre& on, rowe::topic_options how = {}) {
+inline rowe::detail::lane& advertise_pose(core_harness& on, rowe::topic_options how = {}) {
   return on.offer(rowe::detail::lane_kind::publish_value, "/pose", sizeof(pose), how, &rowe::describe<pose>(),
                   "test/Pose");
 }
 
-inline rowe::status publish(theatre& on, rowe::detail::lane& lane, const pose& value) {
+inline rowe::status publish(core_harness& on, rowe::detail::lane& lane, const pose& value) {
   return rowe::detail::publish_into(lane, sizeof value, on.now,
                                     [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
 }
 
-inline rowe::status publish_text(theatre& on, rowe::detail::lane& lane, std::string_view text) {
+inline rowe::status publish_text(core_harness& on, rowe::detail::lane& lane, std::string_view text) {
   return rowe::detail::publish_into(lane, text.size(), on.now, [&](std::byte* slot) {
     text.copy(reinterpret_cast<char*>(slot), text.size());
   });
@@ -57,7 +57,7 @@ inline std::string message(int x) {
 struct core_test : testing::Test {
   explicit core_test(const rowe::endpoint_options& options = small_options()) : on{options} {}
   ~core_test() override { EXPECT_TRUE(on.core.check()); }
-  theatre on;
+  core_harness on;
 };
 
-} // namespace stage
+} // namespace harness

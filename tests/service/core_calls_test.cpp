@@ -5,7 +5,7 @@
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
 
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 struct addends {
   std::int64_t a, b;
@@ -21,19 +21,19 @@ inline constexpr auto rowe::schema<sum> = rowe::fields<&sum::sum>{};
 namespace core_calling_test {
 namespace {
 
-using namespace stage;
+using namespace harness;
 using rowe::errc;
 using rowe::detail::lane_kind;
 using rowe::detail::lane_request;
 
 template <class Handle>
-Handle handle_on(theatre& on, const lane_request& asked) {
-  Handle made{theatre::handle_of(on.offer(asked))};
+Handle handle_on(core_harness& on, const lane_request& asked) {
+  Handle made{core_harness::handle_of(on.offer(asked))};
   on.cycle();
   return made;
 }
 
-rowe::lane open_lane(theatre& on) {
+rowe::lane open_lane(core_harness& on) {
   return handle_on<rowe::lane>(on, {.kind = lane_kind::talk,
                                     .receives = true,
                                     .out_depth = 12,
@@ -639,7 +639,7 @@ struct calling_hub : testing::Test {
     return options;
   }
   ~calling_hub() override { EXPECT_TRUE(on.core.check()); }
-  theatre on{hub()};
+  core_harness on{hub()};
 };
 
 TEST_F(calling_hub, passes_calls_between_its_peers_in_either_dialect) {
@@ -750,9 +750,9 @@ TEST_F(calling, tells_who_publishes_a_topic) {
     const auto heard = page.hear();
     return heard.size() == 1 ? heard[0].substr(0, heard[0].find("},")) : "";
   };
-  for (const auto& [topic, by] : {std::pair{"/odom", R"(["robot","10.0.0.7:4711"])"},
-                                  std::pair{"/rowe/stats", R"(["robot"])"}, std::pair{"/asked", "[]"},
-                                  std::pair{"/heard", "[]"}, std::pair{"/nothing", "[]"}})
+  for (const auto& [topic, by] :
+       {std::pair{"/odom", R"(["robot","10.0.0.7:4711"])"}, std::pair{"/rowe/stats", R"(["robot"])"},
+        std::pair{"/asked", "[]"}, std::pair{"/heard", "[]"}, std::pair{"/nothing", "[]"}})
     EXPECT_NE(publishers(topic).find(R"("publishers":)" + std::string{by}), std::string::npos)
         << topic << ": " << publishers(topic);
   other.leave();
@@ -764,7 +764,7 @@ TEST_F(calling, tells_who_publishes_a_topic) {
 
 struct calling_client : testing::Test {
   ~calling_client() override { EXPECT_TRUE(on.core.check()); }
-  theatre on{small_options(), rowe::service::side::client};
+  core_harness on{small_options(), rowe::service::side::client};
 };
 
 TEST_F(calling_client, asks_its_server_by_rosbridge_and_waits_for_it) {
@@ -809,8 +809,8 @@ TEST_F(calling_client, knows_a_service_that_its_server_has_not_from_one_that_ref
 TEST_F(calling_client, names_the_longest_service_that_nobody_provides) {
   rowe::endpoint_options options = small_options();
   options.limits.topic_bytes_max = 255;
-  theatre hub{options};
-  theatre program{options, rowe::service::side::client};
+  core_harness hub{options};
+  core_harness program{options, rowe::service::side::client};
   const std::string name = "/" + std::string(254, 'n');
   lane_request asked = call_add();
   asked.name = name;

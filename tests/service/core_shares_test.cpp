@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // What one peer may take of what all share, and what it cannot take: slots, topics, services, latched values,
 // rates. Each test has one peer that takes all it gets, or is only clumsy, and others that must not notice.
-#include "core_stage.hpp"
+#include "core_fixtures.hpp"
 
 #include <deque>
 
-namespace stage {
+namespace harness {
 namespace core_sharing_test {
 namespace {
 
@@ -36,7 +36,7 @@ rowe::endpoint_options hub_options() {
   return options;
 }
 
-rowe::detail::lane& offer_text(theatre& on, lane_kind kind, std::string_view topic, std::size_t bytes,
+rowe::detail::lane& offer_text(core_harness& on, lane_kind kind, std::string_view topic, std::size_t bytes,
                                rowe::topic_options how = {}, std::string_view type = {}) {
   auto& lane = on.offer(kind, topic, bytes, how, nullptr, type);
   on.cycle();
@@ -44,7 +44,7 @@ rowe::detail::lane& offer_text(theatre& on, lane_kind kind, std::string_view top
 }
 
 // Closes a lane as its handle does.
-void give_up(theatre& on, rowe::detail::lane& lane) {
+void give_up(core_harness& on, rowe::detail::lane& lane) {
   lane.lifecycle.close();
   on.cycle();
 }
@@ -53,7 +53,7 @@ void give_up(theatre& on, rowe::detail::lane& lane) {
 
 // A live message in front of expired ones, and a depth that became smaller.
 TEST(core_sharing, survives_a_queue_that_becomes_shorter_with_expired_messages_behind_a_live_one) {
-  theatre on{hub_options()};
+  core_harness on{hub_options()};
   auto& odom = offer_text(on, lane_kind::publish_text, "/odom", 64, {.ttl = 100ms});
   peer p{on};
   for (int round = 0; round < 5; ++round) {
@@ -82,7 +82,7 @@ TEST(core_sharing, survives_a_queue_that_becomes_shorter_with_expired_messages_b
 }
 
 TEST(core_sharing, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
-  theatre on{hub_options()};
+  core_harness on{hub_options()};
   auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
   peer p{on};
   p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
@@ -100,7 +100,7 @@ TEST(core_sharing, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
 }
 
 TEST(core_sharing, follows_a_throttle_that_is_lowered_at_once) {
-  theatre on;
+  core_harness on;
   auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
   peer p{on};
   p.say(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
@@ -123,7 +123,7 @@ TEST(core_sharing, follows_a_throttle_that_is_lowered_at_once) {
 // ---- slots
 
 TEST(core_sharing, serves_others_beside_a_reader_that_queues_all_it_may) {
-  theatre on;
+  core_harness on;
   auto& lane = offer_text(on, lane_kind::publish_text, "/live", 64);
   std::vector<rowe::detail::lane*> slow;
   for (const char* topic : {"/a", "/b", "/c", "/d"})
@@ -155,7 +155,7 @@ TEST(core_sharing, serves_others_beside_a_reader_that_queues_all_it_may) {
 TEST(core_sharing, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
   auto options = small_options();
   options.limits.queued_max = 40;
-  theatre on{options};
+  core_harness on{options};
   auto& brief = offer_text(on, lane_kind::publish_text, "/a", 64, {.ttl = 2ms});
   auto& brief_too = offer_text(on, lane_kind::publish_text, "/b", 64, {.ttl = 2ms});
   auto& brief_3 = offer_text(on, lane_kind::publish_text, "/c", 64, {.ttl = 2ms});
@@ -181,7 +181,7 @@ TEST(core_sharing, delivers_large_messages_beside_many_large_latched_values) {
   auto options = small_options();
   options.limits.lanes_max = 12;
   options.limits.latched_bytes = 64 * 1024;
-  theatre on{options};
+  core_harness on{options};
   std::vector<rowe::detail::lane*> maps;
   const std::string map = R"({"m":")" + std::string(3000, 'm') + R"("})";
   for (int i = 0; i < 8; ++i) { // twice as many as there are large slots
@@ -219,7 +219,7 @@ TEST(core_sharing, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is
     options.limits.small_slots = 4;
     options.limits.large_slots = 1;
     options.limits.refusals_per_second_max = 0;
-    theatre on{options};
+    core_harness on{options};
     std::vector<rowe::detail::lane*> latched;
     for (const char* topic : {"/a", "/b", "/c"}) {
       latched.push_back(&offer_text(on, lane_kind::publish_text, topic, 64, {.latched = true}));
@@ -244,7 +244,7 @@ TEST(core_sharing, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is
 }
 
 TEST(core_sharing, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
-  theatre on;
+  core_harness on;
   auto& lane = offer_text(on, lane_kind::publish_text, "/a", 64);
   auto& lane_too = offer_text(on, lane_kind::publish_text, "/b", 64);
   auto& lane_3 = offer_text(on, lane_kind::publish_text, "/c", 64);
@@ -272,7 +272,7 @@ TEST(core_sharing, sends_messages_to_everyone_beside_one_that_queues_all_it_may)
 TEST(core_sharing, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
   auto options = small_options();
   options.limits.latched_bytes = 2048; // two blocks
-  theatre on{options};
+  core_harness on{options};
   auto& lane = offer_text(on, lane_kind::publish_text, "/map", 4000, {.latched = true});
   peer p{on};
   p.say(subscribe("/map"));
@@ -292,7 +292,7 @@ TEST(core_sharing, counts_a_latched_value_for_which_there_is_no_room_and_deliver
 // ---- what is latched, and by whom
 
 TEST(core_sharing, keeps_no_value_for_those_who_latch_nothing) {
-  theatre on{hub_options()};
+  core_harness on{hub_options()};
   peer latches{on}, plain{on};
   latches.say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
   plain.say(publish_on("/t", R"({"from":"plain"})"));
@@ -314,7 +314,7 @@ TEST(core_sharing, keeps_no_value_for_those_who_latch_nothing) {
 
 TEST(core_sharing, forgets_a_latched_value_with_the_peer_that_latched_it) {
   for (const bool leaves : {true, false}) {
-    theatre on{hub_options()};
+    core_harness on{hub_options()};
     peer keeps_topic{on};
     keeps_topic.say(subscribe("/t"));
     auto latches = std::make_unique<peer>(on);
@@ -331,7 +331,7 @@ TEST(core_sharing, forgets_a_latched_value_with_the_peer_that_latched_it) {
 }
 
 TEST(core_sharing, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
-  theatre on{hub_options()};
+  core_harness on{hub_options()};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 64, {.latched = true});
   ASSERT_TRUE(publish_text(on, map, R"({"from":"robot"})"));
   on.cycle();
@@ -357,7 +357,7 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
   options.limits.latched_bytes = 16 * 1024; // sixteen blocks, eight for peers
   options.limits.topics_max = 64;
   options.limits.advertisements_per_connection_max = 17;
-  theatre on{options};
+  core_harness on{options};
   peer greedy{on}, other{on};
   for (int i = 0; i < 16; ++i) {
     const std::string topic = "/g" + std::to_string(i);
@@ -386,7 +386,7 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
 TEST(core_sharing, keeps_some_of_each_pool_for_who_comes_last) {
   auto options = hub_options();
   options.limits.latched_bytes = 40 * 1024;
-  theatre on{options};
+  core_harness on{options};
   offer_text(on, lane_kind::publish_text, "/odom", 64);
   std::vector<std::unique_ptr<peer>> greedy;
   const auto say_all = [&](peer& one, int who) {
@@ -426,7 +426,7 @@ TEST(core_sharing, lets_a_report_find_room_whatever_topics_peers_make_up) {
   auto options = hub_options();
   options.limits.topics_max = 128;
   options.limits.advertisements_per_connection_max = 64;
-  theatre on{options};
+  core_harness on{options};
   offer_text(on, lane_kind::publish_text, "/odom", 64);
   peer makes{on}, asks{on};
   for (int i = 0; i < 64; ++i) {
@@ -454,7 +454,7 @@ TEST(core_sharing, finds_slots_beside_many_that_hold_the_same_messages) {
   options.limits.subscriptions_max = 1024;
   options.limits.subscriptions_per_connection_max = 64;
   options.limits.queued_max = 8192;
-  theatre on{options};
+  core_harness on{options};
   const auto name = [](int i) { return "/t" + std::to_string(i); };
   std::deque<peer> hoard;
   for (int i = 0; i < 6; ++i) {
@@ -481,7 +481,7 @@ TEST(core_sharing, finds_slots_beside_many_that_hold_the_same_messages) {
 TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
   auto options = hub_options();
   options.limits.large_slots = 8; // two of them for sockets
-  theatre on{options};
+  core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
@@ -511,10 +511,10 @@ TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
 }
 
 // A transport that keeps the rest of frames itself, as sockets can.
-TEST(core_sharing, lets_nobody_wait_where_the_carrier_keeps_the_rest_of_frames) {
+TEST(core_sharing, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames) {
   auto options = hub_options();
   options.limits.large_slots = 8;
-  theatre on{options};
+  core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
@@ -543,10 +543,10 @@ TEST(core_sharing, lets_nobody_wait_where_the_carrier_keeps_the_rest_of_frames) 
 }
 
 // Of so few large slots sockets may have one.
-TEST(core_sharing, lets_nobody_wait_where_there_is_one_large_slot_and_the_carrier_keeps_the_rest) {
+TEST(core_sharing, lets_nobody_wait_where_there_is_one_large_slot_and_the_transport_keeps_the_rest) {
   auto options = hub_options();
   options.limits.large_slots = 1;
-  theatre on{options};
+  core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
   peer deaf{on}, reads{on};
   auto& how = on.net.weather_of(deaf.id());
@@ -567,7 +567,7 @@ TEST(core_sharing, lets_nobody_wait_where_there_is_one_large_slot_and_the_carrie
 TEST(core_sharing, cuts_nobody_for_a_peer_that_has_left) {
   auto options = hub_options();
   options.limits.large_slots = 4; // one of them for sockets
-  theatre on{options};
+  core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
   peer slow{on}, waits{on};
   on.net.weather_of(slow.id()).room_bytes = 500;
@@ -588,7 +588,7 @@ TEST(core_sharing, cuts_nobody_for_a_peer_that_has_left) {
 TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
   auto options = hub_options();
   options.limits.large_slots = 8;
-  theatre on{options};
+  core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000, {.depth = 2});
   peer slow{on}, reads{on};
   on.net.weather_of(slow.id()).room_bytes = 500;
@@ -607,7 +607,7 @@ TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
 // ---- events
 
 TEST(core_sharing, tells_so_many_times_a_second_that_somebody_came_or_said_something_is_wrong) {
-  theatre on;
+  core_harness on;
   peer says{on};
   for (int i = 0; i < 100; ++i) says.say(R"({"op":"status","level":"error","msg":"wrong"})");
   on.cycles(10);
@@ -631,7 +631,7 @@ TEST(core_sharing, tells_so_many_times_a_second_that_somebody_came_or_said_somet
 }
 
 TEST(core_sharing, has_room_for_events_of_this_process_however_many_peers_come_and_go) {
-  theatre on;
+  core_harness on;
   for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
     peer comes{on};
     on.cycle();
@@ -649,7 +649,7 @@ TEST(core_sharing, has_room_for_events_of_this_process_however_many_peers_come_a
 // ---- topics
 
 TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
-  theatre on;
+  core_harness on;
   std::vector<std::unique_ptr<peer>> crowd;
   for (int k = 0; k < 7; ++k) {
     crowd.push_back(std::make_unique<peer>(on));
@@ -674,7 +674,7 @@ TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
 TEST(core_sharing, takes_places_back_that_handles_left_to_those_who_subscribed) {
   auto options = small_options();
   options.limits.topics_max = 8;
-  theatre on{options};
+  core_harness on{options};
   peer greedy{on}, other{on};
   other.say(subscribe("/others"));
   for (int i = 0; i < 12; ++i) { // each costs its subscriber nothing, and stays when the handle closes
@@ -694,7 +694,7 @@ TEST(core_sharing, takes_places_back_that_handles_left_to_those_who_subscribed) 
 TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
   auto options = small_options();
   options.limits.topics_max = 20; // twelve of them for peers
-  theatre on{options};
+  core_harness on{options};
   peer greedy{on}, other{on};
   for (int i = 0; i < 8; ++i) greedy.say(subscribe("/g" + std::to_string(i)));
   on.cycle();
@@ -720,7 +720,7 @@ TEST(core_sharing, charges_one_of_those_who_share_a_topic) {
   options.limits.topics_max = 68; // sixty less eight for this process
   options.limits.subscriptions_max = 400;
   options.limits.subscriptions_per_connection_max = 64;
-  theatre on{options};
+  core_harness on{options};
   std::vector<std::unique_ptr<peer>> shares;
   for (int i = 0; i < 15; ++i) {
     shares.push_back(std::make_unique<peer>(on));
@@ -753,7 +753,7 @@ TEST(core_sharing, charges_one_of_those_who_share_a_topic) {
 }
 
 TEST(core_sharing, charges_nobody_for_topics_of_this_process) {
-  theatre on;
+  core_harness on;
   for (int i = 0; i < 4; ++i) offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
   peer p{on};
   for (int i = 0; i < 4; ++i) p.say(subscribe("/mine" + std::to_string(i)));
@@ -763,7 +763,7 @@ TEST(core_sharing, charges_nobody_for_topics_of_this_process) {
 }
 
 TEST(core_sharing, gives_a_topic_the_type_of_this_process_whoever_named_it_first) {
-  theatre on;
+  core_harness on;
   peer early{on};
   early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   on.cycle();
@@ -785,7 +785,7 @@ TEST(core_sharing, gives_a_topic_the_type_of_this_process_whoever_named_it_first
 // ---- services and calls
 
 TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) {
-  theatre on{hub_options()};
+  core_harness on{hub_options()};
   peer early{on}, asks{on};
   early.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
   for (int i = 0; i < 20; ++i)
@@ -815,7 +815,7 @@ TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) 
 }
 
 TEST(core_sharing, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_answered) {
-  theatre on{hub_options()}; // sixteen calls, twelve for peers, four for one
+  core_harness on{hub_options()}; // sixteen calls, twelve for peers, four for one
   peer provides{on}, first{on}, second{on}, third{on};
   provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
   on.cycle();
@@ -841,7 +841,7 @@ TEST(core_sharing, leaves_calls_to_others_beside_one_that_asks_for_what_is_never
 TEST(core_sharing, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
   auto options = hub_options();
   options.limits.messages_per_second_max = 100;
-  theatre on{options};
+  core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   peer flood{on}, other{on};
   other.say(subscribe("/t"));
@@ -873,7 +873,7 @@ TEST(core_sharing, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
 TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
   auto options = small_options();
   options.limits.messages_per_second_max = 10;
-  theatre on{options};
+  core_harness on{options};
   peer flood{on};
   int seconds = 0;
   for (; seconds < 20 && !flood.cut(); ++seconds) {
@@ -892,7 +892,7 @@ TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
 
 // Who calls waits for an answer.
 TEST(core_sharing, answers_each_call_that_it_refuses) {
-  theatre on;
+  core_harness on;
   peer wakes{on};
   on.cycle();
   for (int i = 0; i < 50; ++i)
@@ -903,7 +903,7 @@ TEST(core_sharing, answers_each_call_that_it_refuses) {
 }
 
 TEST(core_sharing, cuts_nobody_because_others_have_taken_all_calls) {
-  theatre on{hub_options()};
+  core_harness on{hub_options()};
   peer provides{on}, asks{on};
   provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
   on.cycle();
@@ -918,7 +918,7 @@ TEST(core_sharing, cuts_nobody_because_others_have_taken_all_calls) {
 }
 
 TEST(core_sharing, says_and_reports_refusals_that_repeat_so_often_and_counts_the_others) {
-  theatre on;
+  core_harness on;
   peer clumsy{on};
   on.cycle();
   while (on.board.try_event()) continue;
@@ -936,7 +936,7 @@ TEST(core_sharing, says_and_reports_refusals_that_repeat_so_often_and_counts_the
 }
 
 TEST(core_sharing, composes_no_answer_for_which_its_asker_has_no_place) {
-  theatre on;
+  core_harness on;
   peer deaf{on};
   on.cycle();
   on.net.weather_of(deaf.id()).room_bytes = 0;
@@ -949,4 +949,4 @@ TEST(core_sharing, composes_no_answer_for_which_its_asker_has_no_place) {
 
 } // namespace
 } // namespace core_sharing_test
-} // namespace stage
+} // namespace harness
