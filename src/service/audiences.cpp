@@ -8,7 +8,7 @@ void audiences::update(topic_id index) noexcept {
   topic& on = topics_.at(index);
   ++on.audience_changes;
   const bool heard = on.has_audience();
-  if (!heard) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
+  if (!heard) on.newest_at = {}; // the service thread sees no values from now on: the pause is no gap
   for (const pair_index i : lanes_.ids()) {
     if (!views_[i].attached || views_[i].topic != index || detail::subscribes(lanes_[i].kind)) continue;
     const bool wanted = heard || lanes_[i].latched;

@@ -54,16 +54,16 @@ void handle_registry::scan() noexcept {
       }
       break;
     case pair_phase::held:
-      if (all_home(lanes_[i])) lanes_[i].lifecycle.release(lanes_[i].news);
+      if (all_slots_released(lanes_[i])) lanes_[i].lifecycle.release(lanes_[i].news);
       break;
     }
-    if (views_[i].held_first) submissions_.note_waits();
+    if (views_[i].parked_first) submissions_.note_waits();
   }
 }
 
 bool handle_registry::quiet() const noexcept {
   return std::all_of(lanes_.begin(), lanes_.begin() + shown_.lanes_used(),
-                     [](const detail::lane& one) { return one.rope.quiet(); });
+                     [](const detail::lane& one) { return one.epoch.quiet(); });
 }
 
 // ---- they come
@@ -148,7 +148,7 @@ void handle_registry::detach(pair_index pair) noexcept {
     topics_.detach(pair);
   }
   lane.audience.set(detail::audience::nobody);
-  all_home(lane) ? lane.lifecycle.release(lane.news) : lane.lifecycle.hold(lane.news);
+  all_slots_released(lane) ? lane.lifecycle.release(lane.news) : lane.lifecycle.hold(lane.news);
 }
 
 void handle_registry::detach_talker(pair_index pair) noexcept {

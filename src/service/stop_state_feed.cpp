@@ -25,7 +25,7 @@ stop_state_feed::stop_state_feed(rt::arena& memory, const limits& bounds, const 
 void stop_state_feed::show_if_due() noexcept {
   const topic& on = topics_.at(topic_);
   const bool changed = std::exchange(version_shown_, stop_.version()) != stop_.version();
-  // Whoever is new is shown it; who has just come may be one of those that are shown it unasked.
+  // New subscribers are shown it. So are new peers, which may be shown it without a subscription.
   const bool listens = std::exchange(audience_seen_, on.audience_changes) != on.audience_changes;
   const bool came = std::exchange(opened_seen_, peers_.opened()) != peers_.opened();
   if (listens || came) due_ = cycle_.now;
@@ -41,12 +41,13 @@ void stop_state_feed::show_if_due() noexcept {
 
 void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
   const rt::duration slow = stop_ticks_for_others * options_.stop.tick;
-  const rt::duration early = options_.stop.tick / 2; // those who are due soon go along with one who is
+  const rt::duration early =
+      options_.stop.tick / 2; // those that are due soon are shown it together with one that is due
   for (subscription_id i = topics_.at(topic_).first_subscription; i;
        i = topics_.subscription_at(i).next_on_topic) {
     const subscription& to = topics_.subscription_at(i);
     const connection& c = peers_[to.peer];
-    // There is room for one state: who subscribed by both names gets that with the slash.
+    // There is room for one state: a peer that subscribed by both names gets the one with the slash.
     if (to.unslashed && topics_.find_subscription(topic_, to.peer, false)) continue;
     const bool guards = stop_.guards_include(stop_key_of(c.id));
     const rt::duration period = guards ? options_.stop.tick : slow;
@@ -78,7 +79,7 @@ void stop_state_feed::write(message& state) noexcept {
 void stop_state_feed::send(const subscription& to, const message& state) noexcept {
   if (!to.own_head || state.bytes == 0)
     return sender_.add_stop_state(to.peer, state.whole(), wire::message_kind::text);
-  // The same behind a head of its own, for who is not sent the shared text.
+  // The same with a head of its own, for peers that are not sent the shared text.
   const wire::message_head head = protocols_.of(to.codec).head_of(
       {.tag = to.tag, .published_ns = rt::nanoseconds_of(cycle_.now), .unslashed = to.unslashed});
   const std::span<const char> rest = head.from == 0 ? state.body() : state.whole().subspan(head.from);
@@ -88,8 +89,8 @@ void stop_state_feed::send(const subscription& to, const message& state) noexcep
   sender_.add_stop_state(to.peer, std::span<const char>{room}.first(head.size + rest.size()), head.as);
 }
 
-// To those who know no topics the state goes as a message; to those who know no pings either, that also tells
-// that the robot is there.
+// Peers whose protocol has no topics are sent the state as a message. Where it has no pings either, the
+// message also shows them that the robot is there.
 void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
   const rt::duration period = stop_ticks_for_others * options_.stop.tick;
   for (const connection& c : peers_) {

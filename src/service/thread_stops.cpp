@@ -8,13 +8,13 @@
 
 namespace rowe::service {
 
-// Where the words are still on their way, they come with another one.
+// The flag may be seen before its source and reason; these come with a second call then.
 void thread_stops::carry_out_stop() noexcept {
-  const bool with_words = std::exchange(stops_done_, asked_.stops) != asked_.stops;
-  const std::string_view source = with_words ? asked_.source.view() : std::string_view{};
+  const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
+  const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
   switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
-  switch_.show(with_words ? asked_.reason.view() : std::string_view{}); // before anything else
-  if (stops_done_ == answered_.stops) return;                           // nobody waits
+  switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
+  if (stops_done_ == answered_.stops) return;                            // nobody waits
   stop_number_ = switch_.rules().number();
   waited_for_until_ = cycle_.now + observe_timeout_;
   waits_since_ = cycle_.now;
@@ -22,7 +22,7 @@ void thread_stops::carry_out_stop() noexcept {
 
 void thread_stops::tell_if_acknowledged() noexcept {
   const stop_rules& rules = switch_.rules();
-  // Where they may move again they have acknowledged, just now: no reset comes before that.
+  // If loops may move again, they have acknowledged just now: a reset needs that.
   const rt::time_point observed = rules.running() ? cycle_.now : rules.observed();
   if (observed == rt::never && cycle_.now < waited_for_until_) return;
   waited_for_until_ = {};
@@ -33,7 +33,7 @@ void thread_stops::tell_if_acknowledged() noexcept {
   tell();
 }
 
-// What may yet come, the loops' answers and a tick that is newer than the stop, is waited for.
+// Waits for what may still come: the loops' acknowledgments, and a tick that is newer than the stop.
 void thread_stops::carry_out_reset() noexcept {
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
@@ -51,7 +51,7 @@ void thread_stops::carry_out_reset() noexcept {
   }
 }
 
-// What follows from it comes first: the permit, the event.
+// The permit and the event come before the answer.
 void thread_stops::answer_reset(const status& outcome) noexcept {
   switch_.show();
   answered_.resets = asked_.resets;

@@ -44,11 +44,11 @@ struct call_parts : testing::Test {
   rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
   const rowe::wire::protocol_set& protocols = rowe::wire::protocols_of(rowe::peer_profile::standard);
   rowe::service::cycle_state cycle{.now = rowe::rt::time_point{1s}};
-  rowe::service::shared_state board{memory, bounds};
-  rowe::service::counters& counts = board.counts;
+  rowe::service::shared_state shown{memory, bounds};
+  rowe::service::counters& counts = shown.counts;
   rowe::service::submission_queue submissions{memory, bounds};
   rowe::service::shared_inbox shared{memory, bounds};
-  rowe::service::event_log events{cycle, board};
+  rowe::service::event_log events{cycle, shown};
   rowe::service::timers due{memory, bounds, cycle.now};
   rowe::service::peer_table peers{memory, bounds};
   rowe::service::topic_table topics{memory, bounds, protocols.envelope};
@@ -96,7 +96,7 @@ struct call_parts : testing::Test {
   rowe::service::direct_messages messages{memory,
                                           bounds,
                                           {.cycle = cycle,
-                                           .shown = board,
+                                           .shown = shown,
                                            .peers = peers,
                                            .calls = calls,
                                            .store = store,
