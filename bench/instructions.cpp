@@ -100,8 +100,8 @@ class lane_harness {
   detail::lane_handle handle() { return {nullptr, on}; }
 
   // What the service thread puts into a path.
-  void fill(const detail::filling_end& path, detail::value_header header) {
-    const std::uint32_t slot = *path.home->try_take();
+  void fill(const detail::producer_end& path, detail::value_header header) {
+    const std::uint32_t slot = *path.free_ring->try_take();
     header.bytes = steps::text.size();
     *path.slots.header(slot) = header;
     std::memcpy(path.slots.value(slot), steps::text.data(), steps::text.size());
@@ -118,7 +118,7 @@ class lane_harness {
     on.service.out.out->drain(
         [&](std::uint32_t slot) {
           detail::value_header header = *on.service.out.slots.header(slot);
-          on.service.out.home->give(slot);
+          on.service.out.free_ring->give(slot);
           if (header.own.generation == 0) return;
           header.what = detail::entry::end;
           fill(on.service.ends, header);

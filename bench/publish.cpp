@@ -99,7 +99,7 @@ class lane_way {
     detail::build_path(memory_.carve_bytes(bytes), Kept, depth, sizeof(odometry), lane_->user.out,
                        lane_->service.out);
     lane_->audience.set(detail::audience::somebody);
-    if (Tells) lane_->bell = &bell_;
+    if (Tells) lane_->waker = &waker_;
   }
   bool publish(const odometry& value, rt::time_point now) {
     return detail::publish_into(*lane_, sizeof value, now,
@@ -107,7 +107,7 @@ class lane_way {
         .has_value();
   }
   void take() {
-    const detail::emptying_end& path = lane_->service.out;
+    const detail::consumer_end& path = lane_->service.out;
     if constexpr (Kept == keep::newest) {
       const auto found = path.newest->begin_read();
       if (found.state == rt::freshness::fresh) read(found.slot);
@@ -115,7 +115,7 @@ class lane_way {
       path.out->drain(
           [&](std::uint32_t slot) {
             read(slot);
-            path.home->give(slot);
+            path.free_ring->give(slot);
           },
           64);
     }
@@ -132,7 +132,7 @@ class lane_way {
 
   static inline const std::size_t bytes = detail::path_bytes(Kept, depth, sizeof(odometry));
   std::unique_ptr<detail::lane> lane_ = std::make_unique<detail::lane>();
-  rt::wake_bell<> bell_{rt::eventfd_bell{}}; // nobody sleeps
+  rt::wake_bell<> waker_{rt::eventfd_bell{}}; // nobody sleeps
   rt::arena memory_;
 };
 

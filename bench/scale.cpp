@@ -193,7 +193,7 @@ class stand {
     on.next_wake = on.core.cycle(on.now);
     if (cycles != nullptr) cycles->push_back(nanoseconds_since(begin));
   }
-  std::uint64_t count(counter which) const { return on.board.counts.read(which); }
+  std::uint64_t count(counter which) const { return on.shown.counts.read(which); }
   // Cycles until so many more are counted; returns what that took of the CPU.
   double until(counter which, std::uint64_t more) {
     const std::uint64_t due = count(which) + more;
@@ -291,7 +291,7 @@ struct sending final : subject {
   double step() override {
     for (client& one : in->peers) one.say(message_);
     const double took = in->until(counter::messages_in, messages);
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.home->give(*slot);
+    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->give(*slot);
     return took;
   }
   detail::lane* inbox_;

@@ -93,9 +93,9 @@ class caller {
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
  private:
-  // A struct's slot goes home at once, a text's with its view.
+  // The slot of a struct is released at once, that of a text with its view.
   result<reply_type> opened(std::uint32_t slot) noexcept {
-    detail::emptying_end& ends = lane_->user.ends;
+    detail::consumer_end& ends = lane_->user.ends;
     if (ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
     if constexpr (detail::is_text<A>) {
       return message_view{*lane_, ends, slot};

@@ -174,9 +174,9 @@ class endpoint {
   const rt::grants& service_grants() const noexcept;
   bool memory_locked() const noexcept;
 
-  // Waits up to `drain` until everything published so far is written, says goodbye to the peers, and stops
-  // the service thread. Handles say errc::closed from then on. Errors: timed_out (something was not written
-  // in time; it is closed all the same).
+  // Waits up to `drain` until everything published so far is written, sends the peers a close frame, and
+  // stops the service thread. Handles say errc::closed from then on. Errors: timed_out (something was not
+  // written in time; it is closed all the same).
   status close(duration drain = duration::zero());
 
  private:

@@ -100,7 +100,7 @@ class lane {
   ROWE_RT result<call_id> start(body object, duration timeout, time_point now,
                                 connection to = everyone) noexcept {
     if (!lane_) return errc::misuse;
-    return detail::named(detail::start_letter(*lane_, to, object, detail::call_header(now, timeout, to)));
+    return detail::named(detail::start_call_to(*lane_, to, object, detail::call_header(now, timeout, to)));
   }
 
   // The next call that has ended, in the order of their ends. Errors: empty (none has). Each call ends once.
@@ -184,9 +184,9 @@ inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!to && detail::crowded(*lane_)) return detail::with_depth(*lane_, errc::full);
   const time_point now = rt::monotonic_clock::now();
   detail::find_place(*lane_);
-  const auto call = detail::start_letter(*lane_, to, object,
-                                         detail::message_header(detail::entry::message, detail::ref_of(to),
-                                                                now, detail::expiry_after(now, ttl)));
+  const auto call = detail::start_call_to(*lane_, to, object,
+                                          detail::message_header(detail::entry::message, detail::ref_of(to),
+                                                                 now, detail::expiry_after(now, ttl)));
   if (!call) return call.error();
   lane_.wake_service();
   return detail::wait_sent(*lane_, *call);

@@ -20,13 +20,13 @@ struct limits {
   std::uint32_t connections_max = 40;            // established connections; one more is answered 503
   std::uint32_t connections_per_address_max = 8; // from one address (a /64 of IPv6) that is not loopback
   std::uint32_t handshakes_max = 32; // sockets not yet upgraded; one more takes the oldest silent one's place
-  std::size_t handshake_bytes = 96 * 1024;       // all the memory for answering them, and for pages
+  std::size_t handshake_bytes = 96 * 1024;     // all the memory for answering them, and for pages
   std::uint32_t message_bytes_max = 60 * 1024; // one inbound message; a larger one ends its connection (1009)
   std::uint32_t fragments_max = 1024;          // of one inbound message
   std::uint32_t depth_max = 64;                // nesting of one inbound message
   std::uint32_t messages_per_second_max = 50'000; // of one peer; what is beyond it is dropped, and a peer
-                                                  // that goes on for 5 s is cut (1008). 0: no limit
-  std::uint32_t refusals_per_second_max = 20; // of one peer that are answered, likewise; 0: no limit
+                                                  // that goes on for 5 s is disconnected (1008). 0: none
+  std::uint32_t refusals_per_second_max = 20;     // of one peer that are answered, likewise; 0: no limit
 
   // Topics.
   std::uint32_t topics_max = 128;
@@ -55,7 +55,7 @@ struct limits {
   // Handles of this process.
   std::uint32_t lanes_max = 32;
   std::size_t lane_bytes = 1280 * 1024; // rings and slots of all lanes together
-  std::uint32_t events_max = 256;      // events nobody has asked for yet; a further one is counted
+  std::uint32_t events_max = 256;       // events nobody has asked for yet; a further one is counted
 
   // What an endpoint with these limits takes, before it is opened. Never allocates.
   std::size_t footprint_bytes() const noexcept;

@@ -49,13 +49,13 @@ class message_view {
   friend class subscriber;
   template <class Q, class A>
   friend class caller;
-  message_view(detail::lane& on, detail::emptying_end& path, std::uint32_t slot) noexcept
+  message_view(detail::lane& on, detail::consumer_end& path, std::uint32_t slot) noexcept
       : lane_{&on}, path_{&path}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept { return *path_->slots.header(slot_); }
 
   detail::lane* lane_;
-  detail::emptying_end* path_; // of the lane: `in`, or `ends`
+  detail::consumer_end* path_; // of the lane: `in`, or `ends`
   std::uint32_t slot_;
 };
 
@@ -72,7 +72,7 @@ class value_view {
     return *this;
   }
   ROWE_RT ~value_view() {
-    if (lane_ != nullptr && (slot_ & of_window) == 0) lane_->user.in.home->give(slot_);
+    if (lane_ != nullptr && (slot_ & of_window) == 0) lane_->user.in.free_ring->give(slot_);
   }
 
   // The struct. Valid as long as this is.
@@ -92,7 +92,7 @@ class value_view {
   // Of a slot of a window, which is not given back: said here, so that a view whose handle is gone does not
   // ask the lane, which may be another one's.
   static constexpr std::uint32_t of_window = std::uint32_t{1} << 31;
-  value_view(detail::lane& on, const detail::emptying_end&, std::uint32_t slot) noexcept
+  value_view(detail::lane& on, const detail::consumer_end&, std::uint32_t slot) noexcept
       : lane_{&on}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept {

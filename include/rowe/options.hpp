@@ -17,7 +17,7 @@ using time_point = rt::time_point;
 // How the service thread waits for the next thing to do. Figures are in docs/real-time.md.
 enum class idle : std::uint8_t {
   poll,  // in the kernel, for sockets, at most `poll_period`: inbound is immediate, outbound at most that old
-  spin,  // never, but for naps where the kernel would otherwise take a SCHED_FIFO thread off its core
+  spin,  // never, but it yields where the kernel would otherwise take a SCHED_FIFO thread off its core
   wake,  // in the kernel, until there is something: then a handle that hands something over while the service
          // thread sleeps wakes it, which costs its own thread one write to an eventfd
   phase, // in the kernel, until shortly before a topic's next value is due by its `period`; then awake until
@@ -25,11 +25,11 @@ enum class idle : std::uint8_t {
          // `poll`
 };
 
-// What kind of peers an endpoint meets that speak the bare dialect. Hop programs know text frames and nothing
-// else: towards them there are no pings, no close frames, no subprotocol, and messages have at most 65 535
-// bytes; they need not answer for a while without being cut (see docs/wire.md).
+// The kind of peers that an endpoint has. Hop programs know text frames and nothing else: towards them there
+// are no pings, no close frames and no subprotocol, and messages have at most 65 535 bytes. A silent Hop
+// program is not disconnected (see docs/wire.md).
 enum class peer_profile : std::uint8_t {
-  standard, // RFC 6455 to the letter
+  standard, // exactly RFC 6455
   hop,      // Hop of 2015 and later
   hop_2014, // Hop of May 2014, which neither masks its frames nor can read masked ones
 };
@@ -58,7 +58,7 @@ struct endpoint_options {
   std::string name = {}; // shown to them; empty: the host's name
   bool relay = false;    // a hub: what one peer publishes reaches every peer that subscribed
   duration ping_period = std::chrono::seconds{3};         // one that is silent this long is pinged
-  duration silence_max = std::chrono::seconds{8};         // and cut when it is silent this long
+  duration silence_max = std::chrono::seconds{8};         // and disconnected when it is silent this long
   duration message_time_max = std::chrono::seconds{5};    // from a message's first byte to its last
   duration stats_period = std::chrono::milliseconds{100}; // of the topic /rowe/stats; 100 ms or more
   rowe::limits limits = {};
@@ -66,10 +66,10 @@ struct endpoint_options {
 
   // Plain messages and calls (rowe::lane, endpoint::receive and the like).
   peer_profile profile = peer_profile::standard;
-  duration inbound_ttl = rt::for_ever; // what arrived and was not taken within this time is dropped; a call
-                                       // of a peer ends when it was not answered within it
+  duration inbound_ttl = rt::for_ever; // what is not taken within this time is dropped; a peer's call ends
+                                       // if it is not answered within it
   duration call_timeout = std::chrono::seconds{30}; // of a peer's call that names none; 1 ms or more
-  bool bare_unasked = false; // plain messages go to peers that never spoke the bare dialect, too
+  bool bare_unasked = false; // plain messages also go to peers that never used the bare codec
   bool answers_any = false;  // calls that no handle serves wait for receive() from the start, not only once
                              // it was called
 
@@ -114,8 +114,8 @@ struct topic_options {
 
 // endpoint::serve and endpoint::client.
 struct service_options {
-  std::uint32_t depth = 0; // serve: calls that wait to be taken; client: calls in flight; 1 to 4096; 0: as
-                           // many as 32 KiB hold, but 8 to 16
+  std::uint32_t depth = 0;    // serve: calls that wait to be taken; client: calls in flight; 1 to 4096; 0: as
+                              // many as 32 KiB hold, but 8 to 16
   std::string_view type = {}; // the service's type on the wire; empty: none
   std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
 };

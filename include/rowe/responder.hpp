@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Responders: from endpoint::serve<Q, A>(), for one thread, in a loop, to answer the calls of one service,
-// whoever asks and in whatever dialect:
+// whoever calls and by whatever codec:
 //
 //   if (auto request = mode.try_next(now)) (void)mode.reply(*request, apply(request->value()), now);
 #pragma once

@@ -91,7 +91,7 @@ struct rowe_object; // a JSON value; see below
 
 // What kind of peers an endpoint meets.
 enum rowe_profile {
-  rowe_profile_standard, // RFC 6455 to the letter
+  rowe_profile_standard, // exactly RFC 6455
   rowe_profile_hop,      // Hop of 2015 and later
   rowe_profile_hop_2014, // Hop of May 2014
 };
@@ -156,7 +156,7 @@ unsigned rowe_peers(const struct rowe_endpoint* endpoint);
 // Waits until at least one peer is connected. Errors: timed_out, closed.
 int rowe_wait_peer(const struct rowe_endpoint* endpoint, long timeout_ms);
 
-// Waits until everything that was sent so far is written, at most `drain_ms`; says goodbye to the peers and
+// Waits until everything that was sent so far is written, at most `drain_ms`; closes the connections and
 // stops the service thread. Whoever waits in another call on this endpoint is told rowe_error_closed, as is
 // every later call. Errors: timed_out (something was not written in time; it is closed all the same).
 int rowe_close(const struct rowe_endpoint* endpoint, long drain_ms);

@@ -10,8 +10,8 @@
 //
 //   rowe::fields<&scan::stamp,
 //                rowe::field<&scan::frame, "frame_id">,              // renamed
-//                rowe::field<&scan::nsecs, "nsecs", "nanosec">,      // read by either name, written by the
-//                first rowe::field<&scan::seq>.or_default(),               // a text may leave it out
+//                rowe::field<&scan::nsecs, "nsecs", "nanosec">,      // written by the first, read by either
+//                rowe::field<&scan::seq>.or_default(),               // a text may leave it out
 //                rowe::field<&scan::serial>.as_string(),             // "9007199254740993": beyond 2^53
 //                rowe::field<&scan::angle>.decimals(4),              // fixed precision: shorter, faster
 //                rowe::counted<&scan::ranges, &scan::range_count>    // the first `range_count` elements

@@ -31,7 +31,7 @@ class subscriber {
   ROWE_RT result<view> try_take() noexcept {
     if (!lane_) return errc::misuse;
     const bool over = detail::closed(*lane_); // before looking: what came before it closed is still there
-    detail::emptying_end& path = lane_->user.in;
+    detail::consumer_end& path = lane_->user.in;
     if (keeps_newest()) {
       if constexpr (!detail::is_text<T>) {
         const auto found = path.newest->begin_read();

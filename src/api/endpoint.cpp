@@ -2,9 +2,7 @@
 // The composition root: which transport, which page, behind the public handles.
 #include <rowe/endpoint.hpp>
 
-#include <array>
 #include <new>
-#include <span>
 #include <string>
 #include <vector>
 

@@ -116,12 +116,12 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
       name_{options.name.empty() ? host_name() : options.name},
       transport_{std::move(sockets)} {}
 
-// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays,
-// and they go on showing what they show.
+// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays
+// mapped, and they stay valid.
 endpoint_state::~endpoint_state() {
   (void)close(duration::zero()); // nobody is left to tell
   const bool looked_at = std::any_of(lanes_.begin(), lanes_.end(), [](lane& one) {
-    return !one.lifecycle.is_free() && !service::all_home(one);
+    return !one.lifecycle.is_free() && !service::all_slots_released(one);
   });
   if (looked_at) memory_.abandon();
 }
@@ -137,13 +137,13 @@ status endpoint_state::start(service::side ours) {
   lane_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
   codecs_.resize(lanes_.size());
   given_up_.resize(lanes_.size());
-  board_ = memory_.make<service::shared_state>(memory_, options_.limits);
+  shown_ = memory_.make<service::shared_state>(memory_, options_.limits);
   submissions_ = memory_.make<service::submission_queue>(memory_, options_.limits);
   inbox_ = memory_.make<service::shared_inbox>(memory_, options_.limits);
-  stops_.emplace(board_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
-  bell_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{transport_->wake_descriptor()});
+  stops_.emplace(shown_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
+  waker_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{transport_->wake_descriptor()});
   core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_),
-                                      service::shared_parts{lanes_, *board_, *submissions_, *inbox_},
+                                      service::shared_parts{lanes_, *shown_, *submissions_, *inbox_},
                                       service::core_seams{*transport_, random_, *validator_,
                                                           options_.page ? page::answer : no_page,
                                                           wire::protocols_of(options_.profile)},
@@ -154,9 +154,9 @@ status endpoint_state::start(service::side ours) {
     warning.what = "reading the clock enters the kernel on this machine, in every cycle of a loop too";
     warning.remedy = "choose the clock source tsc or arch_sys_counter "
                      "(/sys/devices/system/clocksource/clocksource0/current_clocksource)";
-    board_->post(warning); // the service thread, whose ring it is, does not run yet
+    shown_->post(warning); // the service thread, the ring's producer, does not run yet
   }
-  loop_.emplace(*core_, *transport_, *bell_, options_.idle_policy, options_.poll_period);
+  loop_.emplace(*core_, *transport_, *waker_, options_.idle_policy, options_.poll_period);
 
   rt::thread_options how{.name = "rowe", .priority = options_.service_priority};
   if (options_.service_cpu >= 0) how.cpu = options_.service_cpu;
@@ -170,7 +170,7 @@ status endpoint_state::start(service::side ours) {
   return {};
 }
 
-// By the service thread, whose ring of events it is.
+// On the service thread, the only producer of events.
 void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
   if (!granted.pinned.refused() && !granted.fifo.refused()) return;
   constexpr std::string_view begin = "the service thread is not as asked: ";
@@ -181,7 +181,7 @@ void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
   warning.what_kind = event::kind::warning;
   warning.what = std::string_view{room.data(), begin_bytes + rest_bytes};
   warning.remedy = "`rowe doctor` says what this machine permits";
-  board_->post(warning);
+  shown_->post(warning);
 }
 
 // ---- lanes
@@ -226,7 +226,7 @@ status endpoint_state::check_topic(const lane_request& asked) const noexcept {
   return in_range(argument::period, asked.period, 100us, 1h);
 }
 
-// "x" is "/x" by another name.
+// "x" and "/x" are the same service.
 status endpoint_state::check_service(const lane_request& asked) const noexcept {
   if (!responds(asked.kind) && !calls(asked.kind)) return {};
   const bool slash = asked.name.front() == '/';
@@ -238,9 +238,9 @@ status endpoint_state::check_service(const lane_request& asked) const noexcept {
 }
 
 // Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces
-// handles finds the memory it had. A lane whose last values a peer does not take is not waited for longer
-// than peers are, and only once: it may wait for a peer that never comes. A lane that views still look at is
-// not waited for: perhaps only this very thread can end that.
+// handles finds the memory it had. For a lane whose last values a peer does not take this waits no longer
+// than for the peer itself, and only once: the peer may never come. It does not wait for a lane that still
+// has views: perhaps only this thread can release them.
 void endpoint_state::settle_lanes() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
   for (std::size_t i = 0; i < lanes_.size(); ++i) {
@@ -300,17 +300,17 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   lane& built = **found;
   const auto index = static_cast<std::size_t>(&built - lanes_.data());
   given_up_[index] = false;
-  build_lane(built, cut, board_->generations());
-  built.peers_taking = board_->takers();
+  build_lane(built, cut, shown_->generations());
+  built.peers_taking = shown_->takers();
   lane_codecs& kept = codecs_[index];
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
-  built.bell = lanes_tell() ? bell_ : nullptr;
+  built.waker = lanes_tell() ? waker_ : nullptr;
 
-  built.granted = &board_->permit;
+  built.granted = &shown_->permit;
 
-  board_->use_lane(static_cast<std::uint32_t>(index));
+  shown_->use_lane(static_cast<std::uint32_t>(index));
   built.lifecycle.offer();
   transport_->wake();
   if (const status done = built.lifecycle.wait_answer(built.news); !done) return done.error();
@@ -332,7 +332,7 @@ status endpoint_state::close(duration drain) noexcept {
   if (!thread_.joinable()) return {};
   submissions_->close();
   inbox_->close();
-  board_->peers_changed.notify(); // wait_peer() looks whether submissions are closed
+  shown_->peers_changed.notify(); // wait_peer() looks whether submissions are closed
   loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
   thread_.join();
   stops_->end();
@@ -349,18 +349,18 @@ status endpoint_state::close(duration drain) noexcept {
 // What was published and nobody will take now. The service thread is gone, so its ends are ours.
 void endpoint_state::count_left(const lane& in) noexcept {
   if (in.lifecycle.is_detached()) return;
-  const emptying_end& path = in.service.out;
+  const consumer_end& path = in.service.out;
   std::size_t left = 0;
   if (path.out != nullptr) left = path.out->waiting_at_least();
   if (path.newest != nullptr && path.newest->begin_read().state == rt::freshness::fresh) left = 1;
-  board_->counts.add(counter::lost_at_close, left);
+  shown_->counts.add(counter::lost_at_close, left);
 }
 
 status endpoint_state::wait_peer(duration timeout) noexcept {
   const std::lock_guard one_waiter{peer_waiter_};
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), timeout);
-  const auto over = [&] { return submissions_->is_closed() || board_->peers() > 0; };
-  if (board_->peers_changed.wait_until(deadline, over)) {
+  const auto over = [&] { return submissions_->is_closed() || shown_->peers() > 0; };
+  if (shown_->peers_changed.wait_until(deadline, over)) {
     return submissions_->is_closed() ? status{errc::closed} : status{};
   }
   return error{errc::timed_out, 0, timeout.count()};
@@ -368,7 +368,7 @@ status endpoint_state::wait_peer(duration timeout) noexcept {
 
 std::optional<event> endpoint_state::try_event() noexcept {
   const std::lock_guard one_reader{events_};
-  return board_->try_event();
+  return shown_->try_event();
 }
 
 std::vector<count> endpoint_state::counts() const {
@@ -378,14 +378,14 @@ std::vector<count> endpoint_state::counts() const {
   for (std::size_t i = 0; i < service::counter_descriptions.size(); ++i) {
     const auto& what = service::counter_descriptions[i];
     all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning,
-                   service::read_count(*board_, lanes_, static_cast<counter>(i))});
+                   service::read_count(*shown_, lanes_, static_cast<counter>(i))});
   }
   return all;
 }
 
 bool endpoint_state::gone(peer_ref whom) const noexcept {
   if (whom.generation == 0) return false;
-  const auto generations = board_->generations();
+  const auto generations = shown_->generations();
   if (whom.index >= generations.size()) return true; // of another endpoint
   // relaxed: pairs with the stores in shared_state::set_connection(); advice, which the service thread checks
   // again
@@ -396,7 +396,7 @@ bool endpoint_state::takes(peer_ref whom) const noexcept {
   if (whom.generation == 0) return true;
   // relaxed: pairs with the stores in shared_state::set_taking(); advice, which the service thread checks
   // again
-  return board_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
+  return shown_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
 }
 
 void close_lane(endpoint_state& of, lane& gone) noexcept { of.close_lane(gone); }

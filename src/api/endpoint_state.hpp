@@ -56,8 +56,8 @@ class endpoint_state {
   status wait_peer(duration timeout) noexcept;
   std::optional<event> try_event() noexcept;
   std::vector<count> counts() const;
-  std::uint32_t peers() const noexcept { return board_->peers(); }
-  std::vector<peer> connections() const { return board_->connections(); }
+  std::uint32_t peers() const noexcept { return shown_->peers(); }
+  std::vector<peer> connections() const { return shown_->connections(); }
   // Whether a connection has ended since it was named. Any thread.
   bool gone(peer_ref whom) const noexcept;
   // Whether one that is there takes messages, or has its share of what waits. Any thread.
@@ -89,7 +89,7 @@ class endpoint_state {
   kernel_entropy random_;
   std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;
-  service::shared_state* board_ = nullptr;
+  service::shared_state* shown_ = nullptr;
   std::span<lane> lanes_;
   std::span<std::byte> lane_memory_;
   std::vector<lane_codecs> codecs_; // of the lane with the same index
@@ -97,15 +97,15 @@ class endpoint_state {
   service::submission_queue* submissions_ = nullptr;
   service::shared_inbox* inbox_ = nullptr;
   std::optional<local_stops> stops_;
-  rt::wake_bell<>* bell_ = nullptr;
+  rt::wake_bell<>* waker_ = nullptr;
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;
   rt::thread thread_;
   rt::grants granted_;
 
   std::mutex set_up_;      // lanes, closing
-  std::mutex events_;      // the reading end of the board's ring
-  std::mutex peer_waiter_; // the board's notification has one waiter
+  std::mutex events_;      // the consumer end of the ring of events
+  std::mutex peer_waiter_; // peers_changed has one waiter
   bool closed_ = false;
 };
 

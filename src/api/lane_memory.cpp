@@ -19,10 +19,9 @@ constexpr std::size_t stride_of(std::size_t value_bytes) noexcept {
   return arena::bytes_for(value_offset + value_bytes + rt::tailroom_bytes);
 }
 
-// Places of the ring that carries `depth` slots out. Twice as many, because the service thread empties it in
-// batches and sends each slot home at once, but gives the places back at the end of the batch
-// (spsc_ring::drain): up to `depth` slots of that batch can be on their way again while their former places
-// still count as taken.
+// Places of the ring that carries `depth` slots: twice as many. The service thread drains it in batches. It
+// releases each slot at once, but the ring's places only at the end of the batch (spsc_ring::drain). So up to
+// `depth` slots of a batch can be pushed again while their former places still count as taken.
 constexpr std::size_t places_out(std::size_t depth) noexcept { return number_ring::places_for(2 * depth); }
 
 // The places of both rings and the slots, one behind the other. Only ever as much as path_bytes() counted.
@@ -60,13 +59,13 @@ std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_b
     return arena::bytes_for<newest_window>() + newest_window::slots * stride_of(value_bytes);
   }
   return arena::bytes_for<number_ring>() + arena::bytes_for<number_ring::entry>(places_out(depth)) +
-         arena::bytes_for<numbers_home>() +
-         arena::bytes_for<numbers_home::entry>(numbers_home::places_for(depth)) +
+         arena::bytes_for<number_free_ring>() +
+         arena::bytes_for<number_free_ring::entry>(number_free_ring::places_for(depth)) +
          depth * stride_of(value_bytes);
 }
 
 void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
-                filling_end& fills, emptying_end& empties) noexcept {
+                producer_end& fills, consumer_end& empties) noexcept {
   builder from{memory};
   fills = {};
   empties = {};
@@ -80,12 +79,12 @@ void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dept
   } else {
     const auto places = from.array<number_ring::entry>(places_out(depth));
     auto* const out = from.make<number_ring>(places);
-    const auto homes = from.array<numbers_home::entry>(numbers_home::places_for(depth));
-    auto* const home = from.make<numbers_home>(homes, depth);
+    const auto free_places = from.array<number_free_ring::entry>(number_free_ring::places_for(depth));
+    auto* const free_ring = from.make<number_free_ring>(free_places, depth);
     fills.out = out->take_producer();
-    fills.home = home->take_consumer();
+    fills.free_ring = free_ring->take_consumer();
     empties.out = out->take_consumer();
-    empties.home = home->take_producer();
+    empties.free_ring = free_ring->take_producer();
   }
   fills.count = static_cast<std::uint32_t>(slots);
   fills.slots = empties.slots = {from.take(slots * stride).data(), stride, value_bytes};
@@ -154,7 +153,7 @@ void build_lane(lane& built, const lane_request& asked,
   }
 
   builder from{built.memory};
-  const auto build = [&](std::uint32_t depth, std::size_t bytes, filling_end& fills, emptying_end& empties) {
+  const auto build = [&](std::uint32_t depth, std::size_t bytes, producer_end& fills, consumer_end& empties) {
     const std::size_t takes = path_bytes_of(asked, depth, bytes);
     if (takes != 0) build_path(from.take(takes), asked.keep, depth, bytes, fills, empties);
   };

@@ -21,7 +21,7 @@ std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_b
 // Builds it at the beginning of `memory`, which is path_bytes() long and aligned to a line, and hands out its
 // ends.
 void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
-                filling_end& fills, emptying_end& empties) noexcept;
+                producer_end& fills, consumer_end& empties) noexcept;
 
 // What the paths and tables of a lane take together.
 std::size_t lane_bytes(const lane_request& asked) noexcept;

@@ -51,7 +51,7 @@ class local_stops {
   std::atomic<bool> begun_{false};
   std::atomic<bool> ended_{false};
 
-  std::mutex asking_; // never held by anybody who waits
+  std::mutex asking_; // never held while waiting
   service::local_stop_asked asked_;
   std::mutex hearing_; // likewise
   answered heard_;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// endpoint::send, receive, invoke, reply and their kin: what any thread may call, by way of the
-// submission queue and the shared inbox.
+// endpoint::send, receive, invoke, reply and the like, for any thread: through the submission queue and the
+// shared inbox.
 #include <rowe/endpoint.hpp>
-
-#include <utility>
 
 #include <rowe/detail/calls.hpp>
 
@@ -58,7 +56,7 @@ status submit_only(endpoint_state& to, const submission_header& header, const bo
   return slot ? status{} : status{slot.error()};
 }
 
-submission_header letter_to(connection to, duration ttl) noexcept {
+submission_header message_to(connection to, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();
   return {.what = entry::message,
           .peer = detail::ref_of(to),
@@ -79,12 +77,12 @@ received::~received() {
 
 status endpoint::send(body object, duration ttl, connection to) {
   if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
-  return submit_and_wait(*state_, letter_to(to, ttl), object);
+  return submit_and_wait(*state_, message_to(to, ttl), object);
 }
 
 status endpoint::try_send(body object, duration ttl, connection to) {
   if (const status fine = takes(*state_, detail::ref_of(to)); !fine) return fine.error();
-  return submit_only(*state_, letter_to(to, ttl), object);
+  return submit_only(*state_, message_to(to, ttl), object);
 }
 
 status endpoint::wait_room(duration timeout, connection to) {

@@ -253,7 +253,7 @@ int rowe_emergency_stop(const struct rowe_endpoint* endpoint,
                         struct rowe_emergency_stop_result* into) {
   if (endpoint == nullptr) return fail(errc::misuse);
   const auto given = whole(request);
-  rowe::emergency_stop_request what; // a stop all the same where it cannot be read
+  rowe::emergency_stop_request what; // still a stop if `given` cannot be read
   if (given && given->source != nullptr) what.source = given->source;
   if (given && given->reason != nullptr) what.reason = given->reason;
   const auto stopped = endpoint->inside->emergency_stop(what, duration_of(timeout_ms));

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a text failed by, in words: for a status, an event or a refusal. Looked up only when one is written.
-#include <algorithm>
 #include <charconv>
 #include <limits>
 

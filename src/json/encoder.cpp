@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The interpreter of the program that a schema was flattened into. It runs once for each message and dialect,
+// The interpreter of the program that a schema was flattened into. It runs once for each message and codec,
 // on the service thread, and most of its time should go into the digits of doubles. So literals are copied in
 // chunks of fixed size, room is looked at once for each piece, and nothing is called but what writes a
 // number.

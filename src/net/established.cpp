@@ -165,7 +165,7 @@ bool established::displace_oldest(transport_sink& sink, Wanted&& wanted) noexcep
   }
   if (oldest == nullptr) return false;
   sink.displace(id_of(*oldest));
-  if (oldest->socket) { // unread bytes would make this a reset, which may overtake the goodbye
+  if (oldest->socket) { // unread bytes would make this a reset, which may overtake the close frame
     (void)discard_input(oldest->socket.get());
     end(*oldest, close_cause::asked);
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Accepted sockets that are not connections yet, or never will be: each waits for its request's header, is
-// served a page, is upgraded, or is refused with words. Service thread; never allocates itself (libwebsockets
-// does, for a page or an upgrade).
+// Accepted sockets that are not connections yet, or never will be. Each waits for its request's header; then
+// it is served a page, upgraded, or refused with a text. Service thread; never allocates itself
+// (libwebsockets does, for a page or an upgrade).
 //
 // The header is looked at in the kernel (MSG_PEEK) until it is whole, then exactly it is taken out: what lies
 // behind it belongs to the connection, and libwebsockets must not see it. So no socket needs a buffer of its
@@ -12,13 +12,13 @@
 // one of them, not behind as many as strangers like to send. Headers that are ready wait in a queue for
 // theirs.
 //
-// Nobody is kept out by sockets that say nothing, or not all of their request: where no place is left the
-// oldest of those is evicted. A socket whose bytes have come and were not looked at yet keeps its place until
+// Sockets that send nothing, or only a part of their request, keep nobody out: where no place is left the
+// oldest of them is evicted. A socket whose bytes have come and were not looked at yet keeps its place until
 // they were; while there are only such, newcomers wait in the kernel's queue, for some turns at most.
 //
-// Whoever is answered and closed *parts*: our end is shut, and what still comes is thrown away until the
-// other end is shut too. A socket closed with unread bytes sends a reset, which makes clients drop the answer
-// unread.
+// A socket that was answered and is to be closed is *parting*: our end is shut, and what still arrives is
+// thrown away until the other end is shut too. A socket closed with unread bytes sends a reset, which makes
+// clients drop the answer unread.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -3,7 +3,6 @@
 
 #include <libwebsockets.h>
 
-#include <algorithm>
 #include <cstddef>
 
 namespace rowe::net {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// libwebsockets, held at arm's length. One context for a transport; every socket it gets is a *duplicate* of
-// one that we keep, so that letting go of a connection is to make it close its duplicate, and nothing of ours
-// is ever in its hands alone.
+// The only use of libwebsockets: for handshakes and pages. There is one context for a transport. Every socket
+// that it gets is a *duplicate* of one that we keep. So we end its part in a connection by making it close
+// the duplicate, and it never owns a socket alone.
 //
 // The callbacks only set members of a `lws_watch` (and write a page); everything that ends a wsi runs outside
 // of them. The end of a wsi is LWS_CALLBACK_WSI_DESTROY and nothing else: lws_adopt_socket_vhost_readbuf()

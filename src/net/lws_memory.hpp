@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The memory libwebsockets lives on: one heap of a fixed size for each of our contexts, mapped, present and
-// locked when the context is made.
+// The memory that libwebsockets allocates from: one heap of a fixed size for each of our contexts, mapped,
+// present and locked when the context is made.
 //
 // libwebsockets has one allocator for the whole process, which is told neither the context nor the thread. So
 // ours looks at what the calling thread has been lent: whoever calls libwebsockets for a context of ours

@@ -88,14 +88,14 @@ void advertisements::replace_type(topic_id topic, std::string_view type) noexcep
   const std::string_view text{why.data(), std::min(static_cast<std::size_t>(bytes), why.size() - 1)};
   state_.topics.replace_type(topic, type);
   for (const peer_index peer : state_.peers.ids()) {
-    // Never the last who holds the topic: the handle does.
+    // Never the topic's last holder: the handle holds it.
     if (state_.peers[peer].open() && withdraw(peer, topic)) refusals_.refuse(state_.peers[peer], {}, text);
   }
 }
 
-// Frees the place of a topic that only peers have, of whoever holds most of those, for one of this process;
-// all who hold it are told. Peers come to have more than their part of the places where a handle leaves a
-// topic to those who subscribed. False where there is none.
+// Frees a place for a topic of this process. The peer that holds most topics that only peers have loses one
+// of them, and all its holders are told. Peers can have more than their part of the places, because a handle
+// may leave a topic to the peers that subscribed. False if there is no such topic.
 bool advertisements::take_back_topic() noexcept {
   peer_index most{};
   std::uint32_t held_by_most = 0;

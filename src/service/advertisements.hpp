@@ -29,17 +29,17 @@ class advertisements {
         places_{parts.places},
         readers_{parts.readers} {}
 
-  // A peer goes, and with it the latched values that it left.
+  // A peer has left. Its latched values go with it.
   void forget(peer_index peer) noexcept;
 
-  // Asked by peers; what is refused is said.
+  // Requests of peers; a refused peer is told why.
   void advertise(connection& c, const wire::request& asked) noexcept;
   void unadvertise(connection& c, const wire::request& asked) noexcept;
 
-  // The type of a handle stands against the one that peers gave the topic before; they are told.
+  // The type of a handle replaces the one that peers gave the topic before; they are told.
   void replace_type(topic_id topic, std::string_view type) noexcept;
-  // Frees the place of a topic that only peers have, of whoever holds most of those, for one of this process;
-  // all who hold it are told. False where there is none.
+  // Frees a place for a topic of this process: the peer that holds most topics that only peers have loses
+  // one, and all its holders are told. False if there is no such topic.
   bool take_back_topic() noexcept;
 
  private:

@@ -8,7 +8,7 @@ void audiences::update(topic_id index) noexcept {
   topic& on = state_.topics.at(index);
   ++on.audience_changes;
   const bool heard = on.has_audience();
-  if (!heard) on.newest_at = {}; // what is published from now on is not seen, so the pause is no gap
+  if (!heard) on.newest_at = {}; // the service thread sees no values from now on: the pause is no gap
   for (const pair_index i : state_.lanes.ids()) {
     const pair_row& view = state_.views[i];
     if (!view.attached || view.topic != index) continue;

@@ -84,21 +84,21 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
     wire::text_out text{room};
     text.add("the message has ").add(done.error().value).add(" bytes, its subscriber takes ");
     text.add(done.error().limit).add(": raise the option `text_bytes_max`");
-    return tell_misfit(pair, who, text.text());
+    return tell_undecodable(pair, who, text.text());
   }
   state_.counts.add(counter::undecodable);
-  tell_misfit(pair, who, why.text(room));
+  tell_undecodable(pair, who, why.text(room));
 }
 
-// A message does not fit a handle that subscribed: two programs differ, and would go on without noticing. The
-// sender is told, and an event tells this process; each at most once a second for a topic, since what fails
-// once fails with every message.
-void broker::tell_misfit(pair_index pair, const published_by& who, std::string_view why) noexcept {
+// A handle that subscribed cannot decode a message: two programs disagree about the type. The sender is told
+// by a status, and this process by an event. Each is told at most once a second for a topic, because usually
+// every message fails.
+void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
   const topic_id topic = state_.views[pair].topic;
-  rt::time_point& told_at =
-      state_.views[state_.topics.at(topic).first_inbox].misfit_at; // one place for all handles on the topic
+  rt::time_point& told_at = state_.views[state_.topics.at(topic).first_inbox]
+                                .undecodable_at; // one place for all handles on the topic
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
-  const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= misfit_period;
+  const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= undecodable_period;
   const bool tells =
       c != nullptr && c->open() && c->ours == side::server && c->may_be_told(topic, state_.cycle.now);
   if (!first && !tells) return;

@@ -67,7 +67,7 @@ class broker {
   bool is_wanted_now(const topic& on) noexcept;
   void keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept;
   void deliver_to(pair_index pair, std::span<const char> body, const published_by& who) noexcept;
-  void tell_misfit(pair_index pair, const published_by& who, std::string_view why) noexcept;
+  void tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
 
   core_state& state_;
   message_store& store_;

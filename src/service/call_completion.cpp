@@ -88,7 +88,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
     return slot ? status{} : slot.error();
   }
   if (!slot) return slot.error();
-  const bool here = !*slot; // who asked is of this process, and has it
+  const bool here = !*slot; // the caller is of this process, and has its answer
   here ? tell(with.waits, with.own, {}) : messages_.track_reply(*slot, with.waits, with.own);
   return {};
 }
@@ -116,9 +116,9 @@ void call_completion::take_reply(connection& c, const wire::request& said) noexc
   fail(call, {unknown ? errc::no_service : errc::refused}, sentence);
 }
 
-// The call is answered with a value; towards a peer the answer may have a time of its own. Returns the slot
-// of an answer on its way to a peer, or none where one of this process has it. Errors: peer_lost, closed;
-// full: it found no room, and the call has not ended.
+// Answers the call with a value; an answer to a peer may expire. Returns the slot of an answer to a peer, or
+// none if the caller is of this process and has it. Errors: peer_lost, closed; full: the answer found no
+// room, and the call has not ended.
 result<slot_id> call_completion::finish(call_index index, const wire::body& value,
                                         rt::time_point expires) noexcept {
   const call ended = state_.calls.at(index);
@@ -148,7 +148,7 @@ result<slot_id> call_completion::finish_with(call_index index, std::string_view 
                                              rt::time_point expires) noexcept {
   const call ended = state_.calls.at(index);
   if (ended.caller.who == call_endpoint::kind::peer) return finish(index, wire::body{text}, expires);
-  // Whoever asked with an object gets one.
+  // A caller that sent an object gets an object.
   const bool reads_objects = ended.caller.who == call_endpoint::kind::thread ||
                              state_.lanes[ended.caller.pair()].kind == detail::lane_kind::talk;
   if (reads_objects && !json::is_object(text)) {
@@ -164,7 +164,7 @@ result<slot_id> call_completion::finish_with(call_index index, std::string_view 
   return slot_id{};
 }
 
-// A call whose reply found no room ends without it, where nobody is to try again.
+// Ends a call whose reply found no room and is not tried again.
 void call_completion::end_without_room(call_index index, const result<slot_id>& finished) noexcept {
   if (!finished && finished.code() == errc::full) fail_for_room(index);
 }
@@ -208,7 +208,7 @@ void call_completion::close(call_index index) noexcept {
   state_.calls.close(index);
 }
 
-// ---- who goes
+// ---- peers and handles that leave
 
 void call_completion::forget(connection_id peer) noexcept {
   for (const auto i : state_.calls.ids()) {
@@ -237,7 +237,7 @@ void call_completion::forget_pair(pair_index pair) noexcept {
 
 // ---- for tests
 
-// Each call in flight has somebody who asked and somebody who may still answer.
+// Each call in flight has a caller, and a callee that may still answer.
 bool call_completion::check() const noexcept {
   const auto there = [this](const call_endpoint& p) {
     if (p.who == call_endpoint::kind::pair)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How calls end: what this process and its peers answer, and who is told. A reply that finds no room is an
-// error of the callee, which may try again; everything else closes the call. Only the service thread decides
-// which of reply, refusal, time-out and loss comes first. Nothing waits or allocates.
+// Ends calls: by the answers of this process and of peers, or by an error, and tells the caller. A reply that
+// finds no room is an error of the callee, which may try again; everything else closes the call. Only the
+// service thread decides which of reply, refusal, time-out and loss comes first. Nothing waits or allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -31,7 +31,7 @@ struct local_reply {
   const json::encoder* encoder = nullptr; // of the value
   const std::byte* value = nullptr;
   rt::time_point expires = rt::never;
-  call_endpoint waits{}; // who is told when it is written; or nobody
+  call_endpoint waits{}; // told when the answer is written; or nobody
   detail::call_ref own{};
 };
 

@@ -64,7 +64,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   status done;
   json::decoder::diagnosis fault;
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
-  std::string_view fault_text; // where the text that it points into is gone
+  std::string_view fault_text; // made where the text that `fault` points into is gone afterwards
   const bool decodes = state_.lanes[pair].decoder != nullptr;
   if (what.is == form::args || (decodes && what.is == form::object)) {
     done = delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
@@ -109,7 +109,7 @@ void call_requests::hand_to_receiver(call_index index, std::string_view service,
     store_.release(slot);
   }
   if (done) {
-    awaited_ = pair; // none: a thread that submitted it sleeps
+    awaited_ = pair; // none: a thread takes it, and has to wake up first
     return;
   }
   std::array<char, 192> why;
@@ -123,7 +123,7 @@ void call_requests::hand_to_stop(call_index index, stop_verb which, const wire::
   if (what.is != form::value) return stop_.carry_out(which, asker, what.text);
   const slot_id slot = out_.compose(
       rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
-  if (!slot) return stop_.carry_out(which, asker, {}); // a stop all the same
+  if (!slot) return stop_.carry_out(which, asker, {}); // still a stop, without its arguments
   stop_.carry_out(which, asker, text_at(slots_, slot));
   store_.release(slot);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The request of a call on its way to whoever is to answer it: a responder, whoever receives, a peer, or the
-// stop. Where it cannot be handed over the call ends. Service thread only; nothing waits or allocates.
+// Hands the request of a call to its callee: a responder, the receiver, a peer, or the stop. If that fails,
+// the call ends. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -35,17 +35,17 @@ class call_requests {
   };
   explicit call_requests(const needs& parts) noexcept;
 
-  // To a peer; with none it waits for the first who comes.
+  // To a peer; without one it waits for the first peer that connects.
   void send(call_index call, const connection* to, const wire::codec& in, std::string_view service,
             const wire::call_args& what) noexcept;
   // To a responder of this process.
   void hand_to_pair(call_index call, pair_index pair, const wire::call_args& what) noexcept;
-  // To whoever receives what no other handle takes, as one object whatever it came in.
+  // To the receiver, as one object, whatever codec it came by.
   void hand_to_receiver(call_index call, std::string_view service, const wire::call_args& what) noexcept;
-  // A call of this process; a peer's does not come so far.
+  // Only for calls of this process: a peer's stop is carried out before calls are routed.
   void hand_to_stop(call_index call, stop_verb which, const wire::call_args& what) noexcept;
 
-  // The handle that was given a call in this cycle, the last one, and may answer at once; or none.
+  // The handle that was given a call last in this cycle, and may answer at once; or none.
   pair_index awaited() const noexcept { return awaited_; }
   pair_index take_awaited() noexcept { return std::exchange(awaited_, {}); }
   void forget_pair(pair_index pair) noexcept {

@@ -33,7 +33,7 @@ rt::time_point call_router::time_limit(std::int64_t time_ns) const noexcept {
                   rt::deadline_after(state_.cycle.now, state_.options.inbound_ttl));
 }
 
-// Within the rate of refusals or not: whoever calls waits for an answer.
+// Answers even beyond the rate of refusals: the caller waits for an answer.
 void call_router::refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
                          std::string_view why) noexcept {
   add(counter::calls_refused);
@@ -80,7 +80,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
 
 // ---- asked by this process
 
-// A stop needs neither time nor a place: only its answer does.
+// A stop needs neither a deadline nor a row of the call table: only its answer does.
 void call_router::stop_anyway(const call_start& asked) noexcept {
   if (!stop_.in_use()) return;
   const bool named = stop_gate::service_named(asked.service) == stop_verb::stop;
@@ -159,7 +159,7 @@ void call_router::route(call_index index, std::string_view service, const wire::
   completion_.fail(index, {errc::no_service});
 }
 
-// Whether route() gives a peer's call of this service, which is not the stop's, to whoever receives.
+// Whether route() gives a peer's call of this service, which is not the stop's, to the receiver.
 bool call_router::goes_to_receiver(std::string_view service) const noexcept {
   if (!inbox_.is_there()) return false;
   if (service.empty()) return true;

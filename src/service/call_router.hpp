@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Decides who answers a call. The call comes from a handle or a thread of this process, or from a peer in any
-// dialect. It goes to a responder, to the receiver, to a peer or to the stop, or the endpoint answers it
+// Decides who answers a call. The call comes from a handle or a thread of this process, or from a peer by any
+// codec. It goes to a responder, to the receiver, to a peer or to the stop, or the endpoint answers it
 // itself. call_completion.hpp brings its end back to the caller. Service thread only; nothing waits or
 // allocates.
 #pragma once
@@ -51,13 +51,13 @@ class call_router {
   };
   explicit call_router(const needs& parts) noexcept;
 
-  // A call of a peer, within its rate, that is not for the stop. False: the receiver has no room now and is
-  // at work; nothing has happened.
+  // A call of a peer, within its rate, that is not for the stop. False: the receiver has no room now, but
+  // takes messages; nothing has happened.
   bool take_call(connection& c, const wire::request& asked) noexcept;
   void start(const call_start& asked) noexcept;
 
  private:
-  // `busy` may be the fault of others, so a peer that asks again is not cut for it.
+  // `busy` may be caused by other peers, so a peer that asks again is not disconnected for it.
   enum class cause : std::uint8_t { peer, busy };
   void refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
               std::string_view why) noexcept;

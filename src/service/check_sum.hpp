@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// References are counted for all rows of a table at once: each row weighs something of its own, so that two
-// sums are equal only where each row's count is. No memory, and every place is looked at once. For check().
+// Weights of rows, to compare the counts of references to all rows of a table in one pass and without memory.
+// The weights are hashes: two sums of weights are equal, but for a coincidence, only if each row was counted
+// as often in both. For check().
 #pragma once
 #include <cstdint>
 

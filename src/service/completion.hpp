@@ -56,7 +56,7 @@ class completion {
     return abandon();
   }
 
-  // The submitter, instead of waiting or when tired of it: leaves, unless the completion is there.
+  // The submitter, instead of waiting or after its deadline: leaves, unless the completion is there.
   slot_holder abandon() noexcept {
     // acq_rel: acquire pairs with the release in complete(), so that the outcome is seen; release pairs with
     // the acquire there, so that whoever has the slot next comes after all that the submitter did with it

@@ -48,28 +48,29 @@ struct connection {
   rt::time_point heard_at{};
   rt::time_point unheard_until{}; // when we last did not read it
   std::uint16_t closes_as = 0; // close code; to_close
-  std::string_view farewell;   // close reason, or empty; the text outlives the peer
+  std::string_view close_reason; // or empty; the text outlives the peer
 
   std::array<char, 64> address{};
   std::size_t address_bytes = 0;
 
-  // A topic on which it published what no handle could take; and when it was told, in ms since it connected.
-  struct misfit {
+  // A topic on which it published what no handle could decode; and when it was told so, in ms since it
+  // connected.
+  struct told_topic {
     topic_id topic{};
     std::uint32_t told_ms = 0;
   };
-  std::array<misfit, 2> misfits;
+  std::array<told_topic, 2> told_topics;
   // Whether it may be told now: once a second for each topic, and for as many topics as there are places.
   bool may_be_told(topic_id topic, rt::time_point now) noexcept {
     // The milliseconds wrap around after 49 days.
     const auto ms = static_cast<std::uint32_t>((now - opened_at) / std::chrono::milliseconds{1});
-    const auto long_ago = [ms](const misfit& one) {
+    const auto long_ago = [ms](const told_topic& one) {
       return !one.topic || ms - one.told_ms >= 1000;
     };
-    auto place =
-        std::find_if(misfits.begin(), misfits.end(), [&](const misfit& one) { return one.topic == topic; });
-    if (place == misfits.end()) place = std::find_if(misfits.begin(), misfits.end(), long_ago);
-    if (place == misfits.end() || !long_ago(*place)) return false;
+    auto place = std::find_if(told_topics.begin(), told_topics.end(),
+                              [&](const told_topic& one) { return one.topic == topic; });
+    if (place == told_topics.end()) place = std::find_if(told_topics.begin(), told_topics.end(), long_ago);
+    if (place == told_topics.end() || !long_ago(*place)) return false;
     *place = {topic, ms};
     return true;
   }

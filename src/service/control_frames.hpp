@@ -32,11 +32,11 @@ struct control_frames {
     if (written != 0) {
       std::memmove(bytes.data(), bytes.data() + written, size - written);
       size -= written;
-      last_at -= std::min(last_at, written); // of a frame that is begun only the rest is here, and much room
+      last_at -= std::min(last_at, written); // only the rest of the last frame may be left
       written = 0;
     }
     if (what == wire::opcode::ping && size != 0) return nullptr;
-    // By the longest frame, not by this one: whatever takes the place of the last one fits there.
+    // Room for the longest frame, not for this one: so any frame that takes the place of the last one fits.
     const std::size_t room = bytes.size() - (what == wire::opcode::close ? 0 : frame_bytes_max);
     if (room - size < (ROWE_MUTANT(pong_room) ? frame_bytes : frame_bytes_max)) size = last_at;
     last_at = size;

@@ -245,7 +245,7 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
   constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
                                         "the peer does not read"};
   state_.events.report(event::kind::peer_left, c->peer(),
-                       c->farewell.empty() ? words[static_cast<std::size_t>(cause)] : c->farewell);
+                       c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason);
   forget(*c);
   messages_.take_outcomes();
   state_.shown.set_connection(id.index, 0, {});
@@ -296,7 +296,7 @@ void core::close(connection& c, std::uint16_t code, std::string_view reason) noe
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
   stop_service_.leave(c);               // nor is anything read: a guard has left
-  c.farewell = reason;
+  c.close_reason = reason;
   sender_.send_close({c.id.index}, code, reason);
   state_.seams.to_peers.close(c.id, close_how::flushed);
 }
@@ -307,7 +307,7 @@ void core::close_marked() noexcept {
   for (connection& c : state_.peers) {
     if (c.state != connection::phase::to_close) continue;
     c.state = connection::phase::open;
-    close(c, c.closes_as, c.farewell);
+    close(c, c.closes_as, c.close_reason);
   }
 }
 
@@ -315,7 +315,7 @@ void core::close_marked() noexcept {
 void core::cut(connection& c, std::string_view reason) noexcept {
   c.state = connection::phase::closing;
   stop_service_.leave(c);
-  c.farewell = reason;
+  c.close_reason = reason;
   state_.seams.to_peers.close(c.id, close_how::aborted);
 }
 
@@ -338,9 +338,9 @@ void core::reconnect_later() noexcept {
   for (std::uint32_t i = 0; i < attempts_failed_ && wait < state_.options.retry_max; ++i) wait *= 2;
   wait = std::min(wait, state_.options.retry_max);
   ++attempts_failed_;
-  std::array<std::byte, 2> dice;
-  state_.seams.random.fill(dice);
-  const auto share = std::to_integer<std::int64_t>(dice[0]) * 256 + std::to_integer<std::int64_t>(dice[1]);
+  std::array<std::byte, 2> bytes;
+  state_.seams.random.fill(bytes);
+  const auto share = std::to_integer<std::int64_t>(bytes[0]) * 256 + std::to_integer<std::int64_t>(bytes[1]);
   state_.due.arm(timer::reconnect, state_.cycle.now + wait - wait / 4 * share / 65536);
 }
 

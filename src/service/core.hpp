@@ -57,7 +57,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void record_cycle(rt::duration took) noexcept;
 
   // How long the thread may sleep. It has to poll handles that do not wake it: they may submit something that
-  // a peer waits for, or something that is to expire. Where handles wake it, or phases() predicts their
+  // a peer waits for, or something that is to expire. Where handles wake it, or predictor() predicts their
   // publishes, it has to poll only for what is parked in a queue pair.
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
     const bool handles_talk = registry_.talking() != 0 && state_.peers.count() != 0;
@@ -69,8 +69,8 @@ class core final : public transport_sink, private frame_handler, private core_pa
     if (threads_.waits() || (state_.peers.count() != 0 && messages_.pending() != 0)) return talking_rest;
     return registry_.talking() != 0 ? talking_rest : idle_rest;
   }
-  // Under idle::phase: the publishes that the thread waits for.
-  publish_predictor& phases() noexcept { return phases_; }
+  // Under idle::phase: says when to poll.
+  publish_predictor& predictor() noexcept { return phases_; }
   // If handles wake this thread: nothing was submitted since cycle() looked. For rt::wake_bell::sleep().
   bool lanes_quiet() const noexcept { return registry_.quiet(); }
   std::uint32_t peers() const noexcept { return state_.peers.count(); }

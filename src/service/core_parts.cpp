@@ -10,9 +10,9 @@ namespace rowe::service {
 namespace {
 
 std::uint64_t draw(entropy& from) noexcept {
-  std::array<std::byte, sizeof(std::uint64_t)> dice;
-  from.fill(dice);
-  return std::bit_cast<std::uint64_t>(dice);
+  std::array<std::byte, sizeof(std::uint64_t)> bytes;
+  from.fill(bytes);
+  return std::bit_cast<std::uint64_t>(bytes);
 }
 
 } // namespace

@@ -12,7 +12,7 @@
 namespace rowe::service {
 
 // name, group, meaning. Groups: loss = a message did not arrive; chosen = thinned out as asked; flow = it
-// went through; refusal = somebody was told no; own = the service thread itself.
+// went through; refusal = a request was refused; own = the service thread itself.
 #define ROWE_COUNTERS(X)                                                                                     \
   X(full, loss, "refused: the handle's queue to the service thread was full")                                \
   X(expired, loss, "its time to live passed before it was written")                                          \

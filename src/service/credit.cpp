@@ -10,7 +10,7 @@ namespace {
 
 constexpr double growth = 1.5; // of the bound in a round trip, at most
 
-// A few messages that are written together are not parted for a ping: it goes in front of the next ones, and
+// A ping does not split a few messages that are written together. It goes in front of the next ones, and so
 // costs no system call.
 constexpr std::size_t batch_bytes = 2048;
 
@@ -42,7 +42,7 @@ std::size_t credit::room(priority of) const noexcept {
 }
 
 bool credit::late(rt::time_point now) const noexcept {
-  return now - under_way_[pings_ - 1U].at > 2 * rtt_ + patience;
+  return now - under_way_[pings_ - 1U].at > 2 * rtt_ + pong_late_after;
 }
 
 bool credit::wants_ping(rt::time_point now) const noexcept {
@@ -80,14 +80,14 @@ bool credit::take_pong(std::span<const std::byte> payload, rt::time_point now) n
   const rt::duration round_trip = now - under_way_[which].at;
   // The pongs of two pings may come at once after a stall: what lies between was not read in no time.
   const rt::duration took = std::max(now - busy_since_, round_trip);
-  // The first one goes too early to say how fast the peer reads, and a lone one has nothing to say of it.
+  // The first ping is sent too early to measure the peer's rate, and a lone ping measures no rate.
   if (now_ != phase::measuring && rtt_min_ != rt::for_ever) note_rate(end - read_, took, round_trip);
   read_ = end;
   busy_since_ = now;
-  // What was asked before this one will not be answered any more (RFC 6455 5.5.3).
+  // Pings from before this one will not be answered any more (RFC 6455 5.5.3).
   pings_ = static_cast<std::uint8_t>(pings_ - which - 1);
   under_way_[0] = under_way_[1];
-  if (now_ != phase::steady) held_ = false; // by us, not by the bound
+  if (now_ != phase::steady) held_ = false; // draining held it back, not the bound
   note_round_trip(round_trip, now);
   update_bound(round_trip);
   return true;
@@ -110,7 +110,7 @@ void credit::note_round_trip(rt::duration took, rt::time_point now) noexcept {
     now_ = phase::draining;
     return;
   }
-  window_ends_ = now + (first ? first_window : window); // telemetry may have been faster than the first ping
+  window_ends_ = now + (first ? first_window : window); // the first ping may have waited behind messages
   limited_ = confirmed_ = false;
 }
 
@@ -122,7 +122,7 @@ void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration roun
   if (seen <= known) {
     if (round_trip <= rtt_min_ + queue_time()) return;
     seen = std::min(known, static_cast<double>(bytes) / seconds(round_trip));
-    // It has become so much slower that it would take long to forget how fast it was.
+    // The peer is so much slower now that its old rates would count for too long.
     if (round_trip > 2 * (2 * rtt_min_ + queue_time())) rates_.fill(0);
   }
   rates_[next_rate_] = seen;
@@ -132,7 +132,7 @@ void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration roun
 
 void credit::update_bound(rt::duration round_trip) noexcept {
   double bytes = rate_ * seconds(2 * rtt_min_ + queue_time());
-  // Nothing waited at the peer, and something here: the bound itself is what keeps the rate low.
+  // No queue at the peer, but messages wait here: the bound itself keeps the rate low.
   const bool starved = std::exchange(held_, false) && round_trip <= rtt_min_ + queue_time() / 4;
   if (starved) bytes = std::max(bytes, growth * static_cast<double>(bound_));
   bound_ = static_cast<std::size_t>(

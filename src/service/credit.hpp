@@ -10,10 +10,10 @@
 // (decision 0015). It goes in the middle of what the bound allows, so that there is as much to
 // read before it as behind it.
 //
-// The shortest round trip counts, and it may become longer. But where messages are held back the queue that
-// we keep at the peer is part of every round trip, and a bound that followed those would grow with its own
-// queue. So every ten seconds in which that was so, and none was as short as the shortest, nothing is written
-// for once until all is read, and a lone ping measures the way itself.
+// The bound uses the shortest round trip, which may become longer. But while messages are held back, every
+// round trip includes the queue that we keep at the peer, and a bound that followed those would grow with its
+// own queue. So after ten seconds of this, in which no round trip was as short as the shortest, nothing is
+// written until all is read; then a lone ping measures the round trip without a queue.
 //
 // Pure: no clock, no socket. Service thread; the core asks before it writes and says what was taken.
 #pragma once
@@ -36,8 +36,8 @@ class credit {
   static constexpr rt::duration queue_time_near = std::chrono::milliseconds{1};
   static constexpr rt::duration window = std::chrono::seconds{10};
   static constexpr rt::duration first_window = std::chrono::seconds{1};
-  static constexpr rt::duration patience = std::chrono::milliseconds{100}; // and two round trips, for a pong
-  static constexpr std::size_t first_ping_after = 1024;                    // bytes
+  static constexpr rt::duration pong_late_after = std::chrono::milliseconds{100}; // and two round trips
+  static constexpr std::size_t first_ping_after = 1024;                           // bytes
   static constexpr std::size_t ping_bytes = 16;
   using ping_payload = std::array<std::byte, ping_bytes>;
 
@@ -53,7 +53,7 @@ class credit {
   bool wants_ping(rt::time_point now) const noexcept;
   // The ping that will be written next, when its frame ends `end` bytes behind what was written so far.
   ping_payload ping(std::size_t end, rt::time_point now) noexcept;
-  // Something had to stay for want of room, with a ping under way.
+  // A message was held back for want of room, with a ping under way.
   void held_back() noexcept { limited_ = held_ = true; }
   // Ask as soon as possible whether the peer is alive.
   void ask() noexcept { asked_ = pings_ == 0; }

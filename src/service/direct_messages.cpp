@@ -114,7 +114,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
 
 // Tracks it from now on. A message to everyone keeps its slot until it was sent.
 inline void direct_messages::begin(slot_id slot, const tracker& as) noexcept {
-  take_outcomes(); // of who had the slot before
+  take_outcomes(); // of the slot's former message
   assert(!trackers_.under_way(slot));
   trackers_.begin(slot, as);
   store_.track(slot, as.everyone);
@@ -151,7 +151,7 @@ status direct_messages::send_request(slot_id slot, peer_index to, detail::call_r
 }
 
 void direct_messages::track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept {
-  take_outcomes(); // of who had the slot before
+  take_outcomes(); // of the slot's former message
   trackers_.at(slot) = {.now = tracker::state::queued, .sender = sender, .own = own};
   store_.track(slot, false);
 }

@@ -139,7 +139,7 @@ inline void dispatcher::take(connection& c, wire::decoded read, wire::request& a
                              const json::document& known, const wire::diagnostic& why) noexcept {
   c.spoke_last = asked.codec;
   if (read == wire::decoded::malformed) state_.counts.add(counter::malformed);
-  // A peer that speaks as users of this process do also takes plain messages.
+  // A peer that uses the codec of plain messages also takes them.
   const bool speaks_messages =
       asked.codec == state_.seams.protocols.messages.id() && read != wire::decoded::malformed;
   if (speaks_messages && !c.stop_only && !std::exchange(c.takes_messages, true))
@@ -163,13 +163,13 @@ void dispatcher::refuse_malformed(connection& c, std::string_view text, const er
 inline void dispatcher::carry_out(connection& c, const wire::request& asked, const json::document& text,
                                   const wire::diagnostic& unknown) noexcept {
   using wire::verb;
-  // A peer on stop_path is asked nothing: what looks like an answer of it is an ordinary message.
+  // A peer on stop_path is never called: what looks like its answer is an ordinary message.
   const bool no_reply = c.stop_only && asked.form == wire::call_args::form::object;
   if (asked.what == verb::message || (asked.what == verb::reply && no_reply))
     return take_message(c, asked, text);
   if (c.ours == side::client && is_for_servers(asked.what)) {
-    // A server asks nothing of its clients but this; whatever else it says is counted, and an answer could
-    // only start a quarrel of two programs.
+    // A server may ask nothing else of its clients. Other requests are counted, and not answered: the two
+    // ends might refuse each other's refusals for ever.
     return state_.counts.add(counter::refused_requests);
   }
   const bool may_stop = asked.what == verb::publish || asked.what == verb::call;

@@ -47,16 +47,16 @@ void handle_registry::scan() noexcept {
       }
       break;
     case pair_phase::held:
-      if (all_home(state_.lanes[i])) state_.lanes[i].lifecycle.release(state_.lanes[i].news);
+      if (all_slots_released(state_.lanes[i])) state_.lanes[i].lifecycle.release(state_.lanes[i].news);
       break;
     }
-    if (state_.views[i].held_first) submissions_.note_waits();
+    if (state_.views[i].parked_first) submissions_.note_waits();
   }
 }
 
 bool handle_registry::quiet() const noexcept {
   return std::all_of(state_.lanes.begin(), state_.lanes.begin() + state_.shown.lanes_used(),
-                     [](const detail::lane& one) { return one.rope.quiet(); });
+                     [](const detail::lane& one) { return one.epoch.quiet(); });
 }
 
 // ---- they come
@@ -141,7 +141,7 @@ void handle_registry::detach(pair_index pair) noexcept {
     topics_.detach(pair);
   }
   lane.audience.set(detail::audience::nobody);
-  all_home(lane) ? lane.lifecycle.release(lane.news) : lane.lifecycle.hold(lane.news);
+  all_slots_released(lane) ? lane.lifecycle.release(lane.news) : lane.lifecycle.hold(lane.news);
 }
 
 void handle_registry::detach_talker(pair_index pair) noexcept {

@@ -45,7 +45,8 @@ class handle_registry {
   void scan() noexcept;
   // In a client: tells the server of all handles.
   void announce_all(connection& c) noexcept;
-  // How many handles belong to no topic: they may submit what a peer waits for.
+  // How many handles belong to no topic: callers, responders and lanes, whose submissions a peer may wait
+  // for.
   std::uint32_t talking() const noexcept { return talking_; }
   // If handles wake this thread: nothing was submitted since scan() looked.
   bool quiet() const noexcept;

@@ -34,8 +34,8 @@ handle_submissions::handle_submissions(const needs& parts) noexcept
 
 void handle_submissions::take(pair_index pair) noexcept {
   detail::lane& lane = state_.lanes[pair];
-  if (detail::is_latch(lane.kind)) return;         // stop_service looks at it
-  if (state_.options.lanes_tell) lane.rope.mark(); // before looking
+  if (detail::is_latch(lane.kind)) return;          // stop_service looks at it
+  if (state_.options.lanes_tell) lane.epoch.mark(); // before looking
   if (!state_.views[pair].topic) return take_entries(pair);
   if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
   if (lane.service.out.newest != nullptr) {
@@ -61,7 +61,7 @@ inline void handle_submissions::take_newest(pair_index pair) noexcept {
 // A server gets every value. A value that finds no room in the queue to it stays with the handle, and its
 // publisher is told `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
-  const detail::emptying_end& path = state_.lanes[pair].service.out;
+  const detail::consumer_end& path = state_.lanes[pair].service.out;
   std::size_t budget = values_per_cycle;
   if (const queue* const towards =
           state_.options.ours == side::client ? handles_.queue_to_server(pair) : nullptr) {
@@ -70,7 +70,7 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
   }
   const auto take = [&](std::uint32_t slot) {
     publish(pair, slot);
-    path.home->give(slot);
+    path.free_ring->give(slot);
   };
   const std::size_t taken = path.out->drain(take, budget);
   if (taken == values_per_cycle) {
@@ -105,11 +105,11 @@ void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
 void handle_submissions::take_entries(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
   const bool receives = inbox_.pair() == pair;
-  if (receives) inbox_.mark_home();
+  if (receives) inbox_.mark_released();
   messages_.parking().begin_turn(state_.lanes[pair].user.out.count, receives);
-  if (view.held_first) retry(pair);
+  if (view.parked_first) retry(pair);
   const std::size_t taken = take_new_entries(pair);
-  if (receives) inbox_.count_home(taken);
+  if (receives) inbox_.count_released(taken);
   // The number of parked messages to everyone decides whether the handle may submit more of them.
   detail::lane& lane = state_.lanes[pair];
   const detail::audience now =
@@ -124,23 +124,23 @@ void handle_submissions::take_entries(pair_index pair) noexcept {
 
 inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
-  const detail::emptying_end& path = state_.lanes[pair].service.out;
+  const detail::consumer_end& path = state_.lanes[pair].service.out;
   for (std::size_t left = entries_per_cycle; left > 0; --left) {
     const auto slot = path.out->try_pop();
     if (!slot) return entries_per_cycle - left;
     if (take_entry(pair, *slot, false)) {
-      path.home->give(*slot);
+      path.free_ring->give(*slot);
       view.gave = true;
       continue;
     }
     const pair_slot parked{*slot};
     next_parked(path.slots, parked) = pair_slot::none;
-    if (!view.held_first) {
-      view.held_first = parked;
+    if (!view.parked_first) {
+      view.parked_first = parked;
     } else {
-      next_parked(path.slots, view.held_last) = parked.value;
+      next_parked(path.slots, view.parked_last) = parked.value;
     }
-    view.held_last = parked;
+    view.parked_last = parked;
   }
   more_left_ = true;
   return entries_per_cycle;
@@ -149,16 +149,16 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
 // Tries the parked slots in their order.
 void handle_submissions::retry(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
-  const detail::emptying_end& path = state_.lanes[pair].service.out;
+  const detail::consumer_end& path = state_.lanes[pair].service.out;
   pair_slot before{};
-  for (pair_slot slot = view.held_first; slot;) {
+  for (pair_slot slot = view.parked_first; slot;) {
     const pair_slot next{static_cast<std::uint32_t>(next_parked(path.slots, slot))};
     if (take_entry(pair, slot.value, true)) {
-      path.home->give(slot.value);
+      path.free_ring->give(slot.value);
       view.gave = true;
       ++state_.cycle.places_freed;
       if (!before) {
-        view.held_first = next;
+        view.parked_first = next;
       } else {
         next_parked(path.slots, before) = next.value;
       }
@@ -167,7 +167,7 @@ void handle_submissions::retry(pair_index pair) noexcept {
     }
     slot = next;
   }
-  view.held_last = before;
+  view.parked_last = before;
 }
 
 // False: it must be parked.
@@ -236,7 +236,7 @@ bool handle_submissions::has_unsent(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
   const detail::lane& lane = state_.lanes[pair];
   if (!view.attached || detail::subscribes(lane.kind)) return false;
-  if (view.held_first) return true;
+  if (view.parked_first) return true;
   if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
   const queue* const towards = detail::publishes(lane.kind) ? handles_.queue_to_server(pair) : nullptr;
   if (towards == nullptr) return false;
@@ -249,7 +249,7 @@ bool handle_submissions::drained() const noexcept {
     if (!state_.views[i].attached) continue;
     const detail::lane& lane = state_.lanes[i];
     if (detail::subscribes(lane.kind)) continue;
-    if (state_.views[i].held_first) return false;
+    if (state_.views[i].parked_first) return false;
     if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
   }
   return true;

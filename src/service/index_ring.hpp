@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows that take turns: who has had its turn goes behind all others. There is a place for each row, and a row
-// stands in the ring at most once, so it is never full. Service thread only; constant time, no allocation.
+// Rows that take turns: a row that has had its turn goes behind all others. There is a place for each row,
+// and a row stands in the ring at most once, so it is never full. Service thread only; constant time, no
+// allocation.
 #pragma once
 #include <cassert>
 #include <cstddef>

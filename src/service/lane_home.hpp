@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the slots of a lane whose handle is gone are all home, so that
-// its memory may be built anew. Views and open requests may outlive their handle by mistake; nobody counts
-// them, because the rings do: what the handle popped and what was given back, what it took for answers and
-// what was pushed. Behind the handle's `closing` nothing more is popped or taken, and what was set aside
-// stays there.
+// Whether all slots of a queue pair were released whose handle is gone: then its memory may be used for
+// another pair. A view or an open request may outlive its handle by mistake. The rings show that: each slot
+// that the handle popped must have been released, and each slot that it took for an answer must have been
+// pushed. After the handle has stored `closing` it pops and takes nothing more, and what it set aside stays
+// aside.
 #pragma once
 #include <cstdint>
 
@@ -11,19 +11,18 @@
 
 namespace rowe::service {
 
-// The service thread, or whoever has joined it, having seen `closing`. False may be a moment old; once true
-// it stays so, and whatever was read in a slot happens before.
-inline bool all_home(detail::lane& gone) noexcept {
-  const auto arrived_home = [](const detail::filling_end& path, std::uint32_t aside) {
-    if (path.out == nullptr) return true; // a window has no slots to give back
+// For the service thread, or a thread that has joined it, after it has seen `closing`. False may be out of
+// date at once. True stays true, and all reads of the slots happen before it.
+inline bool all_slots_released(detail::lane& gone) noexcept {
+  const auto released = [](const detail::producer_end& path, std::uint32_t aside) {
+    if (path.out == nullptr) return true; // a window has no slots to release
     const std::uint64_t popped = path.out->popped();
-    return path.home->given() + aside == popped;
+    return path.free_ring->given() + aside == popped;
   };
   const detail::lane::user_side& had = gone.user;
-  if (!arrived_home(gone.service.in, 0) || !arrived_home(gone.service.ends, had.ends_aside.count))
-    return false;
+  if (!released(gone.service.in, 0) || !released(gone.service.ends, had.ends_aside.count)) return false;
   if (gone.service.out.out == nullptr) return true;
-  return gone.service.out.out->pushed() + had.replies_aside.count == had.out.home->taken();
+  return gone.service.out.out->pushed() + had.replies_aside.count == had.out.free_ring->taken();
 }
 
 } // namespace rowe::service

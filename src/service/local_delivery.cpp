@@ -20,8 +20,8 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
   const pair_row& view = state_.views[whom.pair()];
   if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
   detail::lane& lane = state_.lanes[whom.pair()];
-  const detail::filling_end& path = lane.service.ends;
-  const auto slot = path.home->try_take();
+  const detail::producer_end& path = lane.service.ends;
+  const auto slot = path.free_ring->try_take();
   if (!slot)
     return state_.counts.add(
         counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
@@ -62,7 +62,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
 status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,
                                json::decoder::diagnosis& why) noexcept {
   detail::lane& lane = state_.lanes[index];
-  const detail::filling_end& path = lane.service.in;
+  const detail::producer_end& path = lane.service.in;
   if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
     return error{errc::too_big, static_cast<std::int64_t>(body.size()),
                  static_cast<std::int64_t>(path.slots.bytes_max)};
@@ -72,7 +72,7 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
     slot = path.newest->begin_write();
   } else if (state_.views[index].spare) {
     slot = std::exchange(state_.views[index].spare, {}).value;
-  } else if (const auto free = path.home->try_take()) {
+  } else if (const auto free = path.free_ring->try_take()) {
     slot = *free;
   } else {
     return errc::full;

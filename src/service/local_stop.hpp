@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How threads of this process that have no loop ask the service thread for the stop and for its end, and hear
-// what came of it. One word says that the loops are to stop: it needs no room, and nobody can hold it up. Who
-// asks, and why, goes beside it by a window, and the answers come back by another. So neither side ever waits
-// for the other. What is asked for is counted, only the newest words are kept, and an answer holds for all up
-// to its count.
+// How threads of this process that have no loop ask the service thread for a stop or a reset, and get its
+// answers. One flag says that the loops are to stop: setting it needs no room and waits for nobody. The
+// source and the reason go beside it through a window, and the answers come back through another. So neither
+// side ever waits for the other. Requests are numbered. Only the newest source and reason are kept, and an
+// answer holds for all requests up to its number.
 //
-// The threads take turns at their ends of the windows (api/local_stops.hpp); the word is for all at once.
+// The threads use their ends of the windows one at a time (api/local_stops.hpp); any of them may set the
+// flag.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -27,18 +28,18 @@ struct local_stop_asked {
   fixed_string<source_bytes_max> source; // of the last stop
   fixed_string<reason_bytes_max> reason;
   std::uint64_t resets = 0;
-  std::uint64_t number = 0; // of the stop that the last reset is to end; 0: that which there is
+  std::uint64_t number = 0; // of the stop that the last reset is to end; 0: whichever there is
   rt::time_point until{};   // after this the last reset must not be carried out
 };
 
 // What came of it.
 struct local_stop_answered {
-  std::uint64_t stops = 0;       // the loops have acknowledged all up to this one,
-  std::uint64_t stop_number = 0; // which peers know by this number,
-  rt::time_point acknowledged{}; // at this time
+  std::uint64_t stops = 0;       // the loops have acknowledged all up to this one
+  std::uint64_t stop_number = 0; // the number by which peers know it
+  rt::time_point acknowledged{}; // when
   std::uint64_t resets = 0;
-  std::uint64_t reset_number = 0; // what peers are shown while the loops may move,
-  status reset_outcome;           // where this is good; refused, timed_out
+  std::uint64_t reset_number = 0; // shown to peers while the loops may move
+  status reset_outcome;           // good, refused or timed_out
 };
 
 template <class Atomics = rt::std_atomics>
@@ -46,8 +47,8 @@ class local_stop {
  public:
   // ---- Any thread. Never waits, never allocates.
 
-  // The loops are to stop; the caller then wakes the service thread. What hand_in() said before comes with
-  // it.
+  // The loops are to stop; the caller then wakes the service thread. Whatever was given to hand_in() before
+  // is seen with it.
   void ask() noexcept {
     word_.store(1, std::memory_order_release); // release: pairs with the exchange in take()
   }
@@ -55,7 +56,7 @@ class local_stop {
   // ---- Threads, one at a time each.
 
   void hand_in(const local_stop_asked& all) noexcept { asked_writer_->write(all); }
-  // The newest answers; `into` is left alone where it has them already.
+  // The newest answers; `into` is left alone if it has them already.
   void hear(local_stop_answered& into) noexcept { (void)answered_reader_->read(into); }
 
   // ---- The service thread.
@@ -66,9 +67,9 @@ class local_stop {
     if (word_.load(std::memory_order_relaxed) == 0) return false;
     return word_.exchange(0, std::memory_order_acquire) != 0; // acquire: pairs with the release in ask()
   }
-  // What was handed in; `into` is left alone where it is that already.
+  // The newest of hand_in(); `into` is left alone if it has that already.
   void look(local_stop_asked& into) noexcept { (void)asked_reader_->read(into); }
-  // Whoever waits is to be woken afterwards.
+  // The caller then wakes the threads that wait.
   void tell(const local_stop_answered& all) noexcept { answered_writer_->write(all); }
 
  private:

@@ -16,10 +16,10 @@ memory_plan plan_memory(const limits& bounds) noexcept {
   using rt::arena;
   return {
       .core = arena::bytes_for<core>() + core::footprint_bytes(bounds),
-      .board = arena::bytes_for<shared_state>() + shared_state::footprint_bytes(bounds),
+      .shown = arena::bytes_for<shared_state>() + shared_state::footprint_bytes(bounds),
       .threads = arena::bytes_for<submission_queue>() + submission_queue::footprint_bytes(bounds) +
                  arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds),
-      .bell = arena::bytes_for<rt::wake_bell<>>(),
+      .waker = arena::bytes_for<rt::wake_bell<>>(),
       .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
       .lane_memory = arena::bytes_for(bounds.lane_bytes),
       .handshakes = arena::bytes_for(bounds.handshake_bytes),

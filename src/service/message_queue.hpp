@@ -87,9 +87,9 @@ class queue_entries {
   std::uint32_t held_by(peer_index peer, queued_as what, slot_class of) const noexcept {
     return held_[owner_of(peer, what)].of[static_cast<std::size_t>(of)];
   }
-  // A connection that holds more than `share` of what may be evicted, of one size class or, with none named,
-  // of all: the one that was found last, as long as it does. Else the one that holds most, and of several one
-  // that `rather(peer_index)` names; then every connection is looked at. none where nobody holds any.
+  // The connection to evict from: the one that was found last, while it holds more than `share` entries that
+  // may be evicted. Else the one that holds most; of equals one for which `rather(peer_index)` is true; this
+  // looks at every connection. Counts entries of one size class, or of all. None: nobody holds any.
   template <class Rather>
   peer_index longest(std::optional<slot_class> of, std::uint32_t share, Rather&& rather) noexcept {
     if (evictable(longest_, of) > std::max(share, 1U)) return longest_;

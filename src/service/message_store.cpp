@@ -51,7 +51,7 @@ void message_store::arm_all_unwritten() noexcept {
   }
 }
 
-// The clock decides what has expired; the wheel is only a reminder.
+// The time decides what has expired; the wheel is only a reminder.
 void message_store::expire(slot_id slot) noexcept {
   const slot_id which{slot};
   if (slots_.expires(slot) >= state_.cycle.now) return state_.due.arm(which, over_at(slots_.expires(slot)));

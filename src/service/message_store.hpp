@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Encoded messages, from the moment they are composed until nobody needs them any more. A message lies in one
 // slot; many queues may hold its number. Whoever releases the last reference frees the slot. An expired
-// message is freed even while it is queued. The clock decides what has expired, where the message is used;
-// the wheel only frees slots that no sender came to.
+// message is freed even while it is queued. Whoever uses a message compares its expiry with the time of the
+// cycle; the wheel only frees slots that nobody used before.
 //
 // The store does not know who waits for the outcome of a message. A slot may be tracked: then its outcomes
 // are noted, and whoever tracks it takes them later.
@@ -80,7 +80,7 @@ class message_store {
       note(slot).ended = true;
     }
   }
-  // Its time may be over.
+  // Its timer is due: frees it if it has expired.
   void expire(slot_id slot) noexcept;
   // Whether a message is still to be sent.
   bool is_due(slot_ref which) const noexcept {

@@ -21,12 +21,13 @@ struct pair_row {
   service_index service{};       // responders: in the directory
   loop_index loop{};             // stop latches: in the rules
   pair_slot spare{};             // a slot of its inbox that was taken and not used
-  pair_slot held_first{};        // parked slots, oldest and
-  pair_slot held_last{};         // newest; each slot names the next
+  pair_slot parked_first{};      // parked slots, oldest and
+  pair_slot parked_last{};       // newest; each slot names the next
   std::uint64_t order = 0;       // the generic receiver is the one that was attached first
-  rt::time_point misfit_at{};    // when an event last reported a message that did not fit; zero: never
-  std::uint32_t room_asked = 0;  // the handle's lane::room_asked when this thread last looked
-  bool gave = false;             // slots were released in this cycle
+  rt::time_point
+      undecodable_at{};         // when an event last reported a message that it could not decode; zero: never
+  std::uint32_t room_asked = 0; // the handle's lane::room_asked when this thread last looked
+  bool gave = false;            // slots were released in this cycle
 };
 
 } // namespace rowe::service

@@ -41,7 +41,7 @@ class peer_table {
   void close_later(connection& c, std::string_view why,
                    std::uint16_t code = wire::close_code::policy) noexcept {
     c.state = connection::phase::to_close;
-    c.farewell = why;
+    c.close_reason = why;
     c.closes_as = code;
     wants_close_ = true;
   }

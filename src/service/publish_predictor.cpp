@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 constexpr rt::duration lead_before_known = 50us;
 constexpr rt::duration lead_max = 80us;    // a machine that wakes later than that is not waited for
 constexpr rt::duration head = 2us;         // a value is to find the thread awake
-constexpr rt::duration tail_min = 20us;    // a watch ends with its value, so a long tail costs little
+constexpr rt::duration tail_min = 20us;    // a spin window ends with its value, so a long tail costs little
 constexpr rt::duration exact_max = 20us;   // between two looks: the time a value came at is known
 constexpr rt::duration stamp_age_max = 1s; // older stamps are no times of a loop
 constexpr std::size_t enough_for_a_line = 32;
@@ -58,7 +58,7 @@ publish_predictor::publish_predictor(rt::arena& memory, const limits& bounds, co
   wakings_.fill(static_cast<std::int32_t>(lead_before_known.count()));
 }
 
-// ---- who there is
+// ---- publishers
 
 void publish_predictor::begin(pair_index pair, rt::duration period, priority rank) noexcept {
   rows_[pair] = {.period = period, .rank = rank};
@@ -85,7 +85,7 @@ void publish_predictor::end(pair_index pair) noexcept {
 void publish_predictor::saw(pair_index pair, rt::time_point published) noexcept {
   row& of = rows_[pair];
   if (!of.listened) return;
-  const bool hit = watching_ && of.state == watch::open;
+  const bool hit = spinning_ && of.state == window::open;
   counts_.add(hit ? counter::phase_hits : counter::phase_misses);
   published = std::clamp(published, looked_ - stamp_age_max, looked_);
   if (!of.planned) return learn(of, published, looked_ - published);
@@ -93,13 +93,13 @@ void publish_predictor::saw(pair_index pair, rt::time_point published) noexcept 
   const rt::time_point earliest = std::max(published, before_);
   if (hit && looked_ - earliest <= exact_max) {
     of.delay = looked_ - published;
-    if (!std::exchange(of.timed, true)) of.grid += of.delay; // so much later came those before it, too
+    if (!std::exchange(of.timed, true)) of.grid += of.delay; // the values before it came as much later
   }
   take(of, of.timed ? std::clamp(published + of.delay, earliest, looked_) : published, hit);
 }
 
-// Nothing is known but the stamps; and that a value had come when it was found, so that the least delay found
-// is no less than what it takes to come.
+// Only the stamps are known, and that a value had arrived when it was found. So the least delay that was
+// found is no less than the time that a value takes to arrive.
 void publish_predictor::learn(row& of, rt::time_point published, rt::duration delay) noexcept {
   const rt::duration off = published - (of.grid + of.newest()) - of.period;
   if (of.streak == 0 || off < -of.period * 3 / 8 || off > of.period * 3 / 8) {
@@ -119,7 +119,7 @@ void publish_predictor::take(row& of, rt::time_point came, bool hit) noexcept {
   const rt::duration since = came - (of.grid + of.newest());
   const std::int64_t periods = std::max<std::int64_t>((since + of.period / 2) / of.period, hit ? 1 : 0);
   if (periods < 1) return; // one more in the same period
-  // Which watch it fell into, if it had one; the row's may be a later one by now.
+  // Where in its spin window it came; the row may have a later window by now.
   rt::duration into = (came - of.opens) % of.period;
   if (into < rt::duration{0}) into += of.period;
   if (into <= of.closes - of.opens) {
@@ -137,7 +137,7 @@ void publish_predictor::put(row& of, std::int64_t periods, rt::time_point came) 
   of.at = static_cast<std::uint8_t>((of.at + 1) % history);
   of.count = static_cast<std::uint8_t>(std::min<std::size_t>(of.count + 1U, history));
   of.fitted = of.overdue = of.missed = false;
-  of.state = watch::closed;
+  of.state = window::closed;
 }
 
 void publish_predictor::count_miss(row& of) noexcept {
@@ -145,7 +145,7 @@ void publish_predictor::count_miss(row& of) noexcept {
   if (++of.streak < misses_max) return;
   of.planned = false;
   of.streak = 0;
-  of.state = watch::closed;
+  of.state = window::closed;
 }
 
 // A line through the last values, and how far around it they lie.
@@ -181,7 +181,7 @@ void publish_predictor::fit(row& of) const noexcept {
 
 void publish_predictor::asked(rt::time_point now) noexcept {
   asked_ = now;
-  answer_ = watch::closed;
+  answer_ = window::closed;
 }
 
 void publish_predictor::answered(rt::time_point given) noexcept {
@@ -200,15 +200,15 @@ rt::time_point publish_predictor::look_for_answer(rt::time_point now) noexcept {
   if (asked_ == rt::never || !answers_soon_) return rt::never;
   if (now - asked_ >= answer_max) {
     asked_ = rt::never;
-    if (answer_ != watch::open || ++answers_streak_ < misses_max) return rt::never;
+    if (answer_ != window::open || ++answers_streak_ < misses_max) return rt::never;
     answers_soon_ = false;
     answers_streak_ = 0;
     return rt::never;
   }
   const bool affordable = left_ >= (reserve_of(priority::normal) + answer_max) * 100;
-  if (answer_ == watch::closed) answer_ = affordable ? watch::open : watch::skipped;
-  if (left_ <= rt::duration{0}) answer_ = watch::skipped;
-  return answer_ == watch::open ? now : rt::never;
+  if (answer_ == window::closed) answer_ = affordable ? window::open : window::skipped;
+  if (left_ <= rt::duration{0}) answer_ = window::skipped;
+  return answer_ == window::open ? now : rt::never;
 }
 
 // ---- waiting
@@ -221,7 +221,7 @@ rt::time_point publish_predictor::wait_until(rt::time_point now, rt::duration po
     row& of = rows_[pair];
     if (of.listened) next = std::min(next, look_at(of, now, now + poll_period));
   }
-  watching_ = next <= now;
+  spinning_ = next <= now;
   return next;
 }
 
@@ -230,20 +230,20 @@ rt::time_point publish_predictor::look_at(row& of, rt::time_point now, rt::time_
   if (of.planned && now > of.closes) pass(of, now);
   if (!of.planned) return poll;
   if (now < of.opens) return of.overdue ? std::min(poll, of.opens) : of.opens;
-  if (of.state == watch::closed) of.state = affords(of, now) ? watch::open : watch::skipped;
-  if (left_ <= rt::duration{0}) of.state = watch::skipped;
-  return of.state == watch::open ? now : poll;
+  if (of.state == window::closed) of.state = affords(of, now) ? window::open : window::skipped;
+  if (left_ <= rt::duration{0}) of.state = window::skipped;
+  return of.state == window::open ? now : poll;
 }
 
-// The watch is over without a value: the next one that is not.
+// The spin window has passed without a value: moves on to the next one that has not.
 void publish_predictor::pass(row& of, rt::time_point now) noexcept {
-  if (of.state == watch::open) count_miss(of);
+  if (of.state == window::open) count_miss(of);
   const rt::duration passed = of.step * ((now - of.closes) / of.step + 1);
   of.opens += passed;
   of.late += passed;
   of.closes += passed;
   of.overdue = true;
-  of.state = watch::closed;
+  of.state = window::closed;
 }
 
 bool publish_predictor::affords(const row& of, rt::time_point now) const noexcept {
@@ -254,7 +254,7 @@ void publish_predictor::pay(rt::time_point now) noexcept {
   const rt::duration since = paid_ == rt::time_point{} ? rt::duration{0} : now - paid_;
   paid_ = now;
   left_ += std::min(since, 100 * ahead_max) * share_percent;
-  if (watching_) {
+  if (spinning_) {
     counts_.add(counter::phase_watched_ns, static_cast<std::uint64_t>(since.count()));
     left_ -= since * 100;
   }

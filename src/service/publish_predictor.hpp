@@ -11,8 +11,8 @@
 //   learning -> (8 values in a row, each a period after the one before) -> planned
 //   planned  -> (3 in a row outside their window, or not at all)        -> learning, which is polled
 //
-// An answer is due, too: the thread that got a request may have waited for it. So the service thread spins
-// for it, for 100 us at most, unless the last three took longer.
+// Answers are predicted, too: the thread that is given a request may have waited for it, and answer at once.
+// So the service thread spins for the answer, for 100 us at most, unless the last three took longer.
 //
 // Spinning has a budget of 8 ms in any 100 ms. Topics of lower priority leave a part of it to the others. A
 // value without a window is polled for until it has arrived.
@@ -66,31 +66,31 @@ class publish_predictor {
   void asked(rt::time_point now) noexcept;
   void answered(rt::time_point given) noexcept;
 
-  // Until when to wait for values that have listeners: not at all if that is not after `now`.
+  // Until when to sleep for values that have listeners; not after `now`: do not sleep, but poll.
   rt::time_point wait_until(rt::time_point now, rt::duration poll_period) noexcept;
   // A sleep that was to end at `asked` has ended by itself at `now`.
   void woke(rt::time_point asked, rt::time_point now) noexcept;
 
  private:
-  enum class watch : std::uint8_t { closed, open, skipped };
+  enum class window : std::uint8_t { closed, open, skipped }; // a spin window
   struct row {
     rt::duration period{}; // 0: none
     priority rank = priority::normal;
     bool listened = false;
     bool planned = false;
-    bool timed = false;   // `delay` is known
-    bool fitted = false;  // the next watch is
-    bool overdue = false; // a watch has passed since the last value,
+    bool timed = false;   // `delay` was measured
+    bool fitted = false;  // the next window was computed
+    bool overdue = false; // a window has passed since the last value
     bool missed = false;  // and that was counted
-    watch state = watch::closed;
+    window state = window::closed;
     std::uint8_t streak = 0;                     // learning: values one period apart; planned: misses
     std::uint8_t count = 0;                      // of offsets
     std::uint8_t at = 0;                         // where the next one goes
-    rt::duration delay{};                        // from stamp to coming; until that is timed, surely not more
-    rt::time_point grid{};                       // whole periods; the newest value's
-    std::array<std::int64_t, history> offsets{}; // of the times values came at from the grid
-    rt::duration step{};                         // a period as it is, by the drift of these
-    rt::time_point opens{}, late{}, closes{};    // the next watch; 98 of 100 values have come by `late`
+    rt::duration delay{};                        // from stamp to arrival; until `timed`, an upper bound
+    rt::time_point grid{};                       // the newest value's due time, in whole periods
+    std::array<std::int64_t, history> offsets{}; // of arrivals from the grid
+    rt::duration step{};                         // the real period, by the drift of the offsets
+    rt::time_point opens{}, late{}, closes{};    // the next window; 98 of 100 values have arrived by `late`
 
     rt::duration newest() const noexcept { return rt::duration{offsets[(at + history - 1) % history]}; }
   };
@@ -111,12 +111,12 @@ class publish_predictor {
   std::uint32_t used_count_ = 0;
   std::uint32_t listened_ = 0;
   counters& counts_;
-  rt::time_point looked_{}, before_{}; // at the lanes: last, and the time before
+  rt::time_point looked_{}, before_{}; // when the pairs were polled: last, and the time before
   rt::time_point asked_ = rt::never;   // the newest request, until it is answered
-  watch answer_ = watch::closed;
+  window answer_ = window::closed;
   bool answers_soon_ = true;
-  std::uint8_t answers_streak_ = 0; // soon: that were not; else: that would have been
-  bool watching_ = false;
+  std::uint8_t answers_streak_ = 0; // answers in a row that contradict answers_soon_
+  bool spinning_ = false;
   rt::time_point paid_{};
   rt::duration left_ = ahead_max * 100;         // of the budget, a hundredth of a nanosecond each
   std::array<std::int32_t, history> wakings_{}; // how late sleeps ended

@@ -76,7 +76,7 @@ inline void receiver::note_taken(detail::peer_ref from) noexcept {
   --untaken_;
 }
 
-void receiver::mark_home() noexcept {
+void receiver::mark_released() noexcept {
   begin_if_new();
   if (marked_) return;
   marked_ = true;
@@ -84,12 +84,12 @@ void receiver::mark_home() noexcept {
     state_.threads_inbox.mark();
     before_mark_ = state_.submissions.submitted();
   } else {
-    home_mark_ = state_.lanes[counted_].service.in.home->mark_home();
+    released_mark_ = state_.lanes[counted_].service.in.free_ring->mark_home();
     before_mark_ = state_.lanes[counted_].service.out.out->waiting_at_least();
   }
 }
 
-void receiver::count_home(std::size_t taken) noexcept {
+void receiver::count_released(std::size_t taken) noexcept {
   before_mark_ -= std::min<std::uint64_t>(before_mark_, taken);
   if (before_mark_ != 0) return;
   marked_ = false;
@@ -99,15 +99,15 @@ void receiver::count_home(std::size_t taken) noexcept {
     (void)state_.threads_inbox.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;
   }
-  const detail::filling_end& path = state_.lanes[counted_].service.in;
-  path.home->see(home_mark_, [&](std::uint32_t slot) { note_taken(path.slots.header(slot)->peer); });
+  const detail::producer_end& path = state_.lanes[counted_].service.in;
+  path.free_ring->see(released_mark_, [&](std::uint32_t slot) { note_taken(path.slots.header(slot)->peer); });
 }
 
 void receiver::look() noexcept {
   begin_if_new();
   if (!counted_) state_.threads_inbox.ask_for_slots(); // a slot released before is found below
-  mark_home();
-  count_home(0);
+  mark_released();
+  count_released(0);
 }
 
 // ---- shares
@@ -139,8 +139,8 @@ admission receiver::admit(peer_index peer) noexcept {
   if (has_share(peer) || ROWE_MUTANT(inbox_share)) return admission::now;
   if (!is_there()) return admission::now;                             // no receiver, no shares
   if (!counted_) state_.threads_inbox.drop_expired(state_.cycle.now); // which releases their slots
-  mark_home();
-  count_home(0); // released slots, unless a submission from before is still to be taken
+  mark_released();
+  count_released(0); // unless an earlier submission is still to be taken
   if (has_share(peer)) return admission::now;
   return !is_absent() ? admission::later : admission::never;
 }

@@ -52,19 +52,22 @@ class receiver {
   // A peer leaves: no share is charged for its messages any more.
   void forget(peer_index peer) noexcept;
 
-  // `later`: there is no room, and the receiver is at work. `never`: the receiver takes nothing.
+  // `later`: there is no room now. `never`: there is no room, and the receiver is absent.
   admission admit(peer_index peer) noexcept;
   // Errors: full, too_big, counted.
   status deliver(const detail::value_header& header, std::string_view text) noexcept;
 
   // ---- released slots
 
-  // A receiver submits its answer before it releases the message's slot. So a released slot is charged until
-  // all that was submitted before its release has been taken; if the answer is parked, it is charged from
-  // then on. Hence the receiver's submissions are taken between these two calls; `taken`: how many that were.
-  void mark_home() noexcept;
-  void count_home(std::size_t taken) noexcept;
-  // Looks for released slots. A handle wakes nobody when it releases one; the shared inbox does, from now on.
+  // A receiver submits its answer before it releases the message's slot. So a peer is charged for a released
+  // slot until all that was submitted before the release has been taken; after that it is charged for the
+  // answer, if that is parked. mark_released() notes which slots are released. Then the receiver's
+  // submissions are taken. Then count_released() counts the slots up to the mark; `taken`: how many
+  // submissions those were.
+  void mark_released() noexcept;
+  void count_released(std::size_t taken) noexcept;
+  // Counts released slots now. A handle wakes nobody when it releases a slot; the shared inbox does from now
+  // on.
   void look() noexcept;
   // Raised when released slots may have to be looked at once more.
   std::uint64_t looks_wanted() const noexcept { return looks_wanted_; }
@@ -98,7 +101,7 @@ class receiver {
   std::uint32_t slots() const noexcept;
   bool has_place() const noexcept {
     return !counted_ ? state_.threads_inbox.free_slots() != 0
-                     : state_.lanes[counted_].service.in.home->seen_by_owner() != 0;
+                     : state_.lanes[counted_].service.in.free_ring->seen_by_owner() != 0;
   }
   bool has_share(peer_index peer) const noexcept;
   bool is_absent() const noexcept;
@@ -110,12 +113,12 @@ class receiver {
   pair_index pair_{};    // the receiver; none: the shared inbox
   pair_index counted_{}; // the receiver that the counts are of
   rows<peer_index, held> held_;
-  claims claims_;                 // for the counts of untaken messages
-  std::uint32_t untaken_ = 0;     // of all peers
-  std::uint32_t answers_ = 0;     // of all peers, too
-  rt::time_point taken_at_{};     // when a message was taken last, or the first began to wait
-  std::uint64_t home_mark_ = 0;   // a handle: slots released up to here are counted next,
-  std::uint64_t before_mark_ = 0; // after so many more submissions were taken
+  claims claims_;                   // for the counts of untaken messages
+  std::uint32_t untaken_ = 0;       // of all peers
+  std::uint32_t answers_ = 0;       // of all peers, too
+  rt::time_point taken_at_{};       // when a message was taken last, or the first began to wait
+  std::uint64_t released_mark_ = 0; // a handle: slots released up to here are counted next,
+  std::uint64_t before_mark_ = 0;   // after so many more submissions were taken
   bool marked_ = false;
   std::uint64_t looks_wanted_ = 0;
 };

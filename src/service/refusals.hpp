@@ -53,15 +53,15 @@ class refusals {
   // that happens too often.
   void refuse(connection& c, wire::codec_id in, std::string_view id_raw,
               const wire::diagnostic& why) noexcept;
-  // Who calls by number waits for an answer to that call, also where the request is not looked into.
+  // The same. A call by number is answered as a call, even if it was not decoded: its caller waits.
   void refuse(connection& c, const wire::request& asked, const wire::diagnostic& why) noexcept;
-  // What it wants of topics and services.
+  // Refuses a request about topics or services.
   void refuse(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   // `what` is used up. The peer is told which limit it is; this process's user is told to raise it.
   void refuse_limit(connection& c, std::string_view id_raw, std::string_view what, std::uint64_t limit,
                     std::string_view option) noexcept;
   void refuse_share(connection& c, const wire::request& asked, const taken_share& of) noexcept;
-  // What was accepted is not what the peer expects: counted as one of its refusals, said as one.
+  // Warns a peer that what it was granted is not what it expects. Counted, and sent, as a refusal is.
   void warn(connection& c, std::string_view id_raw, std::string_view why) noexcept;
   // The same, without the limit on how often.
   void send_status(connection& c, std::string_view id_raw, std::string_view why) noexcept;
@@ -73,7 +73,7 @@ class refusals {
   bool within_rate(connection& c) noexcept;
   // Reports a refusal by an event, or only counts it.
   void report(connection& c, event::kind kind, std::string_view why, std::string_view remedy) noexcept;
-  // From time to time: reports how many were only counted.
+  // Called periodically: reports how many refusals were only counted.
   void report_missed(connection& c) noexcept;
   // Whether the peer may cause one more event now.
   bool admits_event(peer_index peer) noexcept { return rows_[peer].reports.take(state_.cycle.now); }

@@ -124,8 +124,8 @@ inline constexpr int stop_ticks_for_others = 10;
 inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};
 // One in so many of its slots is kept for claims.
 inline constexpr std::uint32_t receiver_claims_one_in = 4;
-// How often an event reports messages of a topic that do not fit its handles.
-inline constexpr rt::duration misfit_period = std::chrono::seconds{1};
+// How often an event reports messages of a topic that handles cannot decode.
+inline constexpr rt::duration undecodable_period = std::chrono::seconds{1};
 
 // ---- time
 

@@ -10,15 +10,16 @@ namespace {
 
 using clock = rt::monotonic_clock;
 
-constexpr rt::duration goodbye_max =
+constexpr rt::duration closing_time_max =
     std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
 
-// How long a call that was given to a handle is waited for, before anything else is looked at.
+// How long to wait for the answer to a call that was given to a handle, before anything else is done.
 constexpr rt::duration answer_wait = std::chrono::microseconds{1};
 
-void sleep_for_a_nap() noexcept {
-  const timespec how_long{.tv_sec = 0, .tv_nsec = nap_budget::nap.count()};
-  (void)::clock_nanosleep(CLOCK_MONOTONIC, 0, &how_long, nullptr); // ended early by a signal: there is a next
+void sleep_to_yield() noexcept {
+  const timespec how_long{.tv_sec = 0, .tv_nsec = throttle_guard::yield_time.count()};
+  (void)::clock_nanosleep(CLOCK_MONOTONIC, 0, &how_long,
+                          nullptr); // a signal may end it early: the next one makes up for it
 }
 
 } // namespace
@@ -30,8 +31,8 @@ void service_loop::cycle() noexcept {
   core_.record_cycle(now_ - began);
 }
 
-// A look at a handle takes a fraction of what asking the kernel for events does, so a loop that answers calls
-// without pause is heard first.
+// Looking at a handle takes a fraction of the time of polling the kernel. So a loop that answers calls
+// without pause is served first.
 void service_loop::await_answer() noexcept {
   const rt::time_point until = now_ + answer_wait;
   while (!core_.has_answer()) {
@@ -50,13 +51,13 @@ void service_loop::run(bool fifo) noexcept {
     if (policy_ == idle::spin && core_.awaits_answer() && next_ > now_) await_answer();
     if (drain_until != rt::never) {
       drained_ = core_.drained();
-      if (drained_ || now_ >= drain_until) return say_goodbye();
+      if (drained_ || now_ >= drain_until) return close_peers();
       idle_until(std::min(next_, now_ + poll_period_), fifo);
       continue;
     }
-    // acquire: pairs with the release in stop(). Looked at between the cycle, whose poll() may have taken the
-    // wake-up of stop(), and the wait, which nothing else would end; and whatever was published before stop()
-    // is taken in a cycle that comes after.
+    // acquire: pairs with the release in stop(). Read after the cycle, whose poll() may have consumed the
+    // wake-up of stop(), and before the wait, which nothing else would end. Whatever was published before
+    // stop() is taken in a later cycle.
     drain_until = rt::time_point{rt::duration{drain_until_ns_.load(std::memory_order_acquire)}};
     if (drain_until == rt::never) idle_until(next_, fifo);
   }
@@ -64,36 +65,37 @@ void service_loop::run(bool fifo) noexcept {
 
 void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   if (fifo) {
-    naps_.awake_until(now_);
-    if (naps_.overdue()) {
-      sleep_for_a_nap();
+    throttle_.awake_until(now_);
+    if (throttle_.overdue()) {
+      sleep_to_yield();
       now_ = clock::now();
-      return naps_.slept_until(now_);
+      return throttle_.slept_until(now_);
     }
   }
   const rt::time_point until = std::min(next, now_ + core_.idle_time_max(poll_period_));
   switch (policy_) {
   case idle::poll: transport_.wait(now_, until); break;
   case idle::wake:
-    if (until > now_) bell_.sleep([&] { return core_.lanes_quiet(); }, [&] { transport_.wait(now_, until); });
+    if (until > now_)
+      waker_.sleep([&] { return core_.lanes_quiet(); }, [&] { transport_.wait(now_, until); });
     break;
   case idle::phase: {
-    const rt::time_point due = core_.phases().wait_until(now_, poll_period_);
-    if (due <= now_) return; // until a value comes that is due
+    const rt::time_point due = core_.predictor().wait_until(now_, poll_period_);
+    if (due <= now_) return; // a value is due: poll until it has arrived
     transport_.wait(now_, std::min(until, due));
-    if (due <= until) core_.phases().woke(due, clock::now());
+    if (due <= until) core_.predictor().woke(due, clock::now());
     break;
   }
   case idle::spin:
-    if (!fifo || !naps_.due()) return; // the time is that of the last cycle's end
-    transport_.wait(now_, now_ + nap_budget::nap);
+    if (!fifo || !throttle_.due()) return; // `now_` is the end of the last cycle
+    transport_.wait(now_, now_ + throttle_guard::yield_time);
   }
   now_ = clock::now();
-  if (fifo) naps_.waited_until(now_);
+  if (fifo) throttle_.waited_until(now_);
 }
 
-void service_loop::say_goodbye() noexcept {
-  const rt::time_point until = now_ + goodbye_max;
+void service_loop::close_peers() noexcept {
+  const rt::time_point until = now_ + closing_time_max;
   core_.close_all(now_);
   while (core_.peers() != 0 && now_ < until) {
     cycle();

@@ -15,36 +15,38 @@
 
 namespace rowe::service {
 
-// Naps of a thread that may not run on for ever. A SCHED_FIFO thread that does is taken off its core by the
-// kernel for the rest of each second once it has used its share (950 ms by default: a gap of 50 ms), so it
-// gives up the core by itself: 8 % of the time, in naps far shorter than that gap. A nap is a wait for
-// sockets, as long as something comes of it; under a flood, when each such wait ends at once, the thread
-// sleeps. The share was measured: docs/decisions/0016-yield-the-core-for-eight-percent.md.
-class nap_budget {
+// When a SCHED_FIFO thread that never sleeps should yield its core. The kernel throttles such a thread: once
+// it has used its share of a second (950 ms by default), it loses the core for the rest (50 ms). So the
+// thread yields by itself, 8 % of the time, each time for far less than that. To yield it waits for sockets.
+// Under a flood each such wait ends at once; then the thread sleeps instead. The share was measured:
+// docs/decisions/0016-yield-the-core-for-eight-percent.md.
+class throttle_guard {
  public:
-  static constexpr rt::duration nap = std::chrono::microseconds{100};
-  // What the kernel needs of each to leave the core and come back: no rest for others.
+  static constexpr rt::duration yield_time = std::chrono::microseconds{100};
+  // The part of each yield in which the kernel switches threads; others cannot use it.
   static constexpr rt::duration call_cost = std::chrono::microseconds{15};
 
-  // It has been awake until `now`.
+  // The thread has been awake until `now`.
   void awake_until(rt::time_point now) noexcept {
     if (since_ != rt::time_point{}) owed_ += (now - since_) * 8 / 92;
-    owed_ = std::min(owed_, 8 * nap);
+    owed_ = std::min(owed_, 8 * yield_time);
     since_ = now;
   }
-  // And has waited since then; or slept.
+  // Since then it has waited for sockets; or it has slept.
   void waited_until(rt::time_point now) noexcept {
     pay(now);
-    in_vain_ = owed_ >= nap;
+    in_vain_ = owed_ >= yield_time;
   }
   void slept_until(rt::time_point now) noexcept {
     pay(now);
     in_vain_ = false;
   }
-  // Time to wait. Not again when that was in vain, until it has slept: whoever sends a message as soon as the
-  // last one is answered ends every wait, and each would cost his next message a wake-up.
-  bool due() const noexcept { return owed_ >= nap && !in_vain_; }
-  bool overdue() const noexcept { return owed_ >= 2 * nap; } // waiting did not help
+  // Whether to wait now. After a wait that ended too early the thread must sleep before it waits again: a
+  // peer that answers each message at once ends every wait, and each wait would cost its next message a
+  // wake-up.
+  bool due() const noexcept { return owed_ >= yield_time && !in_vain_; }
+  // Whether to sleep now: waiting was not enough.
+  bool overdue() const noexcept { return owed_ >= 2 * yield_time; }
 
  private:
   void pay(rt::time_point now) noexcept {
@@ -59,16 +61,16 @@ class nap_budget {
 
 class service_loop {
  public:
-  // `bell` is what handles ring, under idle::wake.
-  service_loop(core& does, transport& sockets, rt::wake_bell<>& bell, idle policy,
+  // `waker` is what handles wake the thread with, under idle::wake.
+  service_loop(core& does, transport& sockets, rt::wake_bell<>& waker, idle policy,
                rt::duration poll_period) noexcept
-      : core_{does}, transport_{sockets}, bell_{bell}, policy_{policy}, poll_period_{poll_period} {}
+      : core_{does}, transport_{sockets}, waker_{waker}, policy_{policy}, poll_period_{poll_period} {}
 
   // Runs until stop(). `fifo`: the thread was granted SCHED_FIFO. Service thread.
   void run(bool fifo) noexcept;
 
-  // Any other thread, once: everything published so far has until `drain_until` to be written, then peers are
-  // told goodbye and run() returns. Enters the kernel.
+  // Any other thread, once: everything published so far has until `drain_until` to be written. Then peers are
+  // sent a close frame, and run() returns. Enters the kernel.
   void stop(rt::time_point drain_until) noexcept;
 
   // After run() has returned: whether all was written.
@@ -78,15 +80,15 @@ class service_loop {
   void cycle() noexcept;
   void await_answer() noexcept;
   void idle_until(rt::time_point next, bool fifo) noexcept;
-  void say_goodbye() noexcept;
+  void close_peers() noexcept;
 
   core& core_;
   transport& transport_;
-  rt::wake_bell<>& bell_;
+  rt::wake_bell<>& waker_;
   const idle policy_;
   const rt::duration poll_period_;
-  nap_budget naps_;
-  rt::time_point now_{}; // read behind each cycle and each wait, and nowhere else
+  throttle_guard throttle_;
+  rt::time_point now_{}; // read after each cycle and each wait, and nowhere else
   rt::time_point next_{};
   rt::std_atomics::variable<std::int64_t> drain_until_ns_{rt::nanoseconds_of(rt::never)};
   bool drained_ = false;

@@ -79,7 +79,7 @@ void service_providers::remove(service_index service) noexcept {
 
 // ---- for tests
 
-// What peers are charged for is what they provide, and of the claims the rest is kept.
+// Peers are charged for what they provide, and the rest of their claims is kept.
 bool service_providers::check() const noexcept {
   std::uint32_t all = 0;
   std::uint32_t wanted = claims_.connections() * claims_.claim();

@@ -29,12 +29,12 @@ class service_providers {
   }
   service_providers(rt::arena& memory, const needs& parts) noexcept;
 
-  // What a peer asks; where it is refused it is told.
+  // A request of a peer; a refused peer is told why.
   void advertise(connection& c, const wire::request& asked) noexcept;
   void unadvertise(connection& c, const wire::request& asked) noexcept;
-  // A handle provides from now on what a peer did, which is told. Calls that it was given go on.
+  // From now on a handle provides the service of a peer, which is told. The peer's open calls go on.
   void take_from_peer(service_index service) noexcept;
-  // A peer is gone.
+  // A peer has left.
   void forget(connection_id peer) noexcept;
 
   bool check() const noexcept;

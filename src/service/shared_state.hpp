@@ -169,7 +169,7 @@ inline std::uint64_t read_count(const shared_state& shown, std::span<const detai
     return sum;
   }
   for (const detail::lane& lane : lanes) {
-    if (lane.lifecycle.is_detached()) continue; // its counts were added to the board's before
+    if (lane.lifecycle.is_detached()) continue; // its counts were added to the shared ones before
     sum += which == counter::full              ? lane.refused_full.get()
            : which == counter::no_peer         ? lane.no_peer.get()
            : which == counter::inbound_expired ? lane.expired_here.get()

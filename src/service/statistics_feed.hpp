@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The topic /rowe/stats: published by the clock, only while somebody listens. Service thread only; nothing
+// The topic /rowe/stats: published periodically while somebody listens. Service thread only; nothing
 // waits or allocates.
 #pragma once
 #include "service/broker.hpp"
@@ -20,7 +20,7 @@ class statistics_feed {
   explicit statistics_feed(const needs& parts) noexcept
       : state_{parts.state}, rates_{parts.rates}, broker_{parts.values}, report_{parts.report} {}
 
-  // Its timer is due. It is armed again by the next one who listens.
+  // Its timer is due. Without listeners it is armed again by the next subscription.
   void publish() noexcept {
     const topic_id topic = rates_.statistics_topic();
     if (!state_.topics.at(topic).has_audience()) return;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What asks for a stop, and what for the rest of it: the one place that knows its names in a request. It only
-// looks; whether there is a stop, and who carries it out, is the caller's. Pure functions.
+// Recognises requests for the stop and for its other services. No other place knows their names in a request.
+// It only recognises them: the caller knows whether there is a stop, and carries it out. Pure functions.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -43,7 +43,7 @@ struct stop_gate {
   // A request that names the stop by number, and is refused.
   static bool names_stop(const wire::request& asked) noexcept;
 
-  // What a peer may ask that came for the stop alone.
+  // What a peer on stop_path may ask.
   static bool is_for_stop_peers(stop_verb which) noexcept {
     return which == stop_verb::stop || which == stop_verb::state;
   }

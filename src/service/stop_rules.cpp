@@ -18,7 +18,7 @@ constexpr std::array<std::string_view, 7> refusal_names{"",       "number", "tic
                                                         "guards", "loops",  "name"};
 
 // Ticks stay below 2^53, which browsers can count to, for longer than robots run.
-constexpr std::uint64_t tick_dice_mask = (std::uint64_t{1} << 44) - 1;
+constexpr std::uint64_t tick_seed_mask = (std::uint64_t{1} << 44) - 1;
 
 double milliseconds(rt::duration d) noexcept {
   const auto us = std::max<std::int64_t>(std::chrono::duration_cast<std::chrono::microseconds>(d).count(), 0);
@@ -41,11 +41,11 @@ std::size_t copy_cut(std::string_view from, std::array<char, Bytes>& to) noexcep
 
 } // namespace
 
-stop_rules::stop_rules(const stop_options& options, rt::time_point start, std::uint64_t dice) noexcept
+stop_rules::stop_rules(const stop_options& options, rt::time_point start, std::uint64_t seed) noexcept
     : options_{options},
       start_{start},
-      first_tick_{dice & tick_dice_mask},
-      number_{1 + (dice >> 48) % detail::latch_number_max}, // short enough to be typed
+      first_tick_{seed & tick_seed_mask},
+      number_{1 + (seed >> 48) % detail::latch_number_max}, // short enough to be typed
       latch_{static_cast<latch_number>(number_)},
       latch_number_{number_},
       latch_tick_{first_tick_ - 1}, // none: it may be raised in the first millisecond, too
@@ -211,8 +211,8 @@ void stop_rules::stop(stop_cause cause, std::string_view source, rt::time_point 
   raise_number(now); // what was shown while running names no stop
 }
 
-// Whether a loop's words have this latch number, from a turn ago or longer: it would be taken for the answer
-// to a stop, or for a trip, that it is not.
+// Whether a loop's words still have this latch number from its last use: they would be taken for the answer
+// to a newer stop, or for its trip.
 bool stop_rules::is_held(latch_number one) const noexcept {
   return std::any_of(loops_.begin(), loops_.end(), [&](const loop& l) {
     return l.words != nullptr && (l.words->tripped() == one || l.answered.number == one);
@@ -233,7 +233,7 @@ void stop_rules::raise_number(rt::time_point now) noexcept {
   ++version_;
 }
 
-// What was issued until now was issued to somebody who does not know of the stop that is asked for now.
+// Ticks issued until now went to peers that do not know of the stop that is requested now.
 void stop_rules::outdate_ticks(rt::time_point now) noexcept { reset_tick_least_ = tick(now) + 1; }
 
 bool stop_rules::is_new(std::uint64_t asker) noexcept {
@@ -245,7 +245,7 @@ bool stop_rules::is_new(std::uint64_t asker) noexcept {
 
 void stop_rules::request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept {
   turn(now);
-  outdate_ticks(now); // repeats, too: who repeats himself wants it stopped now
+  outdate_ticks(now); // also for a repeated request: it asks for a stop now
   const bool was_running = running_;
   if (was_running) stop(stop_cause::request, source, now);
   if (!is_new(hash_of(source, peer)) || was_running) return;

@@ -41,10 +41,10 @@ class stop_rules {
   // How old a tick may be that comes with a reset.
   static constexpr rt::duration reset_tick_age_max = std::chrono::seconds{2};
 
-  // `dice` decides where latch numbers and ticks begin.
-  stop_rules(const stop_options& options, rt::time_point start, std::uint64_t dice) noexcept;
+  // `seed` decides where latch numbers and ticks begin.
+  stop_rules(const stop_options& options, rt::time_point start, std::uint64_t seed) noexcept;
 
-  // Whether names of guards and loops may have these characters: letters, digits and . _ : / -
+  // Whether names of guards and loops may have these characters: a to z, A to Z, 0 to 9 and . _ : / -
   static bool good_name(std::string_view name) noexcept;
 
   // ---- loops. The stop is in use from the first one on.

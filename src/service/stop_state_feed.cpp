@@ -22,7 +22,7 @@ stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
 void stop_state_feed::show_if_due() noexcept {
   const topic& on = state_.topics.at(topic_);
   const bool changed = std::exchange(version_shown_, stop_.version()) != stop_.version();
-  // Whoever is new is shown it; who has just come may be one of those that are shown it unasked.
+  // New subscribers are shown it. So are new peers, which may be shown it without a subscription.
   const bool listens = std::exchange(audience_seen_, on.audience_changes) != on.audience_changes;
   const bool came = std::exchange(opened_seen_, state_.peers.opened()) != state_.peers.opened();
   if (listens || came) due_ = state_.cycle.now;
@@ -39,12 +39,13 @@ void stop_state_feed::show_if_due() noexcept {
 
 void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
   const rt::duration slow = stop_ticks_for_others * state_.options.stop.tick;
-  const rt::duration early = state_.options.stop.tick / 2; // those who are due soon go along with one who is
+  const rt::duration early =
+      state_.options.stop.tick / 2; // those that are due soon are shown it together with one that is due
   for (subscription_id i = state_.topics.at(topic_).first_subscription; i;
        i = state_.topics.subscription_at(i).next_on_topic) {
     const subscription& to = state_.topics.subscription_at(i);
     const connection& c = state_.peers[to.peer];
-    // There is room for one state: who subscribed by both names gets that with the slash.
+    // There is room for one state: a peer that subscribed by both names gets the one with the slash.
     if (to.unslashed && state_.topics.find_subscription(topic_, to.peer, false)) continue;
     const bool guards = stop_.guards_include(stop_key_of(c.id));
     const rt::duration period = guards ? state_.options.stop.tick : slow;
@@ -76,7 +77,7 @@ void stop_state_feed::write(message& state) noexcept {
 void stop_state_feed::send(const subscription& to, const message& state) noexcept {
   if (!to.own_head || state.bytes == 0)
     return sender_.add_stop_state(to.peer, state.whole(), wire::message_kind::text);
-  // The same behind a head of its own, for who is not sent the shared text.
+  // The same with a head of its own, for peers that are not sent the shared text.
   const wire::message_head head = state_.seams.protocols.of(to.codec).head_of(
       {.tag = to.tag, .published_ns = rt::nanoseconds_of(state_.cycle.now), .unslashed = to.unslashed});
   const std::span<const char> rest = head.from == 0 ? state.body() : state.whole().subspan(head.from);
@@ -86,8 +87,8 @@ void stop_state_feed::send(const subscription& to, const message& state) noexcep
   sender_.add_stop_state(to.peer, std::span<const char>{room}.first(head.size + rest.size()), head.as);
 }
 
-// To those who know no topics the state goes as a message; to those who know no pings either, that also tells
-// that the robot is there.
+// Peers whose protocol has no topics are sent the state as a message. Where it has no pings either, the
+// message also shows them that the robot is there.
 void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
   const rt::duration period = stop_ticks_for_others * state_.options.stop.tick;
   for (const connection& c : state_.peers) {

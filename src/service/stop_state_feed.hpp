@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shows the state of the stop to peers and handles that subscribe to its topic, and to peers that take it as
-// a message. They are shown it at once when it changes, and else by the clock: guards each tick, others each
-// tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
+// a message. They are shown it at once when it changes, and else periodically: guards every tick, others
+// every tenth. It needs no slot and no queue. Service thread only; nothing waits or allocates.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -69,7 +69,7 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
     tell_other_type(c, asked.id_raw, topic, asked.type);
 }
 
-// A new one; none, and the peer is told, where it may not have it.
+// A new one; none, and the peer is told: it may not have one.
 subscription_id subscriptions::add(connection& c, const wire::request& asked, topic_id topic) noexcept {
   const peer_index peer{c.id.index};
   std::uint32_t held = state_.topics.subscriptions_of(peer);
@@ -156,7 +156,7 @@ void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
   audience_.update(topic);
 }
 
-// Its messages come all the same: that they are not what the peer expects is for it to judge.
+// The peer is sent the topic's messages all the same: it judges itself whether it can use them.
 void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topic_id topic,
                                     std::string_view asked) noexcept {
   std::array<char, wire::refusal::text_bytes_max> room;

@@ -8,13 +8,13 @@
 
 namespace rowe::service {
 
-// Where the words are still on their way, they come with another one.
+// The flag may be seen before its source and reason; these come with a second call then.
 void thread_stops::carry_out_stop() noexcept {
-  const bool with_words = std::exchange(stops_done_, asked_.stops) != asked_.stops;
-  const std::string_view source = with_words ? asked_.source.view() : std::string_view{};
+  const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
+  const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
   switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
-  switch_.show(with_words ? asked_.reason.view() : std::string_view{}); // before anything else
-  if (stops_done_ == answered_.stops) return;                           // nobody waits
+  switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
+  if (stops_done_ == answered_.stops) return;                            // nobody waits
   stop_number_ = switch_.rules().number();
   waited_for_until_ = state_.cycle.now + state_.options.stop.observe_timeout;
   waits_since_ = state_.cycle.now;
@@ -22,7 +22,7 @@ void thread_stops::carry_out_stop() noexcept {
 
 void thread_stops::tell_if_acknowledged() noexcept {
   const stop_rules& rules = switch_.rules();
-  // Where they may move again they have acknowledged, just now: no reset comes before that.
+  // If loops may move again, they have acknowledged just now: a reset needs that.
   const rt::time_point observed = rules.running() ? state_.cycle.now : rules.observed();
   if (observed == rt::never && state_.cycle.now < waited_for_until_) return;
   waited_for_until_ = {};
@@ -33,9 +33,9 @@ void thread_stops::tell_if_acknowledged() noexcept {
   tell();
 }
 
-// What may yet come, the loops' answers and a tick that is newer than the stop, is waited for. A request to
-// stop that comes meanwhile, a repeat too, ends it: whoever resets did not know of that. When the endpoint
-// closes, the loops stand for good.
+// Waits for what may still come: the loops' acknowledgments, and a tick that is newer than the stop. A
+// request to stop that comes meanwhile, a repeat too, ends the wait: whoever resets did not know of it. When
+// the endpoint closes, the loops stay stopped.
 void thread_stops::carry_out_reset() noexcept {
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
@@ -62,7 +62,7 @@ void thread_stops::refuse_reset() noexcept {
   answer_reset(errc::refused);
 }
 
-// What follows from it comes first: the permit, the event.
+// The permit and the event come before the answer.
 void thread_stops::answer_reset(const status& outcome) noexcept {
   switch_.show();
   answered_.resets = asked_.resets;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What threads of this process that have no loop ask of the stop (local_stop.hpp), and what they are told.
+// Stops and resets by threads of this process that have no loop (local_stop.hpp), and their answers.
 // Service thread only; nothing waits or allocates; whoever sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstdint>
@@ -23,16 +23,16 @@ class thread_stops {
 
   // Whether one has asked for a stop since the last look.
   bool look() noexcept {
-    const bool asked = state_.shown.stops.take(); // before looking: then the words are there
+    const bool asked = state_.shown.stops.take(); // first: then the source and the reason are there
     state_.shown.stops.look(asked_);
     return asked;
   }
   bool wants_reset() const noexcept { return asked_.resets != answered_.resets; }
-  // Those who wait have been told what they are to know before either (tell_acknowledged).
+  // Call tell_acknowledged() before either: it raises the stop's number, and the loops acknowledge numbers.
   void carry_out_stop() noexcept;
   void carry_out_reset() noexcept;
-  // Those who wait for the loops are told once they have acknowledged. When they have waited in vain they
-  // know it.
+  // Tells threads that wait for the loops once these have acknowledged. A thread that waited in vain needs no
+  // answer: its own deadline has come.
   void tell_acknowledged() noexcept {
     if (waited_for_until_ != rt::time_point{}) tell_if_acknowledged();
   }
@@ -48,14 +48,14 @@ class thread_stops {
 
   core_state& state_;
   stop_switch& switch_;
-  local_stop_asked asked_;            // as of the last look,
-  local_stop_answered answered_;      // and as they were told last
-  std::uint64_t stops_done_ = 0;      // of those that were asked for,
-  std::uint64_t stop_number_ = 0;     // as peers know the last of them,
-  rt::time_point waited_for_until_{}; // for whose answer somebody waits so long; 0: nobody does
-  std::uint64_t reset_ = 0;           // the one that is being carried out,
-  std::uint64_t reset_number_ = 0;    // the stop that it is to end,
-  std::uint64_t reset_requests_ = 0;  // and how often a stop was asked for before it
+  local_stop_asked asked_;            // as of the last look()
+  local_stop_answered answered_;      // the last answers
+  std::uint64_t stops_done_ = 0;      // how many requested stops were carried out
+  std::uint64_t stop_number_ = 0;     // by which peers know the last of them
+  rt::time_point waited_for_until_{}; // until when threads wait for the loops; 0: none does
+  std::uint64_t reset_ = 0;           // the reset that is being carried out
+  std::uint64_t reset_number_ = 0;    // the stop that it is to end
+  std::uint64_t reset_requests_ = 0;  // how often a stop was asked for before it
   rt::time_point waits_since_{};
 };
 

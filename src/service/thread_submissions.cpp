@@ -13,7 +13,7 @@ void thread_submissions::take() noexcept {
   const std::uint64_t expired = state_.threads_inbox.expired();
   state_.counts.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
   const bool receives = !inbox_.pair();
-  if (receives) inbox_.mark_home();
+  if (receives) inbox_.mark_released();
   messages_.parking().begin_turn(state_.submissions.slots(), receives);
   if (parked_count_ != 0) retry();
   const std::size_t taken = state_.submissions.take(
@@ -22,7 +22,7 @@ void thread_submissions::take() noexcept {
       },
       entries_per_cycle);
   more_left_ = taken == entries_per_cycle;
-  if (receives) inbox_.count_home(taken);
+  if (receives) inbox_.count_released(taken);
   if (state_.submissions.refuse_to_everyone(messages_.parking().refuses_to_everyone())) room_came_ = true;
 }
 
@@ -36,9 +36,9 @@ void thread_submissions::retry() noexcept {
   parked_count_ = kept;
 }
 
-// False when it must wait for room further on.
+// False: it must be parked until there is room.
 bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
-  // A copy: once it is completed the slot may be another's.
+  // A copy: once the submission is completed, another thread may have the slot.
   const submission_header asked = state_.submissions.request(slot);
   const std::string_view text = state_.submissions.request_text(slot);
   const call_endpoint us{.who = call_endpoint::kind::thread, .index = slot};
@@ -75,7 +75,7 @@ bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
       state_.submissions.complete(slot, done);
     return true;
   }
-  case entry::end: break; // only ever comes the other way
+  case entry::end: break; // goes to handles only
   }
   return true;
 }

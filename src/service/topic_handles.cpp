@@ -13,8 +13,7 @@
 #include "json/writer.hpp"
 
 namespace rowe::service {
-
-// The topic's place may be gone to a peer since set-up looked, so the answer is given here, where topics are.
+// A peer may have taken the topic's place since set-up looked. So set-up is answered from here.
 status topic_handles::attach(pair_index pair) noexcept {
   const detail::lane& lane = state_.lanes[pair];
   pair_row& view = state_.views[pair];
@@ -101,7 +100,7 @@ void topic_handles::report_conflict(topic_id topic, const detail::lane& asked) n
                        "use the same type, or leave the option `type` empty");
 }
 
-// Whether a handle reads the topic, or one publishes on it.
+// Whether an attached handle reads the topic, or publishes on it.
 bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
   for (const pair_index i : state_.lanes.ids()) {
     if (state_.views[i].attached && state_.views[i].topic == topic &&
@@ -113,9 +112,10 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
 
 // ---- what is taken
 
-// Messages that are written together cost one system call. But none may be lost because it was taken too
-// early. So more are taken only if every subscriber reads and has room for them, and all handles together
-// leave half of the slots and of the queue entries. Large slots are few: none of those.
+// Messages that are written together cost one system call. But no message may be lost because it was taken
+// too early. So more are taken only if every subscriber reads and has room for them, and if all handles
+// together leave half of the slots and of the queue entries. Values that need large slots are never taken
+// beyond the usual budget: these slots are few.
 std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) const noexcept {
   const topic& on = state_.topics.at(state_.views[pair].topic);
   const slot_pool& slots = store_.slots();
@@ -151,10 +151,10 @@ void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
   }
 }
 
-// Whether another handle of the same kind has said so, or goes on.
+// Whether no other handle of the same kind has announced the topic already, or still uses it.
 bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
   for (const pair_index i : state_.lanes.ids()) {
-    // Nothing of a pair is looked at that is not attached: set-up may be building it.
+    // A pair that is not attached must not be read: set-up may be building it.
     if (i == pair || !state_.views[i].attached || state_.views[i].topic != state_.views[pair].topic) continue;
     if (detail::subscribes(state_.lanes[i].kind) != detail::subscribes(state_.lanes[pair].kind)) continue;
     if (!begins || i.value < pair.value) return false;

@@ -10,7 +10,7 @@
 namespace rowe::service {
 namespace {
 
-// To look at one topic that a peer holds takes as long as to compose so many bytes.
+// Looking at one topic of a peer takes as long as composing so many bytes.
 constexpr std::size_t held_topic_work_bytes = 4;
 
 } // namespace
@@ -24,7 +24,7 @@ std::uint32_t topic_places::held_by(peer_index peer) const noexcept {
   return count;
 }
 
-// One that this process holds costs nothing.
+// A topic that this process holds costs no place.
 topic_id topic_places::topic_for(connection& c, const wire::request& asked) noexcept {
   const topic_id known = state_.topics.find(asked.topic);
   if (known && (!state_.topics.of_peers(known) || holds({c.id.index}, known))) return known;
@@ -33,7 +33,7 @@ topic_id topic_places::topic_for(connection& c, const wire::request& asked) noex
   const std::uint32_t left = left_of(share, state_.topics.topics_of_peers());
   const std::uint32_t held = held_by({c.id.index});
   const claims all = claims_now(share);
-  // One that there is takes no place; but who holds it may be the last to hold it one day.
+  // A topic that exists takes no new place; but the peer may become its last holder.
   const bool may = all.may_take(held, left) || (known && held < all.claim());
   const topic_id found =
       may || ROWE_MUTANT(made_up_topics) ? state_.topics.find_or_add(asked.topic) : topic_id{};
@@ -49,8 +49,8 @@ topic_id topic_places::topic_for(connection& c, const wire::request& asked) noex
   return found;
 }
 
-// Made anew each time: what peers hold changes with what handles of this process hold, too. The place of a
-// topic is charged to one of those who hold it.
+// Computed anew each time, because what counts for peers also changes when handles of this process come and
+// go. The place of a topic is charged to one of its holders.
 claims topic_places::claims_now(std::uint32_t share) noexcept {
   claims all{share, state_.claimants()};
   ++charged_;

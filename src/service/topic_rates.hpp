@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// How many messages each topic has and how far apart they are, over the periods of the topic /rowe/stats and
+// Counts the messages of each topic and the gaps between them, over the periods of the topic /rowe/stats and
 // of the service of that name. Service thread only; nothing waits or allocates.
 #pragma once
 #include <algorithm>

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare dialect, that of the paper: every JSON text is a message; three reserved members make more of an
-// object. `message_id` makes it an invocation, `in_reply_to` (the same id, echoed as it stood there) its
-// reply; `ttl_ms` says how long it is worth something. An invocation may name what it wants in `service`; a
-// reply that is a refusal has `error`. All other members belong to the users and are not looked at.
+// The bare format, that of the paper: every JSON text is a message. Three reserved members make an object a
+// call or a reply, or limit its life. `message_id` makes it an invocation, `in_reply_to` (the same id, echoed
+// as it stood there) its reply; `ttl_ms` says how long it is worth something. An invocation may name what it
+// wants in `service`; a reply that is a refusal has `error`. All other members belong to the users and are
+// not looked at.
 //
 //   {"service":"add-two-numbers","a":38,"b":4,"message_id":"7"}     an invocation
 //   {"result":42,"in_reply_to":"7"}                                 its reply
@@ -39,8 +40,8 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 }
 
 // Reads one validated text into a request that is as it was made; all of it but its codec. `scratch` is
-// scratch_bytes(limits) long and is lent as long as the request is used. Where `op` is a text, nothing else
-// means anything. On a refusal, `out` has what, and of a call the id as far as it is good: it can be
+// scratch_bytes(limits) long and is lent as long as the request is used. Where `op` is a text, no other
+// member is read. On a refusal, `out` has what, and of a call the id as far as it is good: it can be
 // answered, by write_error().
 //
 // A call's `service` is what its member says where that is a string. A reply has failed where `error` is an
@@ -56,14 +57,14 @@ constexpr std::size_t scratch_bytes(const name_limits& limits) noexcept {
 std::optional<refusal> decode(const json::document& validated_text, std::span<char> scratch,
                               const name_limits& limits, request& out, op_member& op) noexcept;
 
-// Whether a text, which need not be JSON, was meant as an invocation or a reply of this dialect: it has
+// Whether a text, which need not be JSON, was meant as an invocation or a reply of this format: it has
 // `"message_id":` or `"in_reply_to":` somewhere.
 bool names_id(std::string_view text) noexcept;
 
 // ---- Writing ----
 //
-// Into a json::writer that stands where a value is due; what did not fit is known by its overflowed(). An
-// `object_text` is validated JSON of somebody else; white space in it is tolerated. A `write_body` is called
+// Each writes one value into a json::writer, whose overflowed() says that it did not fit. An
+// `object_text` is validated JSON of a user or a peer; it may contain white space. A `write_body` is called
 // once, with the writer, and writes one value, which should be an object; what it captures must not throw.
 // Bodies and texts are written in place, without a copy beside.
 

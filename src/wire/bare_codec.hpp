@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bare dialect as a codec (bare.hpp has the dialect itself). It knows messages and calls, and no topics.
+// The codec of the bare format (bare.hpp reads and writes the format). It has messages and calls, and no
+// topics.
 #pragma once
 #include "wire/codec.hpp"
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the service knows of dialects. A decoder reads messages of one kind of connection, a codec writes
-// those of one dialect, and a protocol says which of them a connection has and what its peer can take. All of
-// them are constants without a state, put together in a protocol_set (protocols.hpp), which the service is
-// given. Service thread only; nothing waits or allocates.
+// What the service knows of message formats. A decoder reads the messages of one kind of connection. A codec
+// writes those of one format. A protocol says which of them a connection has, and what its peer can take. All
+// of them are stateless constants in a protocol_set (protocols.hpp), which is passed to the service. Service
+// thread only; nothing waits or allocates.
 //
-// A topic's message is written once for all who want it, between the head and the tail of one codec's
-// envelope, and goes to those who speak that codec as it lies there.
+// A topic's message is written once, between the head and the tail of one codec's envelope. Peers that use
+// this codec are sent it as it lies there.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -26,7 +26,7 @@ namespace rowe::wire {
 
 // ---- reading
 
-// Why something failed: a word for programs, and a sentence for people.
+// Why something failed: a code for programs, and a sentence for people.
 struct diagnostic {
   std::string_view code;
   std::string_view text;
@@ -62,11 +62,11 @@ class message_decoder {
                                 diagnostic&) const noexcept {
     return decoded::unsupported;
   }
-  // In which codec a text is answered that is no JSON: what can be seen of it decides, then what its peer
-  // spoke last.
+  // The codec that answers a text which is no JSON: the one whose members can be seen in the text, else the
+  // one that the peer used last.
   virtual codec_id guess(std::string_view text, codec_id spoke_last) const noexcept = 0;
-  // Whether a message of which this is the beginning may be a stop. Only reading it says so; this decides
-  // whether it is read before its turn.
+  // Whether a message that begins like this may be a stop. Only decoding tells for sure; this decides whether
+  // it is decoded before its turn.
   virtual bool may_be_stop(opcode what, std::string_view begins) const noexcept = 0;
 
  protected:
@@ -75,7 +75,7 @@ class message_decoder {
 
 // ---- writing
 
-// What was written, and so what kind of frame it goes in. None: nothing, for the codec has no such message.
+// What was written: it decides the kind of frame. None: nothing, because the codec has no such message.
 enum class message_kind : std::uint8_t { none, text, binary };
 constexpr opcode opcode_of(message_kind kind) noexcept {
   return kind == message_kind::binary ? opcode::binary : opcode::text;
@@ -103,13 +103,13 @@ class body {
   void (*write_)(const void*, json::writer&) noexcept = nullptr;
 };
 
-// The call that is answered.
+// The call that a reply or a refusal answers.
 struct call_origin {
   std::string_view service; // as its caller named it
-  std::string_view id_raw;  // as it stood there
+  std::string_view id_raw;  // as it stood in the call
 };
 
-// To whom an error goes that is no answer to a call.
+// The peer that is told an error which is no answer to a call.
 struct error_context {
   bool to_server = false;           // else to a client
   severity level = severity::error; // that its peer wants to hear of
@@ -131,8 +131,8 @@ struct delivery {
   bool unslashed = false;        // the peer calls the topic by its name without the slash
 };
 
-// How a topic's message goes to whoever cannot be sent the shared text as it lies there: these bytes, then
-// the body alone, or the shared text from `from` on.
+// How a topic's message is sent to a peer that cannot be sent the shared text as it is: first these bytes,
+// then the body alone, or the shared text from `from` on.
 struct message_head {
   std::array<std::byte, 32> bytes{};
   std::uint8_t size = 0;
@@ -158,8 +158,8 @@ class codec {
   struct traits {
     codec_id id;
     std::string_view name;
-    // A call that fails is answered by the same kind of message as a request that is refused, and is counted
-    // among those.
+    // Calls that fail are answered by the same kind of message as requests that are refused, and are counted
+    // as these.
     bool fails_as_refusal;
   };
   constexpr codec_id id() const noexcept { return traits_.id; }
@@ -169,7 +169,7 @@ class codec {
   // The envelope around the messages of a topic, of a codec that has one for all who speak it.
   virtual void write_topic_head(json::writer&, std::string_view) const noexcept {}
   virtual std::string_view topic_tail() const noexcept { return {}; }
-  // Of a delivery that is no shared text.
+  // For a delivery that cannot use the shared text.
   virtual message_head head_of(const delivery&) const noexcept { return {}; }
 
   // A call of a peer's service, with an id of ours.
@@ -183,7 +183,7 @@ class codec {
   virtual bool means_no_service(const request& failed, std::string_view sentence,
                                 std::string_view service) const noexcept = 0;
 
-  // Nothing where that is not for this peer to hear.
+  // Nothing, if this peer is not to be told.
   virtual message_kind write_error(json::writer& out, const error_context& to,
                                    const diagnostic& why) const noexcept = 0;
 
@@ -198,9 +198,9 @@ class codec {
     return message_kind::none;
   }
 
-  // As a server: what a client is told unasked, where its protocol says so. First who we are; then which
-  // topics and services were added, or removed: of those the numbers alone. A topic that gets a type is
-  // removed, and added under another number.
+  // As a server: what a client is told without a request, if its protocol has listings. First who we are;
+  // then which topics and services were added, and the numbers of those that were removed. A topic that gets
+  // a type is removed, and added under another number.
   virtual message_kind write_hello(json::writer&, std::string_view) const noexcept {
     return message_kind::none;
   }

@@ -3,7 +3,7 @@
 // sees it. The transport peeks at the socket until the header is whole, calls judge_request() on the service
 // thread, and then hands a page request or an upgrade to the HTTP library, or answers a refusal and closes.
 // Strict on purpose: what this file lets through has one meaning, and write_clean_request() writes that
-// meaning anew, so that the library behind it never parses a stranger's bytes.
+// meaning anew, so that the library behind it never parses what a peer wrote.
 //
 // What it guards against: any page in a browser may open a WebSocket to localhost, hence the check of Origin;
 // a name that an attacker controls may be made to point here (DNS rebinding), hence the check of Host;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Plain messages and calls as users of this process write and read them, whatever their peers speak: one JSON
 // object. A call has a member `service` beside its arguments; three members, op, message_id and in_reply_to,
-// are the endpoint's. No dialect is meant by that: the bare one writes it as it stands.
+// are the endpoint's. This is no format of its own: the bare codec writes it as it is.
 //
 // The core calls this on the service thread; users' threads call find_reserved(). Texts are validated.
 // Nothing waits or allocates; time is linear in the text.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Names that are the endpoint's own in every dialect: what it publishes and which services it answers. And
+// Names that are the endpoint's own, whatever the codec: what it publishes and which services it answers. And
 // the two spellings of any name: ROS resolves "odom" to "/odom". Pure functions.
 #pragma once
 #include <string_view>

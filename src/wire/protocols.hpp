@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which dialects an endpoint speaks with whom. A third dialect is a decoder, a codec, and a row in
+// Which codecs an endpoint uses with which peers. A third format is a decoder, a codec, and a row in
 // protocols.cpp.
 #pragma once
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Why a request is refused, and in which words. The words are the same in all dialects, and each knows how it
+// Why a request is refused, and in which words. The words are the same for all codecs, and each knows how it
 // wraps them. Pure functions; nothing waits or allocates.
 #pragma once
 #include <cstddef>
@@ -33,10 +33,7 @@ struct refusal {
   std::size_t bytes = 0;
   std::int64_t limit = 0;
 
-  // The text is right but for its operation, which is not one that rowe has.
-  bool of_operation() const noexcept { return what >= kind::unsupported_op; }
-
-  // For programs, where a dialect has a place for it.
+  // For programs, if the codec has a place for it.
   std::string_view code() const noexcept {
     return what == kind::not_an_object ? "not_an_object" : "bad_request";
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a message asks for, in whatever dialect it is written. Decoders fill a request, the service carries it
+// What a message asks for, whatever its format. Decoders fill a request, the service carries it
 // out.
 #pragma once
 #include <cstddef>
@@ -29,7 +29,7 @@ enum class verb : std::uint8_t {
   unadvertise_service,
   status,
   set_level,
-  unsupported, // the dialect has it, rowe does not
+  unsupported, // the format has it, rowe does not
   unknown,
 };
 
@@ -70,7 +70,7 @@ struct request {
   bool keep_all = false;                        // subscribe, advertise: so much history
   bool by_number = false;                       // numbers stand in place of names, see below
   severity level = severity::info;              // status, set_level
-  std::string_view verb_text;                   // the dialect's own word
+  std::string_view verb_text;                   // as the format calls it
   std::string_view id_raw;              // as it stood there, to be echoed; reply: the call's. Empty: none
   std::string_view topic;               // unescaped, never empty where the verb needs it
   std::string_view service;             // likewise

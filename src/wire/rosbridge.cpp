@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Decoding. One walk over the object notes the value of each member that is known, wherever it stands; then
 // the operation says which of them matter. So the order of members does not, and a name that stands twice is
-// found before anything is believed.
+// found before anything is used.
 #include "wire/rosbridge.hpp"
 
 #include <algorithm>

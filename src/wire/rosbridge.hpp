@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rosbridge v2 dialect: JSON text to request, and back. The core calls it on the service thread, with
+// The rosbridge v2 format: JSON text to request, and back. The core calls it on the service thread, with
 // texts that json::reader has validated whole; this file only reads the envelope and never looks into `msg`.
 // The rules are those of the protocol text where it and the reference server agree, and stricter where the
 // server is silent: whatever it would log and drop is refused here with a sentence that names member, value

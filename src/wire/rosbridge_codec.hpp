@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rosbridge v2 dialect as a codec (rosbridge.hpp has the dialect itself).
+// The codec of rosbridge v2 (rosbridge.hpp reads and writes the format).
 #pragma once
 #include "wire/codec.hpp"
 

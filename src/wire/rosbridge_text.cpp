@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Encoding: what rowe says in rosbridge's words.
+// Encodes rowe's messages as rosbridge's.
 #include <array>
 
 #include "wire/rosbridge.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// In steady state nothing in the whole process allocates for a message or a call: neither handles, front
-// door, core, transport and libwebsockets of one endpoint, nor those of the other. Counted by the tripwire's
-// malloc, in all threads.
+// In steady state nothing in the whole process allocates for a message or a call: neither the handles,
+// submission queue, core, transport and libwebsockets of one endpoint, nor those of the other. The tripwire's
+// malloc counts, in all threads.
 #include <rowe/rowe.hpp>
 
 #include <gtest/gtest.h>

@@ -53,17 +53,17 @@ class lane_harness {
   void close() { lane_->audience.close(); }
 
   // What the handle sent, oldest first, as the service thread takes it.
-  struct letter {
+  struct sent_message {
     detail::value_header header;
     std::string text;
   };
-  std::optional<letter> take() {
+  std::optional<sent_message> take() {
     auto& path = lane_->service.out;
     const auto slot = path.out->try_pop();
     if (!slot) return std::nullopt;
     const auto& header = *path.slots.header(*slot);
-    letter taken{header, {reinterpret_cast<const char*>(path.slots.value(*slot)), header.bytes}};
-    path.home->give(*slot);
+    sent_message taken{header, {reinterpret_cast<const char*>(path.slots.value(*slot)), header.bytes}};
+    path.free_ring->give(*slot);
     return taken;
   }
 
@@ -104,9 +104,9 @@ class lane_harness {
     header.own = own;
     return header;
   }
-  static bool fill(detail::filling_end& path, detail::value_header header, const void* value,
+  static bool fill(detail::producer_end& path, detail::value_header header, const void* value,
                    std::size_t bytes) {
-    const auto slot = path.home->try_take();
+    const auto slot = path.free_ring->try_take();
     if (!slot) return false;
     header.bytes = static_cast<std::uint32_t>(bytes);
     *path.slots.header(*slot) = header;

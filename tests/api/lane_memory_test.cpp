@@ -29,14 +29,14 @@ class path {
 
   // Sends one slot; false when none is free. As publish_into().
   bool send() {
-    const std::optional<std::uint32_t> slot = fills.home->try_take();
+    const std::optional<std::uint32_t> slot = fills.free_ring->try_take();
     if (!slot) return false;
     EXPECT_TRUE(fills.out->try_push(*slot)) << "no place for a slot that is free";
     return true;
   }
 
-  filling_end fills;
-  emptying_end empties;
+  producer_end fills;
+  consumer_end empties;
 
  private:
   static constexpr std::align_val_t alignment{rt::line_bytes};
@@ -63,7 +63,7 @@ TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_
       std::uint32_t sent_again = 0;
       lane.empties.out->drain(
           [&](std::uint32_t slot) {
-            lane.empties.home->give(slot);
+            lane.empties.free_ring->give(slot);
             sent_again += lane.send() ? 1U : 0U;
           },
           SIZE_MAX);
@@ -90,9 +90,9 @@ class built_lane {
   std::unique_ptr<lane> lane_ = std::make_unique<lane>();
 };
 
-std::uint32_t slots_of(const filling_end& path) {
+std::uint32_t slots_of(const producer_end& path) {
   std::uint32_t count = 0;
-  while (path.home != nullptr && path.home->try_take()) ++count;
+  while (path.free_ring != nullptr && path.free_ring->try_take()) ++count;
   return count;
 }
 
@@ -122,7 +122,7 @@ TEST(lane_memory, has_the_paths_that_each_kind_of_handle_needs) {
 
 TEST(lane_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
   built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
-  for (const filling_end* path : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
+  for (const producer_end* path : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
     for (std::uint32_t slot = 0; slot < path->count; ++slot) {
       *path->slots.header(slot) = {};
       std::memset(path->slots.value(slot), 0xff, 1000 + rt::tailroom_bytes);

@@ -8,7 +8,7 @@
 #include "endpoints.hpp"
 #include "rt/watchdog.hpp"
 
-namespace talking_test {
+namespace lane_messages_test {
 namespace {
 
 using namespace endpoints;
@@ -326,4 +326,4 @@ TEST(room, ends_by_time_and_by_closing) {
 }
 
 } // namespace
-} // namespace talking_test
+} // namespace lane_messages_test

@@ -9,7 +9,7 @@
 
 #include "endpoints.hpp"
 
-namespace door_test {
+namespace ordinary_threads_test {
 namespace {
 
 using namespace endpoints;
@@ -29,7 +29,7 @@ auto adding(endpoint& at) {
   };
 }
 
-TEST(door, carries_messages_both_ways) {
+TEST(ordinary_threads, carries_messages_both_ways) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   ASSERT_TRUE(viewer.send(R"({"from":"viewer"})", timeout));
@@ -45,7 +45,7 @@ TEST(door, carries_messages_both_ways) {
   EXPECT_EQ(viewer.receive(timeout)->value(), R"({"to":"all"})");
 }
 
-TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
+TEST(ordinary_threads, invokes_the_services_of_the_other_end_in_both_directions) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   const answering_thread at_robot{robot, adding(robot)};
@@ -62,7 +62,7 @@ TEST(door, invokes_the_services_of_the_other_end_in_both_directions) {
   }));
 }
 
-TEST(door, shows_who_is_connected) {
+TEST(ordinary_threads, shows_who_is_connected) {
   auto robot = endpoint::listen(0, quick()).value();
   EXPECT_TRUE(robot.connections().empty());
   connection first;
@@ -84,7 +84,7 @@ TEST(door, shows_who_is_connected) {
   EXPECT_EQ(robot.invoke("{}", timeout, first).code(), errc::peer_lost);
 }
 
-TEST(door, waits_for_a_peer_as_long_as_the_time_to_live) {
+TEST(ordinary_threads, waits_for_a_peer_as_long_as_the_time_to_live) {
   auto robot = endpoint::listen(0, quick()).value();
   EXPECT_EQ(robot.send("{}", 0ns).code(), errc::expired);
   const auto began = rowe::rt::monotonic_clock::now();
@@ -96,7 +96,7 @@ TEST(door, waits_for_a_peer_as_long_as_the_time_to_live) {
   EXPECT_EQ(robot.receive(timeout)->value(), R"({"early":true})");
 }
 
-TEST(door, says_what_is_no_message) {
+TEST(ordinary_threads, says_what_is_no_message) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   EXPECT_EQ(viewer.send("[1]", timeout).code(), errc::not_an_object);
@@ -110,7 +110,7 @@ TEST(door, says_what_is_no_message) {
   EXPECT_EQ(viewer.send(deep, timeout).code(), errc::too_deep);
 }
 
-TEST(door, says_what_does_not_fit) {
+TEST(ordinary_threads, says_what_does_not_fit) {
   auto options = quick();
   options.limits.door_slots = 2;
   options.limits.door_slot_bytes = 200;
@@ -124,7 +124,7 @@ TEST(door, says_what_does_not_fit) {
   EXPECT_EQ(robot.invoke(overflowed, timeout).code(), errc::too_big);
 }
 
-TEST(door, says_full_when_all_its_slots_are_taken) {
+TEST(ordinary_threads, says_full_when_all_its_slots_are_taken) {
   auto options = quick();
   options.limits.door_slots = 2;
   auto robot = endpoint::listen(0, options).value();
@@ -144,7 +144,7 @@ TEST(door, says_full_when_all_its_slots_are_taken) {
   for (auto& one : waiting) one.join();
 }
 
-TEST(door, refuses_calls_while_nobody_receives_and_says_so) {
+TEST(ordinary_threads, refuses_calls_while_nobody_receives_and_says_so) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   const auto refused = viewer.invoke(message("service", "nobody-knows"), timeout);
@@ -152,7 +152,7 @@ TEST(door, refuses_calls_while_nobody_receives_and_says_so) {
   EXPECT_EQ(robot.invoke(message("service", "nobody-knows"), timeout).code(), errc::no_service);
 }
 
-TEST(door, keeps_calls_for_receive_from_the_start_by_option) {
+TEST(ordinary_threads, keeps_calls_for_receive_from_the_start_by_option) {
   auto options = quick();
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();
@@ -170,7 +170,7 @@ TEST(door, keeps_calls_for_receive_from_the_start_by_option) {
   asks.join();
 }
 
-TEST(door, hands_on_the_sentence_of_a_refusal) {
+TEST(ordinary_threads, hands_on_the_sentence_of_a_refusal) {
   auto options = quick();
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();
@@ -182,7 +182,7 @@ TEST(door, hands_on_the_sentence_of_a_refusal) {
   EXPECT_EQ(why, "not today");
 }
 
-TEST(door, times_out_where_no_reply_comes_and_drops_the_late_one) {
+TEST(ordinary_threads, times_out_where_no_reply_comes_and_drops_the_late_one) {
   auto options = quick();
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();
@@ -197,7 +197,7 @@ TEST(door, times_out_where_no_reply_comes_and_drops_the_late_one) {
   EXPECT_EQ(viewer.receive(20ms).code(), errc::timed_out);
 }
 
-TEST(door, tells_a_lost_peer_from_a_time_out) {
+TEST(ordinary_threads, tells_a_lost_peer_from_a_time_out) {
   auto options = quick();
   options.answers_any = true;
   std::optional<endpoint> robot{endpoint::listen(0, options).value()};
@@ -212,7 +212,7 @@ TEST(door, tells_a_lost_peer_from_a_time_out) {
   asks.join();
 }
 
-TEST(door, does_not_reply_to_what_is_no_call_of_its_own) {
+TEST(ordinary_threads, does_not_reply_to_what_is_no_call_of_its_own) {
   auto robot = endpoint::listen(0, quick()).value();
   auto viewer = connected(robot);
   ASSERT_TRUE(viewer.send("{}", timeout));
@@ -224,7 +224,7 @@ TEST(door, does_not_reply_to_what_is_no_call_of_its_own) {
   EXPECT_EQ(viewer.reply(*plain, "{}").code(), errc::misuse);
 }
 
-TEST(door, says_peer_lost_to_replies_whose_asker_is_gone) {
+TEST(ordinary_threads, says_peer_lost_to_replies_whose_asker_is_gone) {
   auto options = quick();
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();
@@ -240,7 +240,7 @@ TEST(door, says_peer_lost_to_replies_whose_asker_is_gone) {
   EXPECT_EQ(robot.refuse(*call, "no").code(), errc::peer_lost);
 }
 
-TEST(door, says_closed_to_everybody_once_it_is) {
+TEST(ordinary_threads, says_closed_to_everybody_once_it_is) {
   auto robot = endpoint::listen(0, quick()).value();
   std::vector<std::thread> waiting;
   for (int i = 0; i < 3; ++i) {
@@ -257,7 +257,7 @@ TEST(door, says_closed_to_everybody_once_it_is) {
   EXPECT_EQ(robot.receive(0ns).code(), errc::closed);
 }
 
-TEST(door, lets_what_was_received_outlive_the_endpoint) {
+TEST(ordinary_threads, lets_what_was_received_outlive_the_endpoint) {
   std::optional<rowe::received> kept;
   {
     auto robot = endpoint::listen(0, quick()).value();
@@ -270,7 +270,7 @@ TEST(door, lets_what_was_received_outlive_the_endpoint) {
   EXPECT_EQ(kept->value(), R"({"n":1})");
 }
 
-TEST(door, drops_what_was_not_received_in_time) {
+TEST(ordinary_threads, drops_what_was_not_received_in_time) {
   auto options = quick();
   options.inbound_ttl = 1ms;
   auto robot = endpoint::listen(0, options).value();
@@ -285,7 +285,7 @@ TEST(door, drops_what_was_not_received_in_time) {
   }));
 }
 
-TEST(door, serves_many_threads_at_once) {
+TEST(ordinary_threads, serves_many_threads_at_once) {
   auto options = quick();
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();
@@ -317,4 +317,4 @@ TEST(door, serves_many_threads_at_once) {
 }
 
 } // namespace
-} // namespace door_test
+} // namespace ordinary_threads_test

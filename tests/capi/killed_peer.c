@@ -99,18 +99,18 @@ int main(int count, char** arguments) {
     CHECK(before.generation != 0);
 
     kill_peer(peer);
-    struct rowe_object* const letter = rowe_object_from_text("{\"to\":\"the dead\"}");
+    struct rowe_object* const message = rowe_object_from_text("{\"to\":\"the dead\"}");
     struct rowe_event event = {.kind = rowe_event_warning};
     while (event.kind != rowe_event_peer_left) {
       if (rowe_try_event(client, &event) != rowe_ok) CHECK_EQUAL(rowe_last_error(), rowe_error_empty);
       if (failures != 0) return 1;
     }
-    CHECK_CODE(rowe_send_to(client, before, letter, -1), rowe_error_peer_lost);
+    CHECK_CODE(rowe_send_to(client, before, message, -1), rowe_error_peer_lost);
 
     peer = start_peer(peer.port);
     expect_answer(client, round);
-    CHECK_CODE(rowe_send_to(client, before, letter, -1), rowe_error_peer_lost); // it is another one now
-    rowe_object_free(letter);
+    CHECK_CODE(rowe_send_to(client, before, message, -1), rowe_error_peer_lost); // it is another one now
+    rowe_object_free(message);
     rowe_object_free(heard);
   }
   kill_peer(peer);

@@ -56,9 +56,9 @@ static void a_message_can_go_to_the_one_who_wrote(void) {
   struct rowe_endpoint* const other = rowe_open_remote_endpoint("localhost", rowe_endpoint_port(p.server));
   CHECK_EQUAL(rowe_wait_peer(other, timeout_ms), rowe_ok);
   CHECK_EQUAL(send_text(other, "{\"who\":\"other\"}", timeout_ms), rowe_ok);
-  struct rowe_object* const letter = rowe_receive(p.server, timeout_ms);
-  CHECK_TEXT(rowe_object_get_string(letter, "who"), "other");
-  const struct rowe_peer peer = rowe_object_sender(letter);
+  struct rowe_object* const message = rowe_receive(p.server, timeout_ms);
+  CHECK_TEXT(rowe_object_get_string(message, "who"), "other");
+  const struct rowe_peer peer = rowe_object_sender(message);
   CHECK(peer.generation != 0);
   struct rowe_object* const mine = rowe_message("n", rowe_type_int, 1, NULL);
   CHECK_EQUAL(rowe_object_sender(mine).generation, 0);
@@ -81,7 +81,7 @@ static void a_message_can_go_to_the_one_who_wrote(void) {
   while ((code = rowe_async_send_to(p.server, peer, mine, 0)) == rowe_ok) {
   }
   CHECK_EQUAL(code, rowe_error_peer_lost);
-  rowe_object_free(letter);
+  rowe_object_free(message);
   rowe_object_free(mine);
   close_pair(p);
 }

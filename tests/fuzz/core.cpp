@@ -116,7 +116,7 @@ class script_run {
       break;
     case 6: reply(what >> 4); break;
     case 7:
-      if (harness::peer* const p = one(what >> 4)) on_.net.weather_of(p->id()).room_bytes = s.byte() * 8U;
+      if (harness::peer* const p = one(what >> 4)) on_.net.link_of(p->id()).room_bytes = s.byte() * 8U;
       break;
     case 8: talk(s); break;
     case 9: respond(what >> 4); break;
@@ -158,7 +158,7 @@ class script_run {
     }
     require(on_.core.slots_in_use() == 0, "every slot is free");
     require(on_.all_slots_free(), "every slot of the submission queue is free");
-    require(on_.board.peers() == 0, "no peer is left");
+    require(on_.shown.peers() == 0, "no peer is left");
   }
 
  private:
@@ -194,7 +194,7 @@ class script_run {
     if (peers_.empty()) return;
     const auto gone = peers_.begin() + which % static_cast<std::ptrdiff_t>(peers_.size());
     (*gone)->leave(which > 127 ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
-    on_.net.weather_of((*gone)->id()) = {};
+    on_.net.link_of((*gone)->id()) = {};
     peers_.erase(gone);
   }
   void hear(harness::peer& p) {
@@ -253,7 +253,7 @@ class script_run {
     case 2: (void)talker_.start(R"({"service":"/pair","a":1,"b":2})", time_of(how >> 4), on_.now, to); break;
     case 3: {
       const std::string text = s.text();
-      (void)rowe::detail::start_letter(
+      (void)rowe::detail::start_call_to(
           *lanes_[0], to, text,
           rowe::detail::message_header(rowe::detail::entry::message, rowe::detail::ref_of(to), on_.now,
                                        rowe::detail::expiry_after(on_.now, time_of(how >> 4))));

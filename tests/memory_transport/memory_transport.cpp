@@ -84,7 +84,7 @@ connection_id memory_transport::open(service::side ours, std::string_view addres
 
 void memory_transport::arrive(connection_id id, std::span<const std::byte> bytes) {
   if (link* const on = find(id); on != nullptr && !on->ending) {
-    on->inbound.send(bytes, on->inbound.arrival(on->sky.to_us, now_));
+    on->inbound.send(bytes, on->inbound.arrival(on->conditions.to_us, now_));
   }
 }
 
@@ -104,7 +104,7 @@ void memory_transport::peer_closes(connection_id id, close_cause cause) {
   if (link* const on = find(id)) {
     on->ending = true;
     on->cause = cause;
-    on->ends = on->inbound.arrival(on->sky.to_us, now_);
+    on->ends = on->inbound.arrival(on->conditions.to_us, now_);
   }
 }
 
@@ -130,7 +130,7 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
     }
     if (on.state != phase::open) continue;
     deliver(on, id, sink);
-    if (on.refused && on.outbound.waiting() < on.sky.room_bytes) {
+    if (on.refused && on.outbound.waiting() < on.conditions.room_bytes) {
       on.refused = false;
       sink.on_writable(id);
     }
@@ -144,11 +144,11 @@ void memory_transport::poll(rt::time_point now, service::transport_sink& sink) n
 }
 
 void memory_transport::deliver(link& on, connection_id id, service::transport_sink& sink) {
-  std::size_t budget = on.sky.arrive_bytes_max;
+  std::size_t budget = on.conditions.arrive_bytes_max;
   while (budget > 0 && on.reading && !on.asked) {
     const std::span<const std::byte> there = on.inbound.arrived(now_);
-    const std::size_t bytes = std::min(
-        {budget, std::max<std::size_t>(on.sky.chunk_bytes_max, 1), there.size(), sink.wanted_bytes(id)});
+    const std::size_t bytes = std::min({budget, std::max<std::size_t>(on.conditions.chunk_bytes_max, 1),
+                                        there.size(), sink.wanted_bytes(id)});
     if (bytes == 0) break;
     buffer_.assign(bytes + service::transport_sink::tailroom_bytes, std::byte{0});
     std::memcpy(buffer_.data(), there.data(), bytes);
@@ -163,9 +163,9 @@ std::size_t memory_transport::write(connection_id id,
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
   const std::size_t waiting = on->outbound.waiting();
-  std::size_t room = on->sky.room_bytes > waiting ? on->sky.room_bytes - waiting : 0;
+  std::size_t room = on->conditions.room_bytes > waiting ? on->conditions.room_bytes - waiting : 0;
   std::size_t taken = 0;
-  const rt::time_point arrival = on->outbound.arrival(on->sky.to_peer, now_);
+  const rt::time_point arrival = on->outbound.arrival(on->conditions.to_peer, now_);
   for (const auto piece : pieces) {
     const std::size_t bytes = std::min(room, piece.size());
     note("write", id, piece.first(bytes));
@@ -183,9 +183,9 @@ std::size_t memory_transport::write(connection_id id,
 std::size_t memory_transport::write_rest(connection_id id, std::span<const std::byte> rest) noexcept {
   link* const on = find(id);
   if (on == nullptr || on->asked || on->state != phase::open) return 0;
-  const std::size_t bytes = std::min(rest.size(), on->sky.rest_bytes_max);
+  const std::size_t bytes = std::min(rest.size(), on->conditions.rest_bytes_max);
   note("write_rest", id, rest.first(bytes));
-  on->outbound.send(rest.first(bytes), on->outbound.arrival(on->sky.to_peer, now_));
+  on->outbound.send(rest.first(bytes), on->outbound.arrival(on->conditions.to_peer, now_));
   return bytes;
 }
 
@@ -216,7 +216,7 @@ void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {
 void memory_transport::note(std::string_view call, connection_id id,
                             std::span<const std::byte> bytes) noexcept {
   const auto mix = [this](std::uint64_t value) { trace_ = (trace_ ^ value) * 1099511628211U; };
-  for (const char letter : call) mix(static_cast<unsigned char>(letter));
+  for (const char each : call) mix(static_cast<unsigned char>(each));
   mix(id.index);
   mix(id.generation);
   for (const std::byte one : bytes) mix(std::to_integer<std::uint64_t>(one));

@@ -19,7 +19,7 @@ namespace rowe::net {
 class memory_transport : public service::transport {
  public:
   // What the network does to one connection.
-  struct weather {
+  struct link_conditions {
     std::size_t arrive_bytes_max = SIZE_MAX; // to our side in one poll()
     std::size_t chunk_bytes_max = 64 * 1024; // in one on_bytes()
     std::size_t room_bytes = 256 * 1024;     // what the way to the peer holds before write() is refused
@@ -49,7 +49,7 @@ class memory_transport : public service::transport {
   // The core has closed its side (the peer may still read what was sent).
   bool closed_by_us(service::connection_id id) const noexcept;
   bool near(service::connection_id id) const noexcept; // as the core said
-  weather& weather_of(service::connection_id id) noexcept { return links_[id.index].sky; }
+  link_conditions& link_of(service::connection_id id) noexcept { return links_[id.index].conditions; }
 
   // A hash of all that the core has asked of this transport so far: every byte, in its order.
   std::uint64_t trace() const noexcept { return trace_; }
@@ -110,7 +110,7 @@ class memory_transport : public service::transport {
     std::uint32_t generation = 0;
     service::side ours = service::side::server;
     std::string address, path, subprotocol;
-    weather sky;
+    link_conditions conditions;
     pipe inbound, outbound;
     bool refused = false; // write() took less than it was given
     bool reading = true;

@@ -21,7 +21,7 @@ namespace rowe::model {
 using detail::audience;
 using detail::pair_phase;
 using number_ring = rt::spsc_ring<std::uint32_t, atomics>;
-using numbers_home = rt::home_ring<atomics>;
+using number_free_ring = rt::home_ring<atomics>;
 
 // A path of a lane.
 struct path {
@@ -38,10 +38,10 @@ struct modelled_lane {
   rt::notification<atomics, futex> news;
   path to_service;
   path to_handle;
-  std::array<numbers_home::entry, 2> home_entries; // where the numbers come back to that went to the handle
-  numbers_home home_ring{home_entries, 2};
-  numbers_home::producer& home{*home_ring.take_producer()};
-  numbers_home::consumer& came_home{*home_ring.take_consumer()};
+  std::array<number_free_ring::entry, 2> free_entries; // for the slots that went to the handle
+  number_free_ring free_ring{free_entries, 2};
+  number_free_ring::producer& free_ring_in{*free_ring.take_producer()};
+  number_free_ring::consumer& free_ring_out{*free_ring.take_consumer()};
 };
 
 // ---- endpoint_state.cpp
@@ -92,9 +92,9 @@ inline std::optional<std::uint32_t> take_or_closed(modelled_lane& on) {
 
 // ---- lane_home.hpp
 
-inline bool all_home(modelled_lane& gone) {
+inline bool all_slots_released(modelled_lane& gone) {
   const std::uint64_t popped = gone.to_handle.in.popped();
-  return gone.came_home.given() == popped;
+  return gone.free_ring_out.given() == popped;
 }
 
 // ---- handle_registry.cpp
@@ -122,11 +122,11 @@ bool turn_lane(modelled_lane& lane, const status& answer, Take take) {
   case pair_phase::closing:
     take_all();
     lane.audience.set(audience::nobody);
-    if (all_home(lane)) break;
+    if (all_slots_released(lane)) break;
     lane.lifecycle.hold(lane.news);
     return false;
   case pair_phase::held:
-    if (!all_home(lane)) return false;
+    if (!all_slots_released(lane)) return false;
     break;
   }
   lane.lifecycle.release(lane.news);

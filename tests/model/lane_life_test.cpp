@@ -127,7 +127,7 @@ struct outlived_by_a_view {
               [this] {
                 require(open_lane(lane, service, 1).has_value(), "the first lane is free");
                 // For the service thread:
-                const auto sent = lane.came_home.try_take();
+                const auto sent = lane.free_ring_out.try_take();
                 require(sent && lane.to_handle.in.try_push(*sent), "there is a slot, and a place");
                 handed_over.signal();
                 if (open_lane(lane, service, 2)) close_lane(lane, service);
@@ -140,7 +140,7 @@ struct outlived_by_a_view {
                 require(slot.has_value(), "it has arrived");
                 close_lane(lane, service);
                 require(lane.built.load() == 1, "a view shows what it showed");
-                lane.home.give(*slot);
+                lane.free_ring_in.give(*slot);
                 end(1);
               }},
              {"service", [this] {
@@ -282,7 +282,7 @@ TEST(lane_life, has_the_accesses_that_the_sources_have) {
   const std::string audiences = "src/service/audiences.cpp", handles = "src/service/topic_handles.cpp",
                     loop = "src/service/service_loop.cpp", home = "src/service/lane_home.hpp";
   const source_access expected[] = {
-      {home, "path.home->given()+aside==popped", 1},
+      {home, "path.free_ring->given()+aside==popped", 1},
       {audiences,
        "if(!views_[i].attached||views_[i].topic!=index||detail::subscribes(lanes_[i].kind))continue;", 1},
       {audiences, "lanes_[i].kind", 1},

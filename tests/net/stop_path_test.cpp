@@ -21,13 +21,13 @@ raw_socket on_stop_path(driver& drive, socket_transport& transport) {
 std::size_t answered(driver& drive) { return drive.sink().pages.size() + drive.sink().refusals.size(); }
 bool is_in(const raw_socket& client) { return client.text.starts_with("HTTP/1.1 101"); }
 
-// As the core does: those that may lose their place get a farewell.
+// As the core does: a displaced peer is sent a last message.
 struct displacing {
   explicit displacing(driver& drive, socket_transport& transport) {
     drive.sink().may_displace_which = [this](connection_id id) { return id.index != kept; };
     drive.sink().when_displaced = [this, &transport](connection_id id) {
       displaced.push_back(id.index);
-      (void)write(transport, id, "farewell"); // not taken where it was closed before
+      (void)write(transport, id, "displaced"); // not taken where it was closed before
       transport.close(id, close_how::flushed);
     };
   }
@@ -88,7 +88,7 @@ TEST(stop_path, gives_the_oldest_place_on_it_to_the_next_one_with_words) {
   EXPECT_EQ(rule.displaced, (std::vector<std::uint32_t>{2}));
   ASSERT_TRUE(drive.until([&] { return first.ended(); }));
   EXPECT_FALSE(first.failed);
-  EXPECT_NE(first.text.find("farewell"), std::string::npos);
+  EXPECT_NE(first.text.find("displaced"), std::string::npos);
   ASSERT_EQ(drive.sink().closes.size(), 1U);
   EXPECT_EQ(drive.sink().closes[0].id.index, 2U);
 }

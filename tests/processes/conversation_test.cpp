@@ -88,13 +88,13 @@ TEST_P(conversation, sends_messages_in_both_directions_and_in_order) {
     }
     for (int i = first; i < first + 20; ++i) {
       const std::string text{message("echo", i).text()};
-      EXPECT_EQ(there().line("letter ", static_cast<std::size_t>(i) + 1), "letter " + text);
+      EXPECT_EQ(there().line("message ", static_cast<std::size_t>(i) + 1), "message " + text);
       const auto back = mail.receive(timeout);
       ASSERT_TRUE(back) << back.error().name();
       EXPECT_EQ(back->value(), text);
     }
   }
-  EXPECT_EQ(there().told("letter ").size(), 100U);
+  EXPECT_EQ(there().told("message ").size(), 100U);
 }
 
 TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {

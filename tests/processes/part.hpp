@@ -7,7 +7,7 @@
 //   answers all other calls with {"process"};
 //   calls /base/add when a plain message has the member "ask", and sends others with "echo" back;
 //
-// and tells of each thing that comes to it in a line: "order TEXT", "letter TEXT", "call TEXT", "mute TEXT",
+// and tells of each thing that comes to it in a line: "order TEXT", "message TEXT", "call TEXT", "mute TEXT",
 // "sum NUMBER", "failed ERROR".
 #pragma once
 #include <unistd.h>
@@ -84,7 +84,7 @@ class actor {
   }
 
   void take(const rowe::message_view& came, rowe::time_point now) {
-    tell_(came.wants_reply() ? "call" : "letter", came.value());
+    tell_(came.wants_reply() ? "call" : "message", came.value());
     if (came.wants_reply()) {
       (void)mail_.try_reply(came, rowe::message("process", ::getpid()), now);
     } else if (has(came.value(), R"("ask")")) {

@@ -81,10 +81,10 @@ TEST_F(restarted_server, gets_the_messages_that_waited_but_for_those_that_are_ou
   start();
   ASSERT_TRUE(mail.send(R"({"n":3})", rowe::rt::for_ever));
   for (int i = 1; i <= 3; ++i) {
-    EXPECT_EQ(there().line("letter ", static_cast<std::size_t>(i)),
-              "letter " + std::string{message("n", i).text()});
+    EXPECT_EQ(there().line("message ", static_cast<std::size_t>(i)),
+              "message " + std::string{message("n", i).text()});
   }
-  EXPECT_EQ(there().told("letter ").size(), 3U);
+  EXPECT_EQ(there().told("message ").size(), 3U);
 }
 
 TEST_F(restarted_server, gets_the_calls_that_wait_for_it_and_none_that_gave_up) {
@@ -116,7 +116,7 @@ TEST_F(restarted_server, is_another_connection) {
   EXPECT_EQ(mail.send(R"({"to":"the dead"})", rowe::rt::for_ever, before).code(), errc::peer_lost);
   EXPECT_EQ(mail.invoke(message("service", "/something"), timeout, before).code(), errc::peer_lost);
   ASSERT_TRUE(mail.send(R"({"to":"the second"})", rowe::rt::for_ever));
-  EXPECT_EQ(there().line("letter "), R"(letter {"to":"the second"})");
+  EXPECT_EQ(there().line("message "), R"(message {"to":"the second"})");
 }
 
 TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
@@ -129,7 +129,7 @@ TEST(restarted_client, provides_its_services_and_gets_its_messages_again) {
     ASSERT_TRUE(mail.try_send(R"({"stale":true})", 0ns, clock_now()));
     ASSERT_TRUE(mail.try_send(message("echo", round), rowe::rt::for_ever, clock_now())); // nobody is there
     process_side there{"connect", url_of(here.port())};
-    EXPECT_EQ(there.line("letter "), "letter " + std::string{message("echo", round).text()});
+    EXPECT_EQ(there.line("message "), "message " + std::string{message("echo", round).text()});
     const auto back = mail.receive(timeout);
     ASSERT_TRUE(back) << back.error().name();
     EXPECT_EQ(back->value(), message("echo", round).text());

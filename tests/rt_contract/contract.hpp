@@ -106,7 +106,7 @@ class real_time {
   }
 
   // What a lane rings, and its counter of what was handed over by it. Null but under idle::wake.
-  rt::wake_bell<>* bell_for(const rt::counter& handed_over) {
+  rt::wake_bell<>* waker_for(const rt::counter& handed_over) {
     if (!bell_) return nullptr;
     handed_over_.push_back(&handed_over);
     return &*bell_;

@@ -82,7 +82,7 @@ void publish_beside(real_time& rt, keep kept, bool to_a_changing_audience) {
 // What the service thread does with a value that arrived.
 void decode(detail::lane& on, double stamp) {
   const odometry value{stamp, stamp, stamp, stamp, stamp};
-  const detail::filling_end& path = on.service.in;
+  const detail::producer_end& path = on.service.in;
   if (path.newest == nullptr) return fill(path, {}, &value, sizeof value);
   const std::uint32_t slot = path.newest->begin_write();
   *path.slots.header(slot) = {};

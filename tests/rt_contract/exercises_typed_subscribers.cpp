@@ -21,7 +21,7 @@ subscribing subscriber_in(real_time& rt, keep kept = keep::all) {
 // What the service thread does with a value that arrived.
 void decode(detail::lane& on) {
   constexpr odometry value{1, 2, 3, 4, 5};
-  const detail::filling_end& path = on.service.in;
+  const detail::producer_end& path = on.service.in;
   if (path.newest == nullptr) return fill(path, {}, &value, sizeof value);
   const std::uint32_t slot = path.newest->begin_write();
   *path.slots.header(slot) = {};

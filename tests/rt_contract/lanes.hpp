@@ -46,7 +46,7 @@ inline detail::lane& lane_for(real_time& rt, const detail::lane_request& asked,
   generations[1].store(5, std::memory_order_relaxed); // relaxed: one thread here
   made.memory = rt.array<std::byte>(detail::lane_bytes(asked));
   detail::build_lane(made, asked, generations);
-  made.bell = rt.bell_for(made.published);
+  made.waker = rt.waker_for(made.published);
   set_audience(made, heard_by);
   return made;
 }
@@ -56,9 +56,9 @@ inline detail::lane_handle handle_of(detail::lane& on) { return {nullptr, on}; }
 inline void close(detail::lane& on) { on.audience.close(); }
 
 // What the service thread puts into a path; nothing when no slot is free.
-inline void fill(const detail::filling_end& path, detail::value_header header, const void* value,
+inline void fill(const detail::producer_end& path, detail::value_header header, const void* value,
                  std::size_t bytes) {
-  const auto slot = path.home->try_take();
+  const auto slot = path.free_ring->try_take();
   if (!slot) return;
   header.bytes = static_cast<std::uint32_t>(bytes);
   *path.slots.header(*slot) = header;
@@ -90,7 +90,7 @@ inline void serve(detail::lane& on, const status& outcome = {}) {
   on.service.out.out->drain(
       [&](std::uint32_t slot) {
         detail::value_header header = *on.service.out.slots.header(slot);
-        on.service.out.home->give(slot);
+        on.service.out.free_ring->give(slot);
         if (header.own.generation == 0) return;
         header.what = detail::entry::end;
         header.failed = !outcome;

@@ -18,7 +18,7 @@ inline constexpr auto rowe::schema<addends> = rowe::fields<&addends::a, &addends
 template <>
 inline constexpr auto rowe::schema<sum> = rowe::fields<&sum::sum>{};
 
-namespace core_calling_test {
+namespace core_calls_test {
 namespace {
 
 using namespace harness;
@@ -76,8 +76,8 @@ std::string member(const std::string& text, const std::string& name) {
   return text.substr(from, text.find('"', from) - from);
 }
 
-struct calling : core_test {
-  calling() : core_test{room_for_calls()} {}
+struct core_calls : core_test {
+  core_calls() : core_test{room_for_calls()} {}
   static rowe::endpoint_options room_for_calls() {
     auto options = small_options();
     options.limits.calls_max = 24; // one peer may have four
@@ -92,7 +92,7 @@ struct calling : core_test {
 
 // ---- peers ask, this process answers
 
-TEST_F(calling, answers_a_call_of_rosbridge) {
+TEST_F(core_calls, answers_a_call_of_rosbridge) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"call_service:/add:1","service":"\/add","args":{"a":38,"b":4}})");
@@ -105,7 +105,7 @@ TEST_F(calling, answers_a_call_of_rosbridge) {
   EXPECT_EQ(on.count(counter::calls_in), 1U);
 }
 
-TEST_F(calling, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
+TEST_F(core_calls, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
   auto add = handle_on<add_responder>(on, serve_add("add-two-numbers"));
   peer program{on};
   for (const std::string id : {R"("x\u0041")", "17", "-3"}) {
@@ -118,7 +118,7 @@ TEST_F(calling, answers_a_bare_invocation_and_echoes_its_id_as_it_stood_there) {
 }
 
 // Between two cycles, as the loop of a thread does that never sleeps.
-TEST_F(calling, awaits_the_answer_of_a_handle_that_was_given_a_call_and_writes_it) {
+TEST_F(core_calls, awaits_the_answer_of_a_handle_that_was_given_a_call_and_writes_it) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   on.cycle();
@@ -135,7 +135,7 @@ TEST_F(calling, awaits_the_answer_of_a_handle_that_was_given_a_call_and_writes_i
   EXPECT_FALSE(on.core.awaits_answer());
 }
 
-TEST_F(calling, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_call) {
+TEST_F(core_calls, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_call) {
   auto& lane = on.offer(serve_add());
   on.cycle();
   peer page{on};
@@ -149,7 +149,7 @@ TEST_F(calling, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_cal
   EXPECT_FALSE(on.core.has_answer());
 }
 
-TEST_F(calling, finds_a_service_with_and_without_its_slash) {
+TEST_F(core_calls, finds_a_service_with_and_without_its_slash) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","service":"add","args":{"a":1,"b":1}})");
@@ -160,7 +160,7 @@ TEST_F(calling, finds_a_service_with_and_without_its_slash) {
             texts{R"({"op":"service_response","service":"add","result":true,"values":{"sum":2}})"});
 }
 
-TEST_F(calling, refuses_arguments_that_are_not_what_the_service_reads) {
+TEST_F(core_calls, refuses_arguments_that_are_not_what_the_service_reads) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":1,"service":"/add","args":{"a":"38","b":4}})");
@@ -179,7 +179,7 @@ TEST_F(calling, refuses_arguments_that_are_not_what_the_service_reads) {
   EXPECT_EQ(on.count(counter::undecodable), 3U);
 }
 
-TEST_F(calling, refuses_at_once_what_nobody_provides) {
+TEST_F(core_calls, refuses_at_once_what_nobody_provides) {
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/nope"})");
   page.say(R"({"service":"nope","message_id":2})");
@@ -191,7 +191,7 @@ TEST_F(calling, refuses_at_once_what_nobody_provides) {
   EXPECT_EQ(on.count(counter::calls_refused), 2U);
 }
 
-TEST_F(calling, passes_a_refusal_on_with_its_sentence) {
+TEST_F(core_calls, passes_a_refusal_on_with_its_sentence) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
@@ -204,7 +204,7 @@ TEST_F(calling, passes_a_refusal_on_with_its_sentence) {
                                R"("values":"the arm is out of reach"})"});
 }
 
-TEST_F(calling, refuses_for_a_responder_that_forgets_a_request) {
+TEST_F(core_calls, refuses_for_a_responder_that_forgets_a_request) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
@@ -216,7 +216,7 @@ TEST_F(calling, refuses_for_a_responder_that_forgets_a_request) {
   EXPECT_NE(heard[0].find(R"("result":false)"), std::string::npos) << heard[0];
 }
 
-TEST_F(calling, says_that_a_service_is_busy_when_its_places_are_taken) {
+TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
   on.cycle();
   auto add = handle_on<add_responder>(on, serve_add());
   peer one{on}, two{on};
@@ -235,7 +235,7 @@ TEST_F(calling, says_that_a_service_is_busy_when_its_places_are_taken) {
   EXPECT_EQ(one.hear().size(), 4U);
 }
 
-TEST_F(calling, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
+TEST_F(core_calls, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
   auto lane = open_lane(on);
   peer program{on};
   program.say(R"({"service":"slow","message_id":0})");
@@ -256,7 +256,7 @@ TEST_F(calling, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
   EXPECT_EQ(program.hear().size(), 4U);
 }
 
-TEST_F(calling, tells_a_responder_that_the_one_who_asked_is_gone) {
+TEST_F(core_calls, tells_a_responder_that_the_one_who_asked_is_gone) {
   auto add = handle_on<add_responder>(on, serve_add());
   auto page = std::make_unique<peer>(on);
   page->say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
@@ -272,7 +272,7 @@ TEST_F(calling, tells_a_responder_that_the_one_who_asked_is_gone) {
   EXPECT_EQ(next.hear(), texts{});
 }
 
-TEST_F(calling, tells_an_asker_that_its_time_is_over_and_does_not_answer_twice) {
+TEST_F(core_calls, tells_an_asker_that_its_time_is_over_and_does_not_answer_twice) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1},"timeout":0.05})");
@@ -287,7 +287,7 @@ TEST_F(calling, tells_an_asker_that_its_time_is_over_and_does_not_answer_twice) 
   EXPECT_EQ(on.count(counter::calls_timed_out), 1U);
 }
 
-TEST_F(calling, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) {
+TEST_F(core_calls, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) {
   auto lane = open_lane(on);
   peer page{on}, program{on};
   page.say(R"({"op":"call_service","id":"c","service":"/add","args":{"a":38,"b":4}})");
@@ -307,7 +307,7 @@ TEST_F(calling, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) 
   EXPECT_EQ(program.hear(), texts{R"({"result":7,"in_reply_to":"p"})"});
 }
 
-TEST_F(calling, gives_a_lane_what_came_before_anybody_received) {
+TEST_F(core_calls, gives_a_lane_what_came_before_anybody_received) {
   peer program{on};
   program.say(R"({"early":1})");
   on.cycle();
@@ -318,7 +318,7 @@ TEST_F(calling, gives_a_lane_what_came_before_anybody_received) {
   EXPECT_EQ(lane.try_receive(on.now).code(), errc::empty);
 }
 
-TEST_F(calling, takes_only_one_answer_to_a_call) {
+TEST_F(core_calls, takes_only_one_answer_to_a_call) {
   auto lane = open_lane(on);
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
@@ -370,7 +370,7 @@ TEST_F(replying, hears_that_it_was_sent) {
   EXPECT_EQ(program.hear(), texts{R"({"done":true,"in_reply_to":1})"});
 }
 
-TEST_F(replying, hears_that_the_one_who_asked_is_saying_goodbye) {
+TEST_F(replying, hears_that_the_caller_is_closing) {
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
   on.cycle();
@@ -385,11 +385,11 @@ TEST_F(replying, hears_that_its_time_to_live_is_over) {
   for (const rowe::duration ttl : {50ms, 0ms}) {
     program.say(R"({"service":"x","message_id":1})");
     on.cycle();
-    on.net.weather_of(program.id()).room_bytes = 0;
+    on.net.link_of(program.id()).room_bytes = 0;
     const auto slot = reply(next_call(), R"({"done":true})", ttl);
     on.cycles(ttl == 0ms ? 2 : 60);
     EXPECT_EQ(outcome(slot), "expired");
-    on.net.weather_of(program.id()).room_bytes = 4096;
+    on.net.link_of(program.id()).room_bytes = 4096;
     program.hear();
     on.cycles(3);
     EXPECT_EQ(program.hear(), texts{});
@@ -414,14 +414,14 @@ TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
   on.cycle();
-  on.net.weather_of(program.id()).room_bytes = 0;
+  on.net.link_of(program.id()).room_bytes = 0;
   for (int i = 0; i < 70; ++i) program.say(R"({"op":"nonsense"})"); // each is answered, and 64 answers wait
   on.cycle();
   const auto call = next_call();
   auto slot = reply(call, R"({"done":true})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "full");
-  on.net.weather_of(program.id()).room_bytes = 64 * 1024;
+  on.net.link_of(program.id()).room_bytes = 64 * 1024;
   for (int i = 0; i < 3; ++i) { // more than may be on its way to it at once
     on.cycle();
     program.hear();
@@ -434,7 +434,7 @@ TEST_F(replying, hears_that_there_was_no_room_and_may_try_again) {
 
 // ---- this process asks, peers answer
 
-TEST_F(calling, asks_the_peer_that_advertised_a_service) {
+TEST_F(core_calls, asks_the_peer_that_advertised_a_service) {
   auto add = handle_on<add_caller>(on, call_add());
   peer page{on};
   page.say(R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
@@ -457,7 +457,7 @@ TEST_F(calling, asks_the_peer_that_advertised_a_service) {
   EXPECT_EQ(add.try_finish().code(), errc::empty);
 }
 
-TEST_F(calling, keeps_several_calls_apart) {
+TEST_F(core_calls, keeps_several_calls_apart) {
   auto lane = open_lane(on);
   peer program{on};
   program.say("{}");
@@ -481,7 +481,7 @@ TEST_F(calling, keeps_several_calls_apart) {
   EXPECT_EQ(lane.try_receive(on.now)->value(), R"({"unrelated":1})");
 }
 
-TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
+TEST_F(core_calls, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   auto add = handle_on<add_caller>(on, call_add());
   auto lane = open_lane(on);
   EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
@@ -523,7 +523,7 @@ TEST_F(calling, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service) << "it went with its provider";
 }
 
-TEST_F(calling, drops_replies_that_come_on_another_connection_or_mean_no_call) {
+TEST_F(core_calls, drops_replies_that_come_on_another_connection_or_mean_no_call) {
   auto lane = open_lane(on);
   peer program{on}, stranger{on};
   program.say("{}");
@@ -543,7 +543,7 @@ TEST_F(calling, drops_replies_that_come_on_another_connection_or_mean_no_call) {
   EXPECT_TRUE(lane.try_finish());
 }
 
-TEST_F(calling, reads_a_bare_refusal) {
+TEST_F(core_calls, reads_a_bare_refusal) {
   auto lane = open_lane(on);
   peer program{on};
   program.say("{}");
@@ -564,7 +564,7 @@ TEST_F(calling, reads_a_bare_refusal) {
   EXPECT_EQ(lane.refusal(), "later");
 }
 
-TEST_F(calling, lets_a_call_wait_for_a_peer) {
+TEST_F(core_calls, lets_a_call_wait_for_a_peer) {
   auto lane = open_lane(on);
   ASSERT_TRUE(lane.start(R"({"service":"a"})", 5s, on.now));
   on.cycles(100);
@@ -576,7 +576,7 @@ TEST_F(calling, lets_a_call_wait_for_a_peer) {
   EXPECT_EQ(one.size() + second.hear().size(), 1U) << "a call has one provider";
 }
 
-TEST_F(calling, drops_the_request_of_a_call_whose_time_is_over_before_it_was_sent) {
+TEST_F(core_calls, drops_the_request_of_a_call_whose_time_is_over_before_it_was_sent) {
   auto lane = open_lane(on);
   ASSERT_TRUE(lane.start(R"({"service":"a"})", 50ms, on.now));
   on.cycles(60);
@@ -588,7 +588,7 @@ TEST_F(calling, drops_the_request_of_a_call_whose_time_is_over_before_it_was_sen
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-TEST_F(calling, ends_a_call_that_is_no_object_or_uses_our_names) {
+TEST_F(core_calls, ends_a_call_that_is_no_object_or_uses_our_names) {
   auto lane = open_lane(on);
   for (const auto& [text, why] : {std::pair{"[]", errc::not_an_object}, std::pair{"{", errc::malformed},
                                   std::pair{R"({"message_id":1})", errc::reserved_member}}) {
@@ -600,7 +600,7 @@ TEST_F(calling, ends_a_call_that_is_no_object_or_uses_our_names) {
   }
 }
 
-TEST_F(calling, drops_the_end_of_a_cancelled_call) {
+TEST_F(core_calls, drops_the_end_of_a_cancelled_call) {
   auto lane = open_lane(on);
   peer program{on};
   program.say("{}");
@@ -619,7 +619,7 @@ TEST_F(calling, drops_the_end_of_a_cancelled_call) {
 
 // ---- within this process, through the hub, of the endpoint itself
 
-TEST_F(calling, reaches_a_service_of_its_own_process) {
+TEST_F(core_calls, reaches_a_service_of_its_own_process) {
   auto serves = handle_on<add_responder>(on, serve_add());
   auto calls = handle_on<add_caller>(on, call_add());
   ASSERT_TRUE(calls.start({20, 22}, 1s, on.now));
@@ -632,17 +632,17 @@ TEST_F(calling, reaches_a_service_of_its_own_process) {
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-struct calling_hub : testing::Test {
+struct core_calls_hub : testing::Test {
   static rowe::endpoint_options hub() {
     auto options = small_options();
     options.relay = true;
     return options;
   }
-  ~calling_hub() override { EXPECT_TRUE(on.core.check()); }
+  ~core_calls_hub() override { EXPECT_TRUE(on.core.check()); }
   core_harness on{hub()};
 };
 
-TEST_F(calling_hub, passes_calls_between_its_peers_in_either_dialect) {
+TEST_F(core_calls_hub, passes_calls_between_its_peers_by_either_codec) {
   peer provider{on}, page{on}, program{on};
   provider.say(R"({"op":"advertise_service","service":"/add","type":"test/Add"})");
   on.cycle();
@@ -663,7 +663,7 @@ TEST_F(calling_hub, passes_calls_between_its_peers_in_either_dialect) {
   EXPECT_EQ(program.hear(), texts{R"({"sum":7,"in_reply_to":9})"});
 }
 
-TEST_F(calling_hub, gives_no_reply_two_ids) {
+TEST_F(core_calls_hub, gives_no_reply_two_ids) {
   peer provider{on}, program{on};
   provider.say(R"({"op":"advertise_service","service":"/odd"})");
   on.cycle();
@@ -676,7 +676,7 @@ TEST_F(calling_hub, gives_no_reply_two_ids) {
   EXPECT_EQ(program.hear(), texts{R"({"result":{"in_reply_to":8},"in_reply_to":9})"});
 }
 
-TEST_F(calling_hub, tells_the_asker_that_the_provider_is_gone) {
+TEST_F(core_calls_hub, tells_the_asker_that_the_provider_is_gone) {
   peer provider{on}, page{on};
   provider.say(R"({"op":"advertise_service","service":"/add"})");
   on.cycle();
@@ -688,7 +688,7 @@ TEST_F(calling_hub, tells_the_asker_that_the_provider_is_gone) {
                                R"("values":"the peer went away"})"});
 }
 
-TEST_F(calling_hub, has_one_provider_for_a_service) {
+TEST_F(core_calls_hub, has_one_provider_for_a_service) {
   peer first{on}, second{on};
   first.say(R"({"op":"advertise_service","service":"/add"})");
   on.cycle();
@@ -704,7 +704,7 @@ TEST_F(calling_hub, has_one_provider_for_a_service) {
   EXPECT_EQ(second.hear(), texts{});
 }
 
-TEST_F(calling, does_not_pass_calls_on_unless_it_is_a_hub) {
+TEST_F(core_calls, does_not_pass_calls_on_unless_it_is_a_hub) {
   peer provider{on}, page{on};
   provider.say(R"({"op":"advertise_service","service":"/add"})");
   on.cycle();
@@ -714,7 +714,7 @@ TEST_F(calling, does_not_pass_calls_on_unless_it_is_a_hub) {
   EXPECT_EQ(page.hear().size(), 1U);
 }
 
-TEST_F(calling, reports_itself) {
+TEST_F(core_calls, reports_itself) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/rowe/stats"})");
@@ -734,7 +734,7 @@ TEST_F(calling, reports_itself) {
   EXPECT_NE(heard[4].find(R"("type":"")"), std::string::npos) << heard[4];
 }
 
-TEST_F(calling, tells_who_publishes_a_topic) {
+TEST_F(core_calls, tells_who_publishes_a_topic) {
   on.offer(lane_kind::publish_text, "/odom", 100);
   on.offer(lane_kind::subscribe_text, "/heard", 100);
   peer page{on};
@@ -762,12 +762,12 @@ TEST_F(calling, tells_who_publishes_a_topic) {
 
 // ---- as a client
 
-struct calling_client : testing::Test {
-  ~calling_client() override { EXPECT_TRUE(on.core.check()); }
+struct core_calls_client : testing::Test {
+  ~core_calls_client() override { EXPECT_TRUE(on.core.check()); }
   core_harness on{small_options(), rowe::service::side::client};
 };
 
-TEST_F(calling_client, asks_its_server_by_rosbridge_and_waits_for_it) {
+TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {
   auto add = handle_on<add_caller>(on, call_add());
   ASSERT_TRUE(add.start({38, 4}, 5s, on.now));
   on.cycles(10);
@@ -785,7 +785,7 @@ TEST_F(calling_client, asks_its_server_by_rosbridge_and_waits_for_it) {
 }
 
 // rosbridge has no code for it, only a sentence; whatever else ends likewise is the provider's own.
-TEST_F(calling_client, knows_a_service_that_its_server_has_not_from_one_that_refuses) {
+TEST_F(core_calls_client, knows_a_service_that_its_server_has_not_from_one_that_refuses) {
   auto add = handle_on<add_caller>(on, call_add());
   peer server{on, rowe::service::side::client};
   on.cycle();
@@ -806,7 +806,7 @@ TEST_F(calling_client, knows_a_service_that_its_server_has_not_from_one_that_ref
   }
 }
 
-TEST_F(calling_client, names_the_longest_service_that_nobody_provides) {
+TEST_F(core_calls_client, names_the_longest_service_that_nobody_provides) {
   rowe::endpoint_options options = small_options();
   options.limits.topic_bytes_max = 255;
   core_harness hub{options};
@@ -827,7 +827,7 @@ TEST_F(calling_client, names_the_longest_service_that_nobody_provides) {
   EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service);
 }
 
-TEST_F(calling_client, names_the_member_of_a_reply_that_it_cannot_read) {
+TEST_F(core_calls_client, names_the_member_of_a_reply_that_it_cannot_read) {
   auto add = handle_on<add_caller>(on, call_add());
   peer server{on, rowe::service::side::client};
   on.cycle();
@@ -847,7 +847,7 @@ TEST_F(calling_client, names_the_member_of_a_reply_that_it_cannot_read) {
   }
 }
 
-TEST_F(calling_client, offers_its_services_to_its_server_each_time_it_connects) {
+TEST_F(core_calls_client, offers_its_services_to_its_server_each_time_it_connects) {
   auto add = handle_on<add_responder>(on, serve_add());
   for (int i = 0; i < 2; ++i) {
     peer server{on, rowe::service::side::client};
@@ -866,7 +866,7 @@ TEST_F(calling_client, offers_its_services_to_its_server_each_time_it_connects) 
   }
 }
 
-TEST_F(calling_client, ends_calls_when_its_server_is_lost_and_never_sends_them_again) {
+TEST_F(core_calls_client, ends_calls_when_its_server_is_lost_and_never_sends_them_again) {
   auto lane = open_lane(on);
   peer server{on, rowe::service::side::client};
   on.cycle();
@@ -882,4 +882,4 @@ TEST_F(calling_client, ends_calls_when_its_server_is_lost_and_never_sends_them_a
 }
 
 } // namespace
-} // namespace core_calling_test
+} // namespace core_calls_test

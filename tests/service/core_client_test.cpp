@@ -47,7 +47,7 @@ TEST_F(core_client, reports_why_it_cannot_connect) {
   on.cycle();
   on.net.refuse("connection refused");
   on.cycle();
-  const auto what = on.board.try_event();
+  const auto what = on.shown.try_event();
   ASSERT_TRUE(what);
   EXPECT_EQ(what->what_kind, rowe::event::kind::cannot_connect);
   EXPECT_EQ(std::string_view{what->what}, "connection refused");
@@ -75,7 +75,7 @@ texts taken(rowe::detail::lane& inbox) {
       [&](std::uint32_t slot) {
         all.emplace_back(reinterpret_cast<const char*>(path.slots.value(slot)),
                          path.slots.header(slot)->bytes);
-        path.home->give(slot);
+        path.free_ring->give(slot);
       },
       SIZE_MAX);
   return all;
@@ -139,7 +139,7 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  on.net.weather_of(server.id()).room_bytes = 5;
+  on.net.link_of(server.id()).room_bytes = 5;
   publish(lane, "{\"n\":12345}");
   publish(lane, "{\"n\":67890}");
   texts heard;
@@ -171,7 +171,7 @@ TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  on.net.weather_of(server.id()).room_bytes = 0;
+  on.net.link_of(server.id()).room_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 200; ++i) {
     accepted += rowe::detail::publish_into(lane, 2, on.now, [](std::byte* slot) {
@@ -181,7 +181,7 @@ TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its
   }
   EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the lane's own
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
-  on.net.weather_of(server.id()).room_bytes = 1 << 20;
+  on.net.link_of(server.id()).room_bytes = 1 << 20;
   on.cycles(20);
   EXPECT_EQ(server.hear().size(), static_cast<std::size_t>(accepted));
 }
@@ -205,7 +205,7 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
   on.cycles(2);
   EXPECT_TRUE(server.hear().empty());
   bool shown = false;
-  while (const auto what = on.board.try_event()) {
+  while (const auto what = on.shown.try_event()) {
     shown = shown || what->what_kind == rowe::event::kind::status_from_peer;
   }
   EXPECT_TRUE(shown);
@@ -217,7 +217,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  on.net.weather_of(server.id()).room_bytes = 3;
+  on.net.link_of(server.id()).room_bytes = 3;
   publish(lane, "{\"n\":1}");
   on.cycle();
   server.leave(rowe::service::close_cause::reset);

@@ -139,7 +139,7 @@ TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.weather_of(p.id()).room_bytes = 10;
+  on.net.link_of(p.id()).room_bytes = 10;
   for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
   on.cycle();
   EXPECT_GT(on.core.slots_in_use(), 0U);
@@ -147,13 +147,13 @@ TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_
   on.cycles(2);
   EXPECT_EQ(on.core.slots_in_use(), 0U);
   EXPECT_EQ(on.count(counter::lost_with_peer), 5U);
-  EXPECT_EQ(on.board.peers(), 0U);
+  EXPECT_EQ(on.shown.peers(), 0U);
 }
 
 TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
   auto& lane = advertise_pose(on);
   peer p{on};
-  on.net.weather_of(p.id()).chunk_bytes_max = 1;
+  on.net.link_of(p.id()).chunk_bytes_max = 1;
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycles(60); // a byte in each
   EXPECT_TRUE(publish(on, lane, {1, 0}));
@@ -164,7 +164,7 @@ TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.weather_of(p.id()).room_bytes = 3;
+  on.net.link_of(p.id()).room_bytes = 3;
   texts heard;
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
   for (int i = 0; i < 200; ++i) {
@@ -174,7 +174,7 @@ TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
   EXPECT_EQ(heard, (texts{message(0), message(1), message(2)}));
 }
 
-TEST_F(core_test, tells_peers_goodbye_when_it_closes) {
+TEST_F(core_test, sends_peers_a_close_frame_when_it_closes) {
   peer p{on};
   on.cycle();
   on.core.close_all(on.now);

@@ -5,14 +5,14 @@
 #include "service/credit.hpp"
 
 namespace harness {
-namespace core_pinging_test {
+namespace core_credit_test {
 namespace {
 
 using rowe::service::credit;
 
-struct pinging : testing::Test {
-  explicit pinging(rowe::endpoint_options options = roomy()) : on{options} {}
-  ~pinging() override { EXPECT_TRUE(on.core.check()); }
+struct core_credit : testing::Test {
+  explicit core_credit(rowe::endpoint_options options = roomy()) : on{options} {}
+  ~core_credit() override { EXPECT_TRUE(on.core.check()); }
 
   static rowe::endpoint_options roomy() {
     auto options = small_options();
@@ -46,16 +46,16 @@ struct pinging : testing::Test {
   }
 };
 
-struct pinging_hop : pinging {
+struct core_credit_hop : core_credit {
   static rowe::endpoint_options hop() {
     auto options = roomy();
     options.profile = rowe::peer_profile::hop;
     return options;
   }
-  pinging_hop() : pinging{hop()} {}
+  core_credit_hop() : core_credit{hop()} {}
 };
 
-TEST_F(pinging, holds_back_telemetry_that_is_not_read_and_lets_an_urgent_message_overtake_it) {
+TEST_F(core_credit, holds_back_telemetry_that_is_not_read_and_lets_an_urgent_message_overtake_it) {
   peer& p = viewer();
   saturate();
   const std::size_t telemetry_in_flight = on.net.sent(p.id()).size();
@@ -73,14 +73,14 @@ TEST_F(pinging, holds_back_telemetry_that_is_not_read_and_lets_an_urgent_message
   EXPECT_FALSE(p.hear().empty());
 }
 
-TEST_F(pinging, needs_no_cycles_while_it_waits_for_a_pong) {
+TEST_F(core_credit, needs_no_cycles_while_it_waits_for_a_pong) {
   viewer();
   saturate();
   on.cycle();
   EXPECT_GT(on.next_wake, on.now);
 }
 
-TEST_F(pinging, loses_nothing_to_a_reader_that_is_slow_but_reads) {
+TEST_F(core_credit, loses_nothing_to_a_reader_that_is_slow_but_reads) {
   peer& p = viewer();
   saturate();
   std::size_t heard = 0;
@@ -92,7 +92,7 @@ TEST_F(pinging, loses_nothing_to_a_reader_that_is_slow_but_reads) {
   EXPECT_EQ(on.count(counter::messages_out), 100U);
 }
 
-TEST_F(pinging, counts_a_peer_that_answers_neither_of_two_pings_until_it_does) {
+TEST_F(core_credit, counts_a_peer_that_answers_neither_of_two_pings_until_it_does) {
   peer& p = viewer();
   saturate();
   on.cycle(500ms);
@@ -109,7 +109,7 @@ TEST_F(pinging, counts_a_peer_that_answers_neither_of_two_pings_until_it_does) {
   EXPECT_EQ(on.count(counter::slow_peers), 2U);
 }
 
-TEST_F(pinging, takes_no_foreign_pong_for_an_answer) {
+TEST_F(core_credit, takes_no_foreign_pong_for_an_answer) {
   peer& p = viewer();
   saturate();
   const std::size_t before = on.net.sent(p.id()).size();
@@ -120,7 +120,7 @@ TEST_F(pinging, takes_no_foreign_pong_for_an_answer) {
   EXPECT_EQ(on.net.sent(p.id()).size(), before);
 }
 
-TEST_F(pinging, tells_the_transport_who_is_near) {
+TEST_F(core_credit, tells_the_transport_who_is_near) {
   peer& p = viewer();
   saturate();
   (void)p.hear();
@@ -133,7 +133,7 @@ TEST_F(pinging, tells_the_transport_who_is_near) {
   EXPECT_FALSE(on.net.near(far.id()));
 }
 
-TEST_F(pinging, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it) {
+TEST_F(core_credit, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it) {
   auto& large = on.offer(rowe::detail::lane_kind::publish_text, "/telemetry", 8000, {.depth = 2});
   peer& p = viewer();
   for (int i = 0; i < 8; ++i) {
@@ -146,7 +146,7 @@ TEST_F(pinging, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it)
 }
 
 // Its kernel takes what we write, so no write is ever refused; and it is never silent.
-TEST_F(pinging, cuts_a_peer_that_talks_but_neither_reads_nor_answers) {
+TEST_F(core_credit, cuts_a_peer_that_talks_but_neither_reads_nor_answers) {
   peer& p = viewer();
   p.answers_pings = false;
   saturate();
@@ -164,7 +164,7 @@ TEST_F(pinging, cuts_a_peer_that_talks_but_neither_reads_nor_answers) {
   EXPECT_EQ(on.count(counter::silent_peers), 0U);
 }
 
-TEST_F(pinging, keeps_a_peer_that_answers_late_but_answers) {
+TEST_F(core_credit, keeps_a_peer_that_answers_late_but_answers) {
   peer& p = viewer();
   saturate();
   for (int i = 0; i < 10; ++i) {
@@ -178,7 +178,7 @@ TEST_F(pinging, keeps_a_peer_that_answers_late_but_answers) {
   }
 }
 
-TEST_F(pinging, puts_no_ping_into_a_short_exchange) {
+TEST_F(core_credit, puts_no_ping_into_a_short_exchange) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"no slash?","throttle_rate":"x"})");
   on.cycle();
@@ -188,7 +188,7 @@ TEST_F(pinging, puts_no_ping_into_a_short_exchange) {
   EXPECT_EQ(p.pings, 0);
 }
 
-TEST_F(pinging_hop, keeps_a_peer_that_talks_and_answers_no_pings) {
+TEST_F(core_credit_hop, keeps_a_peer_that_talks_and_answers_no_pings) {
   peer& p = viewer();
   p.answers_pings = false;
   saturate();
@@ -199,7 +199,7 @@ TEST_F(pinging_hop, keeps_a_peer_that_talks_and_answers_no_pings) {
   EXPECT_FALSE(p.cut());
 }
 
-TEST_F(pinging_hop, neither_pings_nor_bounds) {
+TEST_F(core_credit_hop, neither_pings_nor_bounds) {
   peer& p = viewer();
   saturate();
   EXPECT_EQ(p.hear().size(), 100U);
@@ -209,5 +209,5 @@ TEST_F(pinging_hop, neither_pings_nor_bounds) {
 }
 
 } // namespace
-} // namespace core_pinging_test
+} // namespace core_credit_test
 } // namespace harness

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain messages of the bare dialect through the core: how they find their peers, what their senders learn,
+// Plain messages of the bare codec through the core: how they find their peers, what their senders learn,
 // and who in this process receives.
 #include <rowe/lane.hpp>
 
 #include "core_fixtures.hpp"
 
-namespace core_talking_test {
+namespace core_direct_messages_test {
 namespace {
 
 using namespace harness;
@@ -19,8 +19,8 @@ rowe::endpoint_options with_many_slots() {
   return options;
 }
 
-struct talking : core_test {
-  talking() : core_test{with_many_slots()} {}
+struct plain_messages : core_test {
+  plain_messages() : core_test{with_many_slots()} {}
 
   // A message of a thread that waits for what becomes of it, or not.
   std::uint32_t send(std::string_view text, rowe::duration ttl = -1ns, bool waits = true,
@@ -54,7 +54,7 @@ struct talking : core_test {
   }
 };
 
-TEST_F(talking, gives_a_message_to_every_peer_that_has_spoken_bare) {
+TEST_F(plain_messages, gives_a_message_to_every_peer_that_has_spoken_bare) {
   peer bare{on}, other{on}, silent{on};
   on.cycle();
   bare.say(R"({"hello":1})");
@@ -68,12 +68,12 @@ TEST_F(talking, gives_a_message_to_every_peer_that_has_spoken_bare) {
   EXPECT_EQ(silent.hear(), texts{}) << "it has not spoken bare, so it is not sent bare unasked";
 }
 
-TEST_F(talking, says_that_a_message_is_sent_when_one_peer_has_it) {
+TEST_F(plain_messages, says_that_a_message_is_sent_when_one_peer_has_it) {
   peer reads{on}, stalled{on};
   reads.say("{}");
   stalled.say("{}");
   on.cycle();
-  on.net.weather_of(stalled.id()).room_bytes = 0;
+  on.net.link_of(stalled.id()).room_bytes = 0;
   const auto slot = send(R"({"a":1})");
   on.cycle();
   EXPECT_EQ(outcome(slot), "sent");
@@ -82,7 +82,7 @@ TEST_F(talking, says_that_a_message_is_sent_when_one_peer_has_it) {
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-TEST_F(talking, lets_a_message_wait_for_a_peer) {
+TEST_F(plain_messages, lets_a_message_wait_for_a_peer) {
   const auto slot = send(R"({"a":1})", 5s);
   on.cycles(1000, 1ms);
   EXPECT_EQ(outcome(slot), "waits");
@@ -93,7 +93,7 @@ TEST_F(talking, lets_a_message_wait_for_a_peer) {
   EXPECT_EQ(late.hear(), texts{R"({"a":1})"});
 }
 
-TEST_F(talking, drops_a_message_that_found_no_peer_in_its_time) {
+TEST_F(plain_messages, drops_a_message_that_found_no_peer_in_its_time) {
   const auto slot = send(R"({"a":1})", 5s);
   on.cycles(5002, 1ms);
   EXPECT_EQ(outcome(slot), "expired");
@@ -104,7 +104,7 @@ TEST_F(talking, drops_a_message_that_found_no_peer_in_its_time) {
   EXPECT_EQ(late.hear(), texts{});
 }
 
-TEST_F(talking, does_not_let_a_message_wait_whose_time_to_live_is_nothing) {
+TEST_F(plain_messages, does_not_let_a_message_wait_whose_time_to_live_is_nothing) {
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycle();
   EXPECT_EQ(outcome(slot), "expired");
@@ -117,28 +117,28 @@ TEST_F(talking, does_not_let_a_message_wait_whose_time_to_live_is_nothing) {
   EXPECT_EQ(there.hear(), texts{R"({"a":2})"});
 }
 
-TEST_F(talking, does_not_send_behind_a_blocked_socket_what_must_go_now) {
+TEST_F(plain_messages, does_not_send_behind_a_blocked_socket_what_must_go_now) {
   peer there{on};
   there.say("{}");
   on.cycle();
-  on.net.weather_of(there.id()).room_bytes = 0;
+  on.net.link_of(there.id()).room_bytes = 0;
   const auto slot = send(R"({"a":1})", 0ns);
   on.cycles(3);
   EXPECT_EQ(outcome(slot), "expired");
-  on.net.weather_of(there.id()).room_bytes = 4096;
+  on.net.link_of(there.id()).room_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(there.hear(), texts{});
 }
 
-TEST_F(talking, checks_the_time_when_it_writes) {
+TEST_F(plain_messages, checks_the_time_when_it_writes) {
   peer there{on};
   there.say("{}");
   on.cycle();
-  on.net.weather_of(there.id()).room_bytes = 0;
+  on.net.link_of(there.id()).room_bytes = 0;
   const auto dead = send(R"({"a":1})", 50ms);
   const auto alive = send(R"({"a":2})", 500ms);
   on.cycles(100);
-  on.net.weather_of(there.id()).room_bytes = 4096;
+  on.net.link_of(there.id()).room_bytes = 4096;
   there.hear(); // reads, so that there is room
   on.cycles(3);
   EXPECT_EQ(there.hear(), texts{R"({"a":2})"});
@@ -146,7 +146,7 @@ TEST_F(talking, checks_the_time_when_it_writes) {
   EXPECT_EQ(outcome(alive), "sent");
 }
 
-TEST_F(talking, keeps_the_order_of_one_sender) {
+TEST_F(plain_messages, keeps_the_order_of_one_sender) {
   peer there{on};
   there.say("{}");
   on.cycle();
@@ -155,11 +155,11 @@ TEST_F(talking, keeps_the_order_of_one_sender) {
   EXPECT_EQ(there.hear(), (texts{R"({"a":0})", R"({"a":1})", R"({"a":2})", R"({"a":3})"}));
 }
 
-TEST_F(talking, sends_to_the_next_peer_what_the_last_one_was_not_given) {
+TEST_F(plain_messages, sends_to_the_next_peer_what_the_last_one_was_not_given) {
   peer first{on};
   first.say("{}");
   on.cycle();
-  on.net.weather_of(first.id()).room_bytes = 5; // the message begins, and does not end
+  on.net.link_of(first.id()).room_bytes = 5; // the message begins, and does not end
   const auto slot = send(R"({"a":1})", 5s);
   on.cycle();
   first.leave(rowe::service::close_cause::reset);
@@ -172,7 +172,7 @@ TEST_F(talking, sends_to_the_next_peer_what_the_last_one_was_not_given) {
   EXPECT_EQ(second.hear(), texts{R"({"a":1})"});
 }
 
-TEST_F(talking, gives_more_waiting_messages_than_a_queue_holds_in_their_order) {
+TEST_F(plain_messages, gives_more_waiting_messages_than_a_queue_holds_in_their_order) {
   constexpr int count = 40; // the queue of a peer holds 16
   texts all;
   for (int i = 0; i < count; ++i) {
@@ -192,11 +192,11 @@ TEST_F(talking, gives_more_waiting_messages_than_a_queue_holds_in_their_order) {
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-TEST_F(talking, gives_what_one_peer_left_without_to_another_that_is_there) {
+TEST_F(plain_messages, gives_what_one_peer_left_without_to_another_that_is_there) {
   peer first{on};
   first.say("{}");
   on.cycle();
-  on.net.weather_of(first.id()).room_bytes = 0;
+  on.net.link_of(first.id()).room_bytes = 0;
   const auto slot = send(R"({"a":1})");
   on.cycle();
   peer second{on};
@@ -208,12 +208,12 @@ TEST_F(talking, gives_what_one_peer_left_without_to_another_that_is_there) {
   EXPECT_EQ(second.hear(), texts{R"({"a":1})"});
 }
 
-TEST_F(talking, keeps_a_message_where_it_is_while_no_peer_has_room) {
+TEST_F(plain_messages, keeps_a_message_where_it_is_while_no_peer_has_room) {
   peer one{on}, other{on};
   for (auto* p : {&one, &other}) {
     p->say("{}");
     on.cycle();
-    on.net.weather_of(p->id()).room_bytes = 0;
+    on.net.link_of(p->id()).room_bytes = 0;
   }
   texts all;
   for (int i = 0; i < 18; ++i) {
@@ -221,19 +221,19 @@ TEST_F(talking, keeps_a_message_where_it_is_while_no_peer_has_room) {
     send(all.back(), -1ns, false);
     on.cycle();
   }
-  for (auto* p : {&one, &other}) on.net.weather_of(p->id()).room_bytes = 4096;
+  for (auto* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(one.hear(), all);
   EXPECT_EQ(other.hear(), all);
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
-TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
+TEST_F(plain_messages, tells_a_sender_that_the_one_it_meant_is_gone) {
   peer one{on};
   one.say("{}");
   on.cycle();
   const rowe::detail::peer_ref to{one.id().index, one.id().generation};
-  on.net.weather_of(one.id()).room_bytes = 0;
+  on.net.link_of(one.id()).room_bytes = 0;
   const auto queued = send(R"({"a":1})", 5s, true, to);
   on.cycle();
   one.leave();
@@ -244,7 +244,7 @@ TEST_F(talking, tells_a_sender_that_the_one_it_meant_is_gone) {
   EXPECT_EQ(outcome(late), "peer_lost");
 }
 
-TEST_F(talking, leaves_slots_to_topics_however_many_messages_wait_for_a_peer) {
+TEST_F(plain_messages, leaves_slots_to_topics_however_many_messages_wait_for_a_peer) {
   for (int i = 0; i < 200; ++i) {
     // What finds the submission queue full is told so.
     (void)on.submissions.submit({.what = entry::message, .stamped = on.now}, R"({"a":1})");
@@ -259,7 +259,7 @@ TEST_F(talking, leaves_slots_to_topics_however_many_messages_wait_for_a_peer) {
   EXPECT_EQ(late.hear().size(), for_messages + on.options.limits.door_slots / 2);
 }
 
-TEST_F(talking, tells_whoever_waits_that_the_endpoint_is_closing) {
+TEST_F(plain_messages, tells_whoever_waits_that_the_endpoint_is_closing) {
   const auto waiting = send(R"({"a":1})", 5s);
   on.cycle();
   on.core.close_all(on.now);
@@ -267,11 +267,11 @@ TEST_F(talking, tells_whoever_waits_that_the_endpoint_is_closing) {
   EXPECT_EQ(on.count(counter::lost_at_close), 1U);
 }
 
-TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
+TEST_F(plain_messages, waits_in_its_lane_when_the_only_peer_does_not_read) {
   peer slow{on};
   slow.say("{}");
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).room_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {
     const auto slot = on.submissions.submit({.what = entry::message, .stamped = on.now}, R"({"a":1})");
@@ -284,12 +284,12 @@ TEST_F(talking, waits_in_its_lane_when_the_only_peer_does_not_read) {
 }
 
 // Fills the queue towards a peer that does not read, and leaves one more in the submission queue.
-struct held_up : talking {
-  held_up() {
+struct parked : plain_messages {
+  parked() {
     slow.say("{}");
     fine.say("{}");
     on.cycle();
-    on.net.weather_of(slow.id()).room_bytes = 0;
+    on.net.link_of(slow.id()).room_bytes = 0;
     for (std::uint32_t i = 0; i <= on.options.limits.queue_depth_max; ++i) {
       send(R"({"to":"slow"})", -1ns, false, to_slow);
       on.cycle();
@@ -301,7 +301,7 @@ struct held_up : talking {
   rowe::detail::peer_ref to_fine{fine.id().index, fine.id().generation};
 };
 
-TEST_F(held_up, does_not_keep_other_threads_from_other_peers) {
+TEST_F(parked, does_not_keep_other_threads_from_other_peers) {
   send(R"({"to":"fine"})", -1ns, false, to_fine);
   send(R"({"to":"all"})", -1ns, false);
   on.cycle();
@@ -309,7 +309,7 @@ TEST_F(held_up, does_not_keep_other_threads_from_other_peers) {
   EXPECT_EQ(on.submissions.incomplete(), 1U);
 }
 
-TEST_F(held_up, does_not_keep_calls_and_replies_from_their_way) {
+TEST_F(parked, does_not_keep_calls_and_replies_from_their_way) {
   while (received() != "empty") continue; // and from now on the shared inbox takes calls
   fine.say(R"({"service":"x","message_id":1})");
   on.cycle();
@@ -322,7 +322,7 @@ TEST_F(held_up, does_not_keep_calls_and_replies_from_their_way) {
   EXPECT_EQ(fine.hear(), texts{R"({"done":true,"in_reply_to":1})"});
 }
 
-TEST_F(held_up, tells_who_waits_behind_it_that_the_time_is_over) {
+TEST_F(parked, tells_who_waits_behind_it_that_the_time_is_over) {
   const auto slot = send(R"({"to":"slow"})", 20ms, true, to_slow);
   on.cycles(30);
   ASSERT_EQ(on.submissions.incomplete(), 1U) << "the second is over, the first goes on waiting";
@@ -331,17 +331,17 @@ TEST_F(held_up, tells_who_waits_behind_it_that_the_time_is_over) {
   on.submissions.release(slot);
 }
 
-TEST_F(held_up, keeps_the_order_towards_it) {
+TEST_F(parked, keeps_the_order_towards_it) {
   send(R"({"to":"slow","last":true})", -1ns, false, to_slow);
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 4096;
+  on.net.link_of(slow.id()).room_bytes = 4096;
   on.cycles(3);
   const auto heard = slow.hear();
   ASSERT_EQ(heard.size(), on.options.limits.queue_depth_max + 2);
   EXPECT_EQ(heard.back(), R"({"to":"slow","last":true})");
 }
 
-TEST_F(talking, refuses_texts_that_are_no_message) {
+TEST_F(plain_messages, refuses_texts_that_are_no_message) {
   for (const auto& [text, why] :
        {std::pair{"{", "malformed"}, std::pair{"[1]", "not_an_object"}, std::pair{"7", "not_an_object"},
         std::pair{R"({"op":"publish"})", "reserved_member"},
@@ -354,7 +354,7 @@ TEST_F(talking, refuses_texts_that_are_no_message) {
   EXPECT_EQ(on.count(counter::malformed), 6U);
 }
 
-TEST_F(talking, gives_what_peers_say_to_whoever_receives) {
+TEST_F(plain_messages, gives_what_peers_say_to_whoever_receives) {
   peer there{on};
   there.say(R"({"speed":1})");
   there.say(R"({"speed":2,"ttl_ms":5})");
@@ -368,14 +368,14 @@ TEST_F(talking, gives_what_peers_say_to_whoever_receives) {
   EXPECT_EQ(on.count(counter::inbound_expired), 1U);
 }
 
-TEST_F(talking, counts_messages_that_find_the_inbox_full) {
+TEST_F(plain_messages, counts_messages_that_find_the_inbox_full) {
   peer there{on};
   for (int i = 0; i < 10; ++i) there.say(R"({"speed":1})");
   on.cycle();
   EXPECT_EQ(on.count(counter::inbox_full), 10U - on.options.limits.door_slots);
 }
 
-TEST_F(talking, answers_what_is_no_json_in_the_dialect_that_was_spoken_last) {
+TEST_F(plain_messages, answers_what_is_no_json_by_the_codec_that_was_used_last) {
   peer there{on};
   there.say("{");
   on.cycle();
@@ -391,7 +391,7 @@ TEST_F(talking, answers_what_is_no_json_in_the_dialect_that_was_spoken_last) {
   EXPECT_EQ(on.count(counter::malformed), 2U);
 }
 
-TEST_F(talking, refuses_bare_texts_that_are_no_objects) {
+TEST_F(plain_messages, refuses_bare_texts_that_are_no_objects) {
   peer there{on};
   there.say("[1,2]");
   there.say(R"({"op":5})");
@@ -403,8 +403,8 @@ TEST_F(talking, refuses_bare_texts_that_are_no_objects) {
 }
 
 // The same in a lane, behind a message for the peer that does not read.
-struct held_up_lane : held_up {
-  held_up_lane() {
+struct parked_in_a_lane : parked {
+  parked_in_a_lane() {
     auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
                            .receives = true,
                            .out_depth = 4,
@@ -422,7 +422,7 @@ struct held_up_lane : held_up {
   rowe::lane talk;
 };
 
-TEST_F(held_up_lane, goes_on_with_other_peers_calls_and_replies) {
+TEST_F(parked_in_a_lane, goes_on_with_other_peers_calls_and_replies) {
   fine.say(R"({"service":"x","message_id":1})");
   on.cycle();
   const auto asked = talk.try_receive(on.now);
@@ -433,7 +433,7 @@ TEST_F(held_up_lane, goes_on_with_other_peers_calls_and_replies) {
   EXPECT_EQ(fine.hear(), (texts{R"({"done":true,"in_reply_to":1})", R"({"to":"fine"})"}));
 }
 
-TEST_F(held_up_lane, counts_what_waits_when_the_endpoint_closes) {
+TEST_F(parked_in_a_lane, counts_what_waits_when_the_endpoint_closes) {
   EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
   on.core.close_all(on.now);
   EXPECT_EQ(on.submissions.incomplete(), 0U);
@@ -444,7 +444,7 @@ TEST_F(held_up_lane, counts_what_waits_when_the_endpoint_closes) {
   EXPECT_EQ(on.count(counter::lost_at_close), 4U) << "nothing goes out any more";
 }
 
-TEST_F(held_up_lane, has_slots_for_others_when_half_of_them_wait_for_one_peer) {
+TEST_F(parked_in_a_lane, has_slots_for_others_when_half_of_them_wait_for_one_peer) {
   const rowe::connection to{to_slow.index, to_slow.generation};
   const rowe::connection other{to_fine.index, to_fine.generation};
   EXPECT_TRUE(talk.try_send(R"({"n":1})", 5ms, on.now, to));
@@ -462,7 +462,7 @@ TEST_F(held_up_lane, has_slots_for_others_when_half_of_them_wait_for_one_peer) {
   EXPECT_EQ(fine.hear().size(), 1U);
   EXPECT_EQ(on.count(counter::expired), 1U);
   EXPECT_EQ(talk.try_send("{}", -1ns, on.now, to).code(), errc::full) << "until nothing waits for it";
-  on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
+  on.net.link_of(slow.id()).room_bytes = 64 * 1024;
   on.cycles(4);
   EXPECT_TRUE(talk.wait_room(0ns, to));
   EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
@@ -472,20 +472,20 @@ TEST_F(held_up_lane, has_slots_for_others_when_half_of_them_wait_for_one_peer) {
   EXPECT_EQ(on.count(counter::full), 2U);
 }
 
-TEST_F(held_up_lane, ends_what_is_beyond_the_share_of_a_peer_that_does_not_read) {
+TEST_F(parked_in_a_lane, ends_what_is_beyond_the_share_of_a_peer_that_does_not_read) {
   const rowe::connection to{to_slow.index, to_slow.generation};
   EXPECT_TRUE(talk.try_send(R"({"n":1})", -1ns, on.now, to));
   EXPECT_TRUE(talk.try_send(R"({"n":2})", -1ns, on.now, to));
   on.cycle();
   EXPECT_EQ(on.count(counter::outbox_full), 1U) << "the one after half of the slots";
-  on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
+  on.net.link_of(slow.id()).room_bytes = 64 * 1024;
   on.cycles(4);
   const auto heard = slow.hear();
   EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":1})"), 1);
   EXPECT_EQ(std::count(heard.begin(), heard.end(), R"({"n":2})"), 0);
 }
 
-TEST_F(held_up_lane, forgets_the_share_of_a_peer_that_left) {
+TEST_F(parked_in_a_lane, forgets_the_share_of_a_peer_that_left) {
   EXPECT_TRUE(talk.try_send(R"({"n":1})", -1ns, on.now, {to_slow.index, to_slow.generation}));
   on.cycle();
   slow.leave(rowe::service::close_cause::reset);
@@ -500,7 +500,7 @@ TEST_F(held_up_lane, forgets_the_share_of_a_peer_that_left) {
   EXPECT_EQ(next.hear(), texts{R"({"n":2})"});
 }
 
-TEST_F(held_up, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_share) {
+TEST_F(parked, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_share) {
   send(R"({"to":"slow"})", -1ns, false, to_slow);
   const auto slot = send(R"({"to":"slow"})", -1ns, true, to_slow);
   on.cycle();
@@ -511,7 +511,7 @@ TEST_F(held_up, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_sh
 }
 
 // While threads receive they may have more put aside than afterwards, when a lane does.
-TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) {
+TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receive) {
   auto options = with_many_slots();
   options.limits.small_slots = 512;
   options.limits.door_slots = 8;
@@ -532,7 +532,7 @@ TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) 
   };
   on.cycle();
   for (std::size_t i = 0; i < 3; ++i) {
-    on.net.weather_of(slow[i].id()).room_bytes = 0;
+    on.net.link_of(slow[i].id()).room_bytes = 0;
     for (std::uint32_t n = 0; n < queued; ++n) send(i);
   }
   for (const std::size_t to : {0U, 0U, 0U, 0U, 1U, 1U, 2U}) send(to); // a half, a quarter, an eighth
@@ -545,14 +545,14 @@ TEST(core_talking, keeps_what_was_put_aside_when_another_one_begins_to_receive) 
             .in_bytes = 192,
             .ends_bytes = 192});
   on.cycles(3);
-  for (std::size_t i = 0; i < 3; ++i) on.net.weather_of(slow[i].id()).room_bytes = 64 * 1024;
+  for (std::size_t i = 0; i < 3; ++i) on.net.link_of(slow[i].id()).room_bytes = 64 * 1024;
   on.cycles(5);
   for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(slow[i].hear().size(), sent[i]);
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
 }
 
 // What one sender has for everyone waits whole, and leaves the other half of its slots.
-TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
+TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   peer slow{on};
   slow.say("{}");
   rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
@@ -563,7 +563,7 @@ TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
                                                     .in_bytes = 192,
                                                     .ends_bytes = 4096}))};
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).room_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
     EXPECT_TRUE(talk.try_send(R"({"to":"all"})", -1ns, on.now));
     on.cycle();
@@ -575,7 +575,7 @@ TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   const auto end = talk.try_finish();
   ASSERT_TRUE(end);
   EXPECT_TRUE(end->reply);
-  on.net.weather_of(slow.id()).room_bytes = 64 * 1024;
+  on.net.link_of(slow.id()).room_bytes = 64 * 1024;
   on.cycles(4);
   EXPECT_TRUE(talk.wait_room(0ns));
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 2);
@@ -583,7 +583,7 @@ TEST_F(talking, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
 }
 
 // Each takes what it can as long as it reads, and then does not read any more.
-TEST(core_talking, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading) {
+TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading) {
   auto options = with_many_slots();
   options.limits.small_slots = 64;
   options.limits.connections_max = 16;
@@ -600,7 +600,7 @@ TEST(core_talking, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading)
                                                     .ends_bytes = 192}))};
   on.cycle();
   for (peer& one : crowd) {
-    on.net.weather_of(one.id()).room_bytes = 0;
+    on.net.link_of(one.id()).room_bytes = 0;
     for (int i = 0; i < 16; ++i)
       (void)talk.try_send("{}", -1ns, on.now, {one.id().index, one.id().generation});
     on.cycle();
@@ -613,7 +613,7 @@ TEST(core_talking, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_reading)
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 
-TEST_F(talking, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
+TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
   peer slow{on}, fine{on};
   slow.say("{}");
   fine.say("{}");
@@ -625,7 +625,7 @@ TEST_F(talking, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
                                                     .in_bytes = 192,
                                                     .ends_bytes = 192}))};
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).room_bytes = 0;
   const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
   for (std::uint32_t i = 0; i < on.options.limits.large_slots; ++i)
     EXPECT_TRUE(talk.try_send(large, -1ns, on.now, {slow.id().index, slow.id().generation}));
@@ -637,7 +637,7 @@ TEST_F(talking, leaves_large_slots_to_others_than_a_peer_that_does_not_read) {
   EXPECT_EQ(fine.hear(), texts(5, large));
 }
 
-TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {
+TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   peer slow{on}, slow_too{on}, fine{on};
   slow.say("{}");
   slow_too.say("{}");
@@ -650,8 +650,8 @@ TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {
                                                     .in_bytes = 192,
                                                     .ends_bytes = 192}))};
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 0;
-  on.net.weather_of(slow_too.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow_too.id()).room_bytes = 0;
   const auto send_to = [&](const peer& to, const std::string& text) {
     EXPECT_TRUE(talk.try_send(text, -1ns, on.now, {to.id().index, to.id().generation}));
   };
@@ -672,12 +672,12 @@ TEST_F(talking, keeps_the_order_towards_a_peer_when_slots_are_short) {
   EXPECT_EQ(on.core.slots_in_use(), 0U);
 }
 
-struct talking_client : testing::Test {
-  ~talking_client() override { EXPECT_TRUE(on.core.check()); }
+struct plain_messages_client : testing::Test {
+  ~plain_messages_client() override { EXPECT_TRUE(on.core.check()); }
   core_harness on{small_options(), rowe::service::side::client};
 };
 
-TEST_F(talking_client, sends_to_its_server_without_being_asked) {
+TEST_F(plain_messages_client, sends_to_its_server_without_being_asked) {
   const auto slot =
       on.submissions.submit({.what = entry::message, .wants_outcome = true, .stamped = on.now}, R"({"a":1})");
   on.cycle();
@@ -689,7 +689,7 @@ TEST_F(talking_client, sends_to_its_server_without_being_asked) {
   on.submissions.release(*slot);
 }
 
-TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
+TEST(plain_messages_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
   auto options = small_options();
   options.profile = rowe::peer_profile::hop_2014;
   options.limits.message_bytes_max = 128 * 1024;
@@ -714,4 +714,4 @@ TEST(talking_hop, sends_nothing_but_text_frames_of_a_size_that_hop_can_read) {
 }
 
 } // namespace
-} // namespace core_talking_test
+} // namespace core_direct_messages_test

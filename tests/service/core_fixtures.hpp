@@ -45,7 +45,7 @@ inline rowe::result<std::string> take(rowe::detail::lane& lane) {
   if (!slot) return rowe::errc::empty;
   std::string text{reinterpret_cast<const char*>(lane.user.in.slots.value(*slot)),
                    lane.user.in.slots.header(*slot)->bytes};
-  lane.user.in.home->give(*slot);
+  lane.user.in.free_ring->give(*slot);
   return text;
 }
 

@@ -37,13 +37,13 @@ using rowe::service::connection_id;
 
 class seeded_entropy final : public rowe::service::entropy {
  public:
-  explicit seeded_entropy(std::uint64_t seed) : dice_{seed} {}
+  explicit seeded_entropy(std::uint64_t seed) : random_{seed} {}
   void fill(std::span<std::byte> bytes) noexcept override {
-    for (std::byte& b : bytes) b = static_cast<std::byte>(dice_());
+    for (std::byte& b : bytes) b = static_cast<std::byte>(random_());
   }
 
  private:
-  std::mt19937_64 dice_;
+  std::mt19937_64 random_;
 };
 
 // Options whose limits make small, quick cores.
@@ -85,13 +85,13 @@ class core_harness_over {
         net{chosen.limits.connections_max},
         lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
         now{begins},
-        board{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
+        shown{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
         submissions{*memory.make<rowe::service::submission_queue>(memory, chosen.limits)},
         inbox{*memory.make<rowe::service::shared_inbox>(memory, chosen.limits)},
-        bell{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
+        waker{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
         core{*memory.make<rowe::service::core>(
             memory, rowe::service::core_options::from(options, ours, "robot"),
-            rowe::service::shared_parts{lanes, board, submissions, inbox},
+            rowe::service::shared_parts{lanes, shown, submissions, inbox},
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
@@ -109,7 +109,7 @@ class core_harness_over {
   }
 
   std::uint64_t count(rowe::service::counter which) const {
-    return rowe::service::read_count(board, lanes, which);
+    return rowe::service::read_count(shown, lanes, which);
   }
 
   // Of ordinary threads.
@@ -126,14 +126,14 @@ class core_harness_over {
       if (!one.lifecycle.is_free()) continue;
       if (one.memory.size() < lane_bytes(asked)) one.memory = memory.carve_bytes(lane_bytes(asked));
       if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
-      build_lane(one, asked, board.generations());
-      one.peers_taking = board.takers();
+      build_lane(one, asked, shown.generations());
+      one.peers_taking = shown.takers();
       codecs.push_back(std::make_unique<lane_codecs>(std::move(lane_codecs::compile(asked)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
-      one.granted = &board.permit;
+      one.granted = &shown.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
-      one.bell = options.idle_policy == rowe::idle::wake ? &bell : nullptr;
-      board.use_lane(static_cast<std::uint32_t>(&one - lanes.data()));
+      one.waker = options.idle_policy == rowe::idle::wake ? &waker : nullptr;
+      shown.use_lane(static_cast<std::uint32_t>(&one - lanes.data()));
       one.lifecycle.offer();
       return one;
     }
@@ -171,10 +171,10 @@ class core_harness_over {
   std::span<rowe::detail::lane> lanes;
   rowe::rt::time_point now;
   rowe::rt::time_point next_wake{};
-  rowe::service::shared_state& board;
+  rowe::service::shared_state& shown;
   rowe::service::submission_queue& submissions;
   rowe::service::shared_inbox& inbox;
-  rowe::rt::wake_bell<>& bell; // of idle::wake; nobody sleeps here
+  rowe::rt::wake_bell<>& waker; // of idle::wake; nobody sleeps here
   rowe::service::core& core;
   std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
 };

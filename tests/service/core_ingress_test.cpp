@@ -11,7 +11,7 @@
 #include <optional>
 #include <ranges>
 
-namespace core_reading_test {
+namespace core_ingress_test {
 namespace {
 
 using namespace harness;
@@ -24,19 +24,19 @@ rowe::endpoint_options roomy() {
   return options;
 }
 
-struct reading : testing::Test {
-  reading() {
+struct core_ingress : testing::Test {
+  core_ingress() {
     for (int i = 0; i < 4; ++i)
       peers.push_back(
           std::make_unique<peer>(on, rowe::service::side::server, "127.0.0.1:" + std::to_string(i)));
     // As sockets are read when several have something to say.
     for (const auto& p : peers)
-      on.net.weather_of(p->id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
+      on.net.link_of(p->id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
     on.cycle();
   }
-  ~reading() override { EXPECT_TRUE(on.core.check()); }
+  ~core_ingress() override { EXPECT_TRUE(on.core.check()); }
 
-  // Hears who said what, by one letter each, in the order in which it was carried out.
+  // Hears who said what, by one character each, in the order in which it was carried out.
   std::string order() {
     std::string seen;
     while (const auto text = take(*heard)) seen += text->substr(9, 1);
@@ -79,7 +79,7 @@ struct reading : testing::Test {
   rowe::detail::lane* heard = nullptr;
 };
 
-TEST_F(reading, hears_one_message_of_each_peer_in_turn) {
+TEST_F(core_ingress, hears_one_message_of_each_peer_in_turn) {
   listen();
   for (const char who : {'a', 'b', 'c'})
     for (int i = 0; i < 3; ++i) peers[static_cast<std::size_t>(who - 'a')]->say(say(who));
@@ -87,7 +87,7 @@ TEST_F(reading, hears_one_message_of_each_peer_in_turn) {
   EXPECT_EQ(order(), "abcabcabc");
 }
 
-TEST_F(reading, does_a_bounded_amount_in_one_cycle_and_wants_the_next_at_once) {
+TEST_F(core_ingress, does_a_bounded_amount_in_one_cycle_and_wants_the_next_at_once) {
   listen();
   for (std::size_t who = 0; who < 3; ++who)
     for (int i = 0; i < 50; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
@@ -99,7 +99,7 @@ TEST_F(reading, does_a_bounded_amount_in_one_cycle_and_wants_the_next_at_once) {
   EXPECT_GT(on.next_wake, on.now);
 }
 
-TEST_F(reading, counts_the_size_of_messages_as_work) {
+TEST_F(core_ingress, counts_the_size_of_messages_as_work) {
   listen();
   for (std::size_t who = 0; who < 4; ++who)
     for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who), 3000));
@@ -113,7 +113,7 @@ TEST_F(reading, counts_the_size_of_messages_as_work) {
   EXPECT_LT(cycles, 100);
 }
 
-TEST_F(reading, reads_no_more_of_a_peer_before_it_has_heard_what_it_read) {
+TEST_F(core_ingress, reads_no_more_of_a_peer_before_it_has_heard_what_it_read) {
   listen();
   for (int i = 0; i < 2000; ++i) peers[0]->say(say('a'));
   for (std::size_t all = 0; all < 2000;) {
@@ -124,7 +124,7 @@ TEST_F(reading, reads_no_more_of_a_peer_before_it_has_heard_what_it_read) {
   }
 }
 
-TEST_F(reading, carries_out_a_stop_before_everything_that_was_read_with_it) {
+TEST_F(core_ingress, carries_out_a_stop_before_everything_that_was_read_with_it) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
@@ -143,7 +143,7 @@ TEST_F(reading, carries_out_a_stop_before_everything_that_was_read_with_it) {
   }
 }
 
-TEST_F(reading, finds_a_stop_behind_other_messages_of_its_own_peer) {
+TEST_F(core_ingress, finds_a_stop_behind_other_messages_of_its_own_peer) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
@@ -157,7 +157,7 @@ TEST_F(reading, finds_a_stop_behind_other_messages_of_its_own_peer) {
 }
 
 // What a peer sends in front of a stop goes on waiting for its turn.
-TEST_F(reading, carries_out_nothing_but_the_stop_before_its_turn) {
+TEST_F(core_ingress, carries_out_nothing_but_the_stop_before_its_turn) {
   listen();
   const auto latch = opened_latch();
   for (int i = 0; i < 40; ++i) peers[0]->say(say('a'));
@@ -174,7 +174,7 @@ TEST_F(reading, carries_out_nothing_but_the_stop_before_its_turn) {
   EXPECT_EQ(peers[0]->hear().size(), 2U);
 }
 
-TEST_F(reading, lets_nobody_pass_by_the_words_of_a_stop) {
+TEST_F(core_ingress, lets_nobody_pass_by_the_words_of_a_stop) {
   const auto latch = opened_latch();
   for (const std::string text :
        {R"({"op":"publish","topic":"/heard","msg":{"data":"a","service":"/rowe/stop"}})",
@@ -195,7 +195,7 @@ TEST_F(reading, lets_nobody_pass_by_the_words_of_a_stop) {
 }
 
 // A claim costs its peer's neighbours one reading at most, however often it is made.
-TEST_F(reading, lets_nobody_pass_by_claiming_to_be_a_stop) {
+TEST_F(core_ingress, lets_nobody_pass_by_claiming_to_be_a_stop) {
   listen();
   const auto latch = opened_latch();
   for (int i = 0; i < 60; ++i) peers[0]->say(R"({"service":"/rowe/stop","message_id":1,})");
@@ -211,7 +211,7 @@ TEST_F(reading, lets_nobody_pass_by_claiming_to_be_a_stop) {
   EXPECT_EQ(on.count(counter::stops), 0U);
 }
 
-TEST_F(reading, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is_here_whole) {
+TEST_F(core_ingress, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is_here_whole) {
   listen();
   const auto latch = opened_latch();
   for (std::size_t split = 1; split < 8; ++split) {
@@ -230,7 +230,7 @@ TEST_F(reading, finds_a_stop_behind_a_frame_of_which_not_even_the_header_is_here
   }
 }
 
-TEST_F(reading, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_it) {
+TEST_F(core_ingress, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_it) {
   listen();
   const auto latch = opened_latch();
   const std::string text = say('a');
@@ -256,7 +256,7 @@ TEST_F(reading, finds_a_stop_behind_a_message_in_pieces_and_none_inside_of_it) {
   EXPECT_EQ(peers[0]->close_code, rowe::wire::close_code::protocol_error);
 }
 
-TEST_F(reading, finds_no_stop_behind_a_goodbye) {
+TEST_F(core_ingress, finds_no_stop_behind_a_close_frame) {
   const auto latch = opened_latch();
   peers[0]->send(rowe::wire::opcode::close, std::string_view{"\x03\xe8", 2});
   peers[0]->say(stop_call);
@@ -265,7 +265,7 @@ TEST_F(reading, finds_no_stop_behind_a_goodbye) {
 }
 
 // The stop passes the reset, which stands before it: the peer's last word holds.
-TEST_F(reading, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
+TEST_F(core_ingress, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
   const auto latch = opened_latch();
   (void)latch->engaged(on.now);
   latch->acknowledge(on.now);
@@ -292,7 +292,7 @@ TEST_F(reading, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
   EXPECT_TRUE(refused);
 }
 
-TEST_F(reading, finds_it_there_although_others_flood) {
+TEST_F(core_ingress, finds_it_there_although_others_flood) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
@@ -305,7 +305,7 @@ TEST_F(reading, finds_it_there_although_others_flood) {
   EXPECT_EQ(on.count(counter::stops), 1U);
 }
 
-TEST_F(reading, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
+TEST_F(core_ingress, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
   listen();
   rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
   on.cycle();
@@ -319,7 +319,7 @@ TEST_F(reading, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
   EXPECT_EQ(on.count(counter::stops), 1U);
 }
 
-TEST_F(reading, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
+TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
   listen();
   for (int i = 0; i < 300; ++i) peers[0]->say(say('a'));
   on.cycle();
@@ -336,8 +336,8 @@ TEST_F(reading, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
 // ---- shares of whoever receives
 
 // A lane receives; it has ten slots each way, of which two are kept for who comes.
-struct sharing : reading {
-  sharing() { open(); }
+struct receiver_shares : core_ingress {
+  receiver_shares() { open(); }
 
   void open() {
     lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
@@ -351,10 +351,10 @@ struct sharing : reading {
     on.cycle();
     talk = rowe::lane{core_harness::handle_of(*lane)};
   }
-  static std::string letter(char who, std::size_t bytes = 0) {
+  static std::string message_of(char who, std::size_t bytes = 0) {
     return R"({"data":")" + std::string(1, who) + std::string(bytes, '.') + "\"}";
   }
-  // Takes what is there, at most so many; the letters.
+  // Takes what is there, at most so many; the senders.
   std::string taken(std::size_t most = SIZE_MAX) {
     std::string seen;
     while (seen.size() < most) {
@@ -379,10 +379,10 @@ struct sharing : reading {
   rowe::lane talk;
 };
 
-TEST_F(sharing, leaves_places_in_the_inbox_to_others) {
-  for (int i = 0; i < 100; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, leaves_places_in_the_inbox_to_others) {
+  for (int i = 0; i < 100; ++i) peers[0]->say(message_of('a'));
   on.cycles(3);
-  peers[1]->say(letter('b'));
+  peers[1]->say(message_of('b'));
   on.cycles(3);
   EXPECT_EQ(taken(), "aaaab");
   std::string rest;
@@ -394,9 +394,9 @@ TEST_F(sharing, leaves_places_in_the_inbox_to_others) {
   EXPECT_EQ(lost(), 0U);
 }
 
-TEST_F(sharing, has_the_messages_of_several_peers_in_turn) {
+TEST_F(receiver_shares, has_the_messages_of_several_peers_in_turn) {
   for (std::size_t who = 0; who < 3; ++who)
-    for (int i = 0; i < 30; ++i) peers[who]->say(letter(static_cast<char>('a' + who)));
+    for (int i = 0; i < 30; ++i) peers[who]->say(message_of(static_cast<char>('a' + who)));
   std::string all;
   for (int i = 0; i < 60; ++i) {
     on.cycle();
@@ -409,8 +409,8 @@ TEST_F(sharing, has_the_messages_of_several_peers_in_turn) {
   EXPECT_EQ(lost(), 0U);
 }
 
-TEST_F(sharing, counts_what_the_receiver_has_in_its_hands) {
-  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, counts_what_the_receiver_has_in_its_hands) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   on.cycle();
   std::vector<rowe::message_view> held;
   while (auto got = talk.try_receive(on.now)) held.push_back(std::move(*got));
@@ -422,9 +422,9 @@ TEST_F(sharing, counts_what_the_receiver_has_in_its_hands) {
   EXPECT_EQ(taken(), "a");
 }
 
-TEST_F(sharing, does_not_read_a_peer_whose_answers_it_cannot_send) {
-  on.net.weather_of(peers[0]->id()).room_bytes = 0;
-  for (int i = 0; i < 300; ++i) peers[0]->say(letter('a', 800)); // in one way, and in the other
+TEST_F(receiver_shares, does_not_read_a_peer_whose_answers_it_cannot_send) {
+  on.net.link_of(peers[0]->id()).room_bytes = 0;
+  for (int i = 0; i < 300; ++i) peers[0]->say(message_of('a', 800)); // in one way, and in the other
   bool all_sent = true;
   for (int i = 0; i < 50; ++i) {
     on.cycle();
@@ -433,19 +433,19 @@ TEST_F(sharing, does_not_read_a_peer_whose_answers_it_cannot_send) {
   const auto said = on.count(counter::messages_in);
   EXPECT_LT(said, 100U);
   for (int round = 0; round < 200; ++round) {
-    peers[1]->say(letter('b'));
+    peers[1]->say(message_of('b'));
     texts back;
     for (int cycles = 0; cycles < 4 && back.empty(); ++cycles) {
       on.cycle();
       all_sent = echo() && all_sent;
       back = peers[1]->hear();
     }
-    ASSERT_EQ(back, texts{letter('b')}) << round;
+    ASSERT_EQ(back, texts{message_of('b')}) << round;
   }
   EXPECT_EQ(on.count(counter::messages_in), said + 200);
   EXPECT_TRUE(all_sent) << "there is room for the answer to each message";
   EXPECT_EQ(lost(), 0U);
-  on.net.weather_of(peers[0]->id()).room_bytes = 1024 * 1024; // now it reads
+  on.net.link_of(peers[0]->id()).room_bytes = 1024 * 1024; // now it reads
   std::size_t back = 0;
   for (int i = 0; i < 500 && back < 300; ++i) {
     on.cycle();
@@ -458,9 +458,9 @@ TEST_F(sharing, does_not_read_a_peer_whose_answers_it_cannot_send) {
 }
 
 // Its pongs lie behind what is not read, so they cannot say that it reads.
-TEST_F(sharing, goes_on_writing_to_a_peer_that_it_does_not_read) {
+TEST_F(receiver_shares, goes_on_writing_to_a_peer_that_it_does_not_read) {
   std::size_t back = 0;
-  for (int i = 0; i < 400; ++i) peers[0]->say(letter('a', 3000)); // reads all, and pongs come last
+  for (int i = 0; i < 400; ++i) peers[0]->say(message_of('a', 3000)); // reads all, and pongs come last
   for (int i = 0; i < 3000 && back < 400; ++i) {
     on.cycle();
     (void)echo();
@@ -470,8 +470,8 @@ TEST_F(sharing, goes_on_writing_to_a_peer_that_it_does_not_read) {
   EXPECT_EQ(lost(), 0U);
 }
 
-TEST_F(sharing, does_not_take_a_peer_that_it_does_not_read_for_silent) {
-  for (int i = 0; i < 100; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, does_not_take_a_peer_that_it_does_not_read_for_silent) {
+  for (int i = 0; i < 100; ++i) peers[0]->say(message_of('a'));
   for (int i = 0; i < 400; ++i) { // 40 s
     on.cycle(100ms);
     if (i % 50 == 0) (void)taken(1); // it is there, but slow
@@ -489,8 +489,8 @@ TEST_F(sharing, does_not_take_a_peer_that_it_does_not_read_for_silent) {
   EXPECT_EQ(rest.size(), 92U);
 }
 
-TEST_F(sharing, reads_on_where_the_receiver_is_gone_for_long) {
-  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, reads_on_where_the_receiver_is_gone_for_long) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   peers[0]->say(R"({"op":"subscribe","topic":"/x"})");
   rowe::detail::lane& x = on.offer(rowe::detail::lane_kind::publish_text, "/x", 100);
   on.cycles(70, 100ms);
@@ -501,8 +501,8 @@ TEST_F(sharing, reads_on_where_the_receiver_is_gone_for_long) {
   EXPECT_EQ(taken(), "aaaa");
 }
 
-TEST_F(sharing, lets_a_call_wait_for_a_place) {
-  for (int i = 0; i < 4; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, lets_a_call_wait_for_a_place) {
+  for (int i = 0; i < 4; ++i) peers[0]->say(message_of('a'));
   peers[0]->say(R"({"op":"call_service","id":"7","service":"/any"})");
   peers[0]->say(R"({"service":"any","message_id":8})");
   on.cycles(3);
@@ -520,11 +520,11 @@ TEST_F(sharing, lets_a_call_wait_for_a_place) {
   EXPECT_EQ(on.count(counter::calls_refused), 0U);
 }
 
-TEST_F(sharing, carries_out_a_stop_that_was_read_behind_what_waits) {
+TEST_F(receiver_shares, carries_out_a_stop_that_was_read_behind_what_waits) {
   rowe::detail::lane& loop = on.offer(rowe::detail::latch_request({}));
   on.cycle();
   rowe::stop_latch latch{core_harness::handle_of(loop)};
-  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+  for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   peers[0]->say(stop_call);
   on.cycle();
   EXPECT_EQ(on.count(counter::stops), 1U);
@@ -535,7 +535,7 @@ TEST_F(sharing, carries_out_a_stop_that_was_read_behind_what_waits) {
 }
 
 // Behind a message that is parked more is kept than is read of one peer among others.
-TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
+TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
   core_harness on{options};
@@ -551,7 +551,7 @@ TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
   on.cycle();
   rowe::lane talk{core_harness::handle_of(lane)};
   peer alone{on};
-  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   for (int i = 0; i < 3; ++i) alone.say(R"({"data":"a"})");
   alone.say(R"({"op":"call_service","service":"/rowe/stop","id":")" + std::string(9000, 'x') + "\"}");
   on.cycles(2);
@@ -565,14 +565,14 @@ TEST(reading_alone, leaves_a_stop_that_is_long_to_its_turn) {
 }
 
 // One that is read by itself has no more of a cycle than those that are read in turn.
-TEST(reading_alone, ends_the_cycle_when_its_work_is_done) {
+TEST(core_ingress_alone, ends_the_cycle_when_its_work_is_done) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
   core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
   peer alone{on};
-  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   constexpr std::uint64_t calls = 250;
   for (std::uint64_t i = 0; i < calls; ++i) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
   alone.say(stop_call);
@@ -589,7 +589,7 @@ TEST(reading_alone, ends_the_cycle_when_its_work_is_done) {
 }
 
 // Several long ones, each behind the end of the one before in the same read.
-TEST(reading_alone, keeps_long_messages_that_find_no_room) {
+TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
   core_harness on{options};
@@ -604,7 +604,7 @@ TEST(reading_alone, keeps_long_messages_that_find_no_room) {
   on.cycle();
   rowe::lane talk{core_harness::handle_of(lane)};
   peer alone{on};
-  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   const std::size_t lengths[] = {50'000, 63'000, 20'000, 40'000, 58'000, 61'000, 15'000, 48'000};
   for (const std::size_t bytes : lengths) alone.say(R"({"data":")" + std::string(bytes, 'x') + "\"}");
   std::size_t taken = 0;
@@ -621,7 +621,7 @@ TEST(reading_alone, keeps_long_messages_that_find_no_room) {
 }
 
 // What is left of a read when a cycle's work is done lies where such messages are assembled.
-TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
+TEST(core_ingress_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
   options.relay = true;
@@ -629,17 +629,18 @@ TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
   on.cycle();
   peer alone{on}, reader{on};
   reader.say(R"({"op":"subscribe","topic":"/t"})");
-  on.net.weather_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
+  on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   std::vector<std::string> bodies;
   for (std::size_t i = 0; i < 12; ++i) {
     for (int k = 0; k < 40; ++k) alone.say(R"({"op":"call_service","service":"/rowe/stats"})");
     bodies.push_back(R"({"x":")" + std::string(500 + 4700 * i, static_cast<char>('a' + i)) + "\"}");
     const std::string text = R"({"op":"publish","topic":"/t","msg":)" + bodies.back() + "}";
     const std::size_t third = text.size() / 3;
-    alone.send_raw(reading::frame_of(rowe::wire::opcode::text, false, text.substr(0, third)));
+    alone.send_raw(core_ingress::frame_of(rowe::wire::opcode::text, false, text.substr(0, third)));
     alone.send(rowe::wire::opcode::ping, "?");
-    alone.send_raw(reading::frame_of(rowe::wire::opcode::continuation, false, text.substr(third, third)));
-    alone.send_raw(reading::frame_of(rowe::wire::opcode::continuation, true, text.substr(2 * third)));
+    alone.send_raw(
+        core_ingress::frame_of(rowe::wire::opcode::continuation, false, text.substr(third, third)));
+    alone.send_raw(core_ingress::frame_of(rowe::wire::opcode::continuation, true, text.substr(2 * third)));
   }
   std::string heard;
   for (int i = 0; i < 400; ++i) {
@@ -655,7 +656,7 @@ TEST(reading_alone, keeps_what_waits_apart_from_a_message_in_pieces) {
 }
 
 // The first of each peer changes something; a crowd's others wait for their turns.
-TEST(reading_in_turn, carries_out_so_many_stops_before_their_turn) {
+TEST(core_ingress_in_turn, carries_out_so_many_stops_before_their_turn) {
   core_harness on;
   (void)on.offer(rowe::detail::latch_request({}));
   on.cycle();
@@ -675,13 +676,13 @@ TEST(reading_in_turn, carries_out_so_many_stops_before_their_turn) {
   EXPECT_EQ(on.count(counter::stops), 700U);
 }
 
-TEST_F(sharing, forgets_a_peer_that_left_while_it_waited) {
-  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, forgets_a_peer_that_left_while_it_waited) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   on.cycles(2);
   peers[0]->leave(rowe::service::close_cause::reset);
   on.cycles(2);
   peer next{on};
-  for (int i = 0; i < 8; ++i) next.say(letter('z'));
+  for (int i = 0; i < 8; ++i) next.say(message_of('z'));
   on.cycle();
   ASSERT_EQ(next.id().index, peers[0]->id().index);
   EXPECT_EQ(taken(), "aaaazzzz") << "what was there is nobody's share any more";
@@ -690,8 +691,8 @@ TEST_F(sharing, forgets_a_peer_that_left_while_it_waited) {
   peers[0]->leave();
 }
 
-TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
-  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, gives_what_waits_to_the_next_receiver) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   on.cycles(2);
   EXPECT_EQ(taken(1), "a");
   talk = {};
@@ -707,7 +708,7 @@ TEST_F(sharing, gives_what_waits_to_the_next_receiver) {
   EXPECT_EQ(rest.size() + on.count(counter::inbox_full), 20U - 5U);
 }
 
-TEST_F(sharing, keeps_a_place_for_who_comes_last) {
+TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
   talk = {};
   lane->lifecycle.close();
   on.cycles(2);
@@ -724,18 +725,18 @@ TEST_F(sharing, keeps_a_place_for_who_comes_last) {
   std::vector<std::unique_ptr<peer>> greedy;
   for (int i = 0; i < 3; ++i) {
     greedy.push_back(std::make_unique<peer>(on));
-    for (int k = 0; k < 100; ++k) greedy.back()->say(letter('g'));
+    for (int k = 0; k < 100; ++k) greedy.back()->say(message_of('g'));
     on.cycles(3);
   }
   for (auto& one : peers) {
-    for (int k = 0; k < 100; ++k) one->say(letter('g'));
+    for (int k = 0; k < 100; ++k) one->say(message_of('g'));
     on.cycles(3);
   }
   const std::size_t theirs = taken().size(); // all are given back
   EXPECT_GE(theirs, 12U);
   for (int k = 0; k < 3; ++k) on.cycle(); // and they have taken as much again
   peer last{on};
-  last.say(letter('l'));
+  last.say(message_of('l'));
   on.cycles(2);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
@@ -745,28 +746,28 @@ TEST(shared_inbox_shares, keep_a_place_for_who_comes_last) {
   options.limits.door_slots = 64;
   core_harness on{options};
   const auto taken = [&] {
-    std::string letters;
+    std::string senders;
     while (const auto slot = on.inbox.try_receive(on.now)) {
-      letters += std::string{on.inbox.text(*slot)}.substr(9, 1);
+      senders += std::string{on.inbox.text(*slot)}.substr(9, 1);
       (void)on.inbox.release(*slot); // the next cycle comes anyway
     }
-    return letters;
+    return senders;
   };
   EXPECT_EQ(taken(), ""); // but now somebody receives
   std::vector<std::unique_ptr<peer>> greedy;
   for (int i = 0; i < 7; ++i) {
     greedy.push_back(std::make_unique<peer>(on));
-    for (int k = 0; k < 100; ++k) greedy.back()->say(sharing::letter('g'));
+    for (int k = 0; k < 100; ++k) greedy.back()->say(receiver_shares::message_of('g'));
     on.cycles(3);
   }
   peer last{on};
-  last.say(sharing::letter('l'));
+  last.say(receiver_shares::message_of('l'));
   on.cycles(3);
   EXPECT_NE(taken().find('l'), std::string::npos);
 }
 
-TEST_F(sharing, closes_while_a_peer_waits) {
-  for (int i = 0; i < 20; ++i) peers[0]->say(letter('a'));
+TEST_F(receiver_shares, closes_while_a_peer_waits) {
+  for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   on.cycles(2);
   on.core.close_all(on.now);
   on.cycles(3);
@@ -777,7 +778,7 @@ TEST_F(sharing, closes_while_a_peer_waits) {
 }
 
 // One that is alone is read in larger pieces than a connection keeps by itself.
-TEST(sharing_alone, keeps_what_was_read_at_once) {
+TEST(receiver_shares_alone, keeps_what_was_read_at_once) {
   auto options = roomy();
   options.limits.message_bytes_max = 60 * 1024;
   options.answers_any = true;
@@ -808,13 +809,13 @@ TEST(sharing_alone, keeps_what_was_read_at_once) {
   EXPECT_EQ(on.count(counter::inbox_full), 0U);
 }
 
-TEST(sharing_hop, reads_no_further_either) {
+TEST(receiver_shares_hop, reads_no_further_either) {
   auto options = roomy();
   options.profile = rowe::peer_profile::hop;
   options.answers_any = true;
   core_harness on{options};
   peer one{on};
-  on.net.weather_of(one.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
+  on.net.link_of(one.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_in_turn;
   on.cycle();
   for (int i = 0; i < 20; ++i) one.say(R"({"a":1})");
   on.cycles(100, 100ms);
@@ -832,4 +833,4 @@ TEST(sharing_hop, reads_no_further_either) {
 }
 
 } // namespace
-} // namespace core_reading_test
+} // namespace core_ingress_test

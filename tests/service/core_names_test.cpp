@@ -21,7 +21,7 @@ struct core_names : core_test {
   texts read_slowly(peer& by, std::size_t bytes) {
     texts all;
     for (int i = 0; i < 400; ++i) {
-      on.net.weather_of(by.id()).room_bytes = bytes;
+      on.net.link_of(by.id()).room_bytes = bytes;
       on.cycle();
       for (auto& text : by.hear()) all.push_back(std::move(text));
     }
@@ -64,12 +64,12 @@ TEST_F(core_names, sends_each_peer_the_name_it_subscribed_by_out_of_one_slot) {
   one.say(R"({"op":"subscribe","topic":"/pose"})");
   other.say(R"({"op":"subscribe","topic":"pose"})");
   on.cycle();
-  for (peer* p : {&one, &other}) on.net.weather_of(p->id()).room_bytes = 0;
+  for (peer* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 0;
   ASSERT_TRUE(publish(on, lane, {1, 0}));
   ASSERT_TRUE(publish(on, lane, {2, 0}));
   on.cycle();
   EXPECT_EQ(on.core.slots_in_use(), 2U);
-  for (peer* p : {&one, &other}) on.net.weather_of(p->id()).room_bytes = 4096;
+  for (peer* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 4096;
   on.cycles(2);
   EXPECT_EQ(one.hear(), (texts{message(1), message(2)}));
   EXPECT_EQ(other.hear(), (texts{unslashed(1), unslashed(2)}));
@@ -211,13 +211,13 @@ TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
   on.offer(lane_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
   on.cycle();
-  while (on.board.try_event()) continue;
+  while (on.shown.try_event()) continue;
   auto& lane = on.offer(lane_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
   EXPECT_EQ(lane.lifecycle.look(), pair_phase::refused);
   EXPECT_EQ(lane.lifecycle.refusal().code, rowe::errc::type_conflict);
-  const auto told = on.board.try_event();
+  const auto told = on.shown.try_event();
   ASSERT_TRUE(told);
   EXPECT_EQ(std::string_view{told->what},
             "subscribe /cmd_vel: the topic has the type std_msgs/msg/String, not geometry_msgs/Twist");
@@ -385,7 +385,7 @@ TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_th
     ASSERT_TRUE(publish_text(on, lane, R"({"n":12345})"));
     texts heard;
     for (int i = 0; i < 80; ++i) {
-      on.net.weather_of(server.id()).room_bytes = bytes;
+      on.net.link_of(server.id()).room_bytes = bytes;
       on.cycle();
       for (auto& text : server.hear()) heard.push_back(std::move(text));
     }

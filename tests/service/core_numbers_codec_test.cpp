@@ -12,7 +12,7 @@
 
 #include "wire/numbers_codec.hpp"
 
-namespace core_numbers_test {
+namespace core_numbers_codec_test {
 namespace {
 
 using namespace harness;
@@ -78,12 +78,12 @@ struct client : peer {
   numbered services;
 };
 
-struct core_numbers : testing::Test {
-  explicit core_numbers(const rowe::endpoint_options& options = hub_options())
+struct core_numbers_codec : testing::Test {
+  explicit core_numbers_codec(const rowe::endpoint_options& options = hub_options())
       : on{options, side::server, 1, rowe::rt::time_point{1000s}, &numbers::protocols()} {
     on.cycle();
   }
-  ~core_numbers() override { EXPECT_TRUE(on.core.check()); }
+  ~core_numbers_codec() override { EXPECT_TRUE(on.core.check()); }
 
   // What it hears of what it says.
   texts say(peer& p, std::string_view text) {
@@ -117,7 +117,7 @@ const std::string id = std::string{"\0\xff\"\\", 4}; // of a call: any four byte
 
 // ---- the server speaks first
 
-TEST_F(core_numbers, says_who_it_is_and_what_there_is_before_its_client_says_anything) {
+TEST_F(core_numbers_codec, says_who_it_is_and_what_there_is_before_its_client_says_anything) {
   advertise_pose(on);
   on.cycle();
   client p{on};
@@ -133,7 +133,7 @@ TEST_F(core_numbers, says_who_it_is_and_what_there_is_before_its_client_says_any
   EXPECT_FALSE(p.services.contains("/rowe/stop"));
 }
 
-TEST_F(core_numbers, tells_of_topics_that_come_and_go_by_numbers_that_are_not_given_again) {
+TEST_F(core_numbers_codec, tells_of_topics_that_come_and_go_by_numbers_that_are_not_given_again) {
   client p{on};
   EXPECT_FALSE(p.topics.contains("/a"));
   peer other{on};
@@ -152,7 +152,7 @@ TEST_F(core_numbers, tells_of_topics_that_come_and_go_by_numbers_that_are_not_gi
   EXPECT_EQ(say(p, subscribe_to(1, came.at("/a"))), texts{"enothing here has this number"});
 }
 
-TEST_F(core_numbers, gives_a_topic_another_number_with_its_type) {
+TEST_F(core_numbers_codec, gives_a_topic_another_number_with_its_type) {
   peer other{on};
   other.say(R"({"op":"subscribe","topic":"/a"})");
   on.cycle();
@@ -169,7 +169,7 @@ TEST_F(core_numbers, gives_a_topic_another_number_with_its_type) {
   EXPECT_EQ(p.hear(), texts{message(7, on.now, R"({"v":1})")}) << "its subscription stays";
 }
 
-TEST_F(core_numbers, tells_of_services_that_come_and_go) {
+TEST_F(core_numbers_codec, tells_of_services_that_come_and_go) {
   client p{on};
   peer other{on};
   other.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
@@ -181,7 +181,7 @@ TEST_F(core_numbers, tells_of_services_that_come_and_go) {
   EXPECT_EQ(gone_of(p.hear(), 's'), std::vector{came.at("/add")});
 }
 
-TEST_F(core_numbers, lists_more_than_one_message_holds) {
+TEST_F(core_numbers_codec, lists_more_than_one_message_holds) {
   std::vector<std::string> names;
   std::deque<peer> others;
   for (char first = 'a'; first < 'm'; ++first) { // of 8 KiB, each character perhaps to be escaped
@@ -197,7 +197,7 @@ TEST_F(core_numbers, lists_more_than_one_message_holds) {
 
 // ---- topics
 
-TEST_F(core_numbers, gives_each_subscriber_the_shared_message_behind_a_head_of_its_own) {
+TEST_F(core_numbers_codec, gives_each_subscriber_the_shared_message_behind_a_head_of_its_own) {
   auto& pose_lane = advertise_pose(on);
   on.cycle();
   client first{on};
@@ -216,7 +216,7 @@ TEST_F(core_numbers, gives_each_subscriber_the_shared_message_behind_a_head_of_i
   EXPECT_EQ(other.binaries, 0);
 }
 
-TEST_F(core_numbers, says_of_a_latched_value_when_it_was_published) {
+TEST_F(core_numbers_codec, says_of_a_latched_value_when_it_was_published) {
   auto& pose_lane = advertise_pose(on, {.latched = true});
   on.cycle();
   const auto published = on.now;
@@ -226,13 +226,13 @@ TEST_F(core_numbers, says_of_a_latched_value_when_it_was_published) {
   EXPECT_EQ(say(p, subscribe_to(7, p.topics.at("/pose"))), texts{message(7, published, R"({"x":3,"y":0})")});
 }
 
-TEST_F(core_numbers, goes_on_with_a_message_that_the_socket_took_a_part_of) {
+TEST_F(core_numbers_codec, goes_on_with_a_message_that_the_socket_took_a_part_of) {
   auto& pose_lane = advertise_pose(on);
   on.cycle();
   client p{on};
   say(p, subscribe_to(0x01020304, p.topics.at("/pose")));
   for (std::size_t room = 1; room < 40; ++room) {
-    on.net.weather_of(p.id()).room_bytes = room;
+    on.net.link_of(p.id()).room_bytes = room;
     const auto published = on.now;
     ASSERT_TRUE(publish(on, pose_lane, {1, 0}));
     texts heard;
@@ -244,7 +244,7 @@ TEST_F(core_numbers, goes_on_with_a_message_that_the_socket_took_a_part_of) {
   }
 }
 
-TEST_F(core_numbers, takes_several_requests_of_one_message) {
+TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
   auto& pose_lane = advertise_pose(on);
   on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
   on.cycle();
@@ -260,14 +260,14 @@ TEST_F(core_numbers, takes_several_requests_of_one_message) {
   EXPECT_FALSE(publish(on, pose_lane, {1, 0})) << "nobody listens";
 }
 
-struct numbers_beyond_their_rate : core_numbers {
+struct numbers_beyond_their_rate : core_numbers_codec {
   static rowe::endpoint_options ten_a_second() {
     rowe::endpoint_options options = hub_options();
     options.limits.messages_per_second_max = 10;
     options.limits.subscriptions_per_connection_max = 64;
     return options;
   }
-  numbers_beyond_their_rate() : core_numbers{ten_a_second()} {}
+  numbers_beyond_their_rate() : core_numbers_codec{ten_a_second()} {}
 };
 
 // One after the other in one message.
@@ -294,7 +294,7 @@ TEST_F(numbers_beyond_their_rate, are_counted_each_where_a_message_lists_several
   EXPECT_EQ(on.count(counter::flooding_peers), 1U);
 }
 
-TEST_F(core_numbers, carries_out_no_longer_list_than_a_peer_may_hold_things) {
+TEST_F(core_numbers_codec, carries_out_no_longer_list_than_a_peer_may_hold_things) {
   client p{on};
   texts refusals(8, "enothing here has this number"); // subscriptions_per_connection_max
   EXPECT_EQ(say(p, drop(8)), refusals);
@@ -305,7 +305,7 @@ TEST_F(core_numbers, carries_out_no_longer_list_than_a_peer_may_hold_things) {
   EXPECT_EQ(on.count(counter::refused_requests) + on.count(counter::refusals_unsaid), 8U + 9U + 9U);
 }
 
-TEST_F(core_numbers, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_peer) {
+TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_peer) {
   advertise_pose(on);
   on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
   on.cycle();
@@ -332,7 +332,7 @@ TEST_F(core_numbers, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_
             (texts{std::string{refusal}, std::string{refusal}}));
 }
 
-TEST_F(core_numbers, relays_what_is_published_under_the_peers_own_number) {
+TEST_F(core_numbers_codec, relays_what_is_published_under_the_peers_own_number) {
   client p{on};
   peer other{on};
   other.say(R"({"op":"subscribe","topic":"/cmd"})");
@@ -346,7 +346,7 @@ TEST_F(core_numbers, relays_what_is_published_under_the_peers_own_number) {
 
 // ---- calls
 
-TEST_F(core_numbers, answers_calls_of_the_endpoints_services_of_handles_and_of_peers) {
+TEST_F(core_numbers_codec, answers_calls_of_the_endpoints_services_of_handles_and_of_peers) {
   rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
   peer other{on};
   other.say(R"({"op":"advertise_service","service":"/add"})");
@@ -374,7 +374,7 @@ TEST_F(core_numbers, answers_calls_of_the_endpoints_services_of_handles_and_of_p
   EXPECT_EQ(p.binaries, 6);
 }
 
-TEST_F(core_numbers, answers_every_call_that_fails_under_its_id) {
+TEST_F(core_numbers_codec, answers_every_call_that_fails_under_its_id) {
   offer_echo();
   client p{on};
   const std::string of_echo = "c" + four(p.services.at("/echo")) + id;
@@ -392,7 +392,7 @@ TEST_F(core_numbers, answers_every_call_that_fails_under_its_id) {
 
 // ---- what is refused
 
-TEST_F(core_numbers, refuses_what_nobody_understands_with_a_sentence) {
+TEST_F(core_numbers_codec, refuses_what_nobody_understands_with_a_sentence) {
   client p{on};
   say(p, R"({"offer":[[5,"/cmd"]]})");
   for (const std::string& bytes : {std::string{}, std::string{"q"}, std::string{"p"}, "p" + four(5),
@@ -410,7 +410,7 @@ TEST_F(core_numbers, refuses_what_nobody_understands_with_a_sentence) {
 
 // ---- the stop
 
-struct numbers_and_a_latch : core_numbers {
+struct numbers_and_a_latch : core_numbers_codec {
   numbers_and_a_latch() {
     on.offer(rowe::detail::latch_request({.name = "loop"}));
     on.cycles(2);
@@ -470,7 +470,7 @@ TEST_F(numbers_and_a_latch, stops_on_the_path_of_the_stop_and_does_nothing_else_
 
 // ---- next to the others
 
-TEST_F(core_numbers, leaves_the_other_codecs_as_they_are) {
+TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
   auto& pose_lane = advertise_pose(on);
   rowe::responder<pose, pose> echo{core_harness::handle_of(offer_echo())};
   client p{on};
@@ -500,7 +500,7 @@ TEST_F(core_numbers, leaves_the_other_codecs_as_they_are) {
   EXPECT_EQ(page.binaries + program.binaries, 0);
 }
 
-TEST_F(core_numbers, parks_a_plain_message_for_which_there_is_no_room) {
+TEST_F(core_numbers_codec, parks_a_plain_message_for_which_there_is_no_room) {
   rowe::lane inbox{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
                                                      .receives = true,
                                                      .out_depth = 4,
@@ -522,7 +522,7 @@ TEST_F(core_numbers, parks_a_plain_message_for_which_there_is_no_room) {
     EXPECT_EQ(heard[static_cast<std::size_t>(i)], R"({"i":)" + std::to_string(i) + "}");
 }
 
-TEST_F(core_numbers, is_named_by_the_statistics) {
+TEST_F(core_numbers_codec, is_named_by_the_statistics) {
   client p{on};
   const texts heard = send(p, "c" + four(p.services.at("/rowe/stats")) + "abcd{}");
   ASSERT_EQ(heard.size(), 1U);
@@ -530,4 +530,4 @@ TEST_F(core_numbers, is_named_by_the_statistics) {
 }
 
 } // namespace
-} // namespace core_numbers_test
+} // namespace core_numbers_codec_test

@@ -194,7 +194,7 @@ TEST_F(refusals, name_the_limit_on_topics_and_free_their_places_with_the_peer) {
   }
   EXPECT_NE(last.find("topics_max"), std::string::npos) << last;
   bool told = false;
-  while (const auto what = on.board.try_event()) {
+  while (const auto what = on.shown.try_event()) {
     told = told || (what->what_kind == rowe::event::kind::limit &&
                     std::string_view{what->remedy} == "raise `limits::topics_max`");
   }
@@ -254,7 +254,7 @@ TEST_F(refusals, close_a_connection_that_sends_binary) {
 TEST_F(refusals, are_bounded_for_a_peer_that_does_not_read_its_answers) {
   peer rude{on};
   on.cycle();
-  on.net.weather_of(rude.id()).room_bytes = 0;
+  on.net.link_of(rude.id()).room_bytes = 0;
   for (int i = 0; i < 1000; ++i) rude.say("nonsense");
   on.cycles(20);
   EXPECT_LE(on.core.slots_in_use(), 20U);

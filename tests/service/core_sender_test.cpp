@@ -6,7 +6,7 @@
 
 #include <algorithm>
 
-namespace core_writing_test {
+namespace core_sender_test {
 namespace {
 
 using namespace harness;
@@ -23,12 +23,12 @@ rowe::endpoint_options for_a_crowd() {
   return options;
 }
 
-struct writing : testing::Test {
-  writing() {
+struct core_sender : testing::Test {
+  core_sender() {
     peers.reserve(crowd);
     for (std::size_t i = 0; i < crowd; ++i) peers.emplace_back(on);
   }
-  ~writing() override { EXPECT_TRUE(on.core.check()); }
+  ~core_sender() override { EXPECT_TRUE(on.core.check()); }
 
   void all_say(std::string_view text) {
     for (peer& p : peers) p.say(text);
@@ -46,7 +46,7 @@ struct writing : testing::Test {
   std::vector<peer> peers;
 };
 
-TEST_F(writing, goes_to_so_many_peers_in_one_cycle_and_to_the_others_in_the_next) {
+TEST_F(core_sender, goes_to_so_many_peers_in_one_cycle_and_to_the_others_in_the_next) {
   auto& lane = advertise_pose(on);
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   ASSERT_TRUE(publish(on, lane, {1, 0}));
@@ -61,7 +61,7 @@ TEST_F(writing, goes_to_so_many_peers_in_one_cycle_and_to_the_others_in_the_next
   EXPECT_EQ(heard(), 0U);
 }
 
-TEST_F(writing, gives_everybody_a_turn_however_much_there_is_for_others) {
+TEST_F(core_sender, gives_everybody_a_turn_however_much_there_is_for_others) {
   auto& lane = advertise_pose(on);
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   std::vector<std::size_t> waits(crowd); // cycles
@@ -74,7 +74,7 @@ TEST_F(writing, gives_everybody_a_turn_however_much_there_is_for_others) {
 }
 
 // They read, and so nothing of a burst may be pushed out of their queues by the next one.
-TEST_F(writing, takes_no_more_from_lanes_than_everybody_has_been_offered) {
+TEST_F(core_sender, takes_no_more_from_lanes_than_everybody_has_been_offered) {
   constexpr int burst = 6;
   auto& lane = advertise_pose(on, {.depth = burst});
   all_say(R"({"op":"subscribe","topic":"/pose","queue_length":8})");
@@ -92,7 +92,7 @@ TEST_F(writing, takes_no_more_from_lanes_than_everybody_has_been_offered) {
   for (const std::size_t each : heard_of) EXPECT_EQ(each, published);
 }
 
-TEST_F(writing, large_messages_leave_turns_to_fewer_peers) {
+TEST_F(core_sender, large_messages_leave_turns_to_fewer_peers) {
   auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/map", 8000, {.depth = 4});
   all_say(R"({"op":"subscribe","topic":"/map"})");
   for (int i = 0; i < 4; ++i)
@@ -101,8 +101,8 @@ TEST_F(writing, large_messages_leave_turns_to_fewer_peers) {
   EXPECT_LT(heard(), turns_per_cycle);
 }
 
-TEST_F(writing, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
-  all_say("{}"); // they speak the bare dialect
+TEST_F(core_sender, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
+  all_say("{}"); // they speak bare
   const auto sent = on.submissions.submit({.what = rowe::detail::entry::message,
                                            .wants_outcome = false,
                                            .peer = {},
@@ -116,7 +116,7 @@ TEST_F(writing, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
   EXPECT_EQ(on.count(counter::expired), 0U);
 }
 
-TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
+TEST_F(core_sender, a_stop_does_not_wait_until_all_have_had_their_turn) {
   rowe::stop_latch latch{core_harness::handle_of(on.offer(rowe::detail::latch_request({})))};
   auto& lane = advertise_pose(on);
   peer operator_{on};
@@ -134,14 +134,14 @@ TEST_F(writing, a_stop_does_not_wait_until_all_have_had_their_turn) {
 // ---- nobody is forgotten who has something to write
 
 // The front of a queue may be written while what stands behind it is over already.
-TEST(core_writing, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did_not_read) {
+TEST(sender, tells_a_peer_what_comes_behind_messages_that_were_over_while_it_did_not_read) {
   core_harness on{small_options()};
   auto& lasting = advertise_pose(on);
   auto& brief = advertise_pose(on, {.ttl = 20ms});
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.weather_of(slow.id()).room_bytes = 10; // the first frame begins, no more
+  on.net.link_of(slow.id()).room_bytes = 10; // the first frame begins, no more
   for (int i = 1; i <= 2; ++i) {
     ASSERT_TRUE(publish(on, lasting, {1.0 * i, 0}));
     on.cycle();
@@ -149,7 +149,7 @@ TEST(core_writing, tells_a_peer_what_comes_behind_messages_that_were_over_while_
   ASSERT_TRUE(publish(on, brief, {3, 0}));
   on.cycle();
   on.now += 30ms;
-  on.net.weather_of(slow.id()).room_bytes = 4096;
+  on.net.link_of(slow.id()).room_bytes = 4096;
   on.cycles(3);
   EXPECT_EQ(slow.hear(), (texts{message(1), message(2)}));
   ASSERT_TRUE(publish(on, lasting, {4, 0}));
@@ -160,7 +160,7 @@ TEST(core_writing, tells_a_peer_what_comes_behind_messages_that_were_over_while_
 
 // Of small slots only one may be begun. Two peers have begun the same message; the one that is done with it
 // first has another one behind it, which waits until the other is done, too.
-TEST(core_writing, begins_what_waited_for_a_frame_that_ended) {
+TEST(sender, begins_what_waited_for_a_frame_that_ended) {
   auto options = small_options();
   options.limits.small_slots = 4;
   core_harness on{options};
@@ -169,14 +169,14 @@ TEST(core_writing, begins_what_waited_for_a_frame_that_ended) {
   for (peer* p : {&first, &second}) {
     p->say(R"({"op":"subscribe","topic":"/pose"})");
     on.cycle();
-    on.net.weather_of(p->id()).room_bytes = 10;
+    on.net.link_of(p->id()).room_bytes = 10;
   }
   for (int i = 1; i <= 2; ++i) {
     ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
     on.cycle();
   }
   for (peer* p : {&first, &second}) {
-    on.net.weather_of(p->id()).room_bytes = 4096;
+    on.net.link_of(p->id()).room_bytes = 4096;
     on.cycles(3);
     EXPECT_EQ(on.core.inconsistency(), "");
   }
@@ -184,4 +184,4 @@ TEST(core_writing, begins_what_waited_for_a_frame_that_ended) {
 }
 
 } // namespace
-} // namespace core_writing_test
+} // namespace core_sender_test

@@ -6,7 +6,7 @@
 #include <deque>
 
 namespace harness {
-namespace core_sharing_test {
+namespace core_shares_test {
 namespace {
 
 using rowe::detail::lane_kind;
@@ -52,7 +52,7 @@ void give_up(core_harness& on, rowe::detail::lane& lane) {
 // ---- queues
 
 // A live message in front of expired ones, and a depth that became smaller.
-TEST(core_sharing, survives_a_queue_that_becomes_shorter_with_expired_messages_behind_a_live_one) {
+TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_behind_a_live_one) {
   core_harness on{hub_options()};
   auto& odom = offer_text(on, lane_kind::publish_text, "/odom", 64, {.ttl = 100ms});
   peer p{on};
@@ -81,7 +81,7 @@ TEST(core_sharing, survives_a_queue_that_becomes_shorter_with_expired_messages_b
   EXPECT_LT(on.count(counter::expired), 100U);
 }
 
-TEST(core_sharing, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
+TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   core_harness on{hub_options()};
   auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
   peer p{on};
@@ -99,7 +99,7 @@ TEST(core_sharing, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   EXPECT_EQ(count_of(p.hear(), R"("n":9)"), 1U);
 }
 
-TEST(core_sharing, follows_a_throttle_that_is_lowered_at_once) {
+TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   core_harness on;
   auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
   peer p{on};
@@ -122,7 +122,7 @@ TEST(core_sharing, follows_a_throttle_that_is_lowered_at_once) {
 
 // ---- slots
 
-TEST(core_sharing, serves_others_beside_a_reader_that_queues_all_it_may) {
+TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
   core_harness on;
   auto& lane = offer_text(on, lane_kind::publish_text, "/live", 64);
   std::vector<rowe::detail::lane*> slow;
@@ -152,7 +152,7 @@ TEST(core_sharing, serves_others_beside_a_reader_that_queues_all_it_may) {
   EXPECT_TRUE(on.core.check());
 }
 
-TEST(core_sharing, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
+TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_expired_messages) {
   auto options = small_options();
   options.limits.queued_max = 40;
   core_harness on{options};
@@ -177,7 +177,7 @@ TEST(core_sharing, has_entries_for_others_beside_one_whose_queues_are_full_of_ex
   EXPECT_TRUE(on.core.check());
 }
 
-TEST(core_sharing, delivers_large_messages_beside_many_large_latched_values) {
+TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
   auto options = small_options();
   options.limits.lanes_max = 12;
   options.limits.latched_bytes = 64 * 1024;
@@ -213,7 +213,7 @@ TEST(core_sharing, delivers_large_messages_beside_many_large_latched_values) {
 }
 
 // Slots are taken back while latched values are composed for the one who loses them.
-TEST(core_sharing, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_free) {
+TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_free) {
   for (const bool reads : {true, false}) {
     auto options = small_options();
     options.limits.small_slots = 4;
@@ -227,7 +227,7 @@ TEST(core_sharing, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is
       on.cycle();
     }
     peer p{on};
-    if (!reads) on.net.weather_of(p.id()).room_bytes = 30;
+    if (!reads) on.net.link_of(p.id()).room_bytes = 30;
     for (int i = 0; i < 30; ++i) p.say(R"({"op":"unsubscribe","topic":"/none"})");
     for (const char* topic : {"/a", "/b", "/c"}) p.say(subscribe(topic));
     for (int i = 0; i < 30; ++i) p.say(R"({"op":"unsubscribe","topic":"/none"})");
@@ -236,14 +236,14 @@ TEST(core_sharing, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is
       on.cycle();
       ASSERT_TRUE(on.core.check());
       hear_more(p, heard);
-      on.net.weather_of(p.id()).room_bytes += 100;
+      on.net.link_of(p.id()).room_bytes += 100;
     }
     EXPECT_EQ(p.violated, "");
     EXPECT_EQ(count_of(heard, "kept"), 3U);
   }
 }
 
-TEST(core_sharing, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
+TEST(core_shares, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
   core_harness on;
   auto& lane = offer_text(on, lane_kind::publish_text, "/a", 64);
   auto& lane_too = offer_text(on, lane_kind::publish_text, "/b", 64);
@@ -269,7 +269,7 @@ TEST(core_sharing, sends_messages_to_everyone_beside_one_that_queues_all_it_may)
   EXPECT_EQ(heard, 100U);
 }
 
-TEST(core_sharing, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
+TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers_it_all_the_same) {
   auto options = small_options();
   options.limits.latched_bytes = 2048; // two blocks
   core_harness on{options};
@@ -291,7 +291,7 @@ TEST(core_sharing, counts_a_latched_value_for_which_there_is_no_room_and_deliver
 
 // ---- what is latched, and by whom
 
-TEST(core_sharing, keeps_no_value_for_those_who_latch_nothing) {
+TEST(core_shares, keeps_no_value_for_those_who_latch_nothing) {
   core_harness on{hub_options()};
   peer latches{on}, plain{on};
   latches.say(R"({"op":"advertise","topic":"/t","type":"a/B","latch":true})");
@@ -312,7 +312,7 @@ TEST(core_sharing, keeps_no_value_for_those_who_latch_nothing) {
   EXPECT_NE(heard[0].find("latches"), std::string::npos);
 }
 
-TEST(core_sharing, forgets_a_latched_value_with_the_peer_that_latched_it) {
+TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
   for (const bool leaves : {true, false}) {
     core_harness on{hub_options()};
     peer keeps_topic{on};
@@ -330,7 +330,7 @@ TEST(core_sharing, forgets_a_latched_value_with_the_peer_that_latched_it) {
   }
 }
 
-TEST(core_sharing, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
+TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
   core_harness on{hub_options()};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 64, {.latched = true});
   ASSERT_TRUE(publish_text(on, map, R"({"from":"robot"})"));
@@ -352,7 +352,7 @@ TEST(core_sharing, does_not_put_a_peers_value_in_the_place_of_what_this_process_
   EXPECT_EQ(later.hear().size(), 0U);
 }
 
-TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
+TEST(core_shares, lets_no_peer_latch_more_than_its_share) {
   auto options = hub_options();
   options.limits.latched_bytes = 16 * 1024; // sixteen blocks, eight for peers
   options.limits.topics_max = 64;
@@ -383,7 +383,7 @@ TEST(core_sharing, lets_no_peer_latch_more_than_its_share) {
 }
 
 // Each that comes takes all that it gets, and nothing is given back.
-TEST(core_sharing, keeps_some_of_each_pool_for_who_comes_last) {
+TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
   auto options = hub_options();
   options.limits.latched_bytes = 40 * 1024;
   core_harness on{options};
@@ -422,7 +422,7 @@ TEST(core_sharing, keeps_some_of_each_pool_for_who_comes_last) {
   EXPECT_EQ(on.count(counter::not_latched), not_latched);
 }
 
-TEST(core_sharing, lets_a_report_find_room_whatever_topics_peers_make_up) {
+TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
   auto options = hub_options();
   options.limits.topics_max = 128;
   options.limits.advertisements_per_connection_max = 64;
@@ -446,7 +446,7 @@ TEST(core_sharing, lets_a_report_find_room_whatever_topics_peers_make_up) {
 }
 
 // A slot is free only when everybody has lost the message in it.
-TEST(core_sharing, finds_slots_beside_many_that_hold_the_same_messages) {
+TEST(core_shares, finds_slots_beside_many_that_hold_the_same_messages) {
   constexpr int topics = 30;
   auto options = hub_options();
   options.limits.small_slots = 256;
@@ -478,7 +478,7 @@ TEST(core_sharing, finds_slots_beside_many_that_hold_the_same_messages) {
 // ---- slots that sockets have
 
 // Each keeps a slot of which its socket has taken a part.
-TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
+TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
   auto options = hub_options();
   options.limits.large_slots = 8; // two of them for sockets
   core_harness on{options};
@@ -490,7 +490,7 @@ TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
     on.cycle();
   };
   for (int i = 0; i < 6; ++i) { // each has another message begun
-    on.net.weather_of(deaf.emplace_back(on).id()).room_bytes = 500;
+    on.net.link_of(deaf.emplace_back(on).id()).room_bytes = 500;
     deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
     on.cycle();
     publish();
@@ -511,7 +511,7 @@ TEST(core_sharing, has_slots_left_beside_peers_that_finish_no_large_message) {
 }
 
 // A transport that keeps the rest of frames itself, as sockets can.
-TEST(core_sharing, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames) {
+TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames) {
   auto options = hub_options();
   options.limits.large_slots = 8;
   core_harness on{options};
@@ -519,7 +519,7 @@ TEST(core_sharing, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
   for (int i = 0; i < 6; ++i) {
-    auto& how = on.net.weather_of(deaf.emplace_back(on).id());
+    auto& how = on.net.link_of(deaf.emplace_back(on).id());
     how.room_bytes = 500;
     how.rest_bytes_max = SIZE_MAX;
     deaf.back().say(subscribe("/map", R"(,"queue_length":1)"));
@@ -543,13 +543,13 @@ TEST(core_sharing, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames
 }
 
 // Of so few large slots sockets may have one.
-TEST(core_sharing, lets_nobody_wait_where_there_is_one_large_slot_and_the_transport_keeps_the_rest) {
+TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transport_keeps_the_rest) {
   auto options = hub_options();
   options.limits.large_slots = 1;
   core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
   peer deaf{on}, reads{on};
-  auto& how = on.net.weather_of(deaf.id());
+  auto& how = on.net.link_of(deaf.id());
   how.room_bytes = 500;
   how.rest_bytes_max = SIZE_MAX;
   for (peer* one : {&deaf, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
@@ -564,13 +564,13 @@ TEST(core_sharing, lets_nobody_wait_where_there_is_one_large_slot_and_the_transp
 }
 
 // Who waited for others' frames to end, and has nothing to write any more.
-TEST(core_sharing, cuts_nobody_for_a_peer_that_has_left) {
+TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
   auto options = hub_options();
   options.limits.large_slots = 4; // one of them for sockets
   core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
   peer slow{on}, waits{on};
-  on.net.weather_of(slow.id()).room_bytes = 500;
+  on.net.link_of(slow.id()).room_bytes = 500;
   slow.say(subscribe("/map", R"(,"queue_length":1)"));
   on.cycle();
   (void)publish_text(on, map, R"({"x":")" + std::string(3000, 'x') + "\"}");
@@ -585,13 +585,13 @@ TEST(core_sharing, cuts_nobody_for_a_peer_that_has_left) {
 }
 
 // Nobody waits for what it has.
-TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
+TEST(core_shares, cuts_no_peer_for_its_slow_reading_alone) {
   auto options = hub_options();
   options.limits.large_slots = 8;
   core_harness on{options};
   auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000, {.depth = 2});
   peer slow{on}, reads{on};
-  on.net.weather_of(slow.id()).room_bytes = 500;
+  on.net.link_of(slow.id()).room_bytes = 500;
   for (peer* one : {&slow, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
   on.cycle();
   texts heard;
@@ -606,13 +606,13 @@ TEST(core_sharing, cuts_no_peer_for_its_slow_reading_alone) {
 
 // ---- events
 
-TEST(core_sharing, tells_so_many_times_a_second_that_somebody_came_or_said_something_is_wrong) {
+TEST(core_shares, tells_so_many_times_a_second_that_somebody_came_or_said_something_is_wrong) {
   core_harness on;
   peer says{on};
   for (int i = 0; i < 100; ++i) says.say(R"({"op":"status","level":"error","msg":"wrong"})");
   on.cycles(10);
   std::size_t statuses = 0;
-  while (const auto one = on.board.try_event())
+  while (const auto one = on.shown.try_event())
     statuses += one->what_kind == rowe::event::kind::status_from_peer;
   EXPECT_EQ(statuses, 8U);
   EXPECT_EQ(on.count(counter::events_lost), 92U);
@@ -622,7 +622,7 @@ TEST(core_sharing, tells_so_many_times_a_second_that_somebody_came_or_said_somet
     on.cycle();
     comes.leave();
     on.cycle();
-    while (const auto one = on.board.try_event())
+    while (const auto one = on.shown.try_event())
       comings +=
           one->what_kind == rowe::event::kind::peer_joined || one->what_kind == rowe::event::kind::peer_left;
   }
@@ -630,7 +630,7 @@ TEST(core_sharing, tells_so_many_times_a_second_that_somebody_came_or_said_somet
   EXPECT_GE(comings, 128U);
 }
 
-TEST(core_sharing, has_room_for_events_of_this_process_however_many_peers_come_and_go) {
+TEST(core_shares, has_room_for_events_of_this_process_however_many_peers_come_and_go) {
   core_harness on;
   for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
     peer comes{on};
@@ -642,13 +642,13 @@ TEST(core_sharing, has_room_for_events_of_this_process_however_many_peers_come_a
   offer_text(on, lane_kind::publish_text, "/a", 64, {}, "test/A");
   offer_text(on, lane_kind::publish_text, "/a", 64, {}, "test/B"); // which is refused
   bool told = false;
-  while (const auto one = on.board.try_event()) told = told || one->what_kind == rowe::event::kind::warning;
+  while (const auto one = on.shown.try_event()) told = told || one->what_kind == rowe::event::kind::warning;
   EXPECT_TRUE(told);
 }
 
 // ---- topics
 
-TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
+TEST(core_shares, leaves_this_process_places_for_its_topics_and_its_stop) {
   core_harness on;
   std::vector<std::unique_ptr<peer>> crowd;
   for (int k = 0; k < 7; ++k) {
@@ -671,7 +671,7 @@ TEST(core_sharing, leaves_this_process_places_for_its_topics_and_its_stop) {
   EXPECT_EQ(page.hear().size(), 1U);
 }
 
-TEST(core_sharing, takes_places_back_that_handles_left_to_those_who_subscribed) {
+TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
   auto options = small_options();
   options.limits.topics_max = 8;
   core_harness on{options};
@@ -691,7 +691,7 @@ TEST(core_sharing, takes_places_back_that_handles_left_to_those_who_subscribed) 
   EXPECT_EQ(count_of(said, "is given up: this process needs its place (limit topics_max)"), 7U);
 }
 
-TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
+TEST(core_shares, lets_no_peer_make_up_more_topics_than_it_leaves) {
   auto options = small_options();
   options.limits.topics_max = 20; // twelve of them for peers
   core_harness on{options};
@@ -714,7 +714,7 @@ TEST(core_sharing, lets_no_peer_make_up_more_topics_than_it_leaves) {
 }
 
 // Many hold one topic, somebody takes what he gets, and they leave: what is kept for those who come is there.
-TEST(core_sharing, charges_one_of_those_who_share_a_topic) {
+TEST(core_shares, charges_one_of_those_who_share_a_topic) {
   auto options = hub_options();
   options.limits.connections_max = 20;
   options.limits.topics_max = 68; // sixty less eight for this process
@@ -752,7 +752,7 @@ TEST(core_sharing, charges_one_of_those_who_share_a_topic) {
   EXPECT_EQ(on.core.inconsistency(), "");
 }
 
-TEST(core_sharing, charges_nobody_for_topics_of_this_process) {
+TEST(core_shares, charges_nobody_for_topics_of_this_process) {
   core_harness on;
   for (int i = 0; i < 4; ++i) offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
   peer p{on};
@@ -762,7 +762,7 @@ TEST(core_sharing, charges_nobody_for_topics_of_this_process) {
   EXPECT_EQ(p.hear().size(), 0U);
 }
 
-TEST(core_sharing, gives_a_topic_the_type_of_this_process_whoever_named_it_first) {
+TEST(core_shares, gives_a_topic_the_type_of_this_process_whoever_named_it_first) {
   core_harness on;
   peer early{on};
   early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
@@ -784,7 +784,7 @@ TEST(core_sharing, gives_a_topic_the_type_of_this_process_whoever_named_it_first
 
 // ---- services and calls
 
-TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) {
+TEST(core_shares, gives_a_service_to_this_process_whoever_advertised_it_first) {
   core_harness on{hub_options()};
   peer early{on}, asks{on};
   early.say(R"({"op":"advertise_service","service":"/add","type":"a/Add"})");
@@ -814,7 +814,7 @@ TEST(core_sharing, gives_a_service_to_this_process_whoever_advertised_it_first) 
   EXPECT_EQ(other.hear().size(), 0U);
 }
 
-TEST(core_sharing, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_answered) {
+TEST(core_shares, leaves_calls_to_others_beside_one_that_asks_for_what_is_never_answered) {
   core_harness on{hub_options()}; // sixteen calls, twelve for peers, four for one
   peer provides{on}, first{on}, second{on}, third{on};
   provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
@@ -838,7 +838,7 @@ TEST(core_sharing, leaves_calls_to_others_beside_one_that_asks_for_what_is_never
 
 // ---- rates
 
-TEST(core_sharing, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
+TEST(core_shares, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
   auto options = hub_options();
   options.limits.messages_per_second_max = 100;
   core_harness on{options};
@@ -870,7 +870,7 @@ TEST(core_sharing, drops_what_a_peer_says_beyond_its_rate_but_not_a_stop) {
   EXPECT_EQ(count_of(other.hear(), R"("n":2)"), 1U);
 }
 
-TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
+TEST(core_shares, cuts_a_peer_that_goes_on_beyond_its_rate) {
   auto options = small_options();
   options.limits.messages_per_second_max = 10;
   core_harness on{options};
@@ -891,7 +891,7 @@ TEST(core_sharing, cuts_a_peer_that_goes_on_beyond_its_rate) {
 }
 
 // Who calls waits for an answer.
-TEST(core_sharing, answers_each_call_that_it_refuses) {
+TEST(core_shares, answers_each_call_that_it_refuses) {
   core_harness on;
   peer wakes{on};
   on.cycle();
@@ -902,7 +902,7 @@ TEST(core_sharing, answers_each_call_that_it_refuses) {
   EXPECT_EQ(on.count(counter::refusals_unsaid), 0U);
 }
 
-TEST(core_sharing, cuts_nobody_because_others_have_taken_all_calls) {
+TEST(core_shares, cuts_nobody_because_others_have_taken_all_calls) {
   core_harness on{hub_options()};
   peer provides{on}, asks{on};
   provides.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
@@ -917,29 +917,29 @@ TEST(core_sharing, cuts_nobody_because_others_have_taken_all_calls) {
   EXPECT_FALSE(asks.cut());
 }
 
-TEST(core_sharing, says_and_reports_refusals_that_repeat_so_often_and_counts_the_others) {
+TEST(core_shares, says_and_reports_refusals_that_repeat_so_often_and_counts_the_others) {
   core_harness on;
   peer clumsy{on};
   on.cycle();
-  while (on.board.try_event()) continue;
+  while (on.shown.try_event()) continue;
   for (int i = 0; i < 50; ++i) clumsy.say(R"({"op":"unsubscribe","topic":"/none"})");
   on.cycle();
   EXPECT_EQ(clumsy.hear().size(), 20U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 30U);
   int events = 0;
-  while (on.board.try_event()) ++events;
+  while (on.shown.try_event()) ++events;
   EXPECT_EQ(events, 8);
   on.cycles(4, 500ms);
   std::string last;
-  while (const auto one = on.board.try_event()) last = std::string_view{one->what};
+  while (const auto one = on.shown.try_event()) last = std::string_view{one->what};
   EXPECT_EQ(last, "42 more requests were refused");
 }
 
-TEST(core_sharing, composes_no_answer_for_which_its_asker_has_no_place) {
+TEST(core_shares, composes_no_answer_for_which_its_asker_has_no_place) {
   core_harness on;
   peer deaf{on};
   on.cycle();
-  on.net.weather_of(deaf.id()).room_bytes = 0;
+  on.net.link_of(deaf.id()).room_bytes = 0;
   for (int i = 0; i < 40; ++i)
     deaf.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/rowe/stats"})");
   on.cycles(20);
@@ -948,5 +948,5 @@ TEST(core_sharing, composes_no_answer_for_which_its_asker_has_no_place) {
 }
 
 } // namespace
-} // namespace core_sharing_test
+} // namespace core_shares_test
 } // namespace harness

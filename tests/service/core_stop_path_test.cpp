@@ -67,7 +67,7 @@ struct stop_path : testing::Test {
   std::deque<peer> peers;
 };
 
-TEST_F(stop_path, stops_in_either_dialect_with_an_answer_or_without) {
+TEST_F(stop_path, stops_by_either_codec_with_an_answer_or_without) {
   for (const auto& [text, answers] :
        {std::pair{R"({"op":"call_service","id":"1","service":"/rowe/stop","args":{"source":"hand"}})", 1U},
         {R"({"op":"publish","topic":"/rowe/stop","msg":{"source":"hand"}})", 0U},

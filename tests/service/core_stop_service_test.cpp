@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stop's messages: in both dialects, without any free slot, queue or place, and before everything else.
+// The stop's messages: by both codecs, without any free slot, queue or place, and before everything else.
 #include "core_fixtures.hpp"
 
 #include <rowe/stop_latch.hpp>
 
 #include <optional>
 
-namespace core_stopping_test {
+namespace core_stop_service_test {
 namespace {
 
 using namespace harness;
@@ -175,7 +175,7 @@ TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
     busy.say(R"({"op":"call_service","id":")" + std::to_string(i) + R"(","service":"/slow"})");
   on.cycle();
   peer deaf{on};
-  on.net.weather_of(deaf.id()).room_bytes = 0;
+  on.net.link_of(deaf.id()).room_bytes = 0;
   for (int topic = 0; topic < 8; ++topic)
     deaf.say(R"({"op":"call_service","id":")" + std::to_string(topic) + R"(","service":"/rosapi/topics"})");
   for (int i = 0; i < 400; ++i) deaf.say(R"({"op":"call_service","service":"/rosapi/topics"})");
@@ -193,13 +193,13 @@ TEST_F(stopping, is_written_before_everything_that_waits_for_the_same_peer) {
   rowe::detail::lane& pose_lane = advertise_pose(on);
   operator_.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  on.net.weather_of(operator_.id()).room_bytes = 10; // a frame is begun, the rest waits
+  on.net.link_of(operator_.id()).room_bytes = 10; // a frame is begun, the rest waits
   for (int i = 0; i < 10; ++i) (void)publish(on, pose_lane, {1.0 * i, 0});
   on.cycle();
   operator_.say(stop_call);
   on.cycle();
   look();
-  on.net.weather_of(operator_.id()).room_bytes = SIZE_MAX;
+  on.net.link_of(operator_.id()).room_bytes = SIZE_MAX;
   on.cycle();
   const auto heard = operator_.hear();
   ASSERT_EQ(heard.size(), 11U);
@@ -215,13 +215,13 @@ TEST_F(stopping, frames_stay_whole_however_the_socket_takes_them) {
   (void)operator_.hear();
   std::size_t answers = 0;
   for (int i = 0; i < 300; ++i) {
-    on.net.weather_of(operator_.id()).room_bytes = static_cast<std::size_t>(i % 37);
+    on.net.link_of(operator_.id()).room_bytes = static_cast<std::size_t>(i % 37);
     if (i % 5 == 0) operator_.say(stop_call);
     if (i % 7 == 0) operator_.send(rowe::wire::opcode::ping, "are you there?");
     look();
     for (const std::string& text : operator_.hear()) answers += member(text, "op") == "\"service_response\"";
   }
-  on.net.weather_of(operator_.id()).room_bytes = SIZE_MAX;
+  on.net.link_of(operator_.id()).room_bytes = SIZE_MAX;
   on.cycles(60);
   for (const std::string& text : operator_.hear()) answers += member(text, "op") == "\"service_response\"";
   EXPECT_EQ(operator_.violated, "");
@@ -407,7 +407,7 @@ TEST_F(stopping, of_one_peer_does_not_keep_others_from_waiting_for_their_answer)
 TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
   peer operator_{on};
   start(operator_);
-  on.board.stops.ask();
+  on.shown.stops.ask();
   on.cycle();
   EXPECT_FALSE(look());
 }
@@ -421,17 +421,17 @@ struct local_thread {
   void stop(std::string_view source, std::string_view reason = {}) {
     ++asked.stops;
     ASSERT_TRUE(asked.source.assign(source) && asked.reason.assign(reason));
-    on.board.stops.hand_in(asked);
-    on.board.stops.ask();
+    on.shown.stops.hand_in(asked);
+    on.shown.stops.ask();
   }
   void reset(std::uint64_t number = 0, rowe::rt::time_point until = rowe::rt::never) {
     ++asked.resets;
     asked.number = number;
     asked.until = until;
-    on.board.stops.hand_in(asked);
+    on.shown.stops.hand_in(asked);
   }
   const rowe::service::local_stop_answered& hear() {
-    on.board.stops.hear(heard);
+    on.shown.stops.hear(heard);
     return heard;
   }
 };
@@ -466,7 +466,7 @@ TEST_F(stopping, words_that_come_behind_it_are_shown) {
   peer operator_{on};
   start(operator_);
   local_thread thread{on};
-  on.board.stops.ask();
+  on.shown.stops.ask();
   on.cycle();
   EXPECT_FALSE(look());
   EXPECT_EQ(thread.hear().stops, 0U);
@@ -644,7 +644,7 @@ TEST_F(stopping_guarded, guard_keeps_it_moving_by_echoing_ticks_and_stops_it_by_
   EXPECT_TRUE(latch->engaged(on.now));
 }
 
-TEST_F(stopping_guarded, guard_stops_it_by_saying_goodbye) {
+TEST_F(stopping_guarded, guard_stops_it_by_sending_a_close_frame) {
   peer page{on};
   look();
   page.say(R"({"service":"/rowe/stop/lease","guard":"g","message_id":1})");
@@ -724,7 +724,7 @@ TEST(stopping_without_a_latch, is_no_service) {
 TEST_F(stopping, is_an_event_however_many_statuses_peers_send) {
   peer operator_{on};
   start(operator_);
-  while (on.board.try_event()) continue;
+  while (on.shown.try_event()) continue;
   for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
     peer says{on};
     for (int n = 0; n < 8; ++n) says.say(R"({"op":"status","level":"info","msg":"x"})");
@@ -736,9 +736,9 @@ TEST_F(stopping, is_an_event_however_many_statuses_peers_send) {
   operator_.say(stop_call);
   look();
   std::size_t told = 0;
-  while (const auto one = on.board.try_event()) told += one->what_kind == rowe::event::kind::stop;
+  while (const auto one = on.shown.try_event()) told += one->what_kind == rowe::event::kind::stop;
   EXPECT_EQ(told, 1U);
 }
 
 } // namespace
-} // namespace core_stopping_test
+} // namespace core_stop_service_test

@@ -5,7 +5,7 @@
 #include "core_fixtures.hpp"
 
 namespace harness {
-namespace core_misfits_test {
+namespace core_undecodable_test {
 namespace {
 
 using rowe::event;
@@ -25,20 +25,20 @@ rowe::detail::lane& subscribe_twist(core_harness& on, const rowe::topic_options&
 
 std::vector<event> events(core_harness& on, event::kind of) {
   std::vector<event> all;
-  while (const auto one = on.board.try_event()) {
+  while (const auto one = on.shown.try_event()) {
     if (one->what_kind == of) all.push_back(*one);
   }
   return all;
 }
 
-struct core_misfits : core_test {
-  core_misfits() {
+struct core_undecodable : core_test {
+  core_undecodable() {
     subscribe_twist(on);
     on.cycle();
   }
 };
 
-TEST_F(core_misfits, tells_the_peer_and_this_process_which_member_is_wrong) {
+TEST_F(core_undecodable, tells_the_peer_and_this_process_which_member_is_wrong) {
   peer p{on};
   p.say(part);
   on.cycles(2);
@@ -52,7 +52,7 @@ TEST_F(core_misfits, tells_the_peer_and_this_process_which_member_is_wrong) {
   EXPECT_NE(std::string_view{happened[0].remedy}.find("fill_missing"), std::string_view::npos);
 }
 
-TEST_F(core_misfits, tells_of_a_hub_as_well) {
+TEST_F(core_undecodable, tells_of_a_hub_as_well) {
   rowe::endpoint_options options = small_options();
   options.relay = true;
   core_harness hub{options};
@@ -68,7 +68,7 @@ TEST_F(core_misfits, tells_of_a_hub_as_well) {
   EXPECT_EQ(events(hub, event::kind::refused_request).size(), 1U);
 }
 
-TEST_F(core_misfits, tells_once_a_second_and_counts_the_rest) {
+TEST_F(core_undecodable, tells_once_a_second_and_counts_the_rest) {
   peer p{on};
   texts heard;
   for (int i = 0; i < 2500; ++i) { // 2.5 s
@@ -81,7 +81,7 @@ TEST_F(core_misfits, tells_once_a_second_and_counts_the_rest) {
   EXPECT_EQ(on.count(counter::undecodable), 2500U);
 }
 
-TEST_F(core_misfits, tells_each_peer_whatever_another_has_sent) {
+TEST_F(core_undecodable, tells_each_peer_whatever_another_has_sent) {
   peer noisy{on};
   for (int i = 0; i < 100; ++i) noisy.say(part);
   on.cycles(2);
@@ -94,7 +94,7 @@ TEST_F(core_misfits, tells_each_peer_whatever_another_has_sent) {
 }
 
 // A peer that changes topics all the time is told of two, and of the others when their turn has come.
-TEST_F(core_misfits, tells_a_peer_of_few_topics_a_second) {
+TEST_F(core_undecodable, tells_a_peer_of_few_topics_a_second) {
   rowe::endpoint_options options = small_options();
   options.limits.lanes_max = 12;
   core_harness wide{options};
@@ -118,7 +118,7 @@ TEST_F(core_misfits, tells_a_peer_of_few_topics_a_second) {
   EXPECT_EQ(p.hear().size(), 1U);
 }
 
-TEST_F(core_misfits, says_nothing_to_a_peer_that_wants_no_status) {
+TEST_F(core_undecodable, says_nothing_to_a_peer_that_wants_no_status) {
   peer p{on};
   p.say(R"({"op":"set_level","level":"none"})");
   p.say(part);
@@ -127,7 +127,7 @@ TEST_F(core_misfits, says_nothing_to_a_peer_that_wants_no_status) {
   EXPECT_EQ(events(on, event::kind::refused_request).size(), 1U);
 }
 
-TEST_F(core_misfits, fills_in_what_is_missing_where_the_subscriber_asked_for_it) {
+TEST_F(core_undecodable, fills_in_what_is_missing_where_the_subscriber_asked_for_it) {
   core_harness lenient;
   auto& lane = subscribe_twist(lenient, {.fill_missing = true});
   lenient.cycle();
@@ -149,7 +149,7 @@ TEST_F(core_misfits, fills_in_what_is_missing_where_the_subscriber_asked_for_it)
             R"(number; it is \"fast\""})"});
 }
 
-TEST_F(core_misfits, tells_of_texts_that_are_too_long) {
+TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
   on.offer(lane_kind::subscribe_text, "/t", 10);
   on.cycle();
   peer p{on};
@@ -162,7 +162,7 @@ TEST_F(core_misfits, tells_of_texts_that_are_too_long) {
   EXPECT_EQ(on.count(counter::too_big), 1U);
 }
 
-TEST_F(core_misfits, warns_of_what_this_process_publishes_itself) {
+TEST_F(core_undecodable, warns_of_what_this_process_publishes_itself) {
   auto& lane = on.offer(lane_kind::publish_text, "cmd_vel", 100);
   on.cycle();
   ASSERT_TRUE(publish_text(on, lane, R"({"linear":7})"));
@@ -173,7 +173,7 @@ TEST_F(core_misfits, warns_of_what_this_process_publishes_itself) {
             R"(publish /cmd_vel: the member "linear" must be an object; it is 7)");
 }
 
-TEST_F(core_misfits, warns_as_a_client_and_answers_nothing) {
+TEST_F(core_undecodable, warns_as_a_client_and_answers_nothing) {
   core_harness client{small_options(), side::client};
   subscribe_twist(client);
   client.cycle();
@@ -187,7 +187,7 @@ TEST_F(core_misfits, warns_as_a_client_and_answers_nothing) {
   EXPECT_EQ(client.count(counter::undecodable), 3U);
 }
 
-TEST_F(core_misfits, shows_the_words_of_a_servers_status) {
+TEST_F(core_undecodable, shows_the_words_of_a_servers_status) {
   core_harness client{small_options(), side::client};
   peer server{client, side::client};
   server.say(told);
@@ -212,7 +212,7 @@ struct malformed_texts : core_test {
   }
 };
 
-TEST_F(malformed_texts, are_answered_in_the_dialect_that_can_be_seen_in_them) {
+TEST_F(malformed_texts, are_answered_by_the_codec_that_can_be_seen_in_them) {
   for (const char* text :
        {R"({"op":"publish","topic":"/x","msg":{"d":NaN}})",
         R"({ "topic": "/x", "msg": {"d": NaN}, "op" : "publish" })", R"({"op":"subscribe","topic":"/x")",
@@ -231,7 +231,7 @@ TEST_F(malformed_texts, are_answered_in_the_dialect_that_can_be_seen_in_them) {
   }
 }
 
-TEST_F(malformed_texts, that_show_nothing_are_answered_in_the_dialect_spoken_last) {
+TEST_F(malformed_texts, that_show_nothing_are_answered_by_the_codec_used_last) {
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/x"})");
   p.say("{");
@@ -255,5 +255,5 @@ TEST_F(malformed_texts, with_numbers_that_json_lacks_are_told_what_to_send_inste
 }
 
 } // namespace
-} // namespace core_misfits_test
+} // namespace core_undecodable_test
 } // namespace harness

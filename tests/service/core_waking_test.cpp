@@ -89,7 +89,7 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   slow.say("{}");
   on.cycles(2);
   rowe::lane talk{handle_of(talking)};
-  on.net.weather_of(slow.id()).room_bytes = 0;
+  on.net.link_of(slow.id()).room_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
     on.cycle();
@@ -98,7 +98,7 @@ TEST_F(core_waking, looks_again_soon_while_a_message_waits_in_its_lane_for_room)
   EXPECT_TRUE(talk.try_send("{}", -1ns, on.now));
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
-  on.net.weather_of(slow.id()).room_bytes = 1 << 20;
+  on.net.link_of(slow.id()).room_bytes = 1 << 20;
   on.cycles(3);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(slow.hear().size(), on.options.limits.queue_depth_max + 1);
@@ -121,7 +121,7 @@ struct core_in_phase : testing::Test {
       on.now -= 10us;
     }
   }
-  rowe::rt::time_point next() { return on.core.phases().wait_until(on.now + 20us, 250us); }
+  rowe::rt::time_point next() { return on.core.predictor().wait_until(on.now + 20us, 250us); }
 
   core_harness on{in_phase()};
 };
@@ -130,7 +130,7 @@ TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
   (void)advertise_pose(on, {.latched = true});
   on.cycles(2);
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
-  EXPECT_EQ(on.core.phases().listened(), 0u);
+  EXPECT_EQ(on.core.predictor().listened(), 0u);
 }
 
 TEST_F(core_in_phase, leaves_topics_with_a_period_to_the_plan) {
@@ -189,7 +189,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
   peer server{on, rowe::service::side::client};
   on.cycle();
   (void)server.hear();
-  on.net.weather_of(server.id()).room_bytes = 0;
+  on.net.link_of(server.id()).room_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
     EXPECT_TRUE(publish_text(on, lane, "{}"));
     on.cycle();
@@ -198,7 +198,7 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
   EXPECT_TRUE(publish_text(on, lane, "{}"));
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms) << "one more than the queue holds";
-  on.net.weather_of(server.id()).room_bytes = 1 << 20;
+  on.net.link_of(server.id()).room_bytes = 1 << 20;
   on.cycles(4);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_TRUE(on.core.check());
@@ -210,12 +210,12 @@ TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something
   on.cycle();
   peer server{on, rowe::service::side::client};
   on.cycle();
-  on.net.weather_of(server.id()).room_bytes = 0;
+  on.net.link_of(server.id()).room_bytes = 0;
   EXPECT_TRUE(publish_text(on, lane, "{}"));
   lane.lifecycle.close();
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
-  on.net.weather_of(server.id()).room_bytes = 1 << 20;
+  on.net.link_of(server.id()).room_bytes = 1 << 20;
   on.cycles(3);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   EXPECT_EQ(lane.lifecycle.look(), rowe::detail::pair_phase::free);

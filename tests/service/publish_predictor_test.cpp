@@ -12,7 +12,7 @@
 
 #include <rowe/rt/arena.hpp>
 
-namespace phase_plan_test {
+namespace publish_predictor_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -27,9 +27,9 @@ constexpr duration turn = 600ns;  // of a service thread that finds nothing
 constexpr duration sending = 5us; // and what a value takes it
 constexpr time_point begin{1000s};
 
-class dice {
+class random_numbers {
  public:
-  explicit dice(std::uint64_t seed) : state_{seed} {}
+  explicit random_numbers(std::uint64_t seed) : state_{seed} {}
   duration below(duration bound) { // a splitmix64
     std::uint64_t z = state_ += 0x9e3779b97f4a7c15;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9;
@@ -125,7 +125,7 @@ struct world {
   rowe::rt::arena memory{publish_predictor::footprint_bytes(rowe::limits{}), rowe::rt::page_lock::none};
   rowe::service::counters counts;
   publish_predictor plan;
-  dice chance{1};
+  random_numbers chance{1};
   time_point now = begin;
   bool watching = false;
   std::uint64_t sleeps = 0, hits_before = 0, misses_before = 0;
@@ -346,4 +346,4 @@ TEST(publish_predictor, bears_stamps_that_are_no_times_of_its_clock) {
 }
 
 } // namespace
-} // namespace phase_plan_test
+} // namespace publish_predictor_test

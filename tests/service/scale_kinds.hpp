@@ -210,7 +210,7 @@ struct quiet : place {
     publish(*lane_);
     on.net.say(count - 1, publish_on("/up"));
     settle();
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.home->give(*slot);
+    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->give(*slot);
   }
   rowe::detail::lane* lane_;
   rowe::detail::lane* inbox_;

@@ -15,7 +15,7 @@ using rowe::rt::duration;
 using rowe::rt::monotonic_clock;
 using rowe::rt::time_point;
 
-// A bell that stays rung until poll() takes it, as an edge-triggered eventfd. Never sleeps: wait() notes how
+// A waker that stays set until poll() takes it, as an edge-triggered eventfd. Never sleeps: wait() notes how
 // long it would have.
 class watched_transport : public rowe::net::memory_transport {
  public:
@@ -43,7 +43,7 @@ class watched_transport : public rowe::net::memory_transport {
 struct serving : testing::Test {
   core_harness_over<watched_transport> on{small_options(), rowe::service::side::server, 1,
                                           monotonic_clock::now()};
-  rowe::service::service_loop loop{on.core, on.net, on.bell, rowe::idle::poll, 250us};
+  rowe::service::service_loop loop{on.core, on.net, on.waker, rowe::idle::poll, 250us};
 };
 
 TEST_F(serving, ends_at_once_when_it_is_stopped_while_it_sleeps) {

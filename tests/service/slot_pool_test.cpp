@@ -80,17 +80,17 @@ TEST_F(slot_pool_test, does_not_expire_a_slot_a_socket_is_in_the_middle_of) {
 TEST_F(slot_pool_test, loses_and_doubles_no_slot_in_random_use) {
   constexpr std::uint64_t seed = 20;
   SCOPED_TRACE(seed);
-  std::mt19937_64 dice{seed};
+  std::mt19937_64 random{seed};
   std::vector<rowe::service::slot_id> held;
   for (int i = 0; i < 20'000; ++i) {
-    if (dice() % 2 == 0) {
-      if (const auto slot = slots.take(dice() % 5000)) {
+    if (random() % 2 == 0) {
+      if (const auto slot = slots.take(random() % 5000)) {
         ASSERT_EQ(std::count(held.begin(), held.end(), *slot), 0);
         held.push_back(*slot);
       }
     } else if (!held.empty()) {
-      const std::size_t which = dice() % held.size();
-      if (dice() % 2 == 0) {
+      const std::size_t which = random() % held.size();
+      if (random() % 2 == 0) {
         ASSERT_TRUE(slots.release(held[which]));
       } else {
         ASSERT_EQ(slots.expire(held[which]), 1U);

@@ -34,13 +34,13 @@ struct state_fixture : testing::Test {
   const rowe::wire::protocol_set& protocols = rowe::wire::protocols_of(rowe::peer_profile::standard);
   rowe::net::memory_transport to_peers{bounds.connections_max};
   harness::seeded_entropy random{1};
-  rowe::service::shared_state board{memory, bounds};
+  rowe::service::shared_state shown{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
   rowe::service::shared_inbox shared{memory, bounds};
   rowe::service::core_state state{
       memory,
       rowe::service::core_options::from(options, rowe::service::side::server, "robot"),
-      {memory.carve<rowe::detail::lane>(bounds.lanes_max), board, submissions, shared},
+      {memory.carve<rowe::detail::lane>(bounds.lanes_max), shown, submissions, shared},
       {to_peers, random, validator, nullptr, protocols},
       rowe::rt::time_point{1s}};
   rowe::service::cycle_state& cycle = state.cycle;

@@ -21,7 +21,7 @@ using rowe::rt::time_point;
 using rowe::service::stop_rules;
 using refusal = stop_rules::refusal;
 
-constexpr std::uint64_t dice = 0x1234'0000'1234'5678;
+constexpr std::uint64_t seed = 0x1234'0000'1234'5678;
 constexpr std::uint64_t operator_a = 1ULL << 32, operator_b = 2ULL << 32;
 
 // A loop as a thread would run it.
@@ -33,7 +33,7 @@ struct loop {
 };
 
 struct robot {
-  explicit robot(rowe::stop_options with = {}) : options{with}, rules{with, now, dice} {}
+  explicit robot(rowe::stop_options with = {}) : options{with}, rules{with, now, seed} {}
 
   rowe::stop_options options;
   time_point now{1000s};

@@ -3,7 +3,7 @@
 // the files in tests/sim/traces say how), and are replayed here.
 //
 //   const sim::trace robot = sim::trace::read("robot_20ms");
-//   on.net.weather_of(peer.id()).to_peer = sim::delays{robot, seed};
+//   on.net.link_of(peer.id()).to_peer = sim::delays{robot, seed};
 //
 // TCP delivers in order, so a lost segment delays all that is sent until it has been retransmitted. The trace
 // has that, since messages were sent all the time while it was recorded. A message sent now takes as long as

@@ -97,8 +97,8 @@ TEST(delays, let_all_messages_of_an_hour_through_in_order) {
   harness::peer guard{on};
   guard.say(R"({"op":"subscribe","topic":"/tick"})");
   on.cycle();
-  on.net.weather_of(guard.id()).to_peer = sim::delays{ticks, 1};
-  on.net.weather_of(guard.id()).to_us = sim::delays{beats, 2};
+  on.net.link_of(guard.id()).to_peer = sim::delays{ticks, 1};
+  on.net.link_of(guard.id()).to_us = sim::delays{beats, 2};
 
   arrivals at_guard, at_us;
   std::int64_t published = 0, said = 0;

@@ -31,8 +31,8 @@ class guarded {
         guard_{on},
         heartbeat_{heartbeat} {
     on.cycle(); // the connection is made, and the loop is known
-    on.net.weather_of(guard_.id()).to_peer = std::move(from_robot);
-    on.net.weather_of(guard_.id()).to_us = std::move(from_guard);
+    on.net.link_of(guard_.id()).to_peer = std::move(from_robot);
+    on.net.link_of(guard_.id()).to_us = std::move(from_guard);
     guard_.say(R"({"op":"subscribe","topic":"/rowe/stop/state"})");
   }
 
@@ -68,8 +68,8 @@ class guarded {
   // From now on nothing arrives at either end any more.
   void disconnect(bool to_robot, bool to_guard) {
     const delivery never = [](time_point) { return rowe::rt::never; };
-    if (to_robot) on.net.weather_of(guard_.id()).to_us = never;
-    if (to_guard) on.net.weather_of(guard_.id()).to_peer = never;
+    if (to_robot) on.net.link_of(guard_.id()).to_us = never;
+    if (to_guard) on.net.link_of(guard_.id()).to_peer = never;
   }
 
  private:

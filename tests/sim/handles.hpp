@@ -78,14 +78,14 @@ class actor {
 
   // Whether all slots of its queues are free again, when everything is completed. The service thread keeps a
   // spare one of an inbox.
-  bool all_home() {
+  bool all_slots_free() {
     auto& user = lane_.user;
     auto& service = lane_.service;
-    const auto home = [](auto& path, std::uint32_t aside) {
-      return path.home == nullptr || path.home->home_at_least() + aside >= path.count;
+    const auto all_free = [](auto& path, std::uint32_t aside) {
+      return path.free_ring == nullptr || path.free_ring->home_at_least() + aside >= path.count;
     };
-    return user.calls_open == 0 && home(user.out, user.replies_aside.count) && home(service.in, 1) &&
-           home(service.ends, 0);
+    return user.calls_open == 0 && all_free(user.out, user.replies_aside.count) && all_free(service.in, 1) &&
+           all_free(service.ends, 0);
   }
 
  protected:
@@ -188,10 +188,10 @@ class lane_user final : public actor {
     const rowe::connection whom = to != nullptr ? to->named() : rowe::everyone;
     bool accepted = false;
     if (waits) {
-      const auto call = rowe::detail::start_letter(lane_, whom, text,
-                                                   rowe::detail::message_header(rowe::detail::entry::message,
-                                                                                rowe::detail::ref_of(whom),
-                                                                                in_.on.now, expires));
+      const auto call = rowe::detail::start_call_to(lane_, whom, text,
+                                                    rowe::detail::message_header(rowe::detail::entry::message,
+                                                                                 rowe::detail::ref_of(whom),
+                                                                                 in_.on.now, expires));
       accepted = call.has_value();
       if (accepted) opened({call->index, call->generation}, {true, n});
     } else {

@@ -89,7 +89,7 @@ class messaging_world : public sim_base {
     for (int i = 0; i < 5; ++i) quiesce(20ms);
     for (const auto& one : actors_) {
       if (one->open_calls() != 0) fail("a handle was not told what became of something");
-      if (!one->all_home()) fail("a handle has not all its slots back");
+      if (!one->all_slots_free()) fail("a handle has not all its slots back");
       one->close();
     }
     actors_.clear();
@@ -132,7 +132,7 @@ class messaging_world : public sim_base {
 
   void cycle() {
     on_.core.cycle(on_.now);
-    const std::uint64_t gone = on_.count(rowe::service::counter::peers_joined) - on_.board.peers();
+    const std::uint64_t gone = on_.count(rowe::service::counter::peers_joined) - on_.shown.peers();
     if (std::exchange(gone_, gone) != gone) book_.last_departure = on_.now;
     for (const auto& one : peers_) one->note_writes();
     for (const auto& one : leaving_) one->note_writes(); // up to the end
@@ -155,7 +155,7 @@ class messaging_world : public sim_base {
   }
   void leave(std::size_t which) {
     messaging_peer& gone = *peers_[which];
-    on_.net.weather_of(gone.link().id()) = {}; // else its last bytes might never arrive
+    on_.net.link_of(gone.link().id()) = {}; // else its last bytes might never arrive
     gone.link().leave(one_in(2) || role_ == side::client ? rowe::service::close_cause::reset
                                                          : rowe::service::close_cause::peer);
     leaving_.push_back(std::move(peers_[which]));
@@ -269,7 +269,7 @@ class messaging_world : public sim_base {
 
   void quiesce(duration later) {
     for (const auto& one : peers_) {
-      on_.net.weather_of(one->link().id()) = {};
+      on_.net.link_of(one->link().id()) = {};
       one->read(SIZE_MAX);
     }
     for (const auto& one : actors_) one->finish_up();

@@ -59,7 +59,7 @@ class sim_base {
   }
 
   void change_conditions(harness::connection_id of) {
-    auto& conditions = on_.net.weather_of(of);
+    auto& conditions = on_.net.link_of(of);
     constexpr std::size_t rooms[] = {0, 1, 7, 100, 1000, 20'000, 1'000'000};
     constexpr std::size_t chunks[] = {1, 2, 13, 500, 65536};
     conditions.room_bytes = rooms[below(std::size(rooms))];

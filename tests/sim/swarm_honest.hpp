@@ -316,10 +316,10 @@ class honest {
 
   // As endpoint_state::gone() and takes() say before somebody sends.
   bool is_full(rowe::detail::peer_ref of) const {
-    const auto& board = in_.on.board;
+    const auto& shown = in_.on.shown;
     // relaxed: as there
-    const bool there = board.generations()[of.index].load(std::memory_order_relaxed) == of.generation;
-    return there && board.takers()[of.index].load(std::memory_order_relaxed) != of.generation;
+    const bool there = shown.generations()[of.index].load(std::memory_order_relaxed) == of.generation;
+    return there && shown.takers()[of.index].load(std::memory_order_relaxed) != of.generation;
   }
 
   // Of the topic that changes: subscribes, changes what it has asked for, and leaves, by several ids.

@@ -113,7 +113,7 @@ class untrusted_peer {
   far_end& link() { return *link_; }
   const std::string& name() const { return name_; }
   std::uint32_t number() const { return number_; }
-  auto& conditions() { return in_.on.net.weather_of(link_->id()); }
+  auto& conditions() { return in_.on.net.link_of(link_->id()); }
   void end_conditions() {
     conditions() = {};
     if (in_.takes_rest) conditions().rest_bytes_max = SIZE_MAX;

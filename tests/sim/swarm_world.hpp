@@ -266,7 +266,7 @@ class world {
     }
     last.leave();
     for (int i = 0; i < 5; ++i) quiesce();
-    for (int left = 4000; left > 0 && !broken() && (on_.board.peers() != 0 || !on_.all_slots_free()); --left)
+    for (int left = 4000; left > 0 && !broken() && (on_.shown.peers() != 0 || !on_.all_slots_free()); --left)
       quiesce(); // what has come is taken
     if (broken()) return;
     if (on_.core.slots_in_use() != 0)
@@ -281,8 +281,8 @@ class world {
                                : waits          ? "a message waits to be received"
                                                 : "one is lost"));
     }
-    if (on_.board.peers() != 0)
-      result_.fail("end", std::to_string(on_.board.peers()) + " peers are counted that have left, after " +
+    if (on_.shown.peers() != 0)
+      result_.fail("end", std::to_string(on_.shown.peers()) + " peers are counted that have left, after " +
                               std::to_string(on_.count(counter::messages_in)) + " messages");
   }
 
@@ -531,7 +531,7 @@ class world {
 
   // The permit, and who may have caused it.
   void check_stop(bool stopped) {
-    const std::uint64_t word = on_.board.permit.read();
+    const std::uint64_t word = on_.shown.permit.read();
     const bool running = rowe::detail::permit::time_of(word) != 0;
     check_latch(rowe::detail::permit::number_of(word));
     if (honest_.stop.fresh) {

@@ -78,7 +78,7 @@ class world : public sim_base {
   // Lets everything that is in flight arrive: good link conditions, everyone reads.
   void drain() {
     for (int i = 0; i < 300; ++i) {
-      for (viewer& v : viewers_) on_.net.weather_of(v.link->id()) = {};
+      for (viewer& v : viewers_) on_.net.link_of(v.link->id()) = {};
       on_.now += 1ms;
       on_.core.cycle(on_.now);
       note_writes();
@@ -137,7 +137,7 @@ class world : public sim_base {
   void disconnect() {
     if (!does_.peers_leave || viewers_.empty()) return wait();
     const std::size_t who = below(viewers_.size());
-    on_.net.weather_of(viewers_[who].link->id()) = {}; // else its last bytes might never arrive
+    on_.net.link_of(viewers_[who].link->id()) = {}; // else its last bytes might never arrive
     viewers_[who].link->leave(one_in(2) ? rowe::service::close_cause::reset
                                         : rowe::service::close_cause::peer);
     viewers_.erase(viewers_.begin() + static_cast<std::ptrdiff_t>(who));

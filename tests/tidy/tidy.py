@@ -347,8 +347,9 @@ def links_lead_somewhere(t):
 # ---- words
 
 # Whose words are the field's (docs/concepts.md). To be widened to the whole tree.
-worded = ("CONTRIBUTING.md", "README.md", "docs/", "tests/failures/", "tests/fuzz/", "tests/impair/",
-          "tests/model/", "tests/sim/", "tests/stress/")
+worded = ("CONTRIBUTING.md", "README.md", "docs/", "include/", "src/", "tests/api/", "tests/failures/",
+          "tests/fuzz/", "tests/impair/", "tests/memory_transport/", "tests/model/", "tests/service/",
+          "tests/sim/", "tests/stress/")
 # A word that is gone, also as a part of a name, in the plural, and in capitals: what is said instead.
 replaced = {
     "bell": "waker", "carrier": "transport", "dialect": "codec", "dice": "random", "farewell": "close reason",
@@ -356,10 +357,10 @@ replaced = {
     "nap": "yield", "patience": "time_max, timeout", "phase plan": "publish predictor",
     "rope": "producer epoch", "settler": "service thread", "theatre": "harness",
     "weather": "link conditions"}
-# Names that folders beyond `worded` give; `dialect` is a member on the wire.
+# Names that folders beyond `worded` give, and characters; `dialect` is a member on the wire.
 named_elsewhere = (
-    "`dialect`", "bell_rope",
-    "start_letter", "wake_bell", "wake_bell_test", "weather_of")
+    "`dialect`", '"dialect"', "bell_rope", "eventfd_bell", "is_letter_or_digit", "letter-spacing",
+    "letters, digits", "Letters of ASCII", "wake_bell", "wake_bell_test")
 
 
 def words_are_the_fields(t):

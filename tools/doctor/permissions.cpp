@@ -168,10 +168,10 @@ constexpr std::array<check, 4> permission_table{{
      .change = "raise the memlock limit, or grant CAP_IPC_LOCK", .vital = true, .examine = memory_lock},
     {.name = "rt_throttling", .title = "throttling", .wanted = "-1, or threads that sleep 5 % of the time",
      .why = "a SCHED_FIFO thread that never sleeps is taken off its core for the rest of each period",
-     .change = "let threads that spin nap (rowe's do), or switch it off", .examine = rt_throttling},
+     .change = "let threads that spin sleep now and then (rowe's do), or switch it off", .examine = rt_throttling},
     {.name = "fair_server", .title = "fair server", .wanted = "off on the loop's core, or threads that sleep",
      .why = "where ordinary threads starve, it runs them before any SCHED_FIFO thread",
-     .change = "let threads that spin nap (rowe's do), or switch it off", .examine = fair_server},
+     .change = "let threads that spin sleep now and then (rowe's do), or switch it off", .examine = fair_server},
 }};
 // clang-format on
 

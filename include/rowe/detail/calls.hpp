@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-// The user's side of lanes that talk, call and respond: sending messages, keeping the table of a lane's own
-// calls, taking what arrived and what became of calls.
+// The user's side of handles that send messages, call and answer: sending, the table of a handle's own calls,
+// taking what arrived, and taking how calls ended.
 //
-// A call has a place in its lane's table from its beginning until the slot of its end is given back. There
-// are as many slots in `ends` as places, so the service thread always finds one, and nothing that it has to
-// say about a call can be lost. The place's generation is odd while the call is open: taking its end makes it
-// even, and whoever gives up earlier marks the place, so that the end is dropped when it comes. The service
-// thread is not told: what it does with a call ends by itself at the call's deadline. Ends are looked at by
-// whoever takes one, waits for one or gives one up, and by calls that wait and find no place: so the place of
-// a call that was given up comes free whatever its handle goes on to do. Starting a call does not look: that
-// would make each start dearer by half.
+// The *end* of a call is its completion. A call has a place in its handle's table from its beginning until
+// the slot of its end is released. There are as many slots in `ends` as places, so the service thread always
+// finds one, and no end can be lost. The place's generation is odd while the call is open, and taking the end
+// makes it even. A user that gives up earlier marks the place, and the end is dropped when it arrives. The
+// service thread is not told: the call ends at its deadline at the latest. Ends that were given up are
+// dropped by every function that takes, awaits or gives up a call, and by calls that wait and find no place.
+// So such a place becomes free whatever its handle does next. Starting a call does not look at ends: each
+// start would take half as long again.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
-// steps bounded by the lane's depths, unless it says otherwise; what shows that are the exercises of the
-// handles that are made of these (tests/rt_contract).
+// steps bounded by the pair's depths, unless it says otherwise. The exercises of the handles that are made of
+// these show it (tests/rt_contract).
 #pragma once
 #include <array>
 #include <cstddef>
@@ -30,8 +30,8 @@
 
 namespace rowe::detail {
 
-// The longest sentence of a refusal that is carried; a longer one is cut. Slots for replies hold at least so
-// much.
+// The longest diagnostic of a refusal that is passed on; a longer one is cut. Slots for replies have at least
+// this capacity.
 inline constexpr std::size_t sentence_bytes_max = 192;
 
 // How much longer than its own deadline a call waits for the service thread's word: that comes within a
@@ -81,11 +81,11 @@ constexpr value_header message_header(entry what, peer_ref to, time_point now, t
   return made;
 }
 
-// Sends a slot that was taken from `out`'s home. False only when a second thread is in the handle: the ring
-// has places for all slots twice.
+// Pushes a slot that was taken from `out`'s free ring. False only when a second thread uses the handle: the
+// ring has places for all slots twice.
 inline bool post_slot(lane& on, std::uint32_t slot, value_header header, const void* value,
                       std::size_t bytes) noexcept {
-  const filling_end& path = on.user.out;
+  const producer_end& path = on.user.out;
   header.bytes = static_cast<std::uint32_t>(bytes);
   *path.slots.header(slot) = header;
   if (bytes != 0) std::memcpy(path.slots.value(slot), value, bytes);
@@ -130,7 +130,7 @@ inline error with_depth(const lane& on, errc why) noexcept {
 [[gnu::always_inline]] inline status post_open(lane& on, const value_header& header, const void* value,
                                                std::size_t bytes) noexcept {
   if (const status fits = check_fits(on, bytes); !fits) return fits;
-  const auto slot = on.user.out.home->try_take();
+  const auto slot = on.user.out.free_ring->try_take();
   if (!slot) {
     on.refused_full.add();
     return error{errc::full, 0, on.user.out.count};
@@ -159,15 +159,14 @@ inline void free_place(lane& on, std::uint32_t index) noexcept {
   --on.user.calls_open;
 }
 
-// The slot of an arrived end goes home, and with it the call's place.
+// Releases the slot of an end that arrived, and the call's place with it.
 inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
   const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
-  on.user.ends.home->give(slot);
+  on.user.ends.free_ring->give(slot);
   free_place(on, index);
 }
 
-// Makes the call of an end that arrived one that is over. False, and the slot given back, when nobody wants
-// it.
+// Closes the call of an end that arrived. False when the call was given up; then the slot is released.
 inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
   call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
   ++place.generation;
@@ -176,7 +175,8 @@ inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
   return false;
 }
 
-// For whoever does not take this end now: dropped when nobody wants it, else set aside until take_end().
+// For a caller that does not take this end now: drops it if its call was given up, else sets it aside until
+// take_end().
 inline void set_aside(lane& on, std::uint32_t slot) noexcept {
   const call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
   if (place.cancelled) {
@@ -226,11 +226,12 @@ inline bool open(const lane& on, call_ref call) noexcept {
          on.user.calls[call.index].generation == call.generation;
 }
 
-// Nobody wants its end any more. Nothing happens to a call that has ended.
+// Gives the call up: its end will be dropped. Nothing happens to a call that has ended.
 inline void give_up(lane& on, call_ref call) noexcept {
   if (open(on, call)) on.user.calls[call.index].cancelled = true;
 }
-// The same for a user, who may do nothing else: what has ended of those that were given up comes free.
+// The same for a user, who may call nothing else afterwards: so it also drops the ends that have arrived of
+// calls that were given up.
 inline void cancel(lane& on, call_ref call) noexcept {
   give_up(on, call);
   drop_unwanted_ends(on);
@@ -282,8 +283,8 @@ inline status post_to(lane& on, connection to, const body& text, const value_hea
   }
   return post_open(on, header, text.text().data(), text.text().size());
 }
-inline result<call_ref> start_letter(lane& on, connection to, const body& text,
-                                     const value_header& header) noexcept {
+inline result<call_ref> start_call_to(lane& on, connection to, const body& text,
+                                      const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
     return with_depth(on, turned_away(on, ref_of(to)));
   return start_call(on, header, text);
@@ -295,9 +296,9 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
   return call_id{call->index, call->generation};
 }
 
-inline void give_back(lane& on, const emptying_end& path, std::uint32_t slot) noexcept {
+inline void give_back(lane& on, const consumer_end& path, std::uint32_t slot) noexcept {
   if (&path == &on.user.ends) return give_end_back(on, slot);
-  path.home->give(slot);
+  path.free_ring->give(slot);
 }
 
 // The next end that arrived and is wanted, those set aside first.
@@ -388,20 +389,20 @@ inline status wait_sent(lane& on, call_ref call) noexcept {
 
 // ---- in
 
-// The next message or call that has arrived and is not out of date; those that are go home and are counted.
+// The next message or call that has arrived and has not expired; expired ones are released and counted.
 inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexcept {
-  const emptying_end& path = on.user.in;
+  const consumer_end& path = on.user.in;
   for (std::size_t left = path.out->waiting_at_least(); left != 0; --left) {
     const std::uint32_t slot = *path.out->try_pop();
     if (!expired_at(*path.slots.header(slot), now)) return slot;
     on.expired_here.add();
-    path.home->give(slot);
+    path.free_ring->give(slot);
   }
   return std::nullopt;
 }
 
-// What `try_next` finds, waited for at most `timeout` (negative: for ever); timed_out in place of empty. Not
-// real-time: sleeps in the kernel.
+// Waits at most `timeout` (negative: for ever) until `try_next` finds something; timed_out in place of empty.
+// Not real-time: sleeps in the kernel.
 template <class TryNext>
 auto wait_next(const lane_handle& handle, duration timeout, TryNext&& try_next) noexcept {
   auto taken = try_next();
@@ -416,12 +417,12 @@ auto wait_next(const lane_handle& handle, duration timeout, TryNext&& try_next) 
 
 // Whether a message to `to` would be taken now.
 inline bool has_room(lane& on, peer_ref to) noexcept {
-  return takes(on, to) && !(to.generation == 0 && crowded(on)) && on.user.out.home->home_at_least() != 0;
+  return takes(on, to) && !(to.generation == 0 && crowded(on)) && on.user.out.free_ring->home_at_least() != 0;
 }
 
-// Waits until it is so, or `to` is gone, or the endpoint closed; at most `timeout` (negative: for ever).
-// Errors: closed, peer_lost, timed_out. The service thread, once it has seen that it is asked, tells of every
-// change; the first time in any case, so that nothing is missed that came before. Not real-time: sleeps in
+// Waits until it would, or `to` is gone, or the endpoint closed; at most `timeout` (negative: for ever).
+// Errors: closed, peer_lost, timed_out. Once the service thread has seen that somebody waits, it notifies of
+// every change; the first time in any case, so that no earlier change is missed. Not real-time: sleeps in
 // the kernel.
 inline status wait_room(const lane_handle& handle, peer_ref to, duration timeout) noexcept {
   lane& on = *handle;
@@ -440,7 +441,7 @@ inline status wait_room(const lane_handle& handle, peer_ref to, duration timeout
   return room ? status{} : status{error{errc::timed_out, 0, timeout.count()}};
 }
 
-// What a call was refused with, kept by the handle that asked.
+// The diagnostic that a call was refused with, kept by the calling handle.
 class sentence {
  public:
   void assign(std::string_view from) noexcept {

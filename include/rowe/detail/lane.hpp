@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A lane: the paths between one handle, on one user thread, and the service thread: `out` to the service
-// thread, `in` from it, and `ends` for what becomes of calls and of sends that wait. It lives in the
-// endpoint's memory. How it changes hands says pair_lifecycle.hpp; while it is active the two threads meet
-// only in its rings, its window and the few words named here. Slots travel as numbers: the owner of a path
-// takes a free one out of the home ring, fills it, and sends its number; the other side gives the number back
-// home.
+// The queue pair of one handle: what its user thread shares with the service thread. `out` goes to the
+// service thread, `in` comes from it, and `ends` has the completions of calls and of sends that wait. It lies
+// in the endpoint's memory. pair_lifecycle.hpp says how it changes hands. While it is active the two threads
+// share only its rings, its window and the few words named here. Slots travel as numbers: the producer of a
+// path takes a free one out of the free ring, fills it, and pushes its number; the consumer gives the number
+// back through the free ring.
 //
 // This header is part of the interface only because the calls of a loop are inline; use publisher,
 // subscriber, caller, responder and rowe::lane.
@@ -118,35 +118,35 @@ struct lane_slots {
 };
 
 using number_ring = rt::spsc_ring<std::uint32_t>;
-using numbers_home = rt::home_ring<>;
+using number_free_ring = rt::home_ring<>;
 using newest_window = rt::window_core<>;
 
-// What the thread that fills slots holds of a path.
-struct filling_end {
-  number_ring::producer* out = nullptr;    // keep::all
-  numbers_home::consumer* home = nullptr;  // keep::all
-  newest_window::writer* newest = nullptr; // keep::newest
+// The producer's side of a path.
+struct producer_end {
+  number_ring::producer* out = nullptr;            // keep::all
+  number_free_ring::consumer* free_ring = nullptr; // keep::all
+  newest_window::writer* newest = nullptr;         // keep::newest
   lane_slots slots;
   std::uint32_t count = 0; // of slots
 };
 
-// And what the thread that empties them holds.
-struct emptying_end {
+// The consumer's side.
+struct consumer_end {
   number_ring::consumer* out = nullptr;
-  numbers_home::producer* home = nullptr;
+  number_free_ring::producer* free_ring = nullptr;
   newest_window::reader* newest = nullptr;
   lane_slots slots;
 };
 
-// The calls of a lane that were begun and whose end was not taken. User thread only. One place for each slot
-// of `ends`, so that the service thread can always deliver an end.
+// The calls of a handle that were begun and whose completion was not taken. User thread only. There is one
+// place for each slot of `ends`, so the service thread can always deliver a completion.
 struct call_place {
   std::uint32_t generation = 0; // raised when a call begins; odd while one is open
   std::uint32_t next_free = 0;
-  bool cancelled = false; // nobody wants its end any more
+  bool cancelled = false; // its completion is to be dropped
 };
 
-// Slot numbers put aside: a ring of the user thread's own.
+// Slot numbers that the user thread has set aside: a ring of its own.
 struct slots_aside {
   std::span<std::uint32_t> places; // as many as there are slots
   std::uint32_t first = 0;
@@ -185,8 +185,8 @@ struct lane {
   const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
   duration ttl = rt::for_ever;            // of what is published
   duration period{};                      // likewise; 0: not known
-  rt::wake_bell<>* bell = nullptr;        // rung for whatever is sent by `out`; null but for idle::wake
-  bool receives = false;                  // talk: it may be the generic receiver
+  rt::wake_bell<>* waker = nullptr; // woken for whatever is pushed to `out`; null except under idle::wake
+  bool receives = false;            // talk: it may be the generic receiver
   // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
   // The same of those that take messages; 0 of one that has its share of what waits.
@@ -197,9 +197,9 @@ struct lane {
 
   // The handle's side.
   struct user_side {
-    filling_end out;
-    emptying_end in;
-    emptying_end ends;
+    producer_end out;
+    consumer_end in;
+    consumer_end ends;
     std::span<call_place> calls;
     std::uint32_t free_call = 0; // the list's head; calls.size(): none
     std::uint32_t calls_open = 0;
@@ -216,14 +216,14 @@ struct lane {
   rt::counter expired_here;    // arrived, and out of date when the handle came to take them
   latch_words<> latch;         // stop_latch
 
-  rt::bell_rope<> rope; // between both; of idle::wake
+  rt::bell_rope<> epoch; // between both; of idle::wake
 
   // The service thread's side.
   alignas(rt::line_bytes) audience_word<> audience;
   struct service_side {
-    emptying_end out;
-    filling_end in;
-    filling_end ends;
+    consumer_end out;
+    producer_end in;
+    producer_end ends;
   };
   alignas(rt::line_bytes) service_side service;
 
@@ -282,10 +282,10 @@ class lane_handle {
 
 // Something lies in `out`. Under idle::wake the service thread is told; under the other policies it finds it
 // by itself, and all that this costs is looking which it is.
-[[gnu::noinline, gnu::cold]] inline void ring_for(lane& on) noexcept { on.bell->ring(on.rope); }
+[[gnu::noinline, gnu::cold]] inline void wake_for(lane& on) noexcept { on.waker->ring(on.epoch); }
 inline void announce(lane& on) noexcept {
-  if (on.bell != nullptr) [[unlikely]]
-    ring_for(on);
+  if (on.waker != nullptr) [[unlikely]]
+    wake_for(on);
 }
 
 // Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every
@@ -298,7 +298,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   case audience::crowded:
   case audience::somebody: break;
   }
-  const filling_end& path = on.user.out;
+  const producer_end& path = on.user.out;
   if (bytes > path.slots.bytes_max) {
     on.refused_too_big.add();
     return error{errc::too_big, static_cast<std::int64_t>(bytes),
@@ -307,7 +307,7 @@ ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& 
   std::uint32_t slot;
   if (path.newest != nullptr) {
     slot = path.newest->begin_write();
-  } else if (const auto free = path.home->try_take()) {
+  } else if (const auto free = path.free_ring->try_take()) {
     slot = *free;
   } else {
     on.refused_full.add();

@@ -21,9 +21,9 @@ struct payload {
   static_assert(described<T>, "what a handle carries needs a schema: see rowe/schema.hpp");
   static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= value_alignment);
 
-  using given = const T&;     // as a user hands it over,
-  using taken = T;            // and gets it where the slot goes home at once, or is held by something else,
-  using view = value_view<T>; // and where it is looked at in its slot
+  using given = const T&; // as a user hands it over
+  using taken = T;        // as a user gets it where the slot is released at once, or held by something else
+  using view = value_view<T>; // as a user reads it in its slot
   using reply = T;
 
   static const void* data(given value) noexcept { return &value; }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a responder hands out with each call: its origin, and the slot that is reserved for its answer. A
-// responder's `out` has twice as many slots as its `in`, so that answers that are on their way do not keep it
-// from handing out what waits. Reserved slots that were not needed stay on this side (`replies_aside`): a
-// number that was taken from a home ring may go back there only through the service thread.
+// responder's `out` has twice as many slots as its `in`, so that it can hand out calls while answers are on
+// their way. Reserved slots that were not needed stay on this side (`replies_aside`), because only the
+// service thread may give a number back to the free ring.
 //
 // For the handle's one thread; waits nowhere, allocates nothing.
 #pragma once
@@ -56,17 +56,17 @@ class open_request {
   ROWE_RT time_point expires() const noexcept { return time_point{duration{asked_.expires_ns}}; }
 
  protected:
-  // Its text's slot goes home with the answer where it `holds_text`, else now.
+  // Where it `holds_text`, the text's slot is released with the answer, else now.
   open_request(lane& on, request_slots slots, bool holds_text) noexcept
       : lane_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
-    if (!holds_text) on.user.in.home->give(slots.in);
+    if (!holds_text) on.user.in.free_ring->give(slots.in);
   }
 
   status answer(const lane_handle& by, entry what, const void* value, std::size_t bytes,
                 time_point now) noexcept {
     if (!by || lane_ != &*by) return errc::misuse;
     lane& on = *std::exchange(lane_, nullptr);
-    if (holds_text_) on.user.in.home->give(slots_.in);
+    if (holds_text_) on.user.in.free_ring->give(slots_.in);
     const bool is_gone = gone(on, asked_.peer);
     if (closed(on) || is_gone || expired_at(asked_, now)) {
       on.user.replies_aside.push(slots_.answer);
@@ -90,7 +90,7 @@ class open_request {
   void drop() noexcept {
     constexpr std::string_view why = "the service did not answer";
     lane& on = *std::exchange(lane_, nullptr);
-    if (holds_text_) on.user.in.home->give(slots_.in);
+    if (holds_text_) on.user.in.free_ring->give(slots_.in);
     value_header header =
         message_header(entry::refusal, asked_.peer, time_point{duration{asked_.stamped_ns}}, rt::never);
     header.call = asked_.call;
@@ -111,7 +111,7 @@ inline result<request_slots> next_request(const lane_handle& handle, time_point 
   slots_aside& spare = on.user.replies_aside;
   const bool over = closed(on); // before looking: what came before it closed is still there
   if (spare.count == 0) {
-    const auto free = on.user.out.home->try_take();
+    const auto free = on.user.out.free_ring->try_take();
     if (!free) return over ? error{errc::closed} : error{errc::full, 0, on.user.out.count};
     spare.push(*free);
   }

@@ -28,7 +28,7 @@ using namespace std::chrono_literals;
 // largest size that a peer may send are 30 MiB; several topics share them.
 constexpr std::uint32_t queue_depth = 512;
 constexpr std::size_t topics_max = 16;
-constexpr rt::duration goodbye_time = 250ms;
+constexpr rt::duration drain_time = 250ms;
 constexpr rt::duration look_period = 1ms; // how often several topics are looked at; nothing tells of all
 
 struct echo_options {
@@ -169,10 +169,10 @@ class subscriptions {
 };
 
 // Plain messages. A call among them is printed as well, and refused: nobody here has an answer.
-class letters {
+class plain_messages {
  public:
-  static std::optional<letters> open(endpoint& hub, const echo_options&, const console& to,
-                                     exit_code& otherwise) {
+  static std::optional<plain_messages> open(endpoint& hub, const echo_options&, const console& to,
+                                            exit_code& otherwise) {
     auto opened = hub.open_lane(
         {.depth = 16, .inbox_depth = queue_depth, .calls = 1, .text_bytes_max = limits{}.message_bytes_max});
     if (!opened) {
@@ -180,7 +180,7 @@ class letters {
       otherwise = exit_code_of(opened.error());
       return std::nullopt;
     }
-    return letters{std::move(*opened)};
+    return plain_messages{std::move(*opened)};
   }
 
   result<incoming> take(rt::duration timeout) {
@@ -194,7 +194,7 @@ class letters {
   }
 
  private:
-  explicit letters(lane from) noexcept : from_{std::move(from)} {}
+  explicit plain_messages(lane from) noexcept : from_{std::move(from)} {}
 
   lane from_;
 };
@@ -390,7 +390,7 @@ exit_code print_from(endpoint hub, const std::string& url, const echo_options& o
   missing_publishers missing{hub, connection, o, to};
   printer<Source> printing{std::move(*source), missing, connection, o, to};
   const exit_code end = printing.run();
-  (void)hub.close(goodbye_time); // what a refused call is told; who does not read in that time goes without
+  (void)hub.close(drain_time); // for the refusals of calls; a peer that does not read in that time gets none
   if (printing.unread()) return exit_code::done;
   const std::uint64_t lost = lost_here(hub);
   if (printing.odd_rows() > 0)
@@ -419,7 +419,7 @@ exit_code echo(argument_list arguments) {
   auto hub = endpoint::connect(url.url, {.limits = *bounds, .profile = profile_of(chosen.profile)});
   if (!hub) return cannot_open(url.url, hub.error(), to);
   if (!chosen.bare && chosen.topics.empty()) return list_topics(std::move(hub).value(), url.url, chosen, to);
-  return chosen.bare ? print_from<letters>(std::move(hub).value(), url.url, chosen, to)
+  return chosen.bare ? print_from<plain_messages>(std::move(hub).value(), url.url, chosen, to)
                      : print_from<subscriptions>(std::move(hub).value(), url.url, chosen, to);
 }
 

@@ -157,20 +157,20 @@ class on_topic {
 };
 
 // Sends plain messages, and waits until each has left.
-class as_letters {
+class plain_messages {
  public:
-  static result<as_letters> open(endpoint& hub, const pub_options& o) {
+  static result<plain_messages> open(endpoint& hub, const pub_options& o) {
     auto opened = hub.open_lane(
         {.depth = 4, .inbox_depth = 1, .calls = 4, .text_bytes_max = text_bytes_max, .receive = false});
     if (!opened) return opened.error();
-    return as_letters{std::move(*opened), o.ttl.value_or(rt::for_ever)};
+    return plain_messages{std::move(*opened), o.ttl.value_or(rt::for_ever)};
   }
   status send(std::string_view json, watcher& wait) {
     return wait.during([&] { return to_.send(json, ttl_); });
   }
 
  private:
-  as_letters(lane to, rt::duration ttl) noexcept : to_{std::move(to)}, ttl_{ttl} {}
+  plain_messages(lane to, rt::duration ttl) noexcept : to_{std::move(to)}, ttl_{ttl} {}
 
   lane to_;
   rt::duration ttl_;
@@ -345,7 +345,7 @@ exit_code pub(argument_list arguments) {
   const endpoint_options options{.limits = *bounds, .profile = profile_of(chosen.profile)};
   auto hub = endpoint::connect(url.url, options);
   if (!hub) return cannot_open(url.url, hub.error(), to);
-  return chosen.bare ? send_to<as_letters>(std::move(hub).value(), url.url, chosen, to)
+  return chosen.bare ? send_to<plain_messages>(std::move(hub).value(), url.url, chosen, to)
                      : send_to<on_topic>(std::move(hub).value(), url.url, chosen, to);
 }
 

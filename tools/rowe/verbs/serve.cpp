@@ -32,9 +32,9 @@ using namespace std::chrono_literals;
 
 constexpr std::int64_t port_default = 8080;
 constexpr std::int64_t port_max = 65535;
-constexpr rt::duration event_period = 50ms;  // how late an event is printed at most
-constexpr rt::duration let_go_time = 5s;     // for the loop to acknowledge that it starts stopped
-constexpr rt::duration goodbye_time = 250ms; // for what is queued when we are told to end
+constexpr rt::duration event_period = 50ms; // how late an event is printed at most
+constexpr rt::duration let_go_time = 5s;    // for the loop to acknowledge that it starts stopped
+constexpr rt::duration drain_time = 250ms;  // for what is queued when the program is told to end
 constexpr int demo_service_priority = demo::priority - 10; // below the loop it serves
 // In rowe::idle's order.
 constexpr std::array<std::string_view, 4> idle_names{"poll", "spin", "wake", "phase"};
@@ -233,7 +233,7 @@ exit_code serve_on(endpoint hub, const endpoint_options& asked, const serve_opti
     interrupt::sleep_until(rt::monotonic_clock::now() + event_period);
   }
   const demo_report driven = loop ? loop->stop() : demo_report{};
-  (void)hub.close(goodbye_time); // a peer that does not read in that time has to do without
+  (void)hub.close(drain_time); // a peer that does not read in that time gets nothing more
   report_events(hub, to);
   summarise(hub, rt::monotonic_clock::now() - begin, to);
   if (loop) summarise(driven, to);

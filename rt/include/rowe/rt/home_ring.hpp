@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way home for slot numbers: whoever has finished with a slot gives its number back here, and the slots'
-// owner takes it out again. It differs from a ring in one thing that makes it simpler and cheaper: it has at
-// least as many places as there are slots, so giving never tests for full and the taker publishes no head
-// index at all.
+// The free ring of slot numbers: the borrower of a slot gives its number back here, and the owner of the
+// slots takes it out again. A number that lies here is *at home*: its slot is free. It differs from spsc_ring
+// in one thing, which makes it simpler and cheaper. It has at least as many places as there are slots, so
+// giving never tests for full, and the taker publishes no head index.
 //
-// Why that is sound. A number is in at most one place: at home, with the owner, on its way in the ring that
-// leads out, or with the borrower. The owner takes a number out of place p here before it sends the slot out;
-// the send is a release and the borrower's receipt an acquire (of the other ring); only then can the borrower
-// give a number. For place p to be written again, as many numbers as there are places must have been given
-// since, so the number that lay in p was among those taken and sent out before. The chain of the other ring
-// orders that reading of p before this writing. It holds only for numbers that truly went through such a
-// ring, one give for each take.
+// Why that is sound. A number is in at most one of four places: at home, with the owner, in the ring that
+// carries slots to the borrower, or with the borrower. The owner takes a number out of place p here, and then
+// pushes the slot into that ring. The push is a release, and the borrower's pop an acquire. Only after that
+// can the borrower give the number. Before place p is written again, as many numbers as there are places were
+// given, so the number that lay in p had been taken and pushed. The order of the other ring thus puts the
+// reading of p before the writing. This holds only for numbers that went through such a ring, one give for
+// each take.
 //
 // Wait-free on both sides, as spsc_ring is. All numbers are at home when it is built.
 #pragma once
@@ -81,7 +81,7 @@ class home_consumer {
     return slot;
   }
 
-  // A mark behind the last number that is home now, for see(). Never waits.
+  // A mark behind the last number that is at home now, for see(). Never waits.
   std::uint64_t mark_home() noexcept {
     look();
     return seen_tail_;
@@ -106,8 +106,8 @@ class home_consumer {
     return static_cast<std::size_t>(seen_tail_ - head_);
   }
 
-  // How many takes and gives there were so far; of gives perhaps more, since the borrower goes on. The slots
-  // that are there from the beginning are no gives.
+  // How many takes and gives there were so far. There may be more gives already, since the borrower goes on.
+  // The numbers that were there from the beginning do not count as given.
   std::uint64_t taken() const noexcept { return head_; }
   std::uint64_t given() noexcept {
     look();
@@ -153,9 +153,9 @@ class home_ring : home_producer<Atomics>, home_consumer<Atomics> {
   using producer = home_producer<Atomics>;
   using consumer = home_consumer<Atomics>;
 
-  // How many entries a home for `slots` numbers should have: a power of two, with a line to spare. Else a
-  // number comes home right behind the one that is taken next, and each take fetches the line that the
-  // borrower has just written: one transfer a take instead of one a line (bench/publish.cpp).
+  // How many entries the ring for `slots` numbers should have: a power of two, with a line to spare.
+  // Otherwise a number is given right behind the one that is taken next, and each take fetches the line that
+  // the borrower has just written: one transfer a take instead of one a line (bench/publish.cpp).
   static constexpr std::size_t places_for(std::size_t slots) noexcept {
     return std::bit_ceil(slots + line_bytes / sizeof(entry));
   }

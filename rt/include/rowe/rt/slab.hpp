@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slots of one size in one region of memory, named by number. Which of them are free is said elsewhere: a
-// slot that travels between threads goes by ring and home_ring, and is free when its number is at home.
+// slot that travels between threads goes by spsc_ring and home_ring, and is free while its number lies in the
+// latter.
 #pragma once
 #include <cassert>
 #include <cstddef>
@@ -19,8 +20,8 @@ inline constexpr std::size_t tailroom_bytes = 64;
 // A payload begins at a multiple of this.
 inline constexpr std::size_t payload_alignment = 16;
 
-// A view of a region divided into slots; copies see the same slots. Any thread; who may touch which slot is
-// its user's affair. Nothing waits or allocates.
+// A view of a region divided into slots; copies see the same slots. Any thread; its user decides who may
+// touch which slot. Nothing waits or allocates.
 class slab {
  public:
   // How far one slot is from the next: a multiple of line_bytes, so that no two share a line.

@@ -1,15 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bounded queue from one thread to one other: every item arrives, in order, or the push is refused. It is
-// the opening in the wall through which slot numbers go out. Lamport's queue (Specifying Concurrent Program
+// A bounded queue from one thread to one other: every item arrives, in order, or the push is refused. Handles
+// and the service thread pass slot numbers through it. Lamport's queue (Specifying Concurrent Program
 // Modules, TOPLAS 1983) with two additions: each side keeps its own index in private memory, so that a push
 // loads no line that the other side has just fetched, and each side remembers the other's index as it last
 // saw it, so that it looks again only when the ring seems full (or empty). bench/hand_over.cpp
 // compares a round trip with the bare transfer of the lines.
 //
 // Wait-free on both sides: try_push and try_pop are straight lines with one conditional second look, and
-// neither contains a loop. The ends are types, given out once each, so that a second producer cannot come
-// into being; they live inside the ring, not in the handles that point to them, so that moving a handle moves
-// no index.
+// neither contains a loop. Each end is a type that is given out once, so there cannot be a second producer.
+// The ends live inside the ring, not in the handles that point to them, so moving a handle moves no index.
 #pragma once
 #include <bit>
 #include <cassert>

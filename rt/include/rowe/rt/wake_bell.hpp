@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a thread that has many places to look at sleeps although those who put something there must not wait
-// for it: a ringer enters the kernel only when it must. Each ringer has a rope, which is a count of its own;
-// the sleeper has one word, `sleeping`.
+// The waker: how a thread that polls many places can sleep, and is woken by the threads that put something
+// there. These, the ringers, never wait, and enter the kernel only while it sleeps. Each ringer has a rope,
+// which is a count of its own (its epoch). The sleeper has one word, `sleeping`.
 //
 //   ringer                                  sleeper
 //     (store what is given: release)          mark each rope: note its count (acquire)
@@ -11,10 +11,10 @@
 //                                               yes: wait for the bell
 //                                             sleeping := false
 //
-// No wake-up is lost. Of the ringer's two accesses and the sleeper's two, all seq_cst, one is first: if the
-// ringer's count, the sleeper finds it raised and does not wait; else `sleeping` was set before, and the
-// ringer finds that. And what the sleeper notes before it looks, it sees: the count's acquire brings what was
-// stored before it was raised.
+// No wake-up is lost. The ringer's two accesses and the sleeper's two are all seq_cst, so one of the two
+// stores is first. If it is the ringer's count, the sleeper finds it raised and does not wait. If it is
+// `sleeping`, the ringer finds it set. And the sleeper sees all that was given up to the count that it noted:
+// the acquire brings what was stored before the count was raised.
 //
 // Why not notification.hpp: its notifier exchanges, in a word that all notifiers share; on ARMv8.0 that is a
 // loop, and its length depends on the others. Here a ringer writes only its own word, by plain stores, so

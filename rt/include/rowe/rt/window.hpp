@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The newest value from one thread to one other: a write never finds it full, a read never finds it torn. It
-// is the other opening in the wall, for state of which only the latest matters. Simpson's four-slot mechanism
-// (Four-slot fully asynchronous communication mechanism, IEE Proceedings E, 1990): two pairs of two slots;
-// the writer goes to the pair the reader is not in, and there to the slot that was not written last; the
-// reader goes to the pair written last, says so, and takes that pair's newest slot.
+// is for state of which only the latest value matters. Simpson's four-slot mechanism (Four-slot fully
+// asynchronous communication mechanism, IEE Proceedings E, 1990): two pairs of two slots; the writer goes to
+// the pair the reader is not in, and there to the slot that was not written last; the reader goes to the pair
+// written last, announces that, and takes that pair's newest slot.
 //
 // Why no slot is written while it is read. The reader stores `reading`, then loads `newest` of that pair; the
 // writer stores `newest`, then (at its next write) loads `reading`. These four accesses are seq_cst, so of
