@@ -103,7 +103,7 @@ inline rt::time_point core::next_cycle() const noexcept {
     return now_;
   // Something that found no room before may find it now.
   if ((threads_.waits() || handles_.waits()) && ingress_.room_changes() != retried_at_) return now_;
-  return std::min(timers_.next_wake(), std::min(stop_service_.next_update(), state_feed_.due()));
+  return std::min({timers_.next_wake(), stop_service_.next_update(), state_feed_.due(), listings_.due()});
 }
 
 inline void core::show_carrier_memory() noexcept {

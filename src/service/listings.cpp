@@ -31,14 +31,15 @@ constexpr std::size_t bytes_of(const listed& one) noexcept {
 } // namespace
 
 listings::listings(rt::arena& memory, const limits& bounds, const needs& parts) noexcept
-    : peers_{parts.peers},
+    : cycle_{parts.cycle},
+      peers_{parts.peers},
       topics_{parts.topics},
       directory_{parts.directory},
       stop_{parts.stop},
       advertised_{parts.advertised},
       out_{parts.out},
       name_{parts.endpoint_name},
-      stop_topic_{parts.stop_topic},
+      stop_topic_{parts.topics.find(wire::stop_state_name)},
       message_bytes_max_{bounds.message_bytes_max},
       listed_topics_{memory.carve<std::uint32_t>(bounds.topics_max)},
       listed_services_{memory.carve<std::uint32_t>(service_directory::first_number + bounds.services_max)},
@@ -150,7 +151,16 @@ void listings::greet(connection& c) noexcept {
   }
 }
 
-// Once a cycle: those who list are told what is there no more, and what is new.
+void listings::tell_news() noexcept {
+  const bool news = listed_at_ != changes();
+  if (news && !tells_.take(cycle_.now)) {
+    due_ = std::min(due_, cycle_.now + listings_period);
+    return;
+  }
+  due_ = rt::never;
+  if (news) list_changes();
+}
+
 void listings::list_changes() noexcept {
   if (std::exchange(listed_at_, changes()) == changes()) return;
   for (const bool topics : {true, false}) {

@@ -81,6 +81,13 @@ inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
 
+// How often peers that are told of topics and services are told what has changed, and how many times in a row
+// without a pause. Each time is up to four replies, and more where they do not fit: topics and services that
+// went, and those that came.
+inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
+inline constexpr std::uint32_t listings_burst = 4;
+static_assert(4 * listings_burst <= replies_max_backpressured);
+
 // The sentence of a failed call, as handles keep it, is no longer than what a peer is told.
 static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
 
