@@ -99,7 +99,7 @@ inline rt::time_point core::next_cycle() const noexcept {
   // Something that found no room before may find it now.
   if ((threads_.waits() || handles_.waits()) && ingress_.room_changes() != retried_at_)
     return state_.cycle.now;
-  return std::min(state_.due.next_wake(), std::min(stop_service_.next_update(), state_feed_.due()));
+  return std::min({state_.due.next_wake(), stop_service_.next_update(), state_feed_.due(), listings_.due()});
 }
 
 inline void core::show_transport_memory() noexcept {

@@ -125,8 +125,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                  .stop = stop_,
                  .advertised = advertised_,
                  .out = outbox_,
-                 .endpoint_name = report_.name(),
-                 .stop_topic = stop_topic_}},
+                 .endpoint_name = report_.name()}},
       state_feed_{
           memory,
           {.state = state_, .writer = sender_, .values = broker_, .stop = stop_, .topic = stop_topic_}},

@@ -36,7 +36,7 @@ listings::listings(rt::arena& memory, const needs& parts) noexcept
       advertised_{parts.advertised},
       out_{parts.out},
       name_{parts.endpoint_name},
-      stop_topic_{parts.stop_topic},
+      stop_topic_{state_.topics.find(wire::stop_state_name)},
       message_bytes_max_{state_.bounds().message_bytes_max},
       listed_topics_{memory.carve<std::uint32_t>(state_.bounds().topics_max)},
       listed_services_{
@@ -150,7 +150,16 @@ void listings::greet(connection& c) noexcept {
   }
 }
 
-// Once a cycle: those who list are told what is there no more, and what is new.
+void listings::tell_news() noexcept {
+  const bool news = listed_at_ != changes();
+  if (news && !tells_.take(state_.cycle.now)) {
+    due_ = std::min(due_, state_.cycle.now + listings_period);
+    return;
+  }
+  due_ = rt::never;
+  if (news) list_changes();
+}
+
 void listings::list_changes() noexcept {
   if (std::exchange(listed_at_, changes()) == changes()) return;
   for (const bool topics : {true, false}) {

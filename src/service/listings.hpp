@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Numbers in place of names, and who is told them: where a protocol says so, a client learns at once who we
-// are, and which topics and services there are, and then each cycle what has changed. A topic's number is its
-// channel; the endpoint's own services have fixed numbers, those in the directory get theirs as they come.
-// Service thread only; nothing waits or allocates.
+// are, and which topics and services there are, and then what has changed. A topic's number is its channel;
+// the endpoint's own services have fixed numbers, those in the directory get theirs as they come. Service
+// thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -11,10 +11,12 @@
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
+#include <rowe/rt/clock.hpp>
 
 #include "service/advertisement_table.hpp"
 #include "service/core_state.hpp"
 #include "service/outbox.hpp"
+#include "service/rate_limit.hpp"
 #include "service/service_directory.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/codec.hpp"
@@ -31,7 +33,6 @@ class listings {
     const advertisement_table& advertised;
     outbox& out;
     std::string_view endpoint_name; // outlives this
-    topic_id stop_topic;            // shown only where there is a stop
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<std::uint32_t>(bounds.topics_max) +
@@ -45,18 +46,22 @@ class listings {
   // closed.
   void greet(connection& c) noexcept;
   void forget(peer_index peer) noexcept {
-    if (std::exchange(told_[peer], false)) --told_count_;
+    if (std::exchange(told_[peer], false) && --told_count_ == 0) due_ = rt::never;
   }
-  // Once a cycle: they are told what is there no more, and what is new.
+  // Once a cycle: they are told what is there no more, and what is new. Not at once where something comes and
+  // goes all the time: a peer that does so must not fill the queues of others, who would be closed for it.
   void tell_changes() noexcept {
-    if (told_count_ != 0) list_changes();
+    if (told_count_ != 0) tell_news();
   }
+  // When tell_changes() is needed at the latest.
+  rt::time_point due() const noexcept { return due_; }
   // Puts the names of what a request names by numbers. Empty, or why there is no such thing.
   std::string_view put_names(const connection& c, wire::request& asked) const noexcept;
 
  private:
   template <class Of>
   void tell(connection& c, bool topics, bool added, Of&& of) noexcept;
+  void tell_news() noexcept;
   void list_changes() noexcept;
   wire::listed topic_in(topic_id row) const noexcept;
   wire::listed service_in(std::uint32_t row) const noexcept;
@@ -72,7 +77,7 @@ class listings {
   const advertisement_table& advertised_;
   outbox& out_;
   const std::string_view name_;
-  const topic_id stop_topic_;
+  const topic_id stop_topic_; // shown only where there is a stop
   const std::size_t message_bytes_max_;
   // The numbers that peers were told, by row; and after how many changes.
   std::span<std::uint32_t> listed_topics_;
@@ -80,6 +85,8 @@ class listings {
   std::uint64_t listed_at_ = 0;
   rows<peer_index, bool> told_; // who is told
   std::uint32_t told_count_ = 0;
+  rate_limit tells_{listings_period, listings_burst};
+  rt::time_point due_ = rt::never;
 };
 
 } // namespace rowe::service

@@ -99,6 +99,13 @@ static_assert(name_bytes_shown + 64 <= wire::refusal::text_bytes_max);
 inline constexpr std::uint32_t refusal_events_burst = 8;
 // The rate at which a partial frame is to go on: that of a poor radio link.
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
+// How often peers that are told of topics and services are told what has changed, and how many times in a row
+// without a pause. Each time is up to four replies, and more where they do not fit: topics and services that
+// went, and those that came.
+inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
+inline constexpr std::uint32_t listings_burst = 4;
+static_assert(4 * listings_burst <= replies_max_backpressured);
+
 // The sentence of a failed call, as handles keep it, is no longer than what a peer is told.
 static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
 

@@ -181,6 +181,40 @@ TEST_F(core_numbers_codec, tells_of_services_that_come_and_go) {
   EXPECT_EQ(gone_of(p.hear(), 's'), std::vector{came.at("/add")});
 }
 
+// A peer that advertises and takes it back all the time: others must not be closed because they do not read
+// all of that.
+TEST_F(core_numbers_codec, are_not_told_all_that_comes_and_goes_without_pause) {
+  client p{on};
+  peer restless{on};
+  on.cycles(100);
+  on.net.link_of(p.id()).room_bytes = 16; // it reads nothing, so its replies stay in their queue
+  for (int i = 0; i < 500; ++i) {
+    restless.say(R"({"op":"advertise","topic":"/a"})");
+    on.cycle();
+    restless.say(R"({"op":"unadvertise","topic":"/a"})");
+    on.cycle();
+  }
+  EXPECT_FALSE(p.cut());
+  on.net.link_of(p.id()).room_bytes = 4096;
+  on.cycles(1000);
+  (void)p.hear();
+  for (const char* topic : {"/a", "/b", "/c", "/d"}) { // with pauses each is told at once, and some in a row
+    restless.say(std::string{R"({"op":"advertise","topic":")"} + topic + R"("})");
+    on.cycle();
+    EXPECT_TRUE(list_of(p.hear(), 'T').contains(topic));
+  }
+  restless.say(R"({"op":"unadvertise","topic":"/a"})");
+  on.cycle();
+  EXPECT_EQ(p.hear(), texts{}) << "not yet";
+  const auto until = on.now + 250ms;
+  texts heard;
+  for (int i = 0; i < 50 && heard.empty() && on.next_wake <= until; ++i) {
+    on.cycle(on.next_wake - on.now);
+    heard = p.hear();
+  }
+  EXPECT_EQ(heard.size(), 1U) << "it is gone";
+}
+
 TEST_F(core_numbers_codec, lists_more_than_one_message_holds) {
   std::vector<std::string> names;
   std::deque<peer> others;
