@@ -104,9 +104,9 @@ class endpoint {
   // button of its own, or whose option `unguarded` says that it moves from the start. Returns at once where
   // they may move already, else waits until they have acknowledged the stop, at most `timeout` (negative: for
   // ever). Any threads, at the same time; not for real-time loops. Allocates nothing. Errors: refused (a
-  // guard is missing, or the stop is another one than was named or than stood there at the beginning),
-  // timed_out (a loop does not look, or has not acknowledged), no_service (there is no latch), closed. After
-  // an error the loops stand.
+  // guard is missing, or the stop is another one than was named or than stood there at the beginning, or was
+  // asked for again meanwhile), timed_out (a loop does not look, or has not acknowledged), no_service (there
+  // is no latch), closed. After an error the loops stand.
   result<emergency_stop_reset_result> reset_emergency_stop(const emergency_stop_reset_request& what,
                                                            duration timeout);
 

@@ -30,8 +30,11 @@ class stop_switch {
   // Somebody asks for a stop.
   void request(std::string_view source, std::uint64_t key) noexcept {
     counts_.add(counter::stops);
+    ++requests_;
     rules_.request(source, key, cycle_.now);
   }
+  // How many requests there were, repeats included.
+  std::uint64_t requests() const noexcept { return requests_; }
   // What the rules say now: to the loops, and to the log where it has changed.
   void show(std::string_view reason = {}) noexcept {
     rules_.write_permit(permit_);
@@ -60,6 +63,7 @@ class stop_switch {
   event_log& events_;
   stop_rules& rules_;
   detail::permit_word<>& permit_;
+  std::uint64_t requests_ = 0;
   bool reported_running_ = false; // as of the last event
 };
 

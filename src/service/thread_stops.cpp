@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/stop_gate.hpp"
 
 namespace rowe::service {
@@ -11,6 +13,7 @@ namespace rowe::service {
 // Where the words are still on their way, they come with another one.
 void thread_stops::carry_out_stop() noexcept {
   const bool with_words = std::exchange(stops_done_, asked_.stops) != asked_.stops;
+  wordless_ = !with_words;
   const std::string_view source = with_words ? asked_.source.view() : std::string_view{};
   switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
   switch_.show(with_words ? asked_.reason.view() : std::string_view{}); // before anything else
@@ -33,15 +36,23 @@ void thread_stops::tell_if_acknowledged() noexcept {
   tell();
 }
 
-// What may yet come, the loops' answers and a tick that is newer than the stop, is waited for.
+// What may yet come, the loops' answers and a tick that is newer than the stop, is waited for. A request to
+// stop that comes meanwhile is newer than the reset, which ends nothing then, also where it is a repeat.
 void thread_stops::carry_out_reset() noexcept {
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
     reset_number_ = asked_.number != 0 ? asked_.number : rules.number();
+    // A stop that came with it, and says nothing yet, may have been asked for later.
+    reset_requests_ = switch_.requests() - (wordless_ ? 1 : 0);
     waits_since_ = cycle_.now;
   }
   if (rules.running()) return answer_reset({});
   if (cycle_.now >= asked_.until) return answer_reset(errc::timed_out);
+  const bool outdated = asked_.stops != asked_.stops_before_reset || switch_.requests() != reset_requests_;
+  if (outdated && !ROWE_MUTANT(thread_reset)) {
+    switch_.count_refusal();
+    return answer_reset(errc::refused);
+  }
   const auto number = static_cast<std::int64_t>(reset_number_);
   switch (rules.reset(number, static_cast<std::int64_t>(rules.tick(cycle_.now)), true, cycle_.now)) {
   case stop_rules::refusal::none: return answer_reset({});

@@ -33,6 +33,7 @@ class thread_stops {
   // Whether one has asked for a stop since the last look.
   bool look() noexcept {
     const bool asked = words_.take(); // before looking: then the words are there
+    wordless_ = false;
     words_.look(asked_);
     return asked;
   }
@@ -62,10 +63,12 @@ class thread_stops {
   local_stop_asked asked_;            // as of the last look,
   local_stop_answered answered_;      // and as they were told last
   std::uint64_t stops_done_ = 0;      // of those that were asked for,
+  bool wordless_ = false;             // as of the last look: one whose words are on their way
   std::uint64_t stop_number_ = 0;     // as peers know the last of them,
   rt::time_point waited_for_until_{}; // for whose answer somebody waits so long; 0: nobody does
   std::uint64_t reset_ = 0;           // the one that is being carried out,
-  std::uint64_t reset_number_ = 0;    // and the stop that it is to end
+  std::uint64_t reset_number_ = 0;    // the stop that it is to end,
+  std::uint64_t reset_requests_ = 0;  // and how many requests to stop there had been by then
   rt::time_point waits_since_{};
 };
 
