@@ -61,9 +61,8 @@ slot_id outbox::compose_latched(topic_id topic_index) noexcept {
 
 void outbox::fan_out(topic_id topic_index, slot_id slot) noexcept {
   const topic& on = topics_.at(topic_index);
-  for (subscription_id i = on.first_subscription; i; i = subscriptions_[i].next_on_topic) {
+  for (subscription_id i = on.first_subscription; i; i = subscriptions_[i].next_on_topic)
     if (accepts(subscriptions_[i])) push(i, slot);
-  }
 }
 
 // A value within the throttle period after the last one is discarded, unless the peer asked for a queue.
@@ -287,14 +286,14 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     fits = this_fits;
   };
   look_at(its.replies, {});
-  for (subscription_id i = topics_.first_subscription(from); i; i = subscriptions_[i].next_on_peer) {
+  for (subscription_id i = topics_.first_subscription(from); i; i = subscriptions_[i].next_on_peer)
     look_at(subscriptions_[i].waiting, subscriptions_[i].topic);
-  }
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
   const slot_ref oldest = entries_.front(*longest);
   store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
   add(its.backpressured() ? counter::outbox_full : counter::evicted);
+  if (slots_.needed(oldest.index) && peers_[from].open()) peers_.close_later(peers_[from], unread_sentence);
   drop_front(*longest);
   if (!topic) return;
   // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.

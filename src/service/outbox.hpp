@@ -92,6 +92,7 @@ class outbox {
   // Returns its slot; none when it is lost, counted.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
+  void need(slot_id reply) noexcept { slots_.need(reply); }
   // A reply that was written already. If it did not fit it is lost, and counted; an empty one is not sent.
   void reply_written(peer_index to, const json::writer& written, wire::message_kind kind) noexcept {
     if (written.overflowed()) return counts_.add(counter::outbox_full);
