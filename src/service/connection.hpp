@@ -25,6 +25,8 @@ inline constexpr std::string_view stop_only_sentence =
     "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
 
 inline constexpr std::string_view no_binary_sentence = "binary messages have no meaning here";
+// Of a peer that lost a list which it must get.
+inline constexpr std::string_view unread_sentence = "the peer does not read which topics there are";
 
 struct connection {
   // to_close: see peer_table::close_later()

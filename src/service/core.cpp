@@ -96,9 +96,9 @@ inline rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's budget was waiting: the next cycle is needed at once.
   if (handles_.more_left() || threads_.more_left() || outbox_.scheduled() != 0 || ingress_.waits())
     return state_.cycle.now;
-  // Something that found no room before may find it now.
-  if ((threads_.waits() || handles_.waits()) && ingress_.room_changes() != retried_at_)
-    return state_.cycle.now;
+  if (state_.peers.wants_close()) return state_.cycle.now; // writing evicted what a peer must not lose
+  const bool waits = threads_.waits() || handles_.waits(); // for room, which may be there now
+  if (waits && ingress_.room_changes() != retried_at_) return state_.cycle.now;
   return std::min({state_.due.next_wake(), stop_service_.next_update(), state_feed_.due(), listings_.due()});
 }
 

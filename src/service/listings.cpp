@@ -108,6 +108,14 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
 
 // ---- who is told
 
+// Without it the peer would know less, or more, than there is: it is closed.
+template <class Write>
+void listings::send(connection& c, Write&& write) noexcept {
+  if (!c.open()) return;
+  const slot_id slot = out_.reply({c.id.index}, write, rt::never, true);
+  if (!slot) state_.peers.close_later(c, unread_sentence);
+}
+
 // `of(row, into)`: whether it is one of those that are told.
 template <class Of>
 void listings::tell(connection& c, bool topics, bool added, Of&& of) noexcept {
@@ -119,11 +127,9 @@ void listings::tell(connection& c, bool topics, bool added, Of&& of) noexcept {
     const auto part = std::span<const listed>{some}.first(std::exchange(count, 0));
     bytes = 0;
     const wire::codec& codec = c.protocol->topics;
-    const slot_id slot = out_.reply({c.id.index}, [&](json::writer& into) {
+    send(c, [&](json::writer& into) {
       return topics ? codec.write_topics(into, part, added) : codec.write_services(into, part, added);
     });
-    // Without it the peer would know less, or more, than there is.
-    if (!slot) state_.peers.close_later(c, "the peer does not read which topics there are");
   };
   const std::size_t rows = topics ? listed_topics_.size() : listed_services_.size();
   for (std::uint32_t row = 0; row < rows; ++row) {
@@ -140,8 +146,7 @@ void listings::greet(connection& c) noexcept {
   list_changes();
   told_[{c.id.index}] = true;
   ++told_count_;
-  const auto hello = [&](json::writer& into) { return c.protocol->topics.write_hello(into, name_); };
-  (void)out_.reply({c.id.index}, hello); // nothing is queued in front of it
+  send(c, [&](json::writer& into) { return c.protocol->topics.write_hello(into, name_); });
   for (const bool topics : {true, false}) {
     tell(c, topics, true, [&](std::uint32_t row, listed& into) {
       into = topics ? topic_in({row}) : service_in(row);

@@ -59,6 +59,8 @@ class listings {
   std::string_view put_names(const connection& c, wire::request& asked) const noexcept;
 
  private:
+  template <class Write>
+  void send(connection& c, Write&& write) noexcept;
   template <class Of>
   void tell(connection& c, bool topics, bool added, Of&& of) noexcept;
   void tell_news() noexcept;

@@ -28,8 +28,9 @@ struct local_stop_asked {
   fixed_string<source_bytes_max> source; // of the last stop
   fixed_string<reason_bytes_max> reason;
   std::uint64_t resets = 0;
-  std::uint64_t number = 0; // of the stop that the last reset is to end; 0: whichever there is
-  rt::time_point until{};   // after this the last reset must not be carried out
+  std::uint64_t number = 0;             // of the stop that the last reset is to end; 0: whichever there is
+  std::uint64_t stops_before_reset = 0; // how many had been asked for then
+  rt::time_point until{};               // after this the last reset must not be carried out
 };
 
 // What came of it.

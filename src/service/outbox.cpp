@@ -121,14 +121,14 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     fits = this_fits;
   };
   look_at(its.replies, {});
-  for (subscription_id i = state_.topics.first_subscription(from); i; i = subscriptions_[i].next_on_peer) {
+  for (subscription_id i = state_.topics.first_subscription(from); i; i = subscriptions_[i].next_on_peer)
     look_at(subscriptions_[i].waiting, subscriptions_[i].topic);
-  }
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
   const slot_ref oldest = entries_.front(*longest);
   store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
   add(its.backpressured() ? counter::outbox_full : counter::evicted);
+  if (slots_.needed(oldest.index)) state_.peers.close_later(state_.peers[from], unread_sentence);
   drop_front(*longest);
   if (!topic) return;
   // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.

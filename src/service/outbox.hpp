@@ -22,7 +22,6 @@
 
 #include "service/core_state.hpp"
 #include "service/index_ring.hpp"
-#include "service/message_queue.hpp"
 #include "service/message_store.hpp"
 #include "service/peer_queues.hpp"
 #include "service/service_limits.hpp"
@@ -49,9 +48,10 @@ class outbox {
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
   // To one peer, an answer: never thinned out, and dropped as late only where it has a time of its own.
-  // Returns its slot; none when it is lost, counted.
+  // Returns its slot; none when it is lost, counted. `needed`: a peer that loses it later is closed.
   template <class WriteText>
-  slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never) noexcept;
+  slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
+                bool needed = false) noexcept;
   // A reply that was written already. If it did not fit it is lost, and counted; an empty one is not sent.
   void reply_written(peer_index to, const json::writer& written, wire::message_kind kind) noexcept {
     if (written.overflowed()) return state_.counts.add(counter::outbox_full);
@@ -159,13 +159,14 @@ class outbox {
 };
 
 template <class WriteText>
-slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires) noexcept {
+slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expires, bool needed) noexcept {
   if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
   const slot_id slot = has_place ? compose(expires, write_text) : slot_id{};
   if (!has_place) add(counter::outbox_full);
   if (!slot) return {};
   if (enqueue(queues_[to].replies, slot)) {
+    if (needed) slots_.need(slot);
     schedule(to);
     return slot;
   }

@@ -40,6 +40,7 @@ class peer_table {
   // and from then on the peer counts as closed. The core closes it when the part has returned.
   void close_later(connection& c, std::string_view why,
                    std::uint16_t code = wire::close_code::policy) noexcept {
+    if (!c.open()) return; // it is closed for what came first
     c.state = connection::phase::to_close;
     c.close_reason = why;
     c.closes_as = code;

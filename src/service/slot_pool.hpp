@@ -62,7 +62,7 @@ class slot_pool {
     const slot_id index = free.take();
     slot& taken = slots_[index];
     taken.references = 1;
-    taken.tracked = taken.kept = false;
+    taken.tracked = taken.kept = taken.needed = false;
     taken.bytes = taken.body_at = taken.body_bytes = 0;
     taken.expires = rt::never;
     return index;
@@ -80,11 +80,6 @@ class slot_pool {
   }
   std::uint32_t free_for_all(slot_class of) const noexcept {
     return std::max(free_[static_cast<std::size_t>(of)].free(), kept_for_stop) - kept_for_stop;
-  }
-  // Whether a slot for so many bytes is free, a large one if need be.
-  bool has_free(std::size_t bytes) const noexcept {
-    return (bytes <= small_bytes_ && free_for_all(slot_class::small) != 0) ||
-           free_for_all(slot_class::large) != 0;
   }
   std::size_t bytes_of(slot_class of) const noexcept {
     return of == slot_class::small ? small_bytes_ : large_bytes_;
@@ -117,6 +112,9 @@ class slot_pool {
   // Whether the message goes in a binary frame; and when the value in its body was published.
   bool binary(slot_id index) const noexcept { return slots_[index].binary; }
   rt::time_point published(slot_id index) const noexcept { return slots_[index].published; }
+  // Without it the peer would know less, or more, than there is: whoever evicts it ends the connection.
+  void need(slot_id index) noexcept { slots_[index].needed = true; }
+  bool needed(slot_id index) const noexcept { return slots_[index].needed; }
   std::span<char> text(slot_id index) noexcept { return {base(index), slots_[index].bytes}; }
   std::span<const char> body(slot_id index) const noexcept {
     return {base(index) + slots_[index].body_at, slots_[index].body_bytes};
@@ -179,6 +177,7 @@ class slot_pool {
     bool tracked = false;
     bool kept = false;
     bool binary = false;
+    bool needed = false;
     slot_id next_free{};
     std::uint32_t bytes = 0;
     std::uint32_t body_at = 0;

@@ -4,6 +4,8 @@
 #include <string_view>
 #include <utility>
 
+#include <rowe/detail/mutation_points.hpp>
+
 #include "service/stop_gate.hpp"
 
 namespace rowe::service {
@@ -11,6 +13,7 @@ namespace rowe::service {
 // The flag may be seen before its source and reason; these come with a second call then.
 void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
+  without_reason_ = !with_reason;
   const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
   switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
   switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
@@ -40,12 +43,14 @@ void thread_stops::carry_out_reset() noexcept {
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
     reset_number_ = asked_.number != 0 ? asked_.number : rules.number();
-    reset_requests_ = switch_.requests();
+    // A stop that came with it and has no reason yet may have been asked for later.
+    reset_requests_ = switch_.requests() - (without_reason_ ? 1 : 0);
     waits_since_ = state_.cycle.now;
   }
   if (state_.cycle.closing) return answer_reset(errc::closed);
   if (rules.running()) return answer_reset({});
-  if (switch_.requests() != reset_requests_) return refuse_reset();
+  const bool outdated = asked_.stops != asked_.stops_before_reset || switch_.requests() != reset_requests_;
+  if (outdated && !ROWE_MUTANT(thread_reset)) return refuse_reset();
   if (state_.cycle.now >= asked_.until) return answer_reset(errc::timed_out);
   const auto number = static_cast<std::int64_t>(reset_number_);
   switch (

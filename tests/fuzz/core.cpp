@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core under arbitrary scripts: connections that open and break, raw bytes and texts made of the input's
-// bytes, texts of the simulation's grammar (a byte for the operation and each class), handles that are
-// opened, used and closed, ordinary threads, time. Input: one byte of set-up (bit 0 the role, bit 1
-// relaying, bits 2 and 3 the profile), then commands of one byte each with their arguments. What is required:
-// the core's structures agree after every cycle, peers are sent nothing but WebSocket frames, and when
-// everyone has left every slot is free.
+// bytes, what the simulation's grammar has for peers of each codec and for ordinary threads (a byte for the
+// operation and each class), handles that are opened, used and closed, time. Input: one byte of set-up (bit 0
+// the role, bit 1 relaying, bits 2 and 3 the profile, bit 4 whether the lane receives, bit 5 whether clients
+// may speak by numbers, bit 6 whether there is a stop), then commands of one byte each with their arguments.
+// What is required: the core's structures agree after every cycle, peers are sent nothing but WebSocket
+// frames, who is told by numbers what there is is told each thing once, and when everyone has left every slot
+// is free.
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -15,10 +18,12 @@
 #include <rowe/caller.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
+#include <rowe/stop_latch.hpp>
 
 #include "fuzz/require.hpp"
 #include "service/core_harness.hpp"
 #include "sim/swarm_grammar.hpp"
+#include "sim/swarm_threads.hpp"
 
 namespace {
 
@@ -93,15 +98,22 @@ class script_run {
  public:
   explicit script_run(std::uint8_t setup)
       : ours_{(setup & 1) != 0 ? side::client : side::server},
-        on_{options_of(setup), ours_},
+        by_numbers_{(setup & 32) != 0 && ours_ == side::server &&
+                    options_of(setup).profile == rowe::peer_profile::standard},
+        on_{options_of(setup), ours_, 1, rowe::rt::time_point{1000s},
+            by_numbers_ ? &numbers::protocols() : nullptr},
         lanes_{offer_lanes((setup & 16) != 0)} {
+    if ((setup & 64) != 0) {
+      lanes_.push_back(&on_.offer(rowe::detail::latch_request({.name = "loop"})));
+      latch_ = rowe::stop_latch{harness::core_harness::handle_of(*lanes_.back())};
+    }
     cycle(1us);
   }
 
   void act(script& s) {
     const std::uint8_t what = s.byte();
     switch (what % 16) {
-    case 0: open(); break;
+    case 0: open(what >> 4 & 1); break;
     case 1: break_off(s.byte()); break;
     case 2:
     case 3:
@@ -138,9 +150,10 @@ class script_run {
     for (std::size_t i = 0; i < lanes_.size(); ++i) close_lane(i);
     for (auto& p : peers_) p->leave(rowe::service::close_cause::reset);
     peers_.clear();
+    threads_.finish_up();
     for (int i = 0; i < 4; ++i) cycle(1ms);
     // A message that would be pending for ever finds a peer.
-    open();
+    open(false);
     for (int i = 0; i < 30; ++i) {
       peers_.back()->say("{}");
       cycle(1ms);
@@ -179,6 +192,8 @@ class script_run {
   }
 
   void cycle(rowe::duration later) {
+    if (lanes_.size() > latch_lane && lanes_[latch_lane] != nullptr && latch_.engaged(on_.now))
+      latch_.acknowledge(on_.now);
     on_.cycle(later);
     require(on_.core.check(), "the core's structures agree");
   }
@@ -186,19 +201,33 @@ class script_run {
   harness::peer* one(std::size_t which) {
     return peers_.empty() ? nullptr : peers_[which % peers_.size()].get();
   }
-  void open() {
-    if (peers_.size() < (ours_ == side::client ? 1U : 4U))
-      peers_.push_back(std::make_unique<harness::peer>(on_, ours_));
+  void open(bool by_numbers) {
+    if (peers_.size() >= (ours_ == side::client ? 1U : 4U)) return;
+    by_numbers = by_numbers && by_numbers_;
+    peers_.push_back(std::make_unique<harness::peer>(on_, ours_, "127.0.0.1:50000", "/",
+                                                     by_numbers ? numbers::subprotocol : std::string_view{}));
+    const harness::connection_id id = peers_.back()->id();
+    if (by_numbers) told_[peers_.back().get()] = {};
+    threads_.connections.push_back({id.index, id.generation});
   }
   void break_off(std::uint8_t which) {
     if (peers_.empty()) return;
     const auto gone = peers_.begin() + which % static_cast<std::ptrdiff_t>(peers_.size());
     (*gone)->leave(which > 127 ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
     on_.net.link_of((*gone)->id()) = {};
+    told_.erase(gone->get());
+    const threads_connection id{(*gone)->id().index, (*gone)->id().generation};
+    std::erase(threads_.connections, id);
+    threads_.ended.assign(1, id);
     peers_.erase(gone);
   }
   void hear(harness::peer& p) {
-    for (auto& text : p.hear()) heard_.push_back(std::move(text));
+    const auto told = told_.find(&p);
+    for (auto& text : p.hear()) {
+      if (told != told_.end() && swarm::number_lists::is_list(text))
+        require(told->second.take(text).empty(), "a peer is told of each topic and service once");
+      heard_.push_back(std::move(text));
+    }
     if (heard_.size() > 8) heard_.erase(heard_.begin(), heard_.end() - 8);
     const bool unmasked = ours_ == side::client && on_.options.profile == rowe::peer_profile::hop_2014;
     require(unmasked || p.violated.empty(), "a peer is sent WebSocket frames");
@@ -220,17 +249,22 @@ class script_run {
     }
   }
 
-  // A text of either codec, as the simulated untrusted peers send it.
+  // A text of any codec, as the simulated untrusted peers send it; or what an ordinary thread does.
   void speak(script& s, std::size_t which) {
     harness::peer* const p = one(which);
     if (p == nullptr) return;
     input_choices from{s};
     const std::size_t operation = from.below(swarm::operations().size());
     known_.bounds = on_.options.limits;
+    if (const auto told = told_.find(p); told != told_.end()) known_.listed = told->second;
     const swarm::recipe what = swarm::choose_recipe(from, all_, operation, 4);
     const swarm::saying said = swarm::render(from, what, known_);
-    switch (swarm::operations()[operation].goes) {
-    case swarm::form::binary: return p->send(rowe::wire::opcode::binary, said.text);
+    const swarm::form goes = swarm::operations()[operation].goes;
+    if (swarm::speaker_of(goes) == swarm::speaker::thread)
+      return (void)threads_.carry_out(from, what, said); // what it came upon, others count
+    if (swarm::is_binary(goes)) return p->send(rowe::wire::opcode::binary, said.text);
+    switch (goes) {
+    case swarm::form::opening: return open((which & 1) != 0);
     case swarm::form::control: return p->send(rowe::wire::opcode::ping, said.text);
     case swarm::form::close: return p->send(rowe::wire::opcode::close, said.text);
     case swarm::form::no_frame: return p->send_raw(std::as_bytes(std::span{said.text}));
@@ -320,13 +354,20 @@ class script_run {
     lanes_[which] = nullptr;
   }
 
+  using threads_connection = swarm::threads::connection_ref;
+  static constexpr std::size_t latch_lane = 5;
+
   side ours_;
+  bool by_numbers_;
   harness::core_harness on_;
   std::vector<rowe::detail::lane*> lanes_; // null once closed
   rowe::lane talker_{harness::core_harness::handle_of(*lanes_[0])};
   rowe::responder<pair, pair> responder_{harness::core_harness::handle_of(*lanes_[1])};
   rowe::caller<pair, pair> caller_{harness::core_harness::handle_of(*lanes_[2])};
+  rowe::stop_latch latch_;
+  swarm::threads threads_{on_};
   std::vector<std::unique_ptr<harness::peer>> peers_;
+  std::map<const harness::peer*, swarm::number_lists> told_; // those with numbers
   std::vector<std::string> heard_;
   std::vector<rowe::message_view> held_;
   std::vector<rowe::request<pair>> asked_;

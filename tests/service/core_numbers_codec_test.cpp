@@ -229,6 +229,18 @@ TEST_F(core_numbers_codec, lists_more_than_one_message_holds) {
   for (const std::string& name : names) EXPECT_TRUE(p.topics.contains(name)) << name;
 }
 
+// It asks for more than it reads, and so loses what waits longest: the greeting.
+TEST_F(core_numbers_codec, is_closed_rather_than_told_of_a_part_of_what_there_is) {
+  peer p{on, side::server, "127.0.0.1:50000", "/", numbers::subprotocol};
+  on.net.link_of(p.id()).room_bytes = 0;
+  on.cycle();
+  const std::string of_statistics = "c" + four(5);
+  for (std::uint32_t i = 0; i < 8; ++i) p.send(opcode::binary, of_statistics + four(i) + "{}");
+  on.cycles(4);
+  EXPECT_TRUE(p.cut());
+  EXPECT_GT(on.count(counter::outbox_full), 0U);
+}
+
 // ---- topics
 
 TEST_F(core_numbers_codec, gives_each_subscriber_the_shared_message_behind_a_head_of_its_own) {

@@ -427,6 +427,7 @@ struct local_thread {
   void reset(std::uint64_t number = 0, rowe::rt::time_point until = rowe::rt::never) {
     ++asked.resets;
     asked.number = number;
+    asked.stops_before_reset = asked.stops;
     asked.until = until;
     on.shown.stops.hand_in(asked);
   }
@@ -576,6 +577,55 @@ TEST_F(stopping, is_not_reset_by_this_process_when_another_one_came) {
   ASSERT_EQ(thread.hear().resets, 1U);
   EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
   EXPECT_FALSE(look());
+  EXPECT_FALSE(look());
+}
+
+// Rule 7: who repeats himself wants it stopped now, and the reset was asked for before.
+TEST_F(stopping, is_not_reset_by_this_process_when_it_was_asked_for_again_meanwhile) {
+  peer operator_{on};
+  operator_.say(stop_call);
+  on.cycle();
+  local_thread thread{on};
+  thread.reset();
+  on.cycle(); // the loop has yet to acknowledge
+  operator_.say(stop_call);
+  on.cycle();
+  EXPECT_FALSE(look());
+  on.cycles(3);
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
+  EXPECT_FALSE(look());
+  thread.reset(); // now that this is known
+  on.cycles(3);
+  EXPECT_TRUE(thread.hear().reset_outcome);
+  EXPECT_TRUE(look());
+}
+
+TEST_F(stopping, is_not_reset_by_this_process_that_asked_for_it_afterwards) {
+  local_thread thread{on};
+  thread.stop("bumper");
+  on.cycle();
+  EXPECT_FALSE(look());
+  thread.reset();
+  thread.stop("bumper"); // by another thread, before the service thread looks
+  on.cycle();
+  EXPECT_FALSE(look());
+  on.cycles(3);
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
+  EXPECT_FALSE(look());
+}
+
+// Its words are on their way, so it may have been asked for later.
+TEST_F(stopping, is_not_reset_by_this_process_where_a_stop_without_words_comes_with_it) {
+  local_thread thread{on};
+  on.cycle();
+  EXPECT_FALSE(look());
+  thread.reset();
+  on.shown.stops.ask();
+  on.cycle();
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
   EXPECT_FALSE(look());
 }
 

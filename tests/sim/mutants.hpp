@@ -22,6 +22,7 @@ inline constexpr mutant mutants[] = {
     {"latch_of_the_gone", "a kept value goes with its publisher"},
     {"throttle", "a subscription that is changed is due by its new throttle_rate"},
     {"stop_tick", "a reset names a tick that was issued after the newest stop"},
+    {"thread_reset", "a reset of a thread is older than a stop that comes while it waits"},
     {"stop_number", "the number of the stop never comes again"},
     {"stop_latch", "what loops see of that number rises once a millisecond at most"},
     {"stop_id", "the id of a stop that is answered is not overwritten by what the stop says"},

@@ -76,6 +76,7 @@ struct context {
   std::set<std::string> once_latched{};               // by a handle of this process, at any time
   std::map<std::string, std::uint32_t> own_services{};
   std::set<std::pair<std::int64_t, std::int64_t>> resets{}; // asked for so far: number and tick
+  bool numbers = false;                                     // the endpoint speaks the codec with numbers, too
   bool stop_in_use = false;
   bool running = false;
   bool takes_rest = false; // the transport, of large frames
@@ -119,8 +120,11 @@ struct context {
 };
 
 inline std::string shortened(std::string_view text, std::size_t most = 300) {
-  if (text.size() <= most) return std::string{text};
-  return std::string{text.substr(0, most)} + "... (" + std::to_string(text.size()) + " bytes)";
+  std::string shown{text.substr(0, most)};
+  std::replace_if(
+      shown.begin(), shown.end(), [](unsigned char c) { return c < ' ' && c != '\n'; }, '.');
+  if (text.size() > most) shown += "... (" + std::to_string(text.size()) + " bytes)";
+  return shown;
 }
 
 // The integer behind a key; -1 where there is none.

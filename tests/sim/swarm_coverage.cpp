@@ -33,8 +33,26 @@ const std::array<state_name, states>& state_names() {
                                                    {d::connection, "fresh"},
                                                    {d::connection, "rosbridge"},
                                                    {d::connection, "bare"},
+                                                   {d::connection, "numbers"},
                                                    {d::connection, "backpressured"},
-                                                   {d::connection, "closing"}}};
+                                                   {d::connection, "closing"},
+                                                   {d::times, "once"},
+                                                   {d::times, "burst"},
+                                                   {d::times, "in_turn"},
+                                                   {d::queue, "takes"},
+                                                   {d::queue, "full"},
+                                                   {d::queue, "refuses"},
+                                                   {d::inbox, "empty"},
+                                                   {d::inbox, "message"},
+                                                   {d::inbox, "call"},
+                                                   {d::outcome, "good"},
+                                                   {d::outcome, "bad"},
+                                                   {d::outcome, "given_up"},
+                                                   {d::heard, "nothing"},
+                                                   {d::heard, "acknowledged"},
+                                                   {d::heard, "reset"},
+                                                   {d::heard, "refused"},
+                                                   {d::heard, "too_late"}}};
   return all;
 }
 
@@ -43,24 +61,80 @@ bool has(std::size_t row, std::size_t column) {
   return std::find(of.begin(), of.end(), state_names()[column].of) != of.end();
 }
 
+namespace {
+
+std::string_view impossible_of_thread(const member_rule& m, std::string_view how, state in) {
+  const bool refused = in == state::queue_refuses;
+  if (m.is == domain::submitted) {
+    if (how == "too_large") return refused ? "" : "it is too long";
+    if (refused) return "it is not too long";
+  }
+  if (m.is == domain::args && how != "large" && how != "largest" && refused) return "it is not too long";
+  if (m.is == domain::args && how == "largest" && !refused) return "it is too long where limits are usual";
+  return {};
+}
+
+} // namespace
+
 std::string_view impossible(std::size_t row, std::size_t column) {
   const row_name& r = rows()[row];
   const state in{static_cast<std::uint8_t>(column)};
   if (!has(row, column)) return "the operation does not look at it";
-  if (r.own) return {};
-  const member_rule& m = operations()[r.operation].members[r.member];
-  const std::string_view how = classes_of(m.is)[r.value].name;
+  const operation& of = operations()[r.operation];
   const auto is = [&](auto... any) { return ((in == any) || ...); };
   const dimension looks_at = state_names()[column].of;
-  if (!classes_of(m.is)[r.value].good && looks_at != dimension::connection)
-    return "it is refused before that is looked at";
-  if (!classes_of(m.is)[r.value].good && !is(state::connection_rosbridge, state::connection_bare))
+  const speaker by = speaker_of(of.goes);
+  const auto undone = [&] {
+    return std::any_of(std::begin(pairs_of_operations), std::end(pairs_of_operations),
+                       [&](const opposites& two) { return of.name == two.takes || of.name == two.gives; });
+  };
+  if (is(state::times_in_turn) && !undone()) return "nothing undoes it";
+  if (by == speaker::numbers_peer && is(state::subscription_queued, state::subscription_throttled))
+    return "such a subscription has no options";
+  if (is(state::queue_refuses) && of.name == "thread_refusal") return "no sentence is so long";
+  if (by == speaker::thread && is(state::stop_unused)) return "threads can stop once there is a latch";
+  if (r.own) return {};
+  const member_rule& m = of.members[r.member];
+  const bool good = classes_of(m.is)[r.value].good;
+  const std::string_view how = classes_of(m.is)[r.value].name;
+  if (looks_at == dimension::times)
+    return of.goes == form::opening && is(state::times_once) ? "" : "it is the operation that is repeated";
+  if (by == speaker::thread) return impossible_of_thread(m, how, in);
+  if ((by == speaker::numbers_peer && is(state::connection_rosbridge, state::connection_bare)) ||
+      (by == speaker::peer && is(state::connection_numbers)))
+    return "another codec has no such operation: the operation's own row has it";
+  if (!good && looks_at != dimension::connection) return "it is refused before that is looked at";
+  if (!good && !is(state::connection_rosbridge, state::connection_bare, state::connection_numbers))
     return "a refusal is like others: the operation's own row has it";
   if (m.is != domain::answered_id && is(state::answer_over, state::answer_foreign))
     return "nothing else is looked at then";
   if (in == state::connection_closing) return "nothing of it is read: the operation's own row has it";
   const bool no_name =
       how == "absent" || how == "empty" || how == "no_text" || how == "too_long" || how == "control";
+  const bool no_number = how == "gone" || how == "never" || how == "zero" || how == "largest";
+  if (m.is == domain::channel) {
+    if (no_number && (looks_at == dimension::topic || looks_at == dimension::subscription) &&
+        !is(state::topic_absent, state::subscription_none))
+      return "it names no topic";
+    if (how == "endpoints" && is(state::topic_peers, state::topic_latched)) return "the endpoint holds it";
+    if (how == "shared" && is(state::topic_own, state::topic_latched)) return "only untrusted peers have it";
+    if (how == "honest" && is(state::topic_latched)) return "its handle is not latched";
+  }
+  if (m.is == domain::called_number) {
+    if (no_number && is(state::service_peers, state::service_own, state::service_endpoints))
+      return "it names no service";
+    if ((how == "stats" || how == "lists") && is(state::service_peers, state::service_own))
+      return "it is the endpoint's";
+    if ((how == "shared" || how == "honest") && is(state::service_endpoints))
+      return "it is not the endpoint's";
+    if (how == "honest" && is(state::service_peers)) return "the process wins over untrusted peers";
+  }
+  if (m.is == domain::body && by == speaker::numbers_peer && is(state::topic_latched))
+    return "what is kept is the same in each codec: publish.msg has it";
+  if (m.is == domain::own_number && how == "largest" && is(state::topic_latched))
+    return "a number that is known is like others: another row has it";
+  if (m.is == domain::call_number && how == "again" && in == state::call_open)
+    return "it is that of a call that is open";
   if (m.is == domain::topic) {
     if (no_name &&
         is(state::topic_peers, state::topic_own, state::topic_latched, state::subscription_idle,
@@ -92,7 +166,9 @@ std::string_view impossible(std::size_t row, std::size_t column) {
     if ((no_name || how == "nobodys") &&
         is(state::service_peers, state::service_own, state::service_endpoints))
       return "it names no service that there is";
-    const bool endpoints = how == "stats" || how == "rosapi";
+    const bool lists = how == "list_topics" || how == "list_services" || how == "topic_type" ||
+                       how == "publishers" || how == "service_type";
+    const bool endpoints = how == "stats" || lists;
     if (endpoints && !is(state::service_endpoints) && state_names()[column].of == dimension::service)
       return "it is the endpoint's";
     if (!endpoints && how != "stop" && is(state::service_endpoints)) return "it is not the endpoint's";
@@ -164,11 +240,8 @@ std::vector<std::string> coverage::holes() const {
   for (std::size_t row = 0; row < rows().size(); ++row) {
     for (std::size_t column = 0; column < states; ++column) {
       if (counts_[row * states + column] != 0 || !impossible(row, column).empty()) continue;
-      constexpr std::string_view dimensions[] = {"topic",  "subscription", "service",   "call",
-                                                 "answer", "stop",         "connection"};
       const state_name& s = state_names()[column];
-      found.push_back(text_of(rows()[row]) + " x " + std::string{dimensions[static_cast<std::size_t>(s.of)]} +
-                      " " + std::string{s.name});
+      found.push_back(text_of(rows()[row]) + " x " + std::string{name_of(s.of)} + " " + std::string{s.name});
     }
   }
   for (std::size_t kind = 0; kind < handle_kinds; ++kind) {

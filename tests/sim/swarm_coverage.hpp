@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the generators really did: how often each class of each member of each operation was said in each
-// state of what it names, and how often the handles of this process reached each moment of their lives. A
-// cell that can happen, and did not in as many seeds as the tests run, is a hole in the generators, and
-// fails.
+// What the generators really did: how often each class of each member of each operation of peers and of
+// ordinary threads was said in each state of what it names, and how often the handles of this process reached
+// each moment of their lives. A cell that can happen, and did not in as many seeds as the tests run, is a
+// hole in the generators, and fails.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -42,10 +42,28 @@ enum class state : std::uint8_t {
   connection_fresh, // nothing was said on it
   connection_rosbridge,
   connection_bare,
+  connection_numbers,
   connection_backpressured,
   connection_closing, // a close frame, or what breaks the protocol, was sent before
+  times_once,
+  times_burst,
+  times_in_turn, // with what undoes it
+  queue_takes,
+  queue_full,
+  queue_refuses, // the text is too long
+  inbox_empty,
+  inbox_message,
+  inbox_call,
+  outcome_good,
+  outcome_bad,
+  outcome_given_up,
+  heard_nothing,
+  heard_acknowledged, // a stop, by the loops
+  heard_reset,
+  heard_refused,
+  heard_too_late,
 };
-inline constexpr std::size_t states = 27;
+inline constexpr std::size_t states = 45;
 
 struct state_name {
   dimension of;

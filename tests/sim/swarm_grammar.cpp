@@ -7,368 +7,6 @@
 namespace swarm {
 namespace {
 
-constexpr bool bad = false;
-
-const std::vector<std::vector<value_class>>& all_classes() {
-  static const std::vector<std::vector<value_class>> all = {
-      /* topic */ {{"shared"},
-                   {"own"},
-                   {"honest"},
-                   {"made_up"},
-                   {"stats"},
-                   {"stop_state"},
-                   {"stop"},
-                   {"reserved"},
-                   {"escaped"},
-                   {"no_slash"},
-                   {"longest"},
-                   {"too_long", bad},
-                   {"empty", bad},
-                   {"control", bad},
-                   {"no_text", bad},
-                   {"absent", bad}},
-      /* service */
-      {{"shared"},
-       {"honest"},
-       {"made_up"},
-       {"stop"},
-       {"reserved"},
-       {"escaped"},
-       {"no_slash"},
-       {"longest"},
-       {"too_long", bad},
-       {"empty", bad},
-       {"no_text", bad},
-       {"absent", bad}},
-      /* called_service */
-      {{"shared"},
-       {"honest"},
-       {"nobodys"},
-       {"stats"},
-       {"rosapi"},
-       {"with_id"},
-       {"escaped"},
-       {"no_slash"},
-       {"longest"},
-       {"too_long", bad},
-       {"empty", bad},
-       {"no_text", bad},
-       {"absent", bad}},
-      /* stop_service */
-      {{"plain"}, {"no_slash"}, {"escaped_slash"}, {"escaped_characters"}, {"with_id"}, {"with_long_id"}},
-      /* id */
-      {{"absent"},
-       {"short"},
-       {"number"},
-       {"negative"},
-       {"again"},
-       {"escaped"},
-       {"longest"},
-       {"null"},
-       {"empty"},
-       {"too_long", bad},
-       {"fraction", bad},
-       {"object", bad}},
-      /* answered_id */
-      {{"asked"},
-       {"answered"},
-       {"of_others"},
-       {"made_up"},
-       {"longest"},
-       {"too_long", bad},
-       {"object", bad},
-       {"absent", bad}},
-      /* type */
-      {{"absent"}, {"usual"}, {"other"}, {"empty"}, {"longest"}, {"too_long", bad}, {"no_text", bad}},
-      /* period */
-      {{"absent"},
-       {"zero"},
-       {"one"},
-       {"short"},
-       {"long"},
-       {"hour"},
-       {"largest"},
-       {"too_large", bad},
-       {"beyond_64_bits", bad},
-       {"negative", bad},
-       {"fraction", bad},
-       {"no_number", bad}},
-      /* count */
-      {{"absent"},
-       {"zero"},
-       {"one"},
-       {"some"},
-       {"huge"},
-       {"beyond_64_bits", bad},
-       {"negative", bad},
-       {"fraction", bad},
-       {"no_number", bad}},
-      /* depth */
-      {{"absent"},
-       {"zero"},
-       {"one"},
-       {"few"},
-       {"limit_less_one"},
-       {"limit"},
-       {"limit_and_one"},
-       {"huge"},
-       {"beyond_64_bits", bad},
-       {"negative", bad},
-       {"fraction", bad},
-       {"no_number", bad}},
-      /* boolean */ {{"absent"}, {"true"}, {"false"}, {"no_boolean", bad}},
-      /* compression */ {{"absent"}, {"none"}, {"png", bad}, {"unknown", bad}, {"no_text", bad}},
-      /* level */
-      {{"none"}, {"error"}, {"warning"}, {"info"}, {"unknown", bad}, {"no_text", bad}, {"absent", bad}},
-      /* history */ {{"absent"}, {"keep_last"}, {"keep_all"}, {"unknown", bad}, {"no_text", bad}},
-      /* reliability */ {{"absent"}, {"reliable"}, {"best_effort"}, {"best_available"}, {"unknown", bad}},
-      /* durability */ {{"absent"}, {"volatile"}, {"transient_local"}, {"best_available"}, {"unknown", bad}},
-      /* time */
-      {{"absent"},
-       {"zero"},
-       {"short"},
-       {"secs_nsecs"},
-       {"infinite"},
-       {"huge"},
-       {"negative", bad},
-       {"no_time", bad}},
-      /* body */
-      {{"small"},
-       {"empty"},
-       {"small_slot_less_one"},
-       {"small_slot"},
-       {"small_slot_and_one"},
-       {"large"},
-       {"largest"},
-       {"deep"},
-       {"own_members"},
-       {"array", bad},
-       {"text", bad},
-       {"too_deep", bad},
-       {"absent", bad}},
-      /* args */
-      {{"small"},
-       {"absent"},
-       {"empty"},
-       {"array"},
-       {"large"},
-       {"largest"},
-       {"own_members"},
-       {"number", bad},
-       {"text", bad}},
-      /* values */
-      {{"small"},
-       {"absent"},
-       {"text"},
-       {"array"},
-       {"number"},
-       {"null"},
-       {"large"},
-       {"largest"},
-       {"own_members"}},
-      /* timeout */
-      {{"absent"}, {"zero"}, {"short"}, {"long"}, {"huge"}, {"negative", bad}, {"no_number", bad}},
-      /* ttl */
-      {{"absent"},
-       {"zero"},
-       {"short"},
-       {"fraction"},
-       {"long"},
-       {"huge"},
-       {"negative", bad},
-       {"no_number", bad}},
-      /* text */ {{"short"}, {"empty"}, {"escaped"}, {"long"}, {"no_text", bad}, {"absent", bad}},
-      /* source */
-      {{"absent"}, {"one"}, {"one_of_many"}, {"longest"}, {"long_escaped"}, {"empty"}, {"number"}},
-      /* guard */
-      {{"one"},
-       {"one_of_few"},
-       {"one_of_many"},
-       {"longest"},
-       {"escaped"},
-       {"too_long", bad},
-       {"characters", bad},
-       {"absent", bad}},
-      /* number */
-      {{"newest"},
-       {"old"},
-       {"next"},
-       {"low_16_bits"},
-       {"zero"},
-       {"negative"},
-       {"huge"},
-       {"no_number"},
-       {"absent"}},
-      /* tick */
-      {{"newest"}, {"old"}, {"before_last"}, {"future"}, {"zero"}, {"huge"}, {"no_number"}, {"absent"}},
-      /* error */ {{"usual"}, {"no_service"}, {"long"}, {"no_code"}, {"no_object"}},
-      /* unsupported */ {{"actions"}, {"fragment"}, {"png"}, {"auth"}},
-      /* unknown */ {{"word"}, {"escaped"}, {"longest"}, {"too_long", bad}, {"empty"}, {"control", bad}},
-      /* payload */ {{"empty"}, {"short"}, {"longest"}},
-      /* raw */
-      {{"reserved_bits"},
-       {"reserved_opcode"},
-       {"long_control"},
-       {"unmasked"},
-       {"continuation"},
-       {"huge_length"},
-       {"random"}},
-  };
-  return all;
-}
-
-std::vector<operation> made_operations() {
-  using d = dimension;
-  const std::vector<member_rule> qos = {
-      {"qos.history", domain::history},         {"qos.depth", domain::depth},
-      {"qos.reliability", domain::reliability}, {"qos.durability", domain::durability},
-      {"qos.deadline", domain::time},           {"qos.lifespan", domain::time}};
-  const auto with = [](std::vector<member_rule> first, const std::vector<member_rule>& more) {
-    first.insert(first.end(), more.begin(), more.end());
-    return first;
-  };
-  return {
-      {"subscribe",
-       form::rosbridge,
-       with({{"id", domain::id},
-             {"topic", domain::topic},
-             {"type", domain::type},
-             {"throttle_rate", domain::period},
-             {"queue_length", domain::depth},
-             {"fragment_size", domain::count},
-             {"compression", domain::compression}},
-            qos),
-       {d::topic, d::subscription, d::connection}},
-      {"unsubscribe",
-       form::rosbridge,
-       {{"id", domain::id}, {"topic", domain::topic}},
-       {d::topic, d::subscription, d::connection}},
-      {"advertise",
-       form::rosbridge,
-       with({{"id", domain::id},
-             {"topic", domain::topic},
-             {"type", domain::type},
-             {"latch", domain::boolean},
-             {"queue_size", domain::count}},
-            qos),
-       {d::topic, d::connection}},
-      {"unadvertise",
-       form::rosbridge,
-       {{"id", domain::id}, {"topic", domain::topic}},
-       {d::topic, d::connection}},
-      {"publish",
-       form::rosbridge,
-       {{"id", domain::id}, {"topic", domain::topic}, {"msg", domain::body}, {"latch", domain::boolean}},
-       {d::topic, d::connection}},
-      {"call_service",
-       form::rosbridge,
-       {{"id", domain::id},
-        {"service", domain::called_service},
-        {"args", domain::args},
-        {"timeout", domain::timeout},
-        {"fragment_size", domain::count},
-        {"compression", domain::compression}},
-       {d::service, d::call, d::connection}},
-      {"service_response",
-       form::rosbridge,
-       {{"id", domain::answered_id},
-        {"service", domain::service},
-        {"values", domain::values},
-        {"result", domain::boolean}},
-       {d::answer, d::connection}},
-      {"advertise_service",
-       form::rosbridge,
-       {{"service", domain::service}, {"type", domain::type}},
-       {d::service, d::connection}},
-      {"unadvertise_service", form::rosbridge, {{"service", domain::service}}, {d::service, d::connection}},
-      {"status",
-       form::rosbridge,
-       {{"level", domain::level}, {"msg", domain::text}, {"id", domain::id}},
-       {d::connection}},
-      {"set_level", form::rosbridge, {{"level", domain::level}, {"id", domain::id}}, {d::connection}},
-      {"unsupported", form::rosbridge, {{"op", domain::unsupported}, {"id", domain::id}}, {d::connection}},
-      {"unknown", form::rosbridge, {{"op", domain::unknown}, {"id", domain::id}}, {d::connection}},
-      {"message", form::bare, {{"body", domain::body}, {"ttl_ms", domain::ttl}}, {d::connection}},
-      {"invocation",
-       form::bare,
-       {{"message_id", domain::id},
-        {"service", domain::called_service},
-        {"body", domain::args},
-        {"ttl_ms", domain::ttl}},
-       {d::service, d::call, d::connection}},
-      {"reply",
-       form::bare,
-       {{"in_reply_to", domain::answered_id}, {"body", domain::values}, {"ttl_ms", domain::ttl}},
-       {d::answer, d::connection}},
-      {"error",
-       form::bare,
-       {{"in_reply_to", domain::answered_id}, {"error", domain::error}},
-       {d::answer, d::connection}},
-      {"stop",
-       form::stop_call,
-       {{"service", domain::stop_service},
-        {"id", domain::id},
-        {"source", domain::source},
-        {"reason", domain::source},
-        {"timeout", domain::timeout}},
-       {d::stop, d::connection}},
-      {"stop_in_bare",
-       form::stop_bare,
-       {{"service", domain::stop_service},
-        {"message_id", domain::id},
-        {"source", domain::source},
-        {"reason", domain::source},
-        {"ttl_ms", domain::ttl}},
-       {d::stop, d::connection}},
-      {"stop_by_publish",
-       form::stop_publish,
-       {{"topic", domain::stop_service}, {"id", domain::id}, {"source", domain::source}},
-       {d::stop, d::connection}},
-      {"reset",
-       form::stop_call,
-       {{"service", domain::stop_service},
-        {"id", domain::id},
-        {"number", domain::number},
-        {"tick", domain::tick}},
-       {d::stop, d::connection}},
-      {"reset_in_bare",
-       form::stop_bare,
-       {{"service", domain::stop_service},
-        {"message_id", domain::id},
-        {"number", domain::number},
-        {"tick", domain::tick}},
-       {d::stop, d::connection}},
-      {"lease",
-       form::stop_call,
-       {{"service", domain::stop_service},
-        {"id", domain::id},
-        {"guard", domain::guard},
-        {"tick", domain::tick},
-        {"resign", domain::boolean}},
-       {d::stop, d::connection}},
-      {"lease_in_bare",
-       form::stop_bare,
-       {{"service", domain::stop_service},
-        {"message_id", domain::id},
-        {"guard", domain::guard},
-        {"tick", domain::tick},
-        {"resign", domain::boolean}},
-       {d::stop, d::connection}},
-      {"stop_state",
-       form::stop_call,
-       {{"service", domain::stop_service}, {"id", domain::id}},
-       {d::stop, d::connection}},
-      {"malformed", form::malformed, {{"text", domain::text}}, {d::connection}},
-      {"binary", form::binary, {{"payload", domain::payload}}, {d::connection}},
-      {"ping", form::control, {{"payload", domain::payload}}, {d::connection}},
-      {"pong", form::control, {{"payload", domain::payload}}, {d::connection}},
-      {"close", form::close, {{"payload", domain::payload}}, {d::connection}},
-      {"fragments", form::fragments, {{"body", domain::body}}, {d::connection}},
-      {"partial", form::partial, {{"body", domain::body}}, {d::connection}},
-      {"no_frame", form::no_frame, {{"raw", domain::raw}}, {d::connection}},
-  };
-}
-
 // ---- writing
 
 std::string quoted(std::string_view plain) { return '"' + std::string{plain} + '"'; }
@@ -410,6 +48,12 @@ class writing {
       if (of_.goes == form::fragments) cut_up();
       break;
     case form::no_frame: write_raw(); break;
+    case form::number_text: write_list(); break;
+    case form::number_binary: write_by_number(); break;
+    case form::number_stop: write_stop_by_number(); break;
+    case form::opening: break;
+    case form::submission:
+    case form::thread_stop: write_for_thread(); break;
     }
     return std::move(said_);
   }
@@ -516,6 +160,7 @@ class writing {
     if (how == "absent" || how == "empty" || how == "array" || how == "text" || how == "null") return;
     if (how == "number") return object.push_back({"result", "7"});
     if (how == "own_members") return object.push_back({"op", "7"});
+    if (how == "names") return object.push_back({"topic", quoted(one_of_few(shared_topics))});
     object.push_back({"n", std::to_string(next_message())});
     object.push_back({"a", "1"});
     object.push_back({"b", "2"});
@@ -560,8 +205,24 @@ class writing {
     case domain::error: return error(how);
     case domain::unsupported: return unsupported(how);
     case domain::unknown: return unknown(how);
+    case domain::thread_service: return thread_service(how);
+    case domain::submitted: return submitted(how);
     case domain::payload:
-    case domain::raw: break;
+    case domain::raw:
+    case domain::list:
+    case domain::own_number:
+    case domain::channel:
+    case domain::called_number:
+    case domain::call_number:
+    case domain::number_frame:
+    case domain::codec:
+    case domain::path:
+    case domain::address:
+    case domain::wait:
+    case domain::addressee:
+    case domain::outcome:
+    case domain::held_call:
+    case domain::stop_words: break;
     }
     return {};
   }
@@ -617,13 +278,15 @@ class writing {
   }
 
   std::string called_service(std::string_view how) {
-    constexpr std::string_view rosapi[] = {"/rosapi/topics", "/rosapi/services", "/rosapi/topic_type",
-                                           "rosapi/service_type"};
     std::string name{one_of_few(shared_services)};
     if (how == "nobodys") name = "/nobody";
     if (how == "stats") name = "/rowe/stats";
-    if (how == "rosapi") name = from_.one_of(rosapi);
-    if (how == "nobodys" || how == "stats" || how == "rosapi") {
+    if (how == "list_topics") name = "/rosapi/topics";
+    if (how == "list_services") name = "/rosapi/services";
+    if (how == "topic_type") name = "/rosapi/topic_type";
+    if (how == "publishers") name = "/rosapi/publishers";
+    if (how == "service_type") name = from_.one_in(2) ? "rosapi/service_type" : "/rosapi/service_type";
+    if (how == "nobodys" || how == "stats" || name.find("rosapi") != std::string::npos) {
       said_.service = name;
       return quoted(name);
     }
@@ -804,6 +467,7 @@ class writing {
 
   std::string arguments(std::string_view how) {
     if (of_.goes == form::bare) return quoted(std::string(filling(how), 'x'));
+    if (how == "names") return known_names();
     if (how == "small") return R"({"a":1,"b":2})";
     if (how == "empty") return "{}";
     if (how == "array") return "[1,2]";
@@ -812,6 +476,12 @@ class writing {
     if (how == "text") return "\"why\"";
     if (how == "own_members") return R"({"a":1,"b":2,"service":"x","message_id":7,"in_reply_to":7,"op":7})";
     return "{\"a\":1,\"b\":2,\"x\":" + quoted(std::string(filling(how), 'x')) + "}";
+  }
+
+  // What the services that list ask for.
+  std::string known_names() {
+    const std::string topic{from_.one_in(2) ? one_of_few(shared_topics) : one_of_few(own_topics)};
+    return "{\"topic\":\"" + topic + "\",\"service\":\"" + std::string{one_of_few(shared_services)} + "\"}";
   }
 
   std::string words(std::string_view how) const {
@@ -949,6 +619,227 @@ class writing {
     }
   }
 
+  // ---- the codec with numbers
+
+  std::size_t place_of(std::string_view member) const {
+    std::size_t at = 0;
+    while (of_.members[at].name != member) ++at;
+    return at;
+  }
+  std::string_view value_named(std::string_view member) const { return value_name(place_of(member)); }
+  void note_goodness() {
+    for (std::size_t i = 0; i < of_.members.size(); ++i) {
+      if (!classes_of(of_.members[i].is)[what_.classes[i]].good) said_.good = false;
+    }
+  }
+
+  std::string own_number(std::string_view how, const std::map<std::uint32_t, std::string>& used,
+                         numbered& into) {
+    if (how == "too_large") return "4294967295";
+    if (how == "negative") return "-1";
+    if (how == "no_number") return "\"1\"";
+    into.number = static_cast<std::uint32_t>(from_.below(known_.names));
+    if (how == "largest") into.number = rowe::wire::no_number - 1;
+    const bool publishes = of_.name == "publish_by_number";
+    if (how != "largest" && !used.empty() && (how == "used" || (publishes && !from_.one_in(4)))) {
+      // Rather a topic of this process, if it is one of them.
+      auto chosen = std::next(used.begin(), static_cast<std::ptrdiff_t>(from_.below(used.size())));
+      for (auto one = used.begin(); publishes && one != used.end() && !chosen->second.starts_with("/own");
+           ++one)
+        if (one->second.starts_with("/own")) chosen = one;
+      into.number = chosen->first;
+    }
+    return std::to_string(into.number);
+  }
+  // One that is listed and of which `is(name)` holds; no_number where there is none.
+  template <class Is>
+  std::uint32_t listed_number(const number_list& in, Is&& is) {
+    std::vector<std::uint32_t> fit;
+    for (const auto& [number, name] : in.names()) {
+      if (is(name)) fit.push_back(number);
+    }
+    return fit.empty() ? rowe::wire::no_number : fit[from_.below(fit.size())];
+  }
+  std::uint32_t gone_number(const number_list& in) {
+    return in.gone().empty() ? in.most() + 1 : in.gone()[from_.below(in.gone().size())];
+  }
+  std::string channel(std::string_view how, numbered& into) {
+    if (how == "too_large") return "4294967295";
+    if (how == "no_number") return "\"1\"";
+    const number_list& topics = known_.listed.topics;
+    std::uint32_t number = listed_number(topics, [&](const std::string& name) {
+      return how == "listed" || (how == "shared" && name.starts_with("/t")) ||
+             (how == "own" && name.starts_with("/own")) ||
+             (how == "honest" && (name == honest_topics[0] || name == honest_topics[1])) ||
+             (how == "endpoints" && name.starts_with("/rowe/"));
+    });
+    if (how == "gone") number = gone_number(topics);
+    if (how == "largest") number = rowe::wire::no_number - 1;
+    if (number == rowe::wire::no_number)
+      number = topics.most() + 1 + static_cast<std::uint32_t>(from_.below(9));
+    into.topic = topics.name_of(number);
+    said_.topic = into.topic;
+    return std::to_string(number);
+  }
+
+  std::string list_element() {
+    numbered one;
+    const bool of_tags = of_.name == "want" || of_.name == "drop";
+    const auto& used = of_tags ? known_.tags : known_.channels;
+    const std::string number = own_number(value_name(1), used, one);
+    std::string text = number;
+    if (of_.name == "want") text = "[" + number + "," + channel(value_named("topic"), one) + "]";
+    if (of_.name == "offer") {
+      const std::string name = topic(value_named("topic"));
+      text = "[" + number + (name.empty() ? "]" : "," + name + "]");
+      one.topic = said_.topic;
+    }
+    if (const auto found = used.find(one.number); found != used.end() && one.topic.empty()) {
+      one.topic = found->second;
+      if (of_.name == "drop" || of_.name == "keep") said_.topic = one.topic;
+    }
+    said_.elements.push_back(one);
+    return text;
+  }
+  void write_list() {
+    note_goodness();
+    const std::string_view how = value_name(0);
+    std::string list = list_element();
+    if (how == "flat") list = list.starts_with('[') ? list.substr(1, list.size() - 2) : "[" + list + "]";
+    if (how == "twice") {
+      list += "," + list;
+    } else if (how == "two" || how == "many") {
+      for (std::size_t left = how == "two" ? 1 : 70; left > 0; --left) list += "," + list_element();
+    }
+    list = how == "empty" ? "[]" : how == "no_list" ? "7" : "[" + list + "]";
+    said_.text = "{" + quoted(of_.name) + ":" + list + "}";
+  }
+
+  std::string number_id(std::string_view how) {
+    if (how == "zero") return numbers::four(0);
+    if (how == "largest") return numbers::four(UINT32_MAX);
+    if (how == "quotes") return "\"\\}\"";
+    if (how == "again" && !known_.own_calls.empty())
+      return known_.own_calls[from_.below(known_.own_calls.size())];
+    return numbers::four(1 + static_cast<std::uint32_t>(from_.below(known_.names)));
+  }
+  std::uint32_t service_number(std::string_view how) {
+    const number_list& services = known_.listed.services;
+    const bool any = from_.one_in(2); // else those of peers and of this process, where there are any
+    std::uint32_t number = listed_number(services, [&](const std::string& name) {
+      const bool of_stop = name.starts_with("/rowe/stop"); // which have operations of their own
+      return (how == "listed" && !of_stop && (any || name.starts_with("/s"))) ||
+             (how == "shared" && name.starts_with("/s")) || (how == "honest" && name == honest_service) ||
+             (how == "stats" && name == "/rowe/stats") || (how == "lists" && name.starts_with("/rosapi/"));
+    });
+    if (how == "gone") number = gone_number(services);
+    if (how == "zero") number = 0;
+    if (how == "largest") number = rowe::wire::no_number - 1;
+    if (number == rowe::wire::no_number)
+      number = services.most() + 1 + static_cast<std::uint32_t>(from_.below(9));
+    said_.service = services.name_of(number);
+    return number;
+  }
+
+  void write_by_number() {
+    note_goodness();
+    if (of_.members[0].is == domain::number_frame) return write_no_number_frame();
+    if (of_.name == "call_by_number") {
+      const std::uint32_t number = service_number(value_named("service"));
+      said_.id_raw = number_id(value_named("id"));
+      const std::string args = value(domain::args, value_named("args"));
+      if (!args.empty() && args.front() != '{') said_.good = false;
+      said_.text = "c" + numbers::four(number) + said_.id_raw + args;
+      return;
+    }
+    said_.text = "x";
+    if (of_.name == "publish_by_number") {
+      numbered one;
+      own_number(value_named("channel"), known_.channels, one); // one that is no number is the largest
+      const auto found = known_.channels.find(one.number);
+      if (found != known_.channels.end()) said_.topic = found->second;
+      said_.text = "p" + numbers::four(one.number);
+    }
+    said_.text += value(domain::body, value_named("msg"));
+  }
+
+  void write_no_number_frame() {
+    constexpr std::string_view first_bytes[] = {"p", "c", "x", "h"};
+    const std::string_view how = value_name(0);
+    if (how == "unknown") said_.text = "q" + numbers::four(1) + "{}";
+    if (how == "first_byte") said_.text = first_bytes[what_.odd % std::size(first_bytes)];
+    if (how == "cut_publish") said_.text = "p" + numbers::four(1).substr(what_.odd % 4);
+    if (how == "cut_call") said_.text = "c" + numbers::four(1) + std::string(what_.odd % 4, 'i');
+    if (how == "servers") said_.text = "T" + numbers::four(1) + numbers::four(2) + "/t";
+    if (how == "no_json") said_.text = "p" + numbers::four(0) + "{\"a\":";
+    if (how == "random") {
+      for (std::uint64_t left = 1 + from_.below(40); left > 0; --left)
+        said_.text += static_cast<char>(from_.below(256));
+    }
+  }
+
+  void write_stop_by_number() {
+    note_goodness();
+    std::vector<piece> inner;
+    for (std::size_t i = 1; i < of_.members.size(); ++i) {
+      const member_rule& m = of_.members[i];
+      std::string text = value(m.is, value_name(i));
+      note(m, text);
+      if (!text.empty()) inner.push_back({std::string{m.name}, std::move(text)});
+    }
+    const std::uint32_t number = of_.name.starts_with("stop") ? 1 : of_.name.starts_with("reset") ? 2 : 3;
+    said_.id_raw = number_id(value_named("id"));
+    said_.text = "c" + numbers::four(number) + said_.id_raw + joined(inner);
+    said_.stops = number == 1;
+    said_.resets = number == 2;
+  }
+
+  // ---- ordinary threads
+
+  std::string thread_service(std::string_view how) {
+    if (how == "stop") return quoted("/rowe/stop");
+    if (how == "reset") return quoted("/rowe/stop/reset");
+    if (how == "lease") return quoted("/rowe/stop/lease");
+    if (how == "lists") return called_service(from_.one_in(2) ? "list_topics" : "list_services");
+    return called_service(how);
+  }
+  std::string submitted(std::string_view how) const {
+    const std::size_t most = known_.bounds.door_slot_bytes;
+    if (how == "small") return R"({"sum":3})";
+    if (how == "stop") return R"({"service":"/rowe/stop"})";
+    if (how == "array") return "[]";
+    if (how == "torn") return "[";
+    if (how == "empty") return {};
+    const std::size_t bytes = how == "large" ? most / 2 : how == "largest" ? most : most + 1;
+    return "{\"x\":\"" + std::string(bytes - 8, 'x') + "\"}";
+  }
+  void write_for_thread() {
+    note_goodness();
+    for (std::size_t i = 0; i < of_.members.size(); ++i) {
+      const member_rule& m = of_.members[i];
+      if (m.is == domain::submitted) said_.text = submitted(value_name(i));
+      if (m.is == domain::number) note(m, value(m.is, value_name(i)));
+    }
+    if (of_.name == "thread_refusal") said_.text = plain(value(domain::source, value_named("why")));
+    if (of_.name != "thread_call") return;
+    const std::string_view service = value_named("service");
+    std::vector<piece> object;
+    if (service != "absent") object.push_back({"service", value(domain::thread_service, service)});
+    add_body(object, domain::args, value_named("args"));
+    if (service == "reset") {
+      said_.resets = true;
+      said_.number = known_.stop_number;
+      said_.tick = known_.tick;
+      object.push_back({"number", std::to_string(said_.number)});
+      object.push_back({"tick", std::to_string(said_.tick)});
+    }
+    said_.text = joined(object);
+  }
+  // A text without its quotes.
+  static std::string plain(const std::string& json) {
+    return json.size() < 2 || json.front() != '"' ? json : json.substr(1, json.size() - 2);
+  }
+
   choices& from_;
   const recipe& what_;
   const knowledge& known_;
@@ -959,64 +850,7 @@ class writing {
   std::string service_id_; // of "#id"
 };
 
-struct row_table {
-  std::vector<row_name> rows;
-  std::vector<std::size_t> first_of;                     // each operation's own
-  std::vector<std::vector<std::size_t>> first_of_member; // where the classes of each member begin
-
-  row_table() {
-    const auto& all = operations();
-    for (std::size_t o = 0; o < all.size(); ++o) {
-      first_of.push_back(rows.size());
-      rows.push_back({.operation = o, .own = true});
-      first_of_member.emplace_back();
-      for (std::size_t m = 0; m < all[o].members.size(); ++m) {
-        first_of_member.back().push_back(rows.size());
-        for (std::size_t v = 0; v < classes_of(all[o].members[m].is).size(); ++v)
-          rows.push_back({.operation = o, .member = m, .value = v, .own = false});
-      }
-    }
-  }
-};
-
-const row_table& table() {
-  static const row_table one;
-  return one;
-}
-
 } // namespace
-
-const std::vector<value_class>& classes_of(domain what) {
-  return all_classes()[static_cast<std::size_t>(what)];
-}
-
-const std::vector<operation>& operations() {
-  static const std::vector<operation> all = made_operations();
-  return all;
-}
-
-std::size_t operation_named(std::string_view name) {
-  const auto& all = operations();
-  const auto found = std::find_if(all.begin(), all.end(), [&](const operation& o) { return o.name == name; });
-  return static_cast<std::size_t>(found - all.begin());
-}
-
-const std::vector<row_name>& rows() { return table().rows; }
-std::size_t row_of(std::size_t operation) { return table().first_of[operation]; }
-std::size_t row_of(std::size_t operation, std::size_t member, std::size_t value) {
-  return table().first_of_member[operation][member] + value;
-}
-
-std::string text_of(const row_name& row) {
-  const operation& of = operations()[row.operation];
-  std::string text{of.name};
-  if (row.own) return text;
-  text += '.';
-  text += of.members[row.member].name;
-  text += '=';
-  text += classes_of(of.members[row.member].is)[row.value].name;
-  return text;
-}
 
 std::string_view value_of(const recipe& what, std::string_view member) {
   const auto& members = operations()[what.operation].members;

@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything a peer can say, as data: each operation of both codecs and of the stop, each member it may have,
-// and for each member the classes of values that make a difference: absent, good ones up to the limit and
-// beyond, bad ones of each kind. A text is chosen in two steps: first a recipe, which is one class for each
-// member, then as many texts of that recipe as one likes. The simulated peers and the fuzzer of the core
-// choose from here, and what was chosen is counted by class (swarm_coverage.hpp).
+// Everything that peers can say and ordinary threads of this process can ask for, as data: each operation of
+// the codecs and of the stop, each member it may have, and for each member the classes of values that make a
+// difference: absent, good ones up to the limit and beyond, bad ones of each kind. A text is chosen in two
+// steps: first a recipe, which is one class for each member, then as many texts of that recipe as one likes.
+// The simulated peers, the threads and the fuzzer of the core choose from here, and what was chosen is
+// counted by class (swarm_coverage.hpp).
 //
 // An operation or a member that is added to a codec gets its line in operations(); nothing else is needed.
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,6 +19,7 @@
 #include <rowe/limits.hpp>
 
 #include "swarm_choices.hpp"
+#include "swarm_numbers.hpp"
 
 namespace swarm {
 
@@ -54,6 +57,25 @@ enum class domain : std::uint8_t {
   unknown,
   payload, // of a control frame
   raw,     // bytes that are no frame, or not all of one
+  // Of the codec with numbers.
+  list,          // of requests in one text
+  own_number,    // that the peer gives: a tag, or a channel of its own
+  channel,       // the number of a topic, as peers were told it
+  called_number, // likewise of a service
+  call_number,   // four bytes
+  number_frame,  // a binary message that is none
+  // Of a connection.
+  codec,
+  path,
+  address,
+  // Of ordinary threads.
+  submitted, // a plain message
+  thread_service,
+  wait,
+  addressee,
+  outcome, // whether the thread waits for it
+  held_call,
+  stop_words, // who stops, and why
 };
 
 struct value_class {
@@ -68,7 +90,25 @@ struct member_rule {
 };
 
 // The dimensions of the coverage table: the things whose state matters to a text.
-enum class dimension : std::uint8_t { topic, subscription, service, call, answer, stop, connection };
+enum class dimension : std::uint8_t {
+  topic,
+  subscription,
+  service,
+  call,
+  answer,
+  stop,
+  connection,
+  times, // how often in a row
+  queue, // of what threads submit
+  inbox, // from which they receive
+  outcome,
+  heard, // what became of a thread's stop or reset
+};
+inline constexpr std::size_t dimensions = 12;
+std::string_view name_of(dimension what);
+
+// Who says it.
+enum class speaker : std::uint8_t { any_peer, peer, numbers_peer, thread };
 
 // In what form it is sent.
 enum class form : std::uint8_t {
@@ -84,7 +124,19 @@ enum class form : std::uint8_t {
   fragments,    // a text in several frames
   partial,      // a frame that is not finished, for now
   no_frame,     // bytes that break the protocol
+  number_text,  // by the codec with numbers
+  number_binary,
+  number_stop, // a call of the stop by its number
+  opening,     // of a connection
+  submission,  // of an ordinary thread
+  thread_stop, // the stop by an ordinary thread, and its reset
 };
+speaker speaker_of(form goes);
+inline bool is_binary(form goes) {
+  return goes == form::binary || goes == form::number_binary || goes == form::number_stop;
+}
+// Said in a frame of its own, which can be repeated.
+bool is_message(form goes);
 
 struct operation {
   std::string_view name;
@@ -94,6 +146,15 @@ struct operation {
 };
 const std::vector<operation>& operations();
 std::size_t operation_named(std::string_view name);
+// Operations that undo another: what is taken is given back.
+struct opposites {
+  std::string_view takes, gives;
+};
+inline constexpr opposites pairs_of_operations[] = {{"subscribe", "unsubscribe"},
+                                                    {"advertise", "unadvertise"},
+                                                    {"advertise_service", "unadvertise_service"},
+                                                    {"want", "drop"},
+                                                    {"offer", "keep"}};
 
 // A class of a member of an operation has a number: its row in the coverage table. Each operation begins with
 // a row for itself.
@@ -123,6 +184,10 @@ struct knowledge {
   std::size_t names = 6;                                          // of each kind that are used
   bool honest_topics = true;                                      // untrusted peers may publish on them
   std::uint32_t* message_number = nullptr;                        // raised for each message: its "n"
+  // Of a peer with numbers.
+  number_lists listed{};
+  std::map<std::uint32_t, std::string> tags{};     // that it gave its subscriptions
+  std::map<std::uint32_t, std::string> channels{}; // that it gave what it offers
 };
 
 struct recipe {
@@ -134,15 +199,21 @@ struct recipe {
   std::size_t odd = 0;                // what else is chosen once for a recipe
 };
 
+// One element of a list of the codec with numbers.
+struct numbered {
+  std::uint32_t number = rowe::wire::no_number; // that the peer gives
+  std::string topic;                            // plain; empty: none that is known
+};
+
 // What was said, for those who record it.
 struct saying {
   std::size_t operation = 0;
-  std::string text;                 // or a payload, or raw bytes
+  std::string text{};               // or a payload, or raw bytes
   std::vector<std::string> parts{}; // of fragments
   bool good = true;                 // nothing in it is to be refused for its form
-  std::string topic;                // plain
-  std::string service;              // plain, without "#id"
-  std::string id_raw;               // as it is to be echoed
+  std::string topic{};              // plain
+  std::string service{};            // plain, without "#id"
+  std::string id_raw{};             // as it is to be echoed
   std::string answers{};            // the id of the call that it answers
   std::int64_t throttle_ms = 0;
   std::int64_t queue_length = 0;
@@ -154,6 +225,7 @@ struct saying {
   std::int64_t number = -1;
   std::int64_t tick = -1;
   std::uint32_t message = 0; // its "n"
+  std::vector<numbered> elements{};
 };
 
 // The class that a recipe has of a member; empty where there is none.

@@ -85,6 +85,9 @@ class honest {
     asked_.reset();
   }
 
+  // Its handles are there.
+  bool is_ready() const { return ready(); }
+
   bool operates = false;      // guards and resets
   bool echoes = false;        // a thread sends every plain message back to whom it came from
   unsigned takes_at_once = 8; // so many of them in a cycle

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // An untrusted peer: it says anything in any order. It remembers what it has said as far as that was in
-// order, so that what it is told can be checked: every text is valid JSON and of its codec, an id is one of
-// its own, as it stood there, and a value from before its subscription is a latched one.
+// order, so that what it is told can be checked: every message is of its codec and what is JSON there is
+// valid, an id is one of its own, as it stood there, and a value from before its subscription is a latched
+// one.
 #pragma once
 #include <array>
 #include <map>
@@ -41,6 +42,15 @@ class codec_check {
                      std::to_string(valid.error().value) + ")"};
     if (!rowe::json::is_object(text)) return {.why = "no object"};
     return text.starts_with(R"({"op":")") ? rosbridge(text) : bare(text);
+  }
+
+  // Of a part of a message: empty, or what is wrong with it.
+  std::string look_at_object(std::string_view text) {
+    padded_.assign(text);
+    padded_.append(rowe::json::reader::tailroom_bytes, '\0');
+    text = std::string_view{padded_}.substr(0, text.size());
+    if (const auto valid = reader_.validate(text); !valid) return "no valid JSON";
+    return rowe::json::is_object(text) ? "" : "no object";
   }
 
  private:
@@ -95,13 +105,18 @@ class codec_check {
 
 class untrusted_peer {
  public:
-  // A peer on the path of the stop may do nothing else.
-  untrusted_peer(context& in, codec_check& check, std::string_view address, bool only_stops)
+  // `how`: of "open". A peer on the path of the stop may do nothing else.
+  untrusted_peer(context& in, codec_check& check, const recipe& how)
       : in_{in},
         check_{check},
-        link_{
-            std::make_unique<far_end>(in.on, in.ours, address, only_stops ? rowe::service::stop_path : "/")},
-        only_stops_{only_stops},
+        link_{std::make_unique<far_end>(
+            in.on, in.ours, value_of(how, "address") == "loopback" ? "127.0.0.1:50000" : "10.0.0.7:50000",
+            value_of(how, "path") == "stop" ? rowe::service::stop_path : "/",
+            value_of(how, "codec") == "numbers"   ? numbers::subprotocol
+            : value_of(how, "codec") == "unknown" ? std::string_view{"unknown.v0"}
+                                                  : std::string_view{})},
+        only_stops_{value_of(how, "path") == "stop"},
+        speaks_numbers_{in.numbers && value_of(how, "codec") == "numbers"},
         number_{++in.untrusted},
         name_{"p" + std::to_string(number_)} {
     known_ = in.known;
@@ -120,6 +135,7 @@ class untrusted_peer {
   }
   bool reads = true;
   bool closing() const { return closing_; }
+  bool speaks_numbers() const { return speaks_numbers_; }
   bool flooded() const { return flooded_; } // said more than is read in a while
   std::vector<std::string>& asked() { return known_.asked; }
 
@@ -138,21 +154,29 @@ class untrusted_peer {
             (reads ? "" : ", does not read") + (link_->answers_pings ? "" : ", answers no pings"));
   }
 
-  // Says one text of the recipe, `times` over.
-  void say(const recipe& what, std::uint64_t times, bool bursts_are_one_write) {
+  // Says one text of the recipe, `times` over; with `undone` so many of both, in turn.
+  void say(const recipe& what, std::uint64_t times, bool bursts_are_one_write,
+           const recipe* undone = nullptr) {
     refresh_knowledge();
     flooded_ = flooded_ || times > 1000;
     std::vector<std::byte> together;
+    const state how = undone != nullptr ? state::times_in_turn
+                      : times > 1       ? state::times_burst
+                                        : state::times_once;
+    if (undone != nullptr) times *= 2;
     for (std::uint64_t i = 0; i < times; ++i) {
-      const saying said = render(in_.random, what, known_);
+      const recipe& now = undone != nullptr && i % 2 != 0 ? *undone : what;
+      const saying said = render(in_.random, now, known_);
       if (i == 0 && times > 1) in_.say(name_ + " " + std::to_string(times) + " times like:");
       if (i < 2) {
-        count_coverage(what, said);
+        count_coverage(now, said, how);
         trace(said);
       }
       note(said);
-      if (bursts_are_one_write && times > 1 && plain(said)) {
-        append_frame(together, rowe::wire::opcode::text, said.text);
+      const form goes = operations()[said.operation].goes;
+      if (bursts_are_one_write && times > 1 && is_message(goes)) {
+        append_frame(together, is_binary(goes) ? rowe::wire::opcode::binary : rowe::wire::opcode::text,
+                     said.text);
       } else {
         put(said);
       }
@@ -197,12 +221,6 @@ class untrusted_peer {
     return in_.ours == rowe::service::side::client && in_.on.options.profile == rowe::peer_profile::hop_2014;
   }
 
-  static bool plain(const saying& said) {
-    const form goes = operations()[said.operation].goes;
-    return goes == form::rosbridge || goes == form::bare || goes == form::stop_call ||
-           goes == form::stop_bare || goes == form::stop_publish;
-  }
-
   void refresh_knowledge() {
     known_.bounds = in_.known.bounds;
     known_.stop_number = in_.known.stop_number;
@@ -237,7 +255,10 @@ class untrusted_peer {
     case form::stop_call:
     case form::stop_bare:
     case form::stop_publish:
+    case form::number_text:
     case form::malformed: return link_->say(said.text);
+    case form::number_binary:
+    case form::number_stop:
     case form::binary: return link_->send(opcode::binary, said.text);
     case form::control: return link_->send(of.name == "ping" ? opcode::ping : opcode::pong, said.text);
     case form::close: return link_->send(opcode::close, said.text);
@@ -258,6 +279,9 @@ class untrusted_peer {
       return link_->send_raw(std::span{bytes}.first(in_.random.one_in(2) ? bytes.size() : now));
     }
     case form::no_frame: return link_->send_raw(std::as_bytes(std::span{said.text}));
+    case form::opening:
+    case form::submission:
+    case form::thread_stop: return; // no peer says that
     }
   }
 
@@ -265,38 +289,50 @@ class untrusted_peer {
     if (!in_.trace) return;
     const operation& of = operations()[said.operation];
     std::string text = name_ + " ";
-    if (!plain(said)) text += std::string{of.name} + " ";
+    if (!is_message(of.goes) || is_binary(of.goes)) text += std::string{of.name} + " ";
     in_.say(text + shortened(said.text));
   }
 
   // ---- what it remembers
 
-  bool accepted(const saying& said) const { return said.good && !closing_ && !only_stops_; }
+  // Not those of another codec than its own.
+  bool knows(const operation& of) const {
+    const speaker by = speaker_of(of.goes);
+    return by == speaker::any_peer || (by == speaker::numbers_peer) == speaks_numbers_;
+  }
+  bool accepted(const saying& said) const {
+    return said.good && !closing_ && !only_stops_ && knows(operations()[said.operation]);
+  }
 
   void note(const saying& said) {
     const operation& of = operations()[said.operation];
     if (!said.id_raw.empty()) ids_.insert(said.id_raw);
     if (!said.answers.empty()) ids_.insert(said.answers);
     if (said.resets) in_.resets.insert({said.number, said.tick});
-    if (of.goes == form::rosbridge || of.goes == form::stop_call || of.goes == form::stop_publish) {
-      spoke_rosbridge_ = true;
+    const bool binary = is_binary(of.goes);
+    if (binary && said.text.starts_with('c') && said.text.size() >= 9) ids_.insert(said.text.substr(5, 4));
+    if (of.goes == form::rosbridge || of.goes == form::stop_call || of.goes == form::stop_publish)
       spoke_bare_last_ = false;
-    }
     if (of.goes == form::bare || of.goes == form::stop_bare) spoke_bare_last_ = true;
-    if (of.goes == form::close || of.goes == form::no_frame || of.goes == form::binary ||
+    if (of.goes == form::close || of.goes == form::no_frame || (binary && !speaks_numbers_) ||
         (of.goes == form::partial))
       closing_ = true;
     said_something_ = true;
+    for (const numbered& one : said.elements) given_numbers_.insert(one.number);
     if (!accepted(said)) return;
     if (of.name == "subscribe") return note_subscribe(said);
     if (of.name == "unsubscribe") return note_unsubscribe(said);
     if (of.name == "advertise") return note_advertise(said);
     if (of.name == "unadvertise") return note_unadvertise(said);
-    if (of.name == "publish") {
+    if (of.goes == form::number_text) {
+      for (const numbered& one : said.elements) note_element(of, one);
+      return;
+    }
+    if (of.name == "publish" || of.name == "publish_by_number") {
       if (said.message != 0) in_.note_publication(said.message, number_, said.latch || latches(said.topic));
       return;
     }
-    if (of.name == "call_service" || of.name == "invocation") {
+    if (of.name == "call_service" || of.name == "invocation" || of.name == "call_by_number") {
       if (known_.own_calls.size() < 8 && !said.id_raw.empty()) known_.own_calls.push_back(said.id_raw);
       if (said.id_raw.empty()) unnamed_calls_ = true;
     }
@@ -313,6 +349,27 @@ class untrusted_peer {
       ++in_.provided[said.service];
     if (of.name == "unadvertise_service" && services_.erase(said.service) != 0) --in_.provided[said.service];
     if (operations()[said.operation].goes == form::stop_call && said.id_raw.empty()) unnamed_calls_ = true;
+  }
+
+  // By the list as it was read last: a number may be gone, which is refused.
+  void note_element(const operation& of, const numbered& one) {
+    auto& numbers = of.name == "want" || of.name == "drop" ? known_.tags : known_.channels;
+    const bool takes = of.name == "want" || of.name == "offer";
+    const auto known = numbers.find(one.number);
+    if (!takes) {
+      if (known == numbers.end()) return;
+      const saying about{.topic = known->second};
+      numbers.erase(known);
+      return of.name == "drop" ? note_unsubscribe(about) : note_unadvertise(about);
+    }
+    const saying about{.topic = one.topic};
+    const bool has_another = std::any_of(numbers.begin(), numbers.end(),
+                                         [&](const auto& other) { return other.second == one.topic; });
+    if (known != numbers.end() || has_another || one.topic.empty() || one.number == rowe::wire::no_number)
+      return;
+    of.name == "want" ? note_subscribe(about) : note_advertise(about);
+    if (of.name == "want" ? subscriptions_.contains(one.topic) : advertised_.contains(one.topic))
+      numbers[one.number] = one.topic;
   }
 
   bool latches(const std::string& topic) const {
@@ -363,6 +420,7 @@ class untrusted_peer {
     if (closing_) return state::connection_closing;
     if (!said_something_) return state::connection_fresh;
     if (backpressured()) return state::connection_backpressured;
+    if (speaks_numbers_) return state::connection_numbers;
     return spoke_bare_last_ ? state::connection_bare : state::connection_rosbridge;
   }
   state state_of_subscription(const std::string& topic) {
@@ -393,8 +451,11 @@ class untrusted_peer {
                                                                           : state::call_open;
   }
 
-  void count_coverage(const recipe& what, const saying& said) {
+  void count_coverage(const recipe& what, const saying& said, state times) {
     for (const dimension d : operations()[what.operation].of) {
+      // What another codec says names nothing here.
+      if (d != dimension::connection && d != dimension::times && !knows(operations()[what.operation]))
+        continue;
       state now = state::connection_fresh;
       switch (d) {
       case dimension::topic: now = in_.state_of_topic(said.topic); break;
@@ -404,6 +465,11 @@ class untrusted_peer {
       case dimension::answer: now = state_of_answer(said); break;
       case dimension::stop: now = in_.state_of_stop(); break;
       case dimension::connection: now = state_of_connection(); break;
+      case dimension::times: now = times; break;
+      case dimension::queue:
+      case dimension::inbox:
+      case dimension::outcome:
+      case dimension::heard: continue; // of threads
       }
       in_.seen.add(row_of(what.operation), now);
       for (std::size_t m = 0; m < what.classes.size(); ++m)
@@ -414,6 +480,9 @@ class untrusted_peer {
   // ---- what it receives
 
   void hear_text(const std::string& text) {
+    // Plain messages, and calls of a peer that the caller names, are of another codec.
+    const bool plain = text.starts_with('{') && !text.starts_with(R"({"op":)");
+    if (speaks_numbers_ && !plain) return hear_by_number(text);
     using kind = codec_check::kind;
     const codec_check::heard h = check_.look(text);
     if (h.is == kind::wrong)
@@ -434,6 +503,38 @@ class untrusted_peer {
       if (others.size() > 8) others.erase(others.begin());
     }
     if (h.is == kind::publish) hear_publication(h);
+  }
+
+  void hear_by_number(const std::string& text) {
+    const auto wrong = [&](std::string_view invariant, const std::string& why) {
+      in_.fail(invariant, name_ + " was sent " + shortened(text) + ": " + why);
+    };
+    if (number_lists::is_list(text)) {
+      if (const std::string why = known_.listed.take(text); !why.empty()) wrong("listing", why);
+      return;
+    }
+    const char kind = text.empty() ? ' ' : text.front();
+    if (kind == 'e') return;
+    const std::size_t head = kind == 'm' ? 13 : 5;
+    if ((kind != 'm' && kind != 'r' && kind != 'f') || text.size() < head)
+      return wrong("json", "its codec has no such message");
+    const std::string_view body = std::string_view{text}.substr(head);
+    if (kind != 'f') {
+      if (const std::string why = check_.look_at_object(body); !why.empty()) return wrong("json", why);
+    }
+    if (kind == 'm') {
+      if (!given_numbers_.contains(numbers::number_at(std::string_view{text}.substr(1))))
+        wrong("ids", "it never gave this number");
+      const std::int64_t n = integer_after(body, R"({"n":)");
+      if (n <= 0) return;
+      publication& p = in_.message(static_cast<std::uint32_t>(n));
+      if (p.heard == 0) p.heard = in_.step;
+      return;
+    }
+    const std::string id = text.substr(1, 4);
+    if (!ids_.contains(id)) return wrong("ids", "it never gave this id");
+    const auto at = std::find(known_.own_calls.begin(), known_.own_calls.end(), id);
+    if (at != known_.own_calls.end()) known_.own_calls.erase(at);
   }
 
   void hear_publication(const codec_check::heard& h) {
@@ -462,6 +563,7 @@ class untrusted_peer {
   codec_check& check_;
   std::unique_ptr<far_end> link_;
   bool only_stops_;
+  bool speaks_numbers_;
   std::uint32_t number_;
   std::string name_;
   knowledge known_;
@@ -470,7 +572,7 @@ class untrusted_peer {
   std::set<std::string> subscribed_once_;
   std::map<std::string, bool> advertised_; // whether latched
   std::set<std::string> services_;
-  bool spoke_rosbridge_ = false;
+  std::set<std::uint32_t> given_numbers_; // to subscriptions and channels
   bool spoke_bare_last_ = false;
   bool said_something_ = false;
   bool closing_ = false;

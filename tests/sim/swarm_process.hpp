@@ -3,7 +3,6 @@
 // ordinary threads. Checked: a set-up that fits beside this process's own other handles succeeds, whatever
 // untrusted peers hold; and a caller whose calls have all ended or been given up can call again.
 #pragma once
-#include <deque>
 #include <memory>
 #include <optional>
 #include <set>
@@ -21,6 +20,7 @@
 #include <rowe/subscriber.hpp>
 
 #include "swarm_context.hpp"
+#include "swarm_threads.hpp"
 
 namespace swarm {
 
@@ -328,7 +328,9 @@ class handle {
 // All handles of this process, and its ordinary threads.
 class process {
  public:
-  explicit process(context& in) : in_{in}, uses_(handle_kinds) { uses_.randomise(in.random); }
+  explicit process(context& in) : in_{in}, uses_(handle_kinds), threads_{in.on} {
+    uses_.randomise(in.random);
+  }
 
   std::vector<std::unique_ptr<handle>>& handles() { return handles_; }
   bool receives = true; // else nothing here takes what comes for nobody: the honest peer's thread receives
@@ -470,78 +472,32 @@ class process {
     for (const auto& one : handles_) {
       if (!one->honest) one->finish_up();
     }
-    collect_outcomes();
-    while (const auto slot = in_.on.inbox.try_receive(in_.on.now)) in_.on.inbox.release(*slot);
-    held_.clear();
+    threads_.finish_up();
   }
   void close_all() {
     while (!handles_.empty()) close(0);
     for (const auto& one : closing_) one->let_go();
   }
   bool all_closed() const { return closing_.empty() && handles_.empty(); }
-  std::size_t waiting_submissions() const { return waiting_.size(); }
 
   // ---- ordinary threads
 
-  void use_submissions() {
-    in_.say("an ordinary thread of the process acts");
-    using rowe::detail::entry;
-    auto& queue = in_.on.submissions;
-    auto& inbox = in_.on.inbox;
-    constexpr rowe::duration times[] = {0ns, 3ms, 40ms, -1ns};
-    switch (in_.random.below(8)) {
-    case 0:
-    case 1:
-    case 2: {
-      const bool invokes = in_.random.one_in(3);
-      const bool waits = invokes || in_.random.one_in(2);
-      constexpr std::string_view texts[] = {R"({"service":"/s0","a":1})",
-                                            R"({"service":"/honest/echo","a":1})",
-                                            R"({"service":"/rowe/stats"})",
-                                            R"({"service":"/rowe/stop"})",
-                                            R"({"a":1})",
-                                            "["};
-      const auto slot =
-          queue.submit({.what = invokes ? entry::invocation : entry::message,
-                        .wants_outcome = waits,
-                        .stamped = in_.on.now,
-                        .expires = rowe::rt::deadline_after(in_.on.now, in_.random.one_of(times))},
-                       in_.random.one_of(texts));
-      if (slot && waits) waiting_.push_back(*slot);
-      return;
+  threads& ordinary_threads() { return threads_; }
+  void use_thread(const recipe& what) {
+    const saying said = render(in_.random, what, in_.known);
+    const operation& of = operations()[said.operation];
+    if (of.goes == form::thread_stop && !in_.stop_in_use) return; // as before there is a latch
+    in_.say("an ordinary thread of the process: " + std::string{of.name} + " " + shortened(said.text));
+    if (said.resets) in_.resets.insert({said.number, said.tick});
+    const state stop = in_.state_of_stop();
+    const auto came_upon = threads_.carry_out(in_.random, what, said);
+    if (!came_upon) return;
+    for (const dimension d : of.of) {
+      const state now = d == dimension::stop ? stop : *came_upon;
+      in_.seen.add(row_of(what.operation), now);
+      for (std::size_t m = 0; m < what.classes.size(); ++m)
+        in_.seen.add(row_of(what.operation, m, what.classes[m]), now);
     }
-    case 3:
-    case 4: {
-      const auto slot = inbox.try_receive(in_.on.now);
-      if (!slot) return;
-      if (inbox.header(*slot).what == entry::invocation) held_.push_back(inbox.header(*slot).call);
-      (void)inbox.release(*slot); // the next cycle comes anyway
-      return;
-    }
-    case 5:
-    case 6: {
-      if (held_.empty()) return;
-      const auto call = held_.front();
-      held_.pop_front();
-      const bool waits = in_.random.one_in(2);
-      const auto slot = queue.submit({.what = in_.random.one_in(4) ? entry::refusal : entry::reply,
-                                      .wants_outcome = waits,
-                                      .call = call,
-                                      .stamped = in_.on.now},
-                                     in_.random.one_in(8) ? "7" : R"({"sum":3})");
-      if (slot && waits) waiting_.push_back(*slot);
-      return;
-    }
-    default: return collect_outcomes();
-    }
-  }
-  void collect_outcomes() {
-    auto& queue = in_.on.submissions;
-    std::erase_if(waiting_, [&](std::uint32_t slot) {
-      // Long past, so it does not sleep; a thread that gives up before the end may not look again.
-      if (queue.wait(slot, time_point{1ns})) queue.release(slot);
-      return true;
-    });
   }
 
  private:
@@ -599,8 +555,7 @@ class process {
   weights uses_;
   std::vector<std::unique_ptr<handle>> handles_;
   std::vector<std::unique_ptr<handle>> closing_;
-  std::vector<std::uint32_t> waiting_; // slots of the submission queue
-  std::deque<rowe::detail::call_ref> held_;
+  threads threads_;
   std::set<const rowe::detail::lane*> lanes_used_;
 };
 

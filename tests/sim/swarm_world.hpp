@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world in which everybody may do anything. Untrusted peers say whatever either codec has, in any order and
-// at any speed. This process's handles are in every stage of their lives. The network stalls and disconnects.
-// Time moves in small steps, and jumps. Among them is one peer that keeps to the rules. Each seed chooses the
+// A world in which everybody may do anything. Untrusted peers say whatever a codec has, in any order and at
+// any speed. This process's handles are in every stage of their lives, and its ordinary threads send, call,
+// receive, stop and reset. The network stalls and disconnects. Time moves in small steps, and jumps. Among
+// them are peers that keep to the rules, one by names and one by numbers. Each seed chooses the
 // endpoint's options and limits, leaves half of everything out and weighs the rest anew. invariants() lists
 // the invariants, which are checked after each cycle.
 #pragma once
@@ -14,6 +15,7 @@
 
 #include "swarm_context.hpp"
 #include "swarm_honest.hpp"
+#include "swarm_honest_numbers.hpp"
 #include "swarm_peer.hpp"
 #include "swarm_process.hpp"
 
@@ -29,7 +31,9 @@ inline const std::vector<invariant>& invariants() {
       {"counters", "each counter is monotone, and none jumps by more than what happened"},
       {"json", "every text that a peer is sent is valid JSON and of its codec"},
       {"grammar", "a server says nothing that only clients say"},
-      {"ids", "an answer or a status has an id that its peer gave, as it stood there"},
+      {"ids", "an answer or a status has an id that its peer gave, as it stood there; likewise a number"},
+      {"listing", "a peer with numbers is greeted first, and told of each topic and service once"},
+      {"listing_changes", "who was told of all changes knows the same as who comes now"},
       {"frames", "a peer is sent nothing that breaks the WebSocket protocol"},
       {"latch", "a late subscriber gets what its publisher asked to be kept, as long as that is there"},
       {"calls", "a caller is given the completions of calls that it wants, and of no others"},
@@ -48,7 +52,11 @@ inline const std::vector<invariant>& invariants() {
       {"stop_number",
        "the number of the stop rises, by less than a turn of its low 16 bits in a loop_timeout"},
       {"stop_holds",
-       "no loop moves after a stop until a reset that named its number and a tick issued later"},
+       "no loop moves after a stop until a reset that named its number and a tick issued later, or until one "
+       "that a thread of this process asked for later"},
+      {"stop_of_threads",
+       "a stop of a thread is carried out in the next cycle, and it hears of it when no loop moves any more"},
+      {"reset_of_threads", "a reset of a thread is answered, at the latest when its time is over"},
       {"end", "when everybody has left and everything is closed, every slot is free and nothing waits"},
   };
   return all;
@@ -65,7 +73,8 @@ struct plan {
   bool floods = false;    // of stops: more than a number of 16 bits counts
   std::uint64_t bad_in = 6;
   std::uint64_t untrusted_max = 5;
-  bool crowd = false; // of peers that come one by one, each taking what it gets
+  bool crowd = false;   // of peers that come one by one, each taking what it gets
+  bool numbers = false; // clients may speak by numbers, too
 };
 
 inline plan draw_plan(std::uint64_t seed) {
@@ -141,10 +150,13 @@ inline plan draw_plan(std::uint64_t seed) {
   p.floods = random.one_in(4);
   p.bad_in = random.one_in(2) ? 6 : random.one_in(2) ? 2 : 40;
   p.untrusted_max = p.ours == rowe::service::side::client ? 1 : 1 + random.below(5);
+  p.numbers = p.ours == rowe::service::side::server && o.profile == rowe::peer_profile::standard &&
+              random.one_in(2);          // whose clients alone speak it
+  if (p.numbers) l.connections_max += 2; // for the honest ones
   p.crowd = p.has_honest && random.one_in(4);
   if (p.crowd) {
     p.untrusted_max = 12;
-    l.connections_max = 16;
+    l.connections_max = 18;
     l.subscriptions_max = 256;
     l.topics_max = 96;
     l.services_max = 64;
@@ -161,7 +173,8 @@ class world {
         plan_{draw_plan(seed)},
         random_{seed},
         result_{without},
-        on_{plan_.options, plan_.ours, seed},
+        on_{plan_.options, plan_.ours, seed, time_point{1000s},
+            plan_.numbers ? &numbers::protocols() : nullptr},
         context_{.on = on_,
                  .random = random_,
                  .seen = seen,
@@ -172,7 +185,9 @@ class world {
         process_{context_},
         honest_{context_, process_, check_, random_.below(random_.one_in(2) ? 200 : 1000),
                 random_.one_in(2) ? 0 : random_.below(800)},
+        honest_by_number_{context_, check_, random_.below(random_.one_in(2) ? 200 : 1000)},
         start_{on_.now} {
+    context_.numbers = plan_.numbers;
     context_.known.bounds = plan_.options.limits;
     context_.takes_rest = plan_.crowd || random_.one_in(2);
     context_.known.honest_topics = !plan_.options.relay;
@@ -193,12 +208,13 @@ class world {
     operations_ = weights{operations().size()};
     operations_.randomise(random_);
     // Operations that undo another are of use only where that one was used.
-    for (const auto& [takes, gives] :
-         {std::pair{"subscribe", "unsubscribe"}, std::pair{"advertise", "unadvertise"},
-          std::pair{"advertise_service", "unadvertise_service"}}) {
+    for (const auto& [takes, gives] : pairs_of_operations) {
       const unsigned weight = operations_[operation_named(takes)];
       if (!random_.one_in(4)) operations_[operation_named(gives)] = weight;
     }
+    // Publishing needs a channel.
+    unsigned& offers = operations_[operation_named("offer")];
+    offers = std::max(offers, operations_[operation_named("publish_by_number")]);
     // Where something sends back what it is sent, there is a peer that sends much, and perhaps does not read.
     if (honest_.echoes) operations_[operation_named("message")] += random_.one_of(chattiness);
     honest_.takes_at_once = random_.one_of(chattiness_of_echo);
@@ -234,15 +250,14 @@ class world {
       break;
     case action::act:
     case action::act_too: process_.act(); break;
-    case action::ordinary_thread:
-      if (process_.receives) process_.use_submissions();
-      break;
+    case action::ordinary_thread: use_thread(); break;
     case action::freeze: freeze(); return;
     case action::burst: burst(); break;
+    case action::in_turn: in_turn(); break;
     case action::wait: break;
     }
     wait();
-    if (plan_.has_honest) honest_.act();
+    act_honestly();
     process_.wait();
     look_of_loops();
     cycle();
@@ -252,6 +267,7 @@ class world {
   void finish(std::uint64_t number) {
     context_.step = number;
     honest_.leave();
+    honest_by_number_.leave();
     for (int i = 0; i < 20; ++i) quiesce();
     while (!untrusted_.empty()) leave(0, rowe::service::close_cause::reset); // a flood is not read to its end
     for (const auto& one : leaving_) one->link().leave(rowe::service::close_cause::reset);
@@ -306,9 +322,10 @@ class world {
     ordinary_thread,
     freeze,
     burst,
+    in_turn,
     wait
   };
-  static constexpr std::size_t action_count = 13;
+  static constexpr std::size_t action_count = 14;
 
   void describe() {
     const auto& o = plan_.options;
@@ -316,7 +333,7 @@ class world {
                  (plan_.ours == rowe::service::side::client ? " client" : " server") +
                  (o.relay ? " relay" : "") + (o.answers_any ? " answers_any" : "") +
                  (o.bare_unasked ? " bare_unasked" : "") + (plan_.roomy ? " roomy" : " tight") +
-                 (plan_.has_honest ? " honest" : "") + " profile " +
+                 (plan_.has_honest ? " honest" : "") + (plan_.numbers ? " numbers" : "") + " profile " +
                  std::to_string(static_cast<int>(o.profile)) + " idle " +
                  std::to_string(static_cast<int>(o.idle_policy)));
   }
@@ -325,32 +342,64 @@ class world {
     return untrusted_.empty() ? nullptr : untrusted_[random_.below(untrusted_.size())].get();
   }
 
+  void act_honestly() {
+    if (plan_.has_honest) honest_.act();
+    if (plan_.has_honest && plan_.numbers) honest_by_number_.act(honest_.is_ready());
+  }
+
   void connect() {
-    if (untrusted_.size() + leaving_.size() >= plan_.untrusted_max) return;
-    const bool local = !random_.one_in(4);
-    const bool only_stops = random_.one_in(12);
-    untrusted_.push_back(std::make_unique<untrusted_peer>(
-        context_, check_, local ? "127.0.0.1:50000" : "10.0.0.7:50000", only_stops));
+    const recipe how = choose_opening();
+    if (!open(how, state::times_once)) return;
     untrusted_peer& fresh = *untrusted_.back();
-    context_.say(fresh.name() + (local ? " comes" : " comes from elsewhere") +
-                 (only_stops ? " to stop" : ""));
     // A bad text as the first one is rare otherwise.
-    if (!random_.one_in(4)) fresh.say(choose_text(2), 1, false);
+    if (!random_.one_in(4)) fresh.say(choose_text(fresh, 2), 1, false);
     if (!plan_.crowd) return;
     if (random_.one_in(2)) fresh.change_conditions();
-    fresh.say(choose_greedy(), 60, true);
-    if (random_.one_in(2)) fresh.say(choose_greedy(), 60, true);
+    fresh.say(choose_greedy(fresh), 60, true);
+    if (random_.one_in(2)) fresh.say(choose_greedy(fresh), 60, true);
+  }
+  recipe choose_opening() {
+    recipe how = choose_recipe(random_, uses_, operation_named("open"), 0);
+    give_value(how, "path", random_.one_in(12) ? "stop" : "root");
+    if (context_.numbers && !random_.one_in(4))
+      give_value(how, "codec", random_.one_in(2) ? "numbers" : "none");
+    return how;
+  }
+  bool open(const recipe& how, state times) {
+    if (untrusted_.size() + leaving_.size() >= plan_.untrusted_max) return false;
+    untrusted_.push_back(std::make_unique<untrusted_peer>(context_, check_, how));
+    const auto id = untrusted_.back()->link().id();
+    process_.ordinary_threads().connections.push_back({id.index, id.generation});
+    context_.say(untrusted_.back()->name() + " comes by " + std::string{value_of(how, "codec")} + ", " +
+                 std::string{value_of(how, "path")} + ", " + std::string{value_of(how, "address")});
+    context_.seen.add(row_of(how.operation), times);
+    for (std::size_t m = 0; m < how.classes.size(); ++m)
+      context_.seen.add(row_of(how.operation, m, how.classes[m]), times);
+    return true;
+  }
+  void note_end(const untrusted_peer& of) {
+    auto& workers = process_.ordinary_threads();
+    const auto id = const_cast<untrusted_peer&>(of).link().id();
+    std::erase(workers.connections, threads::connection_ref{id.index, id.generation});
+    if (workers.ended.size() == 8) workers.ended.erase(workers.ended.begin());
+    workers.ended.push_back({id.index, id.generation});
   }
   // A request by which a peer can hold much.
-  recipe choose_greedy() {
+  recipe choose_greedy(const untrusted_peer& by) {
     constexpr std::string_view greedy[] = {"subscribe", "advertise", "advertise_service", "call_service",
                                            "invocation"};
-    recipe chosen = choose_recipe(random_, uses_, operation_named(random_.one_of(greedy)), 0);
-    if (random_.one_in(2)) give_value(chosen, "service", "stats"); // large answers, where it calls
+    constexpr std::string_view by_number[] = {"want", "offer", "call_by_number"};
+    const std::string_view name = by.speaks_numbers() ? random_.one_of(by_number) : random_.one_of(greedy);
+    recipe chosen = choose_recipe(random_, uses_, operation_named(name), 0);
+    if (by.speaks_numbers() && random_.one_in(2)) give_value(chosen, "list", "many");
+    // Large answers, where it calls.
+    constexpr std::string_view large[] = {"stats", "stats", "lists", "list_topics", "list_services"};
+    if (random_.one_in(2)) give_value(chosen, "service", random_.one_of(large));
     return chosen;
   }
   void leave(std::size_t which, rowe::service::close_cause how) {
     untrusted_peer& gone = *untrusted_[which];
+    note_end(gone);
     if (gone.flooded()) how = rowe::service::close_cause::reset; // else all of it would be read first
     context_.say(gone.name() + " leaves");
     if (!gone.link().cut()) gone.end_conditions(); // else its last bytes might never arrive
@@ -371,6 +420,7 @@ class world {
     std::erase_if(untrusted_, [&](const auto& one) {
       if (!one->link().cut()) return false;
       one->hear(SIZE_MAX);
+      note_end(*one);
       context_.say(one->name() + " was disconnected");
       return true;
     });
@@ -381,13 +431,18 @@ class world {
     leave(which, random_.one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
   }
 
-  recipe choose_text() { return choose_text(plan_.bad_in); }
-  recipe choose_text(std::uint64_t bad_in) {
+  recipe choose_text(const untrusted_peer& by) { return choose_text(by, plan_.bad_in); }
+  recipe choose_text(const untrusted_peer& by, std::uint64_t bad_in) {
+    const bool another = random_.one_in(24); // codec than its own
     std::size_t what = operations_.choose(random_, 0, operations().size(), 0, [&](std::size_t i) {
-      // What ends the connection, or makes it useless, is rare.
       const form goes = operations()[i].goes;
-      const bool ends =
-          goes == form::close || goes == form::no_frame || goes == form::binary || goes == form::partial;
+      const speaker says = speaker_of(goes);
+      if (says == speaker::thread || goes == form::opening) return false;
+      if (says != speaker::any_peer && ((says == speaker::numbers_peer) == by.speaks_numbers()) == another)
+        return false;
+      // What ends the connection, or makes it useless, is rare.
+      const bool ends = goes == form::close || goes == form::no_frame || goes == form::binary ||
+                        goes == form::partial || (is_binary(goes) && !by.speaks_numbers());
       return !ends || random_.one_in(4);
     });
     return choose_recipe(random_, uses_, what, bad_in);
@@ -395,8 +450,8 @@ class world {
   void say_something() {
     untrusted_peer* const p = one();
     if (p == nullptr) return;
-    p->say(choose_text(), 1, false);
-    while (p->closing() && !random_.one_in(3)) p->say(choose_text(), 1, false); // it does not stop there
+    p->say(choose_text(*p), 1, false);
+    while (p->closing() && !random_.one_in(3)) p->say(choose_text(*p), 1, false); // it does not stop there
   }
   void burst() {
     untrusted_peer* const p = one();
@@ -406,19 +461,55 @@ class world {
     if (random_.one_in(16)) count = 1000;
     if (flood_left_ && context_.stop_in_use && random_.one_in(6)) {
       flood_left_ = false;
-      const auto stop =
-          static_cast<std::size_t>(random_.below(3)); // more often than a number of 16 bits counts
       constexpr std::string_view stops[] = {"stop", "stop_in_bare", "stop_by_publish"};
-      const recipe one = choose_recipe(random_, uses_, operation_named(stops[stop]), 0);
-      // Repeats change nothing, so there need not be many.
+      const std::string_view name = p->speaks_numbers() ? "stop_by_number" : random_.one_of(stops);
+      const recipe one = choose_recipe(random_, uses_, operation_named(name), 0);
+      // More often than a number of 16 bits counts. Repeats change nothing, so there need not be many.
       const bool differ = value_of(one, "source") == "one_of_many";
       return flood(*p, one, differ ? 70'000 : 2'000);
     }
-    const recipe what = random_.one_in(2) ? choose_text() : choose_greedy();
+    const recipe what = random_.one_in(2) ? choose_text(*p) : choose_greedy(*p);
     const form goes = operations()[what.operation].goes;
-    if (count > 100 && goes != form::stop_call && goes != form::stop_bare && goes != form::stop_publish)
+    if (count > 100 && goes != form::stop_call && goes != form::stop_bare && goes != form::stop_publish &&
+        goes != form::number_stop)
       count = 100;
     p->say(what, count, random_.one_in(2) || count > 100);
+  }
+
+  // Takes and gives back, over and over: who is told of it has much to read. Or comes and goes.
+  void in_turn() {
+    if (random_.one_in(8)) return come_and_go();
+    untrusted_peer* const p = one();
+    if (p == nullptr) return;
+    weights may{std::size(pairs_of_operations)};
+    const std::size_t which = may.choose(random_, 0, may.size(), 0, [&](std::size_t i) {
+      const form goes = operations()[operation_named(pairs_of_operations[i].takes)].goes;
+      return (speaker_of(goes) == speaker::numbers_peer) == p->speaks_numbers();
+    });
+    const recipe takes = choose_recipe(random_, uses_, operation_named(pairs_of_operations[which].takes), 0);
+    recipe gives = choose_recipe(random_, uses_, operation_named(pairs_of_operations[which].gives), 0);
+    for (const std::string_view member : {"id", "topic", "service", "list", "tag", "channel"})
+      give_value(gives, member, value_of(takes, member));
+    constexpr std::uint64_t times[] = {2, 9, 40};
+    p->say(takes, random_.one_of(times), random_.one_in(2), &gives);
+  }
+  void come_and_go() {
+    const recipe how = choose_opening();
+    for (std::uint64_t left = 2 + random_.below(16); left > 0 && open(how, state::times_burst); --left) {
+      if (random_.one_in(2)) cycle();
+      leave(untrusted_.size() - 1,
+            random_.one_in(2) ? rowe::service::close_cause::reset : rowe::service::close_cause::peer);
+    }
+  }
+
+  // Where the honest peer's thread receives, others do not.
+  void use_thread() {
+    const std::size_t what =
+        operations_.choose(random_, 0, operations().size(), operations().size(), [&](std::size_t i) {
+          const form goes = operations()[i].goes;
+          return goes == form::thread_stop || (goes == form::submission && process_.receives);
+        });
+    if (what != operations().size()) process_.use_thread(choose_recipe(random_, uses_, what, plan_.bad_in));
   }
 
   // As fast as it is read, which takes most of a second; nobody else does anything meanwhile.
@@ -428,7 +519,7 @@ class world {
     by.say(what, times, true);
     for (int left = 4000; left > 0 && on_.count(counter::messages_in) < until && !by.link().cut(); --left) {
       on_.now += 100us;
-      if (plan_.has_honest) honest_.act();
+      act_honestly();
       look_of_loops();
       cycle();
       if (broken()) return;
@@ -452,6 +543,7 @@ class world {
     for (std::uint64_t left = turns; left > 0; --left) {
       on_.now += 5ms;
       process_.act();
+      if (random_.one_in(4)) use_thread();
       process_.wait();
       look_of_loops();
     }
@@ -482,8 +574,10 @@ class world {
     process_.look_at_answers();
     honest_.stop.fresh = false;
     if (plan_.has_honest) honest_.look();
+    if (plan_.has_honest && plan_.numbers) honest_by_number_.look();
     check_counters();
-    check_stop(on_.count(counter::stops) != stops);
+    const bool reset_here = check_threads(stops);
+    check_stop(on_.count(counter::stops) != stops, reset_here);
     hash_ = (hash_ ^ on_.core.slots_in_use() ^ (on_.count(counter::messages_out) << 20)) * 1099511628211U + 1;
   }
 
@@ -529,8 +623,43 @@ class world {
     }
   }
 
-  // The permit, and who may have caused it.
-  void check_stop(bool stopped) {
+  // What threads of this process asked of the stop. Before the cycle `stops` had been counted. Returns
+  // whether it carried out their reset, and rightly so.
+  bool check_threads(std::uint64_t stops) {
+    threads& all = process_.ordinary_threads();
+    const bool in_use = std::exchange(stop_is_in_use_, stop_is_in_use_ || has_loop());
+    const bool stop_asked = in_use && all.take_asked(); // until then it stays asked for
+    if (stop_asked && in_use && on_.count(counter::stops) == stops)
+      result_.fail("stop_of_threads", "a stop of a thread was not carried out");
+    const bool reset_waited = all.resets();
+    const bool stop_waited = all.waits_for_stop();
+    const std::uint64_t acknowledged = all.heard().stops;
+    all.listen();
+    if (stop_waited && all.heard().stops != acknowledged) {
+      for (const auto& one : process_.handles()) {
+        if (one->kind() == handle_kind::latch && one->phase() == pair_phase::active && one->moves)
+          result_.fail("stop_of_threads", one->name() + " moves, and a thread hears that it acknowledged");
+      }
+    }
+    if (!reset_waited) return false;
+    if (all.resets()) {
+      if (in_use && on_.now >= all.reset_until())
+        result_.fail("reset_of_threads", "a thread waits for its reset longer than it wanted");
+      if (in_use) all.note_looked();
+      return false;
+    }
+    const bool was_last = !all.stops_at_reset() || *all.stops_at_reset() == stops + (stop_asked ? 1 : 0);
+    return all.heard().reset_outcome && was_last && !all.reset_overtaken();
+  }
+  bool has_loop() {
+    const auto& all = process_.handles();
+    return std::any_of(all.begin(), all.end(), [](const auto& one) {
+      return one->kind() == handle_kind::latch && one->phase() == pair_phase::active;
+    });
+  }
+
+  // The permit, and who may have caused it. `reset_here`: a thread of this process.
+  void check_stop(bool stopped, bool reset_here) {
     const std::uint64_t word = on_.shown.permit.read();
     const bool running = rowe::detail::permit::time_of(word) != 0;
     check_latch(rowe::detail::permit::number_of(word));
@@ -566,7 +695,7 @@ class world {
       stop_was_asked_ = true;
     }
     if (running && (!context_.running || stopped) && first_tick_ && honest_.stop.fresh) {
-      if (!somebody_reset()) {
+      if (!reset_here && !somebody_reset()) {
         may_move_ = false;
         forbidden_ = "a stop at " + std::to_string((last_stop_ - start_) / 1ms) +
                      " ms, which nobody reset (number " + std::to_string(before_number_) + " to " +
@@ -618,6 +747,7 @@ class world {
   context context_;
   process process_;
   honest honest_;
+  honest_by_number honest_by_number_;
   time_point start_;
   static constexpr unsigned chattiness[] = {0, 4, 100};
   static constexpr unsigned chattiness_of_echo[] = {1, 2, 8};
@@ -638,6 +768,7 @@ class world {
   time_point latch_at_{};
   time_point last_stop_{};
   bool stop_was_asked_ = false;
+  bool stop_is_in_use_ = false; // there was a loop before this cycle
 };
 
 } // namespace swarm
