@@ -72,7 +72,7 @@ local_stops::answered local_stops::reset_alone(std::uint64_t number, time_point 
     const std::lock_guard asking{asking_};
     mine = ++asked_.resets;
     asked_.number = number;
-    asked_.stops_before_reset = asked_.stops;
+    asked_.count_before_reset = shared_.count();
     asked_.until = deadline;
     shared_.hand_in(asked_);
   }

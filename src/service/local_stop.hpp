@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // How threads of this process that have no loop ask the service thread for a stop or a reset, and get its
-// answers. One flag says that the loops are to stop: setting it needs no room and waits for nobody. The
-// source and the reason go beside it through a window, and the answers come back through another. So neither
-// side ever waits for the other. Requests are numbered. Only the newest source and reason are kept, and an
-// answer holds for all requests up to its number.
+// answers. One count says how often the loops were to stop: raising it needs no room and waits for nobody.
+// The source and the reason go beside it through a window, and the answers come back through another. So
+// neither side ever waits for the other. Requests are numbered. Only the newest source and reason are kept,
+// and an answer holds for all requests up to its number. A reset names the count as it stood, so a stop that
+// comes later is known by its count.
 //
-// The threads use their ends of the windows one at a time (api/local_stops.hpp); any of them may set the
-// flag.
+// The threads use their ends of the windows one at a time (api/local_stops.hpp); any of them may raise the
+// count.
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include <rowe/fixed_string.hpp>
 #include <rowe/result.hpp>
@@ -29,7 +31,7 @@ struct local_stop_asked {
   fixed_string<reason_bytes_max> reason;
   std::uint64_t resets = 0;
   std::uint64_t number = 0;             // of the stop that the last reset is to end; 0: whichever there is
-  std::uint64_t stops_before_reset = 0; // how many had been asked for then
+  std::uint32_t count_before_reset = 0; // local_stop::count() when the last reset was asked for
   rt::time_point until{};               // after this the last reset must not be carried out
 };
 
@@ -51,7 +53,11 @@ class local_stop {
   // The loops are to stop; the caller then wakes the service thread. Whatever was given to hand_in() before
   // is seen with it.
   void ask() noexcept {
-    word_.store(1, std::memory_order_release); // release: pairs with the exchange in take()
+    count_.fetch_add(1, std::memory_order_release); // release: pairs with the load in take()
+  }
+  // How often ask() was called, modulo 2^32.
+  std::uint32_t count() const noexcept {
+    return count_.load(std::memory_order_relaxed); // relaxed: nothing is read after it
   }
 
   // ---- Threads, one at a time each.
@@ -64,10 +70,11 @@ class local_stop {
 
   // Whether somebody has asked since the last call.
   bool take() noexcept {
-    // relaxed: a look in each cycle, which only decides whether to exchange
-    if (word_.load(std::memory_order_relaxed) == 0) return false;
-    return word_.exchange(0, std::memory_order_acquire) != 0; // acquire: pairs with the release in ask()
+    const std::uint32_t count = count_.load(std::memory_order_acquire); // acquire: pairs with ask()
+    return std::exchange(taken_, count) != count;
   }
+  // The count as of the last take().
+  std::uint32_t taken() const noexcept { return taken_; }
   // The newest of hand_in(); `into` is left alone if it has that already.
   void look(local_stop_asked& into) noexcept { (void)asked_reader_->read(into); }
   // The caller then wakes the threads that wait.
@@ -77,7 +84,8 @@ class local_stop {
   using asked_window = rt::window<local_stop_asked, Atomics>;
   using answered_window = rt::window<local_stop_answered, Atomics>;
 
-  typename Atomics::template variable<std::uint32_t> word_{0};
+  typename Atomics::template variable<std::uint32_t> count_{0};
+  std::uint32_t taken_ = 0; // the service thread's
   asked_window asked_;
   answered_window answered_;
   typename asked_window::writer* asked_writer_ = asked_.take_writer();

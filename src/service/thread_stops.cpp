@@ -10,10 +10,9 @@
 
 namespace rowe::service {
 
-// The flag may be seen before its source and reason; these come with a second call then.
+// It may be seen before its source and reason; these come with a second call then.
 void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
-  without_reason_ = !with_reason;
   const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
   switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
   switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
@@ -36,20 +35,22 @@ void thread_stops::tell_if_acknowledged() noexcept {
   tell();
 }
 
-// Waits for what may still come: the loops' acknowledgments, and a tick that is newer than the stop. A
-// request to stop that comes meanwhile, a repeat too, ends the wait: whoever resets did not know of it. When
-// the endpoint closes, the loops stay stopped.
+// Waits for what may still come: a stop of this process that was asked for before it, the loops'
+// acknowledgments, and a tick that is newer than the stop. A request to stop that comes meanwhile, a repeat
+// too, ends the wait: whoever resets did not know of it. When the endpoint closes, the loops stay stopped.
 void thread_stops::carry_out_reset() noexcept {
+  if (state_.cycle.closing) return answer_reset(errc::closed);
+  // Signed: the count turns.
+  const auto later = static_cast<std::int32_t>(state_.shown.stops.taken() - asked_.count_before_reset);
+  if (later < 0) return;
   stop_rules& rules = switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
     reset_number_ = asked_.number != 0 ? asked_.number : rules.number();
-    // A stop that came with it and has no reason yet may have been asked for later.
-    reset_requests_ = switch_.requests() - (without_reason_ ? 1 : 0);
+    reset_requests_ = switch_.requests();
     waits_since_ = state_.cycle.now;
   }
-  if (state_.cycle.closing) return answer_reset(errc::closed);
   if (rules.running()) return answer_reset({});
-  const bool outdated = asked_.stops != asked_.stops_before_reset || switch_.requests() != reset_requests_;
+  const bool outdated = later > 0 || switch_.requests() != reset_requests_;
   if (outdated && !ROWE_MUTANT(thread_reset)) return refuse_reset();
   if (state_.cycle.now >= asked_.until) return answer_reset(errc::timed_out);
   const auto number = static_cast<std::int64_t>(reset_number_);

@@ -24,7 +24,6 @@ class thread_stops {
   // Whether one has asked for a stop since the last look.
   bool look() noexcept {
     const bool asked = state_.shown.stops.take(); // first: then the source and the reason are there
-    without_reason_ = false;
     state_.shown.stops.look(asked_);
     return asked;
   }
@@ -52,7 +51,6 @@ class thread_stops {
   local_stop_asked asked_;            // as of the last look()
   local_stop_answered answered_;      // the last answers
   std::uint64_t stops_done_ = 0;      // how many requested stops were carried out
-  bool without_reason_ = false;       // the last look saw a stop whose source and reason are still to come
   std::uint64_t stop_number_ = 0;     // by which peers know the last of them
   rt::time_point waited_for_until_{}; // until when threads wait for the loops; 0: none does
   std::uint64_t reset_ = 0;           // the reset that is being carried out

@@ -31,6 +31,9 @@ struct atomics {
     T exchange(T value, order o, site where = site::here()) noexcept {
       return value_of(explorer::active()->exchange(word_, bits_of(value), o, where));
     }
+    T fetch_add(T value, order o, site where = site::here()) noexcept {
+      return value_of(explorer::active()->exchange(word_, bits_of(value), o, where, true));
+    }
 
    private:
     static_assert(std::is_trivially_copyable_v<T> && sizeof(T) <= sizeof(std::uint64_t));

@@ -75,7 +75,9 @@ class explorer {
   std::size_t make_plain(const site& where) { return memory_.make_plain(schedule_.running(), where); }
   std::uint64_t load(std::size_t word, order asked, const site& where);
   void store(std::size_t word, std::uint64_t value, order asked, const site& where);
-  std::uint64_t exchange(std::size_t word, std::uint64_t value, order asked, const site& where);
+  // Writes `value`, or adds it to what is there.
+  std::uint64_t exchange(std::size_t word, std::uint64_t value, order asked, const site& where,
+                         bool adds = false);
   void read_plain(std::size_t datum, const site& where);
   void write_plain(std::size_t datum, const site& where);
 
@@ -267,15 +269,15 @@ inline void explorer::store(std::size_t word, std::uint64_t value, order asked, 
   }
 }
 
-inline std::uint64_t explorer::exchange(std::size_t word, std::uint64_t value, order asked,
-                                        const site& where) {
+inline std::uint64_t explorer::exchange(std::size_t word, std::uint64_t value, order asked, const site& where,
+                                        bool adds) {
   const order o = decide({where, operation::exchange, asked});
   schedule_.point();
   require_known(word, where);
-  const std::uint64_t before = memory_.exchange(schedule_.running(), word, value, o);
+  const std::uint64_t before = memory_.exchange(schedule_.running(), word, value, o, adds);
   if (options_.replay) {
-    note("exchange word " + std::to_string(word) + " " + name_of(o) + " := " + std::to_string(value) +
-         ", was " + std::to_string(before) + " at " + text_of(where));
+    note("exchange word " + std::to_string(word) + " " + name_of(o) + (adds ? " += " : " := ") +
+         std::to_string(value) + ", was " + std::to_string(before) + " at " + text_of(where));
   }
   return before;
 }

@@ -46,10 +46,42 @@ struct stops_once {
   }
 };
 
+struct resets_what_it_stopped {
+  service::local_stop<atomics> shared;
+  std::uint32_t carried_out = 0;
+
+  void cycle() {
+    if (shared.take()) ++carried_out;
+    service::local_stop_asked asked;
+    shared.look(asked);
+    if (asked.resets == 0 || shared.taken() != asked.count_before_reset) return;
+    require(carried_out == 1, "the stop is carried out before the reset that was asked for behind it");
+  }
+  std::array<actor, 2> actors() {
+    return {{{"thread",
+              [this] {
+                service::local_stop_asked asked;
+                shared.ask();
+                asked.resets = 1;
+                asked.count_before_reset = shared.count();
+                shared.hand_in(asked);
+              }},
+             {"service", [this] {
+                cycle();
+                cycle();
+              }}}};
+  }
+  void afterwards() { cycle(); }
+};
+
 TEST(local_stop, comes_once_and_with_its_words) { expect_passes_in_every_interleaving<stops_once>(); }
+TEST(local_stop, comes_before_a_reset_that_was_asked_for_behind_it) {
+  expect_passes_in_every_interleaving<resets_what_it_stopped>();
+}
 
 TEST(local_stop, needs_every_memory_order_it_asks_for) {
-  const std::array scenarios{scenario<stops_once>("stops_once")};
+  const std::array scenarios{scenario<stops_once>("stops_once"),
+                             scenario<resets_what_it_stopped>("resets_what_it_stopped")};
   EXPECT_EQ((mutation_test{"service/local_stop.hpp", scenarios, {}}.findings()), "");
 }
 

@@ -75,7 +75,9 @@ class memory {
 
   std::uint64_t load(std::size_t thread, std::size_t word, order o);
   void store(std::size_t thread, std::size_t word, std::uint64_t value, order o);
-  std::uint64_t exchange(std::size_t thread, std::size_t word, std::uint64_t value, order o);
+  // Writes `value`, or adds it to what is there.
+  std::uint64_t exchange(std::size_t thread, std::size_t word, std::uint64_t value, order o,
+                         bool adds = false);
   // How many stores in modification order lie behind the one just read or written: 0 is the newest.
   std::size_t newer_stores() const noexcept { return newer_stores_; }
 
@@ -238,12 +240,14 @@ inline void memory::store(std::size_t thread, std::size_t number, std::uint64_t 
 
 // It reads the store just before it in modification order, wherever the two stand, and passes on what that
 // carried: C++20's release sequence, which only read-modify-writes continue.
-inline std::uint64_t memory::exchange(std::size_t thread, std::size_t number, std::uint64_t value, order o) {
+inline std::uint64_t memory::exchange(std::size_t thread, std::size_t number, std::uint64_t value, order o,
+                                      bool adds) {
   const moment now = begin_operation(thread);
   history& w = words_[number];
   const std::size_t position = pick_new_position(thread, number, o);
   const written before = w.stores[w.modification[position - 1]];
-  const std::size_t store = put(w, {value, now, position, true, before.carried});
+  const std::uint64_t after = adds ? before.value + value : value;
+  const std::size_t store = put(w, {after, now, position, true, before.carried});
   if (o == order::seq_cst) enter_total_order(now, number, store, true);
   if (acquires(o)) known_[thread].join(before.carried);
   if (releases(o)) w.stores[store].carried.join(known_[thread]);

@@ -427,7 +427,7 @@ struct local_thread {
   void reset(std::uint64_t number = 0, rowe::rt::time_point until = rowe::rt::never) {
     ++asked.resets;
     asked.number = number;
-    asked.stops_before_reset = asked.stops;
+    asked.count_before_reset = on.shown.stops.count();
     asked.until = until;
     on.shown.stops.hand_in(asked);
   }
@@ -616,17 +616,34 @@ TEST_F(stopping, is_not_reset_by_this_process_that_asked_for_it_afterwards) {
   EXPECT_FALSE(look());
 }
 
-// Its words are on their way, so it may have been asked for later.
-TEST_F(stopping, is_not_reset_by_this_process_where_a_stop_without_words_comes_with_it) {
+// Their words are still to come. One was asked for before the reset, and one behind it.
+TEST_F(stopping, is_not_reset_by_this_process_where_a_stop_without_words_comes_behind_it) {
   local_thread thread{on};
   on.cycle();
   EXPECT_FALSE(look());
+  on.shown.stops.ask();
+  thread.stop("button");
   thread.reset();
   on.shown.stops.ask();
   on.cycle();
   ASSERT_EQ(thread.hear().resets, 1U);
   EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
   EXPECT_FALSE(look());
+}
+
+TEST_F(stopping, is_reset_by_this_process_where_a_stop_without_words_came_before) {
+  local_thread thread{on};
+  on.cycle();
+  EXPECT_FALSE(look());
+  on.shown.stops.ask();
+  thread.reset();
+  for (int i = 0; i < 4; ++i) {
+    on.cycle();
+    look();
+  }
+  ASSERT_EQ(thread.hear().resets, 1U);
+  EXPECT_TRUE(thread.heard.reset_outcome);
+  EXPECT_TRUE(look());
 }
 
 TEST_F(stopping_guarded, is_not_reset_by_this_process_without_a_guard) {

@@ -725,7 +725,7 @@ class writing {
   }
   std::uint32_t service_number(std::string_view how) {
     const number_list& services = known_.listed.services;
-    const bool any = from_.one_in(2); // else those of peers and of this process, where there are any
+    const bool any = from_.one_in(4); // else those of peers and of this process, where there are any
     std::uint32_t number = listed_number(services, [&](const std::string& name) {
       const bool of_stop = name.starts_with("/rowe/stop"); // which have operations of their own
       return (how == "listed" && !of_stop && (any || name.starts_with("/s"))) ||

@@ -4,8 +4,10 @@
 // Now and then it comes anew, and what it is told then must be what it knew.
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
@@ -56,6 +58,7 @@ class honest_by_number {
   static constexpr std::uint32_t tag = 7;
   static constexpr std::string_view steady = "/honest/steady";
   struct call {
+    std::uint32_t service = 0;
     std::string id{};
     std::uint64_t cycle = 0;
     time_point worked_until{};
@@ -82,7 +85,8 @@ class honest_by_number {
     if (asked_ || in_.on.now < asks_next_ || number == rowe::wire::no_number) return;
     asks_next_ = in_.on.now + 60ms;
     ++calls_;
-    asked_ = {.id = numbers::four(calls_),
+    asked_ = {.service = number,
+              .id = numbers::four(calls_),
               .cycle = in_.cycles,
               .worked_until = in_.worked_until(),
               .at = in_.on.now};
@@ -94,6 +98,7 @@ class honest_by_number {
     if (number_lists::is_list(text)) {
       if (const std::string why = knows_.take(text); !why.empty())
         fail("listing", "was sent " + shortened(text) + ": " + why);
+      give_up_what_is_gone();
       return;
     }
     const std::string_view all = text;
@@ -117,7 +122,14 @@ class honest_by_number {
     default: return fail("json", "was sent " + shortened(text));
     }
   }
+  // Its call may have come when the number was gone. So many of such are refused in a second, and no more.
+  void give_up_what_is_gone() {
+    if (!asked_ || knows_.services.names().contains(asked_->service)) return;
+    given_up_.insert(asked_->id);
+    asked_.reset();
+  }
   void hear_answer(std::string_view text) {
+    if (given_up_.contains(text.substr(1, 4))) return;
     if (!asked_ || text.substr(1, 4) != asked_->id) return fail("ids", "is answered what it never asked");
     const std::string_view body = text.substr(5);
     // Where time jumps, or nobody does anything for long, its time may truly be over; and where its number
@@ -181,6 +193,7 @@ class honest_by_number {
   bool subscribed_ = false;
   std::uint64_t heard_ = 0; // messages of the steady topic
   std::optional<call> asked_{};
+  std::set<std::string, std::less<>> given_up_{};
   std::uint32_t calls_ = 0;
   time_point asks_next_{}, anew_next_{};
   std::uint64_t anew_in_ = 0;

@@ -136,6 +136,13 @@ class untrusted_peer {
   bool reads = true;
   bool closing() const { return closing_; }
   bool speaks_numbers() const { return speaks_numbers_; }
+  // Whether it knows the number of a service that an untrusted peer provides.
+  bool knows_number_of_peers_service() const {
+    const auto& listed = known_.listed.services.names();
+    return std::any_of(listed.begin(), listed.end(), [&](const auto& one) {
+      return in_.state_of_service(one.second) == state::service_peers;
+    });
+  }
   bool flooded() const { return flooded_; } // said more than is read in a while
   std::vector<std::string>& asked() { return known_.asked; }
 

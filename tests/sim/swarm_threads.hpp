@@ -190,7 +190,7 @@ class threads {
     ++asked_.resets;
     asked_.number = static_cast<std::uint64_t>(said.number); // 0 where none is named
     asked_.until = rowe::rt::deadline_after(on_.now, time_of(from, value_of(what, "timeout")));
-    asked_.stops_before_reset = asked_.stops;
+    asked_.count_before_reset = on_.shown.stops.count();
     stops_at_reset_.reset();
     reset_overtaken_ = false;
     on_.shown.stops.hand_in(asked_);

@@ -433,6 +433,11 @@ class world {
 
   recipe choose_text(const untrusted_peer& by) { return choose_text(by, plan_.bad_in); }
   recipe choose_text(const untrusted_peer& by, std::uint64_t bad_in) {
+    if (by.knows_number_of_peers_service() && random_.one_in(2)) { // which is rare
+      recipe chosen = choose_recipe(random_, uses_, operation_named("call_by_number"), bad_in);
+      give_value(chosen, "service", "shared");
+      return chosen;
+    }
     const bool another = random_.one_in(24); // codec than its own
     std::size_t what = operations_.choose(random_, 0, operations().size(), 0, [&](std::size_t i) {
       const form goes = operations()[i].goes;

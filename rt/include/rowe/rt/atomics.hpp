@@ -22,6 +22,7 @@ struct std_atomics {
     T load(std::memory_order order) const noexcept { return word_.load(order); }
     void store(T value, std::memory_order order) noexcept { word_.store(value, order); }
     T exchange(T value, std::memory_order order) noexcept { return word_.exchange(value, order); }
+    T fetch_add(T value, std::memory_order order) noexcept { return word_.fetch_add(value, order); }
 
    private:
     static_assert(std::atomic<T>::is_always_lock_free);
