@@ -2,12 +2,10 @@
 // Everything behind an endpoint, put together: memory, transport, core, service thread. Set-up calls come
 // from any thread and take a mutex; the service thread takes none.
 #pragma once
-#include <array>
 #include <memory>
 #include <mutex>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <rowe/detail/lane_request.hpp>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cassert>
 #include <memory>
-#include <new>
 #include <utility>
 
 #include <rowe/rt/arena.hpp>

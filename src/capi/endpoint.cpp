@@ -3,8 +3,6 @@
 #include "capi/endpoint.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cstring>
 #include <optional>
 #include <string>
 #include <string_view>

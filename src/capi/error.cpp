@@ -3,7 +3,6 @@
 
 #include <array>
 #include <iterator>
-#include <span>
 #include <string_view>
 
 namespace rowe::capi {

@@ -3,9 +3,7 @@
 // struct of the C program, the C++ view that owns its slot inside.
 #include <rowe/loop.h>
 
-#include <memory>
 #include <new>
-#include <type_traits>
 #include <utility>
 
 #include "capi/endpoint.hpp"

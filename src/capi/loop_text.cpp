@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdarg>
-#include <optional>
 #include <span>
 #include <string_view>
 

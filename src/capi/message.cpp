@@ -2,7 +2,6 @@
 // Values from C's variable arguments: a type, then a value of the C type that rowe.h names for it.
 #include <cmath>
 #include <cstdarg>
-#include <optional>
 #include <span>
 
 #include "capi/error.hpp"

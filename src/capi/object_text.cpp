@@ -6,7 +6,6 @@
 
 #include <cstdlib>
 #include <cstring>
-#include <optional>
 
 #include "capi/error.hpp"
 #include "json/fault.hpp"

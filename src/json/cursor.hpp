@@ -4,7 +4,6 @@
 // but every step looks at `end` first and moves forward, so that on any other text it stays inside and ends.
 #pragma once
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>

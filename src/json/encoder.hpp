@@ -6,7 +6,6 @@
 // Compiled where a topic or service is set up, used on the service thread.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 
 #include <rowe/result.hpp>

@@ -6,7 +6,6 @@
 // numbers need is inline here. Pure functions, on any thread; nothing waits or allocates; steps in proportion
 // to the text.
 #pragma once
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>

@@ -4,7 +4,6 @@
 // room at once and then taken apart where it lies; most of it never moves.
 #pragma once
 #include <cstddef>
-#include <cstring>
 #include <string_view>
 
 #include "json/writer.hpp"

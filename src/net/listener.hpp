@@ -2,7 +2,6 @@
 // The listening socket: ours, not libwebsockets', because 4.1.6 of that binds every address when it is asked
 // for 127.0.0.1 (its issue 2290). Opened at set-up, used by the service thread.
 #pragma once
-#include <cstdint>
 #include <optional>
 
 #include <rowe/result.hpp>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What peers advertise, and whose type a topic has. Service thread only; nothing waits or allocates.
 #pragma once
-#include <cstdint>
 #include <string_view>
 
 #include "service/advertisement_table.hpp"

@@ -2,7 +2,6 @@
 // Tells publishers of this process whether anybody listens. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
-#include <span>
 
 #include <rowe/detail/lane.hpp>
 

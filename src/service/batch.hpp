@@ -4,7 +4,6 @@
 // messages are in it (decision 0018). A batch of one piece is not copied: a frame in its slot, the rest of
 // one, or control frames. Service thread only.
 #pragma once
-#include <array>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>

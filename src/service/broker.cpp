@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/broker.hpp"
 
-#include <algorithm>
 #include <array>
 
 #include <rowe/detail/mutation_points.hpp>

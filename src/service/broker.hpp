@@ -3,7 +3,6 @@
 // process and values that peers publish go the same way: into the queues of peers, and into the inboxes of
 // handles. Service thread only; nothing waits or allocates.
 #pragma once
-#include <cstdint>
 #include <span>
 #include <string_view>
 

@@ -2,8 +2,6 @@
 // Hands the request of a call to its callee: a responder, the receiver, a peer, or the stop. If that fails,
 // the call ends. Service thread only; nothing waits or allocates.
 #pragma once
-#include <cstdint>
-#include <span>
 #include <string_view>
 #include <utility>
 

@@ -8,7 +8,6 @@
 // so a reply to an earlier run of the program matches no call. The epoch counts connections. Service thread
 // only.
 #pragma once
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>

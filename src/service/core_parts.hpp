@@ -35,7 +35,6 @@
 #include "service/service_providers.hpp"
 #include "service/statistics_feed.hpp"
 #include "service/statistics_report.hpp"
-#include "service/stop_gate.hpp"
 #include "service/stop_rules.hpp"
 #include "service/stop_service.hpp"
 #include "service/stop_state_feed.hpp"

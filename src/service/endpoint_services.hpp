@@ -3,8 +3,6 @@
 // about topics and services. Those of the stop are not among them. Service thread only; nothing waits or
 // allocates.
 #pragma once
-#include <cstdint>
-#include <span>
 #include <string_view>
 
 #include <rowe/detail/lane.hpp>

@@ -4,7 +4,6 @@
 // thread only; nothing waits or allocates. A user thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstdint>
-#include <span>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/limits.hpp>

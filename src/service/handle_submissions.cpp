@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <string_view>
-#include <utility>
 
 #include "service/service_limits.hpp"
 #include "json/encoder.hpp"

@@ -7,7 +7,6 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/rt/clock.hpp>

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/ingress.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cstring>
-#include <iterator>
 #include <utility>
 
 #include "json/reader.hpp"

@@ -3,8 +3,6 @@
 // sends to the handles and threads that began them. Service thread only; nothing waits or allocates. A user
 // thread that sleeps is woken, which enters the kernel.
 #pragma once
-#include <cstdint>
-#include <span>
 #include <string_view>
 
 #include <rowe/detail/lane.hpp>

@@ -2,7 +2,6 @@
 // The connected peers, by the index that the transport gives them. Service thread only; nothing waits or
 // allocates.
 #pragma once
-#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>

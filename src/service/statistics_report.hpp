@@ -4,8 +4,6 @@
 #pragma once
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <span>
 #include <string_view>
 
 #include <rowe/detail/lane.hpp>

@@ -15,7 +15,6 @@
 #pragma once
 #include <array>
 #include <cstdint>
-#include <span>
 #include <string_view>
 
 #include <rowe/detail/stop_permit.hpp>

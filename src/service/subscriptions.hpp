@@ -2,7 +2,6 @@
 // Subscriptions of peers; in a client also what goes to the server, as if it had subscribed. A peer has at
 // most its share of them (shares.hpp). Service thread only; nothing waits or allocates.
 #pragma once
-#include <cstdint>
 #include <string_view>
 
 #include <rowe/limits.hpp>

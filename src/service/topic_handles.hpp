@@ -4,8 +4,6 @@
 // sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstddef>
-#include <cstdint>
-#include <span>
 #include <string_view>
 
 #include <rowe/detail/lane.hpp>

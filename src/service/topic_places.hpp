@@ -4,7 +4,6 @@
 // cleared. Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstdint>
-#include <string_view>
 
 #include <rowe/limits.hpp>
 

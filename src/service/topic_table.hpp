@@ -8,10 +8,8 @@
 // messages under that name. They come from the same slot; only the byte of the slash is skipped when they are
 // written.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <string_view>
 

@@ -9,7 +9,6 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
-#include <span>
 
 #include <rowe/detail/lane.hpp>
 #include <rowe/limits.hpp>

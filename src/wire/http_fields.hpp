@@ -5,7 +5,6 @@
 // smuggled. Used by the handshake filter, and on the answers that a client gets; pure, never waits, never
 // allocates.
 #pragma once
-#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>

@@ -3,7 +3,6 @@
 // protocols.cpp.
 #pragma once
 #include <cstddef>
-#include <cstdint>
 #include <span>
 #include <string_view>
 

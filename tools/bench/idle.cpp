@@ -6,7 +6,6 @@
 #include <dirent.h>
 #include <unistd.h>
 
-#include <cstdio>
 #include <ctime>
 #include <fstream>
 #include <optional>

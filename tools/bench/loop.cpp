@@ -2,7 +2,6 @@
 // rowe bench loop: a loop of rt::periodic that does nothing else, and how late each of its cycles began. A
 // cycle that was skipped because the loop was late counts as late, too: by the time since its own deadline.
 #include <optional>
-#include <string>
 
 #include "modes.hpp"
 #include "session.hpp"

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a run came to, for people, for programs and for the exit code. The machine comes first in all of them.
 #pragma once
-#include <cstdint>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "../rowe/exit_code.hpp"

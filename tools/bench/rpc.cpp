@@ -2,7 +2,6 @@
 // rowe bench rpc: calls a service at its times and measures from those to the reply in this thread. With
 // --idle spin and CPUs of its own the thread never sleeps and has many calls in flight; otherwise it calls as
 // an ordinary program does, one call at a time, and a call that was due meanwhile is late.
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>

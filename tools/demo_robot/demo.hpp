@@ -6,7 +6,6 @@
 #pragma once
 #include <atomic>
 #include <cstdint>
-#include <optional>
 
 #include <rowe/endpoint.hpp>
 #include <rowe/ros.hpp>

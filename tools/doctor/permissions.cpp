@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // What this process is allowed to: priorities, locked memory, and for how long a priority lasts.
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <optional>

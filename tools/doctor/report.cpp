@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "report.hpp"
 
-#include <algorithm>
 
 #include "../rowe/console.hpp"
 #include "../rowe/text/json_values.hpp"

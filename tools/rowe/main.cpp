@@ -2,7 +2,6 @@
 // rowe VERB [arguments]: finds the verb.
 #include <algorithm>
 #include <array>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>

@@ -2,7 +2,6 @@
 // What rowe_echo and rowe_echo_client do: the programs that suites of WebSocket tests talk to where they are
 // to meet all of rowe (tests/conformance has one for the layer below JSON).
 #pragma once
-#include <optional>
 
 #include <rowe/endpoint.hpp>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe echo: prints the messages of topics, or plain messages, as they come.
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // rowe reset: lets a stopped robot go again. A reset names the number of the stop, as its user was shown it,
 // so that a stop that came meanwhile holds; without a number it only shows what is.
-#include <cstdint>
 #include <optional>
 #include <string>
 
