@@ -8,10 +8,10 @@
 // - idle_quiet_peer: with a peer that is merely connected;
 // - idle_listening_peer: with one that listens to the publisher's topic, on which nothing is published;
 // - loop_1khz: a loop publishes a struct every millisecond and looks without pause until its own subscription
-// has it as text, so that a value goes into a lane, through the service thread's encoder, and back through
-// another lane. Here also what the call publish(value, now) takes (publish_p50_us, publish_p99_us; under
-// `wake` with its write to the eventfd), and from its beginning until try_take() has the value (p50_us,
-// p99_us; medians over the rounds).
+// has it as text, so that a value goes into a queue pair, through the service thread's encoder, and back
+// through another queue pair. Here also what the call publish(value, now) takes (publish_p50_us,
+// publish_p99_us; under `wake` with its write to the eventfd), and from its beginning until try_take() has
+// the value (p50_us, p99_us; medians over the rounds).
 //
 // The loop and whoever asks is on core A (--here), the service thread on core B (--there).
 //

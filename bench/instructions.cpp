@@ -18,12 +18,12 @@
 #include <string_view>
 #include <vector>
 
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/rowe.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 #include "json_steps.hpp"
 
 struct counted_odometry {
@@ -88,24 +88,24 @@ namespace {
 
 constexpr std::uint32_t depth = 64;
 
-// A lane as an endpoint builds it, and this thread in the service thread's place.
+// A queue pair as an endpoint builds it, and this thread in the service thread's place.
 class lane_harness {
  public:
-  explicit lane_harness(const detail::lane_request& asked)
-      : memory_{detail::lane_bytes(asked) + (1 << 12), rt::page_lock::none} {
-    on.memory = memory_.carve_bytes(detail::lane_bytes(asked));
-    detail::build_lane(on, asked, {});
+  explicit lane_harness(const detail::pair_request& asked)
+      : memory_{detail::pair_bytes(asked) + (1 << 12), rt::page_lock::none} {
+    on.memory = memory_.carve_bytes(detail::pair_bytes(asked));
+    detail::build_pair(on, asked, {});
     on.audience.set(detail::audience::somebody);
   }
-  detail::lane_handle handle() { return {nullptr, on}; }
+  detail::pair_handle handle() { return {nullptr, on}; }
 
-  // What the service thread puts into a path.
-  void fill(const detail::producer_end& path, detail::value_header header) {
-    const std::uint32_t slot = *path.free_ring->try_take();
+  // What the service thread puts into a queue.
+  void fill(const detail::producer_end& end, detail::value_header header) {
+    const std::uint32_t slot = *end.free_ring->try_take();
     header.bytes = steps::text.size();
-    *path.slots.header(slot) = header;
-    std::memcpy(path.slots.value(slot), steps::text.data(), steps::text.size());
-    steps::use(path.out->try_push(slot));
+    *end.slots.header(slot) = header;
+    std::memcpy(end.slots.value(slot), steps::text.data(), steps::text.size());
+    steps::use(end.out->try_push(slot));
   }
   void arrive(detail::entry what = detail::entry::message) {
     detail::value_header header;
@@ -118,7 +118,7 @@ class lane_harness {
     on.service.out.out->drain(
         [&](std::uint32_t slot) {
           detail::value_header header = *on.service.out.slots.header(slot);
-          on.service.out.free_ring->give(slot);
+          on.service.out.free_ring->release(slot);
           if (header.own.generation == 0) return;
           header.what = detail::entry::end;
           fill(on.service.ends, header);
@@ -126,7 +126,7 @@ class lane_harness {
         depth);
   }
 
-  detail::lane on;
+  detail::queue_pair on;
 
  private:
   rt::arena memory_;

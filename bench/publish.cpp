@@ -10,9 +10,10 @@
 // after all of them without pause. So whatever disturbs the machine disturbs all of them alike, and their
 // tails can be compared.
 //   bare         spsc_ring::try_push of the struct, by value, and nothing else
-//   rowe_all     publish_into() of a lane that keeps all: take a free slot, stamp, copy, push; the consumer
+//   rowe_all     publish_into() of a queue pair that keeps all: take a free slot, stamp, copy, push; the
+//   consumer
 //                gives slots home as the service thread does
-//   rowe_newest  publish_into() of a lane that keeps the newest: the four-slot window
+//   rowe_newest  publish_into() of a queue pair that keeps the newest: the four-slot window
 //   rowe_told    as rowe_all, under idle::wake while the service thread is awake: the handshake, and no
 //                system call
 //   moodycamel_ReaderWriterQueue, moodycamel_ConcurrentQueue    the struct by value, with tokens
@@ -53,7 +54,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 #include "queues.hpp"
 #include "stand.hpp"
 
@@ -96,26 +97,26 @@ class lane_way {
  public:
   static constexpr const char* name = Tells ? "rowe_told" : Kept == keep::all ? "rowe_all" : "rowe_newest";
   lane_way() : memory_{bytes + (1 << 12), rt::page_lock::attempted} {
-    detail::build_path(memory_.carve_bytes(bytes), Kept, depth, sizeof(odometry), lane_->user.out,
-                       lane_->service.out);
-    lane_->audience.set(detail::audience::somebody);
-    if (Tells) lane_->waker = &waker_;
+    detail::build_path(memory_.carve_bytes(bytes), Kept, depth, sizeof(odometry), pair_->user.out,
+                       pair_->service.out);
+    pair_->audience.set(detail::audience::somebody);
+    if (Tells) pair_->waker = &waker_;
   }
   bool publish(const odometry& value, rt::time_point now) {
-    return detail::publish_into(*lane_, sizeof value, now,
+    return detail::publish_into(*pair_, sizeof value, now,
                                 [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); })
         .has_value();
   }
   void take() {
-    const detail::consumer_end& path = lane_->service.out;
+    const detail::consumer_end& end = pair_->service.out;
     if constexpr (Kept == keep::newest) {
-      const auto found = path.newest->begin_read();
+      const auto found = end.newest->begin_read();
       if (found.state == rt::freshness::fresh) read(found.slot);
     } else {
-      path.out->drain(
+      end.out->drain(
           [&](std::uint32_t slot) {
             read(slot);
-            path.free_ring->give(slot);
+            end.free_ring->release(slot);
           },
           64);
     }
@@ -123,16 +124,16 @@ class lane_way {
 
  private:
   void read(std::uint32_t slot) {
-    detail::value_header header = *lane_->service.out.slots.header(slot);
+    detail::value_header header = *pair_->service.out.slots.header(slot);
     odometry value;
-    std::memcpy(&value, lane_->service.out.slots.value(slot), sizeof value);
+    std::memcpy(&value, pair_->service.out.slots.value(slot), sizeof value);
     benchmark::DoNotOptimize(header);
     benchmark::DoNotOptimize(value);
   }
 
   static inline const std::size_t bytes = detail::path_bytes(Kept, depth, sizeof(odometry));
-  std::unique_ptr<detail::lane> lane_ = std::make_unique<detail::lane>();
-  rt::wake_bell<> waker_{rt::eventfd_bell{}}; // nobody sleeps
+  std::unique_ptr<detail::queue_pair> pair_ = std::make_unique<detail::queue_pair>();
+  rt::waker<> waker_{rt::eventfd_signal{}}; // nobody sleeps
   rt::arena memory_;
 };
 

@@ -14,7 +14,7 @@
 #include <concurrentqueue/concurrentqueue.h>
 #include <readerwriterqueue/readerwriterqueue.h>
 
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 #include <rowe/rt/window.hpp>
 
@@ -39,7 +39,7 @@ class rowe_ring {
   typename ring::consumer& out_ = *shared_.take_consumer();
 };
 
-// The same ring, its places given back once a batch: how the service thread empties lanes.
+// The same ring, its places given back once a batch: how the service thread empties queue pairs.
 template <class Item, std::size_t Places>
 class rowe_ring_drained {
  public:

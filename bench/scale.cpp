@@ -215,12 +215,12 @@ class stand {
     for (const auto due = count(counter::messages_in) + 1; count(counter::messages_in) < due;) cycle();
     tend();
   }
-  detail::lane& advertise(std::string_view topic) {
-    detail::lane& lane = on.offer(detail::lane_kind::publish_text, topic, 64, {.depth = 8});
+  detail::queue_pair& advertise(std::string_view topic) {
+    detail::queue_pair& lane = on.offer(detail::pair_kind::publish_text, topic, 64, {.depth = 8});
     tend();
     return lane;
   }
-  void publish(detail::lane& by) {
+  void publish(detail::queue_pair& by) {
     constexpr std::string_view text = R"({"x":1.5,"y":-2.25,"theta":0.1})";
     (void)detail::publish_into(by, text.size(), on.now, [&](std::byte* slot) { // there is a slot
       text.copy(reinterpret_cast<char*>(slot), text.size());
@@ -285,16 +285,16 @@ struct sending final : subject {
     name = "peers_sending";
     in = std::move(of);
     messages = static_cast<std::uint32_t>(in->peers.size());
-    inbox_ = &in->on.offer(detail::lane_kind::subscribe_text, "/up", 64, {.depth = 1024});
+    inbox_ = &in->on.offer(detail::pair_kind::subscribe_text, "/up", 64, {.depth = 1024});
     in->tend();
   }
   double step() override {
     for (client& one : in->peers) one.say(message_);
     const double took = in->until(counter::messages_in, messages);
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->give(*slot);
+    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->release(*slot);
     return took;
   }
-  detail::lane* inbox_;
+  detail::queue_pair* inbox_;
   const std::string message_ = publish_on("/up");
 };
 
@@ -312,7 +312,7 @@ struct receiving final : subject {
     for (client& one : in->peers) one.hear();
     return took;
   }
-  detail::lane* lane_;
+  detail::queue_pair* lane_;
 };
 
 struct raw_receiving final : subject {
@@ -373,7 +373,7 @@ struct lanes final : subject {
     in->peers[0].hear();
     return took;
   }
-  std::vector<detail::lane*> lanes_;
+  std::vector<detail::queue_pair*> lanes_;
   std::size_t next_ = 0;
 };
 

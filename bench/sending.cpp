@@ -9,8 +9,9 @@
 //   send_300/rowe_unclamped     the frame layer: each message is copied and gets its header in a batch, the
 //                               transport writes the batch; no clamp on the socket's buffers
 //   send_300/rowe               the same as shipped, to a peer that is near
-//   publish_300/rowe_unclamped  a whole core and one lane, of a struct whose encoding is a copy: publish(),
-//                               lane, slot, queue, frame, socket
+//   publish_300/rowe_unclamped  a whole core and one queue pair, of a struct whose encoding is a copy:
+//   publish(),
+//                               queue pair, slot, queue, frame, socket
 //   publish_300/rowe            the same as shipped
 //   publish_odometry/encoder    no more than the encoder, over 256 different odometry messages
 //   publish_odometry/rowe_unclamped, publish_odometry/rowe   these messages through the same core
@@ -294,13 +295,14 @@ speed receive_frames(std::uint32_t alone_bytes) {
 template <class T>
 speed publish(const std::vector<T>& values, bool clamped) {
   sending_core robot{limits_of(clamped)};
-  detail::lane& lane = robot.offer(detail::advertise_request<T>("/sent", {.ttl = 1s, .depth = lane_depth}));
+  detail::queue_pair& pair =
+      robot.offer(detail::advertise_request<T>("/sent", {.ttl = 1s, .depth = lane_depth}));
   far_end far{robot.port()};
   far.ask_for_upgrade();
   while (robot.peers() == 0) robot.cycle();
   far.take_answer();
   far.say(R"({"op":"subscribe","topic":"/sent","queue_length":256})");
-  publisher<T> to{sending_core::handle_of(lane)};
+  publisher<T> to{sending_core::handle_of(pair)};
   while (!to.wanted()) robot.cycle();
   far.swallow();
   std::size_t next = 0;

@@ -8,11 +8,11 @@
 #include <span>
 #include <utility>
 
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/rt/arena.hpp>
 
 #include "api/endpoint_state.hpp"
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 #include "net/socket_transport.hpp"
 #include "service/core.hpp"
 #include "service/memory_plan.hpp"
@@ -28,13 +28,13 @@ class sending_core {
   explicit sending_core(const net::socket_limits& sockets)
       : memory_{service::plan_memory(options_.limits).arena(), rt::page_lock::attempted},
         transport_{net::socket_transport::listen({.limits = sockets}).value()},
-        lanes_{memory_.carve<detail::lane>(options_.limits.lanes_max)},
+        pairs_{memory_.carve<detail::queue_pair>(options_.limits.lanes_max)},
         lane_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},
         board_{*memory_.make<service::shared_state>(memory_, options_.limits)},
         submissions_{*memory_.make<service::submission_queue>(memory_, options_.limits)},
         inbox_{*memory_.make<service::shared_inbox>(memory_, options_.limits)},
         core_{*memory_.make<service::core>(
-            memory_, service::core_options::from(options_, service::side::server, "robot"), lanes_, board_,
+            memory_, service::core_options::from(options_, service::side::server, "robot"), pairs_, board_,
             submissions_, inbox_,
             service::core_seams{*transport_, random_, validator_,
                                 [](const service::http_request&) noexcept { return service::http_answer{}; },
@@ -50,20 +50,20 @@ class sending_core {
            board_.counts.read(service::counter::expired);
   }
 
-  // Its only lane. Active after a cycle.
-  detail::lane& offer(const detail::lane_request& asked) {
-    detail::lane& one = lanes_[0];
-    if (detail::lane_bytes(asked) > lane_memory_.size()) std::abort();
+  // Its only queue pair. Active after a cycle.
+  detail::queue_pair& offer(const detail::pair_request& asked) {
+    detail::queue_pair& one = pairs_[0];
+    if (detail::pair_bytes(asked) > lane_memory_.size()) std::abort();
     one.memory = lane_memory_;
-    detail::build_lane(one, asked, board_.generations());
-    codecs_.emplace(detail::lane_codecs::compile(asked).value());
+    detail::build_pair(one, asked, board_.generations());
+    codecs_.emplace(detail::pair_codecs::compile(asked).value());
     one.encoder = &*codecs_->encoder;
-    board_.use_lane(0);
+    board_.use_pair(0);
     one.lifecycle.offer();
     return one;
   }
-  // What a handle on it is made of. Such a handle does not give the lane back.
-  static detail::lane_handle handle_of(detail::lane& on) { return {nullptr, on}; }
+  // What a handle on it is made of. Such a handle does not give the queue pair back.
+  static detail::pair_handle handle_of(detail::queue_pair& on) { return {nullptr, on}; }
 
  private:
   endpoint_options options_;
@@ -72,9 +72,9 @@ class sending_core {
   json::reader validator_ =
       json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max).value();
   std::unique_ptr<net::socket_transport> transport_;
-  std::span<detail::lane> lanes_;
+  std::span<detail::queue_pair> pairs_;
   std::span<std::byte> lane_memory_;
-  std::optional<detail::lane_codecs> codecs_;
+  std::optional<detail::pair_codecs> codecs_;
   service::shared_state& board_;
   service::submission_queue& submissions_;
   service::shared_inbox& inbox_;

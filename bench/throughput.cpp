@@ -12,7 +12,8 @@
 // same with the kernel's own. Each has one message more than once: what encoding costs is bench_json_write's
 // question. messages_per_s is the median of the rounds; ratios are of figures of the same round.
 //
-// Excluded: what an endpoint does about a message (lanes, queues, expiry, JSON); networks, TLS, compression.
+// Excluded: what an endpoint does about a message (queue pairs, queues, expiry, JSON); networks, TLS,
+// compression.
 //
 // What would make it lie: other load; a client slower than the server, which looks at the header of every
 // message: raw_busy shows what it takes at least.

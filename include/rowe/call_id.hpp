@@ -6,8 +6,8 @@
 
 namespace rowe {
 
-// A call that a lane or a caller has in flight. Names it until its end was taken; then it is stale, and stays
-// so.
+// A call that a queue pair or a caller has in flight. Names it until its end was taken; then it is stale, and
+// stays so.
 struct call_id {
   std::uint32_t index = 0;
   std::uint32_t generation = 0; // 0: no call

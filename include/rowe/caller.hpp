@@ -8,8 +8,8 @@
 
 #include <rowe/call_id.hpp>
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
 #include <rowe/detail/payload.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>
@@ -44,16 +44,16 @@ class caller {
   };
 
   caller() noexcept = default;
-  explicit caller(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
+  explicit caller(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
   // Calls and waits for the reply at most `timeout` (negative: for ever). Errors: above, and those of
   // start(). Not for real-time loops: sleeps in the kernel.
   result<reply_type> call(given request, duration timeout) noexcept {
     const time_point now = rt::monotonic_clock::now();
-    if (lane_) detail::find_place(*lane_);
+    if (pair_) detail::find_place(*pair_);
     const auto started = start(request, timeout, now);
     if (!started) return started.error();
-    const auto slot = detail::wait_call(lane_, *started, now, timeout);
+    const auto slot = detail::wait_call(pair_, *started, now, timeout);
     if (!slot) return slot.error();
     return opened(*slot);
   }
@@ -62,21 +62,21 @@ class caller {
   // too_many_calls (both: the option `depth`), closed; of json_text also too_big (longer than the option
   // `text_bytes_max`, or a message that overflowed). Never waits, never allocates, no system call.
   ROWE_RT result<call_id> start(given request, duration timeout, time_point now) noexcept {
-    if (!lane_) return errc::misuse;
+    if (!pair_) return errc::misuse;
     const detail::value_header header = detail::call_header(now, timeout);
     if constexpr (detail::is_text<Q>) {
-      return detail::named(detail::start_call(*lane_, header, request));
+      return detail::named(detail::start_call(*pair_, header, request));
     } else {
-      return detail::named(detail::start_call(*lane_, header, &request, sizeof(Q)));
+      return detail::named(detail::start_call(*pair_, header, &request, sizeof(Q)));
     }
   }
 
   // The next call that has ended, in the order of their ends. Errors: empty (none has), closed. Each call
   // ends once. Never waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<answer> try_finish() noexcept {
-    const auto slot = detail::next_end(lane_);
+    const auto slot = detail::next_end(pair_);
     if (!slot) return slot.error();
-    const call_id id = detail::id_of_end(*lane_, *slot);
+    const call_id id = detail::id_of_end(*pair_, *slot);
     return answer{id, opened(*slot)};
   }
 
@@ -84,7 +84,7 @@ class caller {
   // met it, the call keeps its place. The service is not told. Nothing happens to a call that has ended.
   // Never waits, never allocates; at most as many steps as calls may be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
-    if (lane_) detail::cancel(*lane_, {call.index, call.generation});
+    if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }
 
   // What is said of the last call that failed with refused or no_service (the provider's or the server's own
@@ -95,18 +95,18 @@ class caller {
  private:
   // The slot of a struct is released at once, that of a text with its view.
   result<reply_type> opened(std::uint32_t slot) noexcept {
-    detail::consumer_end& ends = lane_->user.ends;
-    if (ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
+    detail::consumer_end& ends = pair_->user.ends;
+    if (ends.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
     if constexpr (detail::is_text<A>) {
-      return message_view{*lane_, ends, slot};
+      return message_view{*pair_, ends, slot};
     } else {
       const A value = detail::payload<A>::read(ends.slots, slot);
-      detail::give_end_back(*lane_, slot);
+      detail::give_end_back(*pair_, slot);
       return value;
     }
   }
 
-  detail::lane_handle lane_;
+  detail::pair_handle pair_;
   detail::sentence refusal_;
 };
 

@@ -12,7 +12,7 @@
 
 #include <rowe/caller.hpp>
 #include <rowe/connection.hpp>
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/emergency_stop.hpp>
 #include <rowe/event.hpp>
 #include <rowe/lane.hpp>
@@ -181,7 +181,7 @@ class endpoint {
 
  private:
   explicit endpoint(std::shared_ptr<detail::endpoint_state> state) noexcept;
-  result<detail::lane_handle> open(const detail::lane_request& asked);
+  result<detail::pair_handle> open(const detail::pair_request& asked);
 
   std::shared_ptr<detail::endpoint_state> state_;
 };

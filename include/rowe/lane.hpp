@@ -14,7 +14,7 @@
 #include <rowe/call_id.hpp>
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/message.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>
@@ -32,7 +32,7 @@ struct call_end {
 class lane {
  public:
   lane() noexcept = default;
-  explicit lane(detail::lane_handle handle) noexcept : lane_{std::move(handle)} {}
+  explicit lane(detail::pair_handle handle) noexcept : pair_{std::move(handle)} {}
 
   // ---- sending
 
@@ -43,8 +43,8 @@ class lane {
   // peer_lost
   // (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
-    if (!lane_) return errc::misuse;
-    return detail::post_to(*lane_, to, object,
+    if (!pair_) return errc::misuse;
+    return detail::post_to(*pair_, to, object,
                            detail::message_header(detail::entry::message, detail::ref_of(to), now,
                                                   detail::expiry_after(now, ttl)));
   }
@@ -62,7 +62,7 @@ class lane {
   // (negative: for ever; 0: does not wait, only looks). Errors: timed_out, peer_lost. Not for real-time
   // loops.
   status wait_room(duration timeout, connection to = everyone) noexcept {
-    return lane_ ? detail::wait_room(lane_, detail::ref_of(to), timeout) : status{errc::misuse};
+    return pair_ ? detail::wait_room(pair_, detail::ref_of(to), timeout) : status{errc::misuse};
   }
 
   // ---- receiving
@@ -71,10 +71,10 @@ class lane {
   // `inbound_ttl`, or the sender's). Errors: empty. Never waits, never allocates, no system call; at most
   // `inbox_depth` steps.
   ROWE_RT result<message_view> try_receive(time_point now) noexcept {
-    if (!lane_) return errc::misuse;
-    const bool over = detail::closed(*lane_); // before looking: what came before it closed is still there
-    if (const auto slot = detail::take_arrived(*lane_, now)) {
-      return message_view{*lane_, lane_->user.in, *slot};
+    if (!pair_) return errc::misuse;
+    const bool over = detail::closed(*pair_); // before looking: what came before it closed is still there
+    if (const auto slot = detail::take_arrived(*pair_, now)) {
+      return message_view{*pair_, pair_->user.in, *slot};
     }
     return over ? errc::closed : errc::empty;
   }
@@ -99,16 +99,16 @@ class lane {
   // system call.
   ROWE_RT result<call_id> start(body object, duration timeout, time_point now,
                                 connection to = everyone) noexcept {
-    if (!lane_) return errc::misuse;
-    return detail::named(detail::start_call_to(*lane_, to, object, detail::call_header(now, timeout, to)));
+    if (!pair_) return errc::misuse;
+    return detail::named(detail::start_call_to(*pair_, to, object, detail::call_header(now, timeout, to)));
   }
 
   // The next call that has ended, in the order of their ends. Errors: empty (none has). Each call ends once.
   // Never waits, never allocates, no system call; at most `calls` steps.
   ROWE_RT result<call_end> try_finish() noexcept {
-    const auto slot = detail::next_end(lane_);
+    const auto slot = detail::next_end(pair_);
     if (!slot) return slot.error();
-    const call_id id = detail::id_of_end(*lane_, *slot);
+    const call_id id = detail::id_of_end(*pair_, *slot);
     return call_end{id, opened(*slot)};
   }
 
@@ -116,7 +116,7 @@ class lane {
   // met it, the call keeps its place. The peer is not told. Nothing happens to a call that has ended. Never
   // waits, never allocates; at most as many steps as calls may be in flight.
   ROWE_RT void cancel(call_id call) noexcept {
-    if (lane_) detail::cancel(*lane_, {call.index, call.generation});
+    if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }
 
   // The sentence of the last call that failed with refused or no_service; cut at 192 bytes. Valid until the
@@ -130,7 +130,7 @@ class lane {
   // allocates, no system call.
   ROWE_RT status try_reply(const message_view& call, body object, time_point now) noexcept {
     if (const status fine = answerable(call, now); !fine) return fine;
-    return detail::post(*lane_, answer_to(call, detail::entry::reply, now, rt::never), object);
+    return detail::post(*pair_, answer_to(call, detail::entry::reply, now, rt::never), object);
   }
   // Answers it and waits until the reply was handed to the kernel, at most `ttl` (negative: for ever).
   // Errors: as try_reply(), but full also where too many answers wait for who asked, and expired also when
@@ -141,7 +141,7 @@ class lane {
   // Says no, with a sentence (cut at 192 bytes). Errors: as try_reply(). Never waits, never allocates.
   ROWE_RT status try_refuse(const message_view& call, std::string_view sentence, time_point now) noexcept {
     if (const status fine = answerable(call, now); !fine) return fine;
-    return detail::post(*lane_, answer_to(call, detail::entry::refusal, now, rt::never),
+    return detail::post(*pair_, answer_to(call, detail::entry::refusal, now, rt::never),
                         sentence.substr(0, detail::sentence_bytes_max));
   }
 
@@ -149,20 +149,20 @@ class lane {
 
   // Messages, invocations and replies accepted; refused with full and with too_big; and what arrived and was
   // out of date when it was to be taken.
-  ROWE_RT std::uint64_t sent() const noexcept { return lane_ ? lane_->published.get() : 0; }
-  ROWE_RT std::uint64_t dropped_full() const noexcept { return lane_ ? lane_->refused_full.get() : 0; }
-  ROWE_RT std::uint64_t dropped_too_big() const noexcept { return lane_ ? lane_->refused_too_big.get() : 0; }
-  ROWE_RT std::uint64_t expired() const noexcept { return lane_ ? lane_->expired_here.get() : 0; }
+  ROWE_RT std::uint64_t sent() const noexcept { return pair_ ? pair_->published.get() : 0; }
+  ROWE_RT std::uint64_t dropped_full() const noexcept { return pair_ ? pair_->refused_full.get() : 0; }
+  ROWE_RT std::uint64_t dropped_too_big() const noexcept { return pair_ ? pair_->refused_too_big.get() : 0; }
+  ROWE_RT std::uint64_t expired() const noexcept { return pair_ ? pair_->expired_here.get() : 0; }
 
  private:
   // An end that was taken, as what the caller gets.
   result<message_view> opened(std::uint32_t slot) noexcept {
-    if (lane_->user.ends.slots.header(slot)->failed) return detail::fail_with(*lane_, slot, refusal_);
-    return message_view{*lane_, lane_->user.ends, slot};
+    if (pair_->user.ends.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
+    return message_view{*pair_, pair_->user.ends, slot};
   }
   status answerable(const message_view& call, time_point now) const noexcept {
-    if (!lane_ || call.lane_ != &*lane_ || !call.wants_reply()) return errc::misuse;
-    if (detail::gone(*lane_, call.header().peer)) return errc::peer_lost;
+    if (!pair_ || call.pair_ != &*pair_ || !call.wants_reply()) return errc::misuse;
+    if (detail::gone(*pair_, call.header().peer)) return errc::peer_lost;
     if (detail::expired_at(call.header(), now)) return errc::expired;
     return {};
   }
@@ -173,35 +173,35 @@ class lane {
     return made;
   }
 
-  detail::lane_handle lane_;
+  detail::pair_handle pair_;
   detail::sentence refusal_;
 };
 
 // ---- what waits
 
 inline status lane::send(body object, duration ttl, connection to) noexcept {
-  if (!lane_) return errc::misuse;
-  if (!to && detail::crowded(*lane_)) return detail::with_depth(*lane_, errc::full);
+  if (!pair_) return errc::misuse;
+  if (!to && detail::crowded(*pair_)) return detail::with_depth(*pair_, errc::full);
   const time_point now = rt::monotonic_clock::now();
-  detail::find_place(*lane_);
-  const auto call = detail::start_call_to(*lane_, to, object,
+  detail::find_place(*pair_);
+  const auto call = detail::start_call_to(*pair_, to, object,
                                           detail::message_header(detail::entry::message, detail::ref_of(to),
                                                                  now, detail::expiry_after(now, ttl)));
   if (!call) return call.error();
-  lane_.wake_service();
-  return detail::wait_sent(*lane_, *call);
+  pair_.wake_service();
+  return detail::wait_sent(*pair_, *call);
 }
 
 inline result<message_view> lane::receive(duration timeout) noexcept {
-  return detail::wait_next(lane_, timeout, [this] { return try_receive(); });
+  return detail::wait_next(pair_, timeout, [this] { return try_receive(); });
 }
 
 inline result<message_view> lane::invoke(body object, duration timeout, connection to) noexcept {
   const time_point now = rt::monotonic_clock::now();
-  if (lane_) detail::find_place(*lane_);
+  if (pair_) detail::find_place(*pair_);
   const auto started = start(object, timeout, now, to);
   if (!started) return started.error();
-  const auto slot = detail::wait_call(lane_, *started, now, timeout);
+  const auto slot = detail::wait_call(pair_, *started, now, timeout);
   if (!slot) return slot.error();
   return opened(*slot);
 }
@@ -209,17 +209,17 @@ inline result<message_view> lane::invoke(body object, duration timeout, connecti
 inline status lane::reply(const message_view& call, body object, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();
   if (const status fine = answerable(call, now); !fine) return fine;
-  detail::find_place(*lane_);
-  const auto waiting = detail::begin_call(*lane_);
+  detail::find_place(*pair_);
+  const auto waiting = detail::begin_call(*pair_);
   if (!waiting) return waiting.error();
   detail::value_header header = answer_to(call, detail::entry::reply, now, detail::expiry_after(now, ttl));
   header.own = *waiting;
-  if (const status sent = detail::post(*lane_, header, object); !sent) {
-    detail::withdraw_call(*lane_, *waiting);
+  if (const status sent = detail::post(*pair_, header, object); !sent) {
+    detail::withdraw_call(*pair_, *waiting);
     return sent;
   }
-  lane_.wake_service();
-  return detail::wait_sent(*lane_, *waiting);
+  pair_.wake_service();
+  return detail::wait_sent(*pair_, *waiting);
 }
 
 } // namespace rowe

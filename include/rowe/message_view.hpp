@@ -7,7 +7,7 @@
 
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 
 namespace rowe {
 
@@ -18,21 +18,21 @@ namespace rowe {
 class message_view {
  public:
   ROWE_RT message_view(message_view&& from) noexcept
-      : lane_{std::exchange(from.lane_, nullptr)}, path_{from.path_}, slot_{from.slot_} {}
+      : pair_{std::exchange(from.pair_, nullptr)}, end_{from.end_}, slot_{from.slot_} {}
   ROWE_RT message_view& operator=(message_view&& from) noexcept {
-    std::swap(lane_, from.lane_);
-    std::swap(path_, from.path_);
+    std::swap(pair_, from.pair_);
+    std::swap(end_, from.end_);
     std::swap(slot_, from.slot_);
     return *this;
   }
   ROWE_RT ~message_view() {
-    if (lane_ != nullptr) detail::give_back(*lane_, *path_, slot_);
+    if (pair_ != nullptr) detail::give_back(*pair_, *end_, slot_);
   }
 
   // The text: one JSON value; an object where it is a message, a call, or a reply to a lane. Valid as long as
   // this is; 64 bytes behind it may be read.
   ROWE_RT std::string_view value() const noexcept {
-    return {reinterpret_cast<const char*>(path_->slots.value(slot_)), header().bytes};
+    return {reinterpret_cast<const char*>(end_->slots.value(slot_)), header().bytes};
   }
   ROWE_RT std::string_view operator*() const noexcept { return value(); }
   // When its last byte was read from the socket.
@@ -49,13 +49,13 @@ class message_view {
   friend class subscriber;
   template <class Q, class A>
   friend class caller;
-  message_view(detail::lane& on, detail::consumer_end& path, std::uint32_t slot) noexcept
-      : lane_{&on}, path_{&path}, slot_{slot} {}
+  message_view(detail::queue_pair& on, detail::consumer_end& end, std::uint32_t slot) noexcept
+      : pair_{&on}, end_{&end}, slot_{slot} {}
 
-  const detail::value_header& header() const noexcept { return *path_->slots.header(slot_); }
+  const detail::value_header& header() const noexcept { return *end_->slots.header(slot_); }
 
-  detail::lane* lane_;
-  detail::consumer_end* path_; // of the lane: `in`, or `ends`
+  detail::queue_pair* pair_;
+  detail::consumer_end* end_; // of the queue pair: `in`, or `ends`
   std::uint32_t slot_;
 };
 
@@ -65,19 +65,19 @@ template <class T>
 class value_view {
  public:
   ROWE_RT value_view(value_view&& from) noexcept
-      : lane_{std::exchange(from.lane_, nullptr)}, slot_{from.slot_} {}
+      : pair_{std::exchange(from.pair_, nullptr)}, slot_{from.slot_} {}
   ROWE_RT value_view& operator=(value_view&& from) noexcept {
-    std::swap(lane_, from.lane_);
+    std::swap(pair_, from.pair_);
     std::swap(slot_, from.slot_);
     return *this;
   }
   ROWE_RT ~value_view() {
-    if (lane_ != nullptr && (slot_ & of_window) == 0) lane_->user.in.free_ring->give(slot_);
+    if (pair_ != nullptr && (slot_ & of_window) == 0) pair_->user.in.free_ring->release(slot_);
   }
 
   // The struct. Valid as long as this is.
   ROWE_RT const T& value() const noexcept {
-    return *reinterpret_cast<const T*>(lane_->user.in.slots.value(slot_ & ~of_window));
+    return *reinterpret_cast<const T*>(pair_->user.in.slots.value(slot_ & ~of_window));
   }
   ROWE_RT const T& operator*() const noexcept { return value(); }
   ROWE_RT const T* operator->() const noexcept { return &value(); }
@@ -92,14 +92,14 @@ class value_view {
   // Of a slot of a window, which is not given back: said here, so that a view whose handle is gone does not
   // ask the lane, which may be another one's.
   static constexpr std::uint32_t of_window = std::uint32_t{1} << 31;
-  value_view(detail::lane& on, const detail::consumer_end&, std::uint32_t slot) noexcept
-      : lane_{&on}, slot_{slot} {}
+  value_view(detail::queue_pair& on, const detail::consumer_end&, std::uint32_t slot) noexcept
+      : pair_{&on}, slot_{slot} {}
 
   const detail::value_header& header() const noexcept {
-    return *lane_->user.in.slots.header(slot_ & ~of_window);
+    return *pair_->user.in.slots.header(slot_ & ~of_window);
   }
 
-  detail::lane* lane_;
+  detail::queue_pair* pair_;
   std::uint32_t slot_;
 };
 

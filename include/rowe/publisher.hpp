@@ -6,8 +6,8 @@
 #include <utility>
 
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
 #include <rowe/detail/payload.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/schema.hpp>
 
@@ -25,7 +25,7 @@ class publisher {
   using given = typename payload::given;
 
   publisher() noexcept = default; // empty: every call says errc::misuse
-  explicit publisher(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
+  explicit publisher(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
   // Hands a copy of `value` to the service thread, which sends it as JSON to whoever listens. `now` is the
   // loop's time (rt::periodic::wait() returns it); the value's time to live runs from then. Errors: no_peer
@@ -34,10 +34,10 @@ class publisher {
   // message that overflowed). Each but closed and misuse is counted, so a loop may ignore the status. Never
   // waits, never allocates, no system call: copying the value and one release store.
   ROWE_RT status publish(given value, time_point now) noexcept {
-    if (!lane_) return errc::misuse;
+    if (!pair_) return errc::misuse;
     if (const std::size_t capacity = payload::outgrown(value); capacity != 0) [[unlikely]]
-      return detail::outgrew(*lane_, capacity);
-    return detail::publish_into(*lane_, payload::bytes(value), now, [&](std::byte* slot) {
+      return detail::outgrew(*pair_, capacity);
+    return detail::publish_into(*pair_, payload::bytes(value), now, [&](std::byte* slot) {
       if (payload::bytes(value) != 0) std::memcpy(slot, payload::data(value), payload::bytes(value));
     });
   }
@@ -46,15 +46,15 @@ class publisher {
 
   // Whether somebody listens at the moment; for loops that would rather not compute what nobody wants.
   ROWE_RT bool wanted() const noexcept {
-    return lane_ && lane_->audience.advice() == detail::audience::somebody;
+    return pair_ && pair_->audience.advice() == detail::audience::somebody;
   }
   // Values accepted, and refused because nobody listened or because the queue was full. Any thread.
-  ROWE_RT std::uint64_t published() const noexcept { return lane_ ? lane_->published.get() : 0; }
-  ROWE_RT std::uint64_t dropped_no_peer() const noexcept { return lane_ ? lane_->no_peer.get() : 0; }
-  ROWE_RT std::uint64_t dropped_full() const noexcept { return lane_ ? lane_->refused_full.get() : 0; }
+  ROWE_RT std::uint64_t published() const noexcept { return pair_ ? pair_->published.get() : 0; }
+  ROWE_RT std::uint64_t dropped_no_peer() const noexcept { return pair_ ? pair_->no_peer.get() : 0; }
+  ROWE_RT std::uint64_t dropped_full() const noexcept { return pair_ ? pair_->refused_full.get() : 0; }
 
  private:
-  detail::lane_handle lane_;
+  detail::pair_handle pair_;
 };
 
 } // namespace rowe

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include <rowe/connection.hpp>
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/options.hpp>
 
 namespace rowe {

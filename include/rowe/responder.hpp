@@ -9,8 +9,8 @@
 
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
 #include <rowe/detail/payload.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/detail/responding.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/result.hpp>
@@ -38,7 +38,7 @@ class request : public detail::open_request {
  private:
   template <class, class>
   friend class responder;
-  request(detail::lane& on, detail::request_slots slots, const taken& value) noexcept
+  request(detail::queue_pair& on, detail::request_slots slots, const taken& value) noexcept
       : detail::open_request{on, slots, detail::is_text<Q>}, value_{value} {}
 
   taken value_;
@@ -58,16 +58,16 @@ class responder {
   using given = typename detail::payload<A>::given;
 
   responder() noexcept = default;
-  explicit responder(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
+  explicit responder(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
   // The oldest call that waits and has not given up. Errors: empty (none), full (no place for its answer:
   // more than `depth` requests are held unanswered), closed. Never waits, never allocates, no system call; at
   // most `depth` steps.
   ROWE_RT result<request<Q>> try_next(time_point now) noexcept {
-    const auto slots = detail::next_request(lane_, now);
+    const auto slots = detail::next_request(pair_, now);
     if (!slots) return slots.error();
-    const auto asked = detail::payload<Q>::read(lane_->user.in.slots, slots->in);
-    return request<Q>{*lane_, *slots, asked};
+    const auto asked = detail::payload<Q>::read(pair_->user.in.slots, slots->in);
+    return request<Q>{*pair_, *slots, asked};
   }
   // The same with the time read here.
   ROWE_RT result<request<Q>> try_next() noexcept { return try_next(rt::monotonic_clock::now()); }
@@ -75,7 +75,7 @@ class responder {
   // Waits for the next call at most `timeout` (negative: for ever). Errors: as try_next(), but timed_out in
   // place of empty. Not for real-time loops: sleeps in the kernel.
   result<request<Q>> next(duration timeout) noexcept {
-    return detail::wait_next(lane_, timeout, [this] { return try_next(); });
+    return detail::wait_next(pair_, timeout, [this] { return try_next(); });
   }
 
   // Answers. Errors: peer_lost (who asked is gone), expired (it does not wait any more), closed: there is
@@ -84,9 +84,9 @@ class responder {
   // overflowed): the request can still be answered. Never waits, never allocates, no system call.
   ROWE_RT status reply(request<Q>& to, given value, time_point now) noexcept {
     if constexpr (detail::is_text<A>) {
-      return to.answer(lane_, value, now);
+      return to.answer(pair_, value, now);
     } else {
-      return to.answer(lane_, detail::entry::reply, &value, sizeof(A), now);
+      return to.answer(pair_, detail::entry::reply, &value, sizeof(A), now);
     }
   }
   ROWE_RT status reply(request<Q>& to, given value) noexcept {
@@ -96,14 +96,14 @@ class responder {
   // Says no, with a sentence (cut at 192 bytes). Errors: as reply(), but for too_big. Never waits, never
   // allocates, no system call.
   ROWE_RT status refuse(request<Q>& to, std::string_view sentence, time_point now) noexcept {
-    return to.refuse(lane_, sentence, now);
+    return to.refuse(pair_, sentence, now);
   }
   ROWE_RT status refuse(request<Q>& to, std::string_view sentence) noexcept {
     return refuse(to, sentence, rt::monotonic_clock::now());
   }
 
  private:
-  detail::lane_handle lane_;
+  detail::pair_handle pair_;
 };
 
 } // namespace rowe

@@ -4,7 +4,7 @@
 #pragma once
 #include <utility>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 
 namespace rowe {
 
@@ -13,13 +13,13 @@ namespace rowe {
 class stop_latch {
  public:
   stop_latch() noexcept = default; // empty: always engaged
-  explicit stop_latch(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
+  explicit stop_latch(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
   // True when the loop must not move: command the brake, then acknowledge(). To be asked once in each cycle:
   // asking is also how the loop shows that it is alive. `now` is the loop's time. Never waits, never
   // allocates, no system call: one load and one or two stores. True for ever once the endpoint is closed.
   ROWE_RT bool engaged(time_point now) noexcept {
-    return !lane_ || detail::latch_engaged(*lane_->granted, lane_->latch, lane_->user.latch, now);
+    return !pair_ || detail::latch_engaged(*pair_->granted, pair_->latch, pair_->user.latch, now);
   }
   // The same with the time read here: one clock read more.
   ROWE_RT bool engaged() noexcept { return engaged(rt::monotonic_clock::now()); }
@@ -27,12 +27,12 @@ class stop_latch {
   // Says that the brake was commanded: who asked for the stop is told the time. rowe cannot know whether the
   // robot stands still. In each cycle that is engaged; calls but the first do nothing. Bounded as engaged().
   ROWE_RT void acknowledge(time_point now) noexcept {
-    if (lane_) detail::latch_acknowledge(lane_->latch, lane_->user.latch, now);
+    if (pair_) detail::latch_acknowledge(pair_->latch, pair_->user.latch, now);
   }
   ROWE_RT void acknowledge() noexcept { acknowledge(rt::monotonic_clock::now()); }
 
  private:
-  detail::lane_handle lane_;
+  detail::pair_handle pair_;
 };
 
 } // namespace rowe

@@ -5,8 +5,8 @@
 #include <utility>
 
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
 #include <rowe/detail/payload.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/message_view.hpp>
 #include <rowe/result.hpp>
@@ -23,22 +23,22 @@ class subscriber {
   using view = typename detail::payload<T>::view;
 
   subscriber() noexcept = default; // empty: every call says errc::misuse
-  explicit subscriber(detail::lane_handle lane) noexcept : lane_{std::move(lane)} {}
+  explicit subscriber(detail::pair_handle pair) noexcept : pair_{std::move(pair)} {}
 
   // The oldest value that has arrived and was not taken; with keep::newest, which texts do not have, the
   // newest one, if it was not taken yet. Errors: empty (none has), closed (the endpoint is, and nothing is
   // left), misuse (an empty handle). Never waits, never allocates, no system call.
   ROWE_RT result<view> try_take() noexcept {
-    if (!lane_) return errc::misuse;
-    const bool over = detail::closed(*lane_); // before looking: what came before it closed is still there
-    detail::consumer_end& path = lane_->user.in;
+    if (!pair_) return errc::misuse;
+    const bool over = detail::closed(*pair_); // before looking: what came before it closed is still there
+    detail::consumer_end& end = pair_->user.in;
     if (keeps_newest()) {
       if constexpr (!detail::is_text<T>) {
-        const auto found = path.newest->begin_read();
-        if (found.state == rt::freshness::fresh) return view{*lane_, path, found.slot | view::of_window};
+        const auto found = end.newest->begin_read();
+        if (found.state == rt::freshness::fresh) return view{*pair_, end, found.slot | view::of_window};
       }
-    } else if (const auto slot = path.out->try_pop()) {
-      return view{*lane_, path, *slot};
+    } else if (const auto slot = end.out->try_pop()) {
+      return view{*pair_, end, *slot};
     }
     return over ? errc::closed : errc::empty;
   }
@@ -48,14 +48,14 @@ class subscriber {
   ROWE_RT result<view> latest() noexcept {
     result<view> newest = try_take();
     if (!newest || keeps_newest()) return newest;
-    for (std::size_t left = lane_->user.in.out->waiting_at_least(); left > 0; --left) newest = try_take();
+    for (std::size_t left = pair_->user.in.out->waiting_at_least(); left > 0; --left) newest = try_take();
     return newest;
   }
 
   // Waits for the next value at most `timeout` (negative: for ever). Errors: as try_take(), but timed_out in
   // place of empty. Not for real-time loops: sleeps in the kernel.
   result<view> take(duration timeout) noexcept {
-    return detail::wait_next(lane_, timeout, [this] { return try_take(); });
+    return detail::wait_next(pair_, timeout, [this] { return try_take(); });
   }
 
  private:
@@ -63,11 +63,11 @@ class subscriber {
     if constexpr (detail::is_text<T>) {
       return false; // see subscribe_request()
     } else {
-      return lane_->user.in.newest != nullptr;
+      return pair_->user.in.newest != nullptr;
     }
   }
 
-  detail::lane_handle lane_;
+  detail::pair_handle pair_;
 };
 
 } // namespace rowe

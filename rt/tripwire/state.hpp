@@ -14,7 +14,7 @@ namespace rowe::rt::tripwire {
 struct thread_state {
   bool armed = false;
   bool filtered = false;
-  int bell = -1; // writes to it are expected
+  int expected = -1; // writes to it are expected
   on_violation reaction = on_violation::count;
   report seen = {};
 };

@@ -144,9 +144,10 @@ void on_trap(int, siginfo_t* info, void* context) noexcept {
   }
   auto& thread = *static_cast<ucontext_t*>(context);
   const long number = info->si_syscall;
-  const bool rings = number == SYS_write && here.bell >= 0 && arguments_of(thread).word[0] == here.bell;
-  if (here.armed && rings) {
-    ++here.seen.bell_writes;
+  const bool wakes =
+      number == SYS_write && here.expected >= 0 && arguments_of(thread).word[0] == here.expected;
+  if (here.armed && wakes) {
+    ++here.seen.wake_writes;
   } else if (here.armed) {
     here.seen.last_system_call = number;
     if (here.reaction == on_violation::stop) stop_program(nullptr);
@@ -199,7 +200,7 @@ bool watch_system_calls() noexcept {
 
 bool watches_system_calls() noexcept { return here.filtered; }
 
-void expect_writes_to(int descriptor) noexcept { here.bell = descriptor; }
+void expect_writes_to(int descriptor) noexcept { here.expected = descriptor; }
 
 // clang-format off
 #define ROWE_SYSTEM_CALLS(X)                                                                                 \

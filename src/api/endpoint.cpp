@@ -93,10 +93,10 @@ endpoint::~endpoint() {
   if (state_) (void)state_->close(duration::zero()); // with nothing to drain there is nothing to report
 }
 
-result<detail::lane_handle> endpoint::open(const detail::lane_request& asked) {
-  auto lane = state_->open_lane(asked);
-  if (!lane) return lane.error();
-  return detail::lane_handle{state_, **lane};
+result<detail::pair_handle> endpoint::open(const detail::pair_request& asked) {
+  auto pair = state_->open_pair(asked);
+  if (!pair) return pair.error();
+  return detail::pair_handle{state_, **pair};
 }
 
 result<lane> endpoint::open_lane(const lane_options& options) {

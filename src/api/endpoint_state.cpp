@@ -10,12 +10,12 @@
 #include <optional>
 #include <utility>
 
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 #include "page/page.hpp"
-#include "service/lane_home.hpp"
 #include "service/limit_table.hpp"
 #include "service/memory_plan.hpp"
 #include "service/names.hpp"
+#include "service/pair_release.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/protocols.hpp"
 
@@ -24,7 +24,8 @@ namespace {
 
 using service::counter;
 
-// How long set-up waits for lanes that are being given back: a peer that takes nothing is cut after a second.
+// How long set-up waits for queue pairs that are being given back: a peer that takes nothing is cut after a
+// second.
 constexpr duration closing_max = std::chrono::milliseconds{1500};
 
 constexpr std::uint32_t depth_max = 4096;
@@ -120,7 +121,7 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
 // mapped, and they stay valid.
 endpoint_state::~endpoint_state() {
   (void)close(duration::zero()); // nobody is left to tell
-  const bool looked_at = std::any_of(lanes_.begin(), lanes_.end(), [](lane& one) {
+  const bool looked_at = std::any_of(pairs_.begin(), pairs_.end(), [](queue_pair& one) {
     return !one.lifecycle.is_free() && !service::all_slots_released(one);
   });
   if (looked_at) memory_.abandon();
@@ -133,17 +134,17 @@ status endpoint_state::start(service::side ours) {
   auto validator = json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max);
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
-  lanes_ = memory_.carve<lane>(options_.limits.lanes_max);
+  pairs_ = memory_.carve<queue_pair>(options_.limits.lanes_max);
   lane_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
-  codecs_.resize(lanes_.size());
-  given_up_.resize(lanes_.size());
+  codecs_.resize(pairs_.size());
+  given_up_.resize(pairs_.size());
   shown_ = memory_.make<service::shared_state>(memory_, options_.limits);
   submissions_ = memory_.make<service::submission_queue>(memory_, options_.limits);
   inbox_ = memory_.make<service::shared_inbox>(memory_, options_.limits);
   stops_.emplace(shown_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
-  waker_ = memory_.make<rt::wake_bell<>>(rt::eventfd_bell{transport_->wake_descriptor()});
+  waker_ = memory_.make<rt::waker<>>(rt::eventfd_signal{transport_->wake_descriptor()});
   core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_),
-                                      service::shared_parts{lanes_, *shown_, *submissions_, *inbox_},
+                                      service::shared_parts{pairs_, *shown_, *submissions_, *inbox_},
                                       service::core_seams{*transport_, random_, *validator_,
                                                           options_.page ? page::answer : no_page,
                                                           wire::protocols_of(options_.profile)},
@@ -184,11 +185,11 @@ void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
   shown_->post(warning);
 }
 
-// ---- lanes
+// ---- queue pairs
 
-status endpoint_state::check(const lane_request& asked) const noexcept {
+status endpoint_state::check(const pair_request& asked) const noexcept {
   const std::uint32_t name_bytes_max = options_.limits.topic_bytes_max;
-  if (asked.kind == lane_kind::talk) {
+  if (asked.kind == pair_kind::talk) {
     for (const auto& [which, depth] :
          {std::pair{argument::depth, asked.out_depth}, std::pair{argument::inbox_depth, asked.in_depth},
           std::pair{argument::calls, asked.ends_depth}}) {
@@ -196,7 +197,7 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
     }
     return {};
   }
-  if (asked.kind == lane_kind::stop_latch) {
+  if (asked.kind == pair_kind::stop_latch) {
     using namespace std::chrono_literals;
     if (!service::stop_rules::good_name(asked.name)) {
       return error{errc::bad_argument, static_cast<std::int64_t>(asked.name.size()),
@@ -207,7 +208,7 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
   const std::size_t most{name_bytes_max};
   if (const status ok = in_range(argument::name, asked.name.size(), std::size_t{1}, most); !ok) return ok;
   if (const status ok = in_range(argument::type, asked.type.size(), std::size_t{0}, most); !ok) return ok;
-  // A responder's `out` is derived from its `in`; a caller's paths are equally deep.
+  // A responder's `out` is derived from its `in`; a caller's queues are equally deep.
   const std::uint32_t depth = asked.in_depth != 0 || responds(asked.kind) || subscribes(asked.kind)
                                   ? asked.in_depth
                                   : asked.out_depth;
@@ -215,7 +216,7 @@ status endpoint_state::check(const lane_request& asked) const noexcept {
   return publishes(asked.kind) ? check_topic(asked) : check_service(asked);
 }
 
-status endpoint_state::check_topic(const lane_request& asked) const noexcept {
+status endpoint_state::check_topic(const pair_request& asked) const noexcept {
   if (service::is_own_name(asked.name)) return errc::reserved_topic;
   // A value that cannot live as long as it may wait for the service thread would never be sent.
   const bool polls = options_.idle_policy == idle::poll || options_.idle_policy == idle::phase;
@@ -227,7 +228,7 @@ status endpoint_state::check_topic(const lane_request& asked) const noexcept {
 }
 
 // "x" and "/x" are the same service.
-status endpoint_state::check_service(const lane_request& asked) const noexcept {
+status endpoint_state::check_service(const pair_request& asked) const noexcept {
   if (!responds(asked.kind) && !calls(asked.kind)) return {};
   const bool slash = asked.name.front() == '/';
   const std::size_t bytes = asked.name.size() + (slash ? 0 : 1);
@@ -237,24 +238,24 @@ status endpoint_state::check_service(const lane_request& asked) const noexcept {
   return {};
 }
 
-// Waits until the lanes of handles that were just destroyed are free again, so that a program that replaces
-// handles finds the memory it had. For a lane whose last values a peer does not take this waits no longer
-// than for the peer itself, and only once: the peer may never come. It does not wait for a lane that still
-// has views: perhaps only this thread can release them.
-void endpoint_state::settle_lanes() noexcept {
+// Waits until the queue pairs of handles that were just destroyed are free again, so that a program that
+// replaces handles finds the memory it had. For a queue pair whose last values a peer does not take this
+// waits no longer than for the peer itself, and only once: the peer may never come. It does not wait for a
+// queue pair that still has views: perhaps only this thread can release them.
+void endpoint_state::settle_pairs() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
-  for (std::size_t i = 0; i < lanes_.size(); ++i) {
-    lane& one = lanes_[i];
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    queue_pair& one = pairs_[i];
     given_up_[i] = given_up_[i] || !one.lifecycle.wait_while_closing(one.news, deadline);
   }
 }
 
-// The first gap of so many bytes between the lanes that are in use; empty when there is none.
-std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const noexcept {
+// The first gap of so many bytes between the queue pairs that are in use; empty when there is none.
+std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const noexcept {
   std::byte* at = lane_memory_.data();
   for (;;) {
-    const lane* next = nullptr; // the lane in use that comes next in memory
-    for (const lane& one : lanes_) {
+    const queue_pair* next = nullptr; // the queue pair in use that comes next in memory
+    for (const queue_pair& one : pairs_) {
       if (one.lifecycle.is_free() || one.memory.data() < at) continue;
       if (next == nullptr || one.memory.data() < next->memory.data()) next = &one;
     }
@@ -265,17 +266,17 @@ std::span<std::byte> endpoint_state::find_lane_memory(std::size_t bytes) const n
   }
 }
 
-// A free lane with `bytes` of memory.
-result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
-  const auto free =
-      std::find_if(lanes_.begin(), lanes_.end(), [](const lane& one) { return one.lifecycle.is_free(); });
-  if (free == lanes_.end()) {
-    return error{errc::too_many_lanes, static_cast<std::int64_t>(lanes_.size()), options_.limits.lanes_max};
+// A free queue pair with `bytes` of memory.
+result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
+  const auto free = std::find_if(pairs_.begin(), pairs_.end(),
+                                 [](const queue_pair& one) { return one.lifecycle.is_free(); });
+  if (free == pairs_.end()) {
+    return error{errc::too_many_lanes, static_cast<std::int64_t>(pairs_.size()), options_.limits.lanes_max};
   }
-  const auto memory = find_lane_memory(bytes);
+  const auto memory = find_pair_memory(bytes);
   if (memory.empty()) {
     std::size_t left = lane_memory_.size();
-    for (const lane& one : lanes_) {
+    for (const queue_pair& one : pairs_) {
       if (!one.lifecycle.is_free()) left -= one.memory.size();
     }
     return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
@@ -285,32 +286,32 @@ result<lane*> endpoint_state::find_lane(std::size_t bytes) noexcept {
   return &*free;
 }
 
-result<lane*> endpoint_state::open_lane(const lane_request& asked) {
+result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   if (const status ok = check(asked); !ok) return ok.error();
-  lane_request cut = asked;
+  pair_request cut = asked;
   cut.type = cut.type.substr(0, options_.limits.topic_bytes_max);
-  auto codecs = lane_codecs::compile(asked);
+  auto codecs = pair_codecs::compile(asked);
   if (!codecs) return codecs.error();
 
   const std::lock_guard set_up{set_up_};
   if (closed_) return errc::closed;
-  settle_lanes();
-  const auto found = find_lane(lane_bytes(cut));
+  settle_pairs();
+  const auto found = find_pair(pair_bytes(cut));
   if (!found) return found.error();
-  lane& built = **found;
-  const auto index = static_cast<std::size_t>(&built - lanes_.data());
+  queue_pair& built = **found;
+  const auto index = static_cast<std::size_t>(&built - pairs_.data());
   given_up_[index] = false;
-  build_lane(built, cut, shown_->generations());
+  build_pair(built, cut, shown_->generations());
   built.peers_taking = shown_->takers();
-  lane_codecs& kept = codecs_[index];
+  pair_codecs& kept = codecs_[index];
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
-  built.waker = lanes_tell() ? waker_ : nullptr;
+  built.waker = pairs_tell() ? waker_ : nullptr;
 
   built.granted = &shown_->permit;
 
-  shown_->use_lane(static_cast<std::uint32_t>(index));
+  shown_->use_pair(static_cast<std::uint32_t>(index));
   built.lifecycle.offer();
   transport_->wake();
   if (const status done = built.lifecycle.wait_answer(built.news); !done) return done.error();
@@ -318,7 +319,7 @@ result<lane*> endpoint_state::open_lane(const lane_request& asked) {
   return &built;
 }
 
-void endpoint_state::close_lane(lane& gone) noexcept {
+void endpoint_state::close_pair(queue_pair& gone) noexcept {
   gone.lifecycle.close();
   transport_->wake();
 }
@@ -337,7 +338,7 @@ status endpoint_state::close(duration drain) noexcept {
   thread_.join();
   stops_->end();
   submissions_->finish();
-  for (lane& one : lanes_) {
+  for (queue_pair& one : pairs_) {
     one.audience.close();
     count_left(one);
     one.news.notify();
@@ -347,12 +348,12 @@ status endpoint_state::close(duration drain) noexcept {
 }
 
 // What was published and nobody will take now. The service thread is gone, so its ends are ours.
-void endpoint_state::count_left(const lane& in) noexcept {
+void endpoint_state::count_left(const queue_pair& in) noexcept {
   if (in.lifecycle.is_detached()) return;
-  const consumer_end& path = in.service.out;
+  const consumer_end& end = in.service.out;
   std::size_t left = 0;
-  if (path.out != nullptr) left = path.out->waiting_at_least();
-  if (path.newest != nullptr && path.newest->begin_read().state == rt::freshness::fresh) left = 1;
+  if (end.out != nullptr) left = end.out->waiting_at_least();
+  if (end.newest != nullptr && end.newest->begin_read().state == rt::freshness::fresh) left = 1;
   shown_->counts.add(counter::lost_at_close, left);
 }
 
@@ -378,7 +379,7 @@ std::vector<count> endpoint_state::counts() const {
   for (std::size_t i = 0; i < service::counter_descriptions.size(); ++i) {
     const auto& what = service::counter_descriptions[i];
     all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning,
-                   service::read_count(*shown_, lanes_, static_cast<counter>(i))});
+                   service::read_count(*shown_, pairs_, static_cast<counter>(i))});
   }
   return all;
 }
@@ -399,7 +400,7 @@ bool endpoint_state::takes(peer_ref whom) const noexcept {
   return shown_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
 }
 
-void close_lane(endpoint_state& of, lane& gone) noexcept { of.close_lane(gone); }
+void close_pair(endpoint_state& of, queue_pair& gone) noexcept { of.close_pair(gone); }
 void wake_service(endpoint_state& of) noexcept { of.wake_service(); }
 
 } // namespace rowe::detail

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/endpoint.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/thread.hpp>
 
-#include "api/lane_memory.hpp"
 #include "api/local_stops.hpp"
+#include "api/pair_memory.hpp"
 #include "service/core.hpp"
 #include "service/service_loop.hpp"
 #include "service/shared_inbox.hpp"
@@ -45,9 +45,9 @@ class endpoint_state {
   endpoint_state(const endpoint_state&) = delete;
   endpoint_state& operator=(const endpoint_state&) = delete;
 
-  result<lane*> open_lane(const lane_request& asked);
-  void close_lane(lane& gone) noexcept;
-  // Has the service thread look at lanes and submissions now. Any thread.
+  result<queue_pair*> open_pair(const pair_request& asked);
+  void close_pair(queue_pair& gone) noexcept;
+  // Has the service thread look at queue pairs and submissions now. Any thread.
   void wake_service() noexcept { transport_->wake(); }
 
   status close(duration drain) noexcept;
@@ -64,21 +64,21 @@ class endpoint_state {
   service::shared_inbox& inbox() noexcept { return *inbox_; }
   local_stops& stops() noexcept { return *stops_; }
   std::uint16_t port() const noexcept { return port_; }
-  int wake_descriptor() const noexcept { return lanes_tell() ? transport_->wake_descriptor() : -1; }
+  int wake_descriptor() const noexcept { return pairs_tell() ? transport_->wake_descriptor() : -1; }
   const rt::grants& service_grants() const noexcept { return granted_; }
   bool memory_locked() const noexcept { return memory_.locked(); }
 
  private:
-  bool lanes_tell() const noexcept { return options_.idle_policy == idle::wake; }
+  bool pairs_tell() const noexcept { return options_.idle_policy == idle::wake; }
   status start(service::side ours);
-  status check(const lane_request& asked) const noexcept;
-  status check_topic(const lane_request& asked) const noexcept;
-  status check_service(const lane_request& asked) const noexcept;
+  status check(const pair_request& asked) const noexcept;
+  status check_topic(const pair_request& asked) const noexcept;
+  status check_service(const pair_request& asked) const noexcept;
   void tell_refused(const rt::grants& granted) noexcept;
-  void settle_lanes() noexcept;
-  void count_left(const lane& in) noexcept;
-  result<lane*> find_lane(std::size_t bytes) noexcept;
-  std::span<std::byte> find_lane_memory(std::size_t bytes) const noexcept;
+  void settle_pairs() noexcept;
+  void count_left(const queue_pair& in) noexcept;
+  result<queue_pair*> find_pair(std::size_t bytes) noexcept;
+  std::span<std::byte> find_pair_memory(std::size_t bytes) const noexcept;
 
   const endpoint_options options_;
   const std::uint16_t port_;
@@ -88,20 +88,20 @@ class endpoint_state {
   std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;
   service::shared_state* shown_ = nullptr;
-  std::span<lane> lanes_;
+  std::span<queue_pair> pairs_;
   std::span<std::byte> lane_memory_;
-  std::vector<lane_codecs> codecs_; // of the lane with the same index
-  std::vector<bool> given_up_;      // likewise: settle_lanes() has waited for it in vain
+  std::vector<pair_codecs> codecs_; // of the queue pair with the same index
+  std::vector<bool> given_up_;      // likewise: settle_pairs() has waited for it in vain
   service::submission_queue* submissions_ = nullptr;
   service::shared_inbox* inbox_ = nullptr;
   std::optional<local_stops> stops_;
-  rt::wake_bell<>* waker_ = nullptr;
+  rt::waker<>* waker_ = nullptr;
   service::core* core_ = nullptr;
   std::optional<service::service_loop> loop_;
   rt::thread thread_;
   rt::grants granted_;
 
-  std::mutex set_up_;      // lanes, closing
+  std::mutex set_up_;      // queue pairs, closing
   std::mutex events_;      // the consumer end of the ring of events
   std::mutex peer_waiter_; // peers_changed has one waiter
   bool closed_ = false;

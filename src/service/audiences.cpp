@@ -9,10 +9,10 @@ void audiences::update(topic_id index) noexcept {
   ++on.audience_changes;
   const bool heard = on.has_audience();
   if (!heard) on.newest_at = {}; // the service thread sees no values from now on: the pause is no gap
-  for (const pair_index i : state_.lanes.ids()) {
+  for (const pair_index i : state_.pairs.ids()) {
     const pair_row& view = state_.views[i];
     if (!view.attached || view.topic != index) continue;
-    detail::lane& pair = state_.lanes[i];
+    detail::queue_pair& pair = state_.pairs[i];
     if (detail::subscribes(pair.kind)) continue;
     const bool wanted = heard || pair.latched;
     const audience now = wanted ? audience::somebody : audience::nobody;

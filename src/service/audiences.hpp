@@ -3,7 +3,7 @@
 #pragma once
 #include <cstdint>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 
 #include "service/core_state.hpp"
 #include "service/publish_predictor.hpp"
@@ -22,7 +22,7 @@ class audiences {
   void update(topic_id topic) noexcept;
   // A publisher is detached.
   void leave(pair_index pair) noexcept {
-    if (state_.lanes[pair].audience.advice() == detail::audience::somebody) --listened_;
+    if (state_.pairs[pair].audience.advice() == detail::audience::somebody) --listened_;
   }
   // How many publishers somebody listens to.
   std::uint32_t listened() const noexcept { return listened_; }

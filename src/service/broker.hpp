@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 
 #include "service/advertisement_table.hpp"

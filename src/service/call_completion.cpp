@@ -150,7 +150,7 @@ result<slot_id> call_completion::finish_with(call_index index, std::string_view 
   if (ended.caller.who == call_endpoint::kind::peer) return finish(index, wire::body{text}, expires);
   // A caller that sent an object gets an object.
   const bool reads_objects = ended.caller.who == call_endpoint::kind::thread ||
-                             state_.lanes[ended.caller.pair()].kind == detail::lane_kind::talk;
+                             state_.pairs[ended.caller.pair()].kind == detail::pair_kind::talk;
   if (reads_objects && !json::is_object(text)) {
     const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
     if (!slot) return errc::full;

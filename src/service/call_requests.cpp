@@ -65,7 +65,7 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   json::decoder::diagnosis fault;
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
   std::string_view fault_text; // made where the text that `fault` points into is gone afterwards
-  const bool decodes = state_.lanes[pair].decoder != nullptr;
+  const bool decodes = state_.pairs[pair].decoder != nullptr;
   if (what.is == form::args || (decodes && what.is == form::object)) {
     done = delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {

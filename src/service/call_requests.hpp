@@ -5,7 +5,7 @@
 #include <string_view>
 #include <utility>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 
 #include "service/call_completion.hpp"
 #include "service/core_state.hpp"

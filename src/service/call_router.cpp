@@ -100,7 +100,7 @@ void call_router::start(const call_start& asked) noexcept {
   }
   const wire::call_args& what = asked.what;
   std::string_view service = asked.service;
-  std::array<char, 2 * detail::lane::name_bytes_max> room; // of the service's name where it has escapes
+  std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // of the service's name where it has escapes
   if (what.is == form::object) {
     if (const status fine = check_object_text(state_.seams.validator, what.text); !fine) {
       add(counter::malformed);

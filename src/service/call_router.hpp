@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/call_completion.hpp"

@@ -13,7 +13,7 @@
 #include <span>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>

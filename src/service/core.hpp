@@ -17,7 +17,7 @@
 #include <span>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>
@@ -62,7 +62,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
     const bool handles_talk = registry_.talking() != 0 && state_.peers.count() != 0;
     if (handles_.waits() && (audiences_.listened() != 0 || handles_talk)) return poll_period;
-    if (!state_.options.lanes_tell && (audiences_.listened() > phases_.listened() || handles_talk))
+    if (!state_.options.pairs_tell && (audiences_.listened() > phases_.listened() || handles_talk))
       return poll_period;
     if (ingress_.any_parked() && receiver_.pair()) return poll_period; // a handle that takes one wakes nobody
     // Something waits until a peer has room or a slot is free.
@@ -71,8 +71,8 @@ class core final : public transport_sink, private frame_handler, private core_pa
   }
   // Under idle::phase: says when to poll.
   publish_predictor& predictor() noexcept { return phases_; }
-  // If handles wake this thread: nothing was submitted since cycle() looked. For rt::wake_bell::sleep().
-  bool lanes_quiet() const noexcept { return registry_.quiet(); }
+  // If handles wake this thread: nothing was submitted since cycle() looked. For rt::waker::sleep().
+  bool pairs_quiet() const noexcept { return registry_.quiet(); }
   std::uint32_t peers() const noexcept { return state_.peers.count(); }
   // True when nothing that was submitted is still to be written.
   bool drained() const noexcept;

@@ -20,7 +20,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       peers{memory, options.bounds},
       latches{memory, options.bounds},
       topics{memory, options.bounds, outside.protocols.envelope},
-      lanes{with_threads.lanes},
+      pairs{with_threads.pairs},
       views{memory.carve<pair_row>(options.bounds.lanes_max)},
       calls{memory, options.bounds, claimants()},
       submissions{with_threads.submissions},

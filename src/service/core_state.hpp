@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
@@ -30,7 +30,7 @@ namespace rowe::service {
 
 // What other threads use, too.
 struct shared_parts {
-  rows<pair_index, detail::lane> lanes;
+  rows<pair_index, detail::queue_pair> pairs;
   shared_state& shown;
   submission_queue& submissions;
   shared_inbox& inbox;
@@ -58,7 +58,7 @@ struct core_state {
   peer_table peers;
   latch_store latches;
   topic_table topics;
-  const rows<pair_index, detail::lane> lanes;
+  const rows<pair_index, detail::queue_pair> pairs;
   const rows<pair_index, pair_row> views;
   call_table calls;
   submission_queue& submissions;

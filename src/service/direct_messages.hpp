@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/options.hpp>
 #include <rowe/result.hpp>

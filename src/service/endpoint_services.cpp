@@ -42,7 +42,7 @@ void endpoint_services::answer(call_index index, std::string_view service,
     if (c != nullptr && !out_.has_place_for_reply({c->id.index})) return completion_.fail_for_room(index);
   }
   state_.cycle.work_bytes += answer_work;
-  std::array<char, 2 * detail::lane::name_bytes_max> room; // the names of the call itself are elsewhere
+  std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // the names of the call itself are elsewhere
   const auto named = [&](std::string_view member) -> std::string_view {
     const auto found = what.text.empty() ? std::nullopt : json::find(json::root(what.text).raw, member);
     const auto text = found ? json::to_string(*found, room) : std::nullopt;
@@ -94,9 +94,9 @@ void endpoint_services::write_publishers(json::writer& into, topic_id topic) noe
   if (!topic) return;
   bool here = (state_.options.ours == side::server && topic == state_.topics.find(wire::stats_name)) ||
               (stop_.in_use() && topic == state_.topics.find(wire::stop_state_name));
-  for (const pair_index i : state_.lanes.ids())
+  for (const pair_index i : state_.pairs.ids())
     here = here || (state_.views[i].attached && state_.views[i].topic == topic &&
-                    detail::publishes(state_.lanes[i].kind));
+                    detail::publishes(state_.pairs[i].kind));
   if (here) into.string(report_.name());
   for (const connection& c : state_.peers) {
     if (c.open() && advertised_.find({c.id.index}, topic) != nullptr) into.string(c.peer());

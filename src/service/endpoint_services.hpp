@@ -5,7 +5,7 @@
 #pragma once
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 
 #include "service/advertisement_table.hpp"
 #include "service/call_completion.hpp"

@@ -6,7 +6,7 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
-#include "service/lane_home.hpp"
+#include "service/pair_release.hpp"
 #include "wire/codec.hpp"
 #include "json/writer.hpp"
 
@@ -31,9 +31,9 @@ handle_registry::handle_registry(const needs& parts) noexcept
 void handle_registry::scan() noexcept {
   submissions_.begin_cycle();
   phases_.looks(state_.cycle.now);
-  const std::uint32_t used = state_.shown.lanes_used();
+  const std::uint32_t used = state_.shown.pairs_used();
   for (pair_index i{0}; i.value < used; ++i.value) {
-    switch (state_.lanes[i].lifecycle.look()) {
+    switch (state_.pairs[i].lifecycle.look()) {
     case pair_phase::free:
     case pair_phase::refused: continue;
     case pair_phase::offered: attach(i); break;
@@ -47,7 +47,7 @@ void handle_registry::scan() noexcept {
       }
       break;
     case pair_phase::held:
-      if (all_slots_released(state_.lanes[i])) state_.lanes[i].lifecycle.release(state_.lanes[i].news);
+      if (all_slots_released(state_.pairs[i])) state_.pairs[i].lifecycle.release(state_.pairs[i].news);
       break;
     }
     if (state_.views[i].parked_first) submissions_.note_waits();
@@ -55,22 +55,22 @@ void handle_registry::scan() noexcept {
 }
 
 bool handle_registry::quiet() const noexcept {
-  return std::all_of(state_.lanes.begin(), state_.lanes.begin() + state_.shown.lanes_used(),
-                     [](const detail::lane& one) { return one.epoch.quiet(); });
+  return std::all_of(state_.pairs.begin(), state_.pairs.begin() + state_.shown.pairs_used(),
+                     [](const detail::queue_pair& one) { return one.epoch.quiet(); });
 }
 
 // ---- they come
 
 // Set-up is answered last: then a first value finds its listener.
 void handle_registry::attach(pair_index pair) noexcept {
-  detail::lane& lane = state_.lanes[pair];
+  detail::queue_pair& queues = state_.pairs[pair];
   state_.views[pair] = {.generation = state_.views[pair].generation + 1, .order = ++attached_};
   const status done = attach_to_part(pair);
-  done ? lane.lifecycle.accept(lane.news) : lane.lifecycle.refuse(done.error(), lane.news);
+  done ? queues.lifecycle.accept(queues.news) : queues.lifecycle.refuse(done.error(), queues.news);
 }
 
 status handle_registry::attach_to_part(pair_index pair) noexcept {
-  const detail::lane_kind kind = state_.lanes[pair].kind;
+  const detail::pair_kind kind = state_.pairs[pair].kind;
   if (detail::publishes(kind) || detail::subscribes(kind)) return topics_.attach(pair);
   if (!detail::is_latch(kind)) return attach_talker(pair);
   const status done = stop_.attach(pair);
@@ -79,24 +79,24 @@ status handle_registry::attach_to_part(pair_index pair) noexcept {
 }
 
 status handle_registry::attach_talker(pair_index pair) noexcept {
-  detail::lane& lane = state_.lanes[pair];
-  if (detail::responds(lane.kind)) {
+  detail::queue_pair& queues = state_.pairs[pair];
+  if (detail::responds(queues.kind)) {
     if (const status done = provide(pair); !done) return done;
   }
   state_.views[pair].attached = true;
   inbox_.attach();
   ++talking_;
-  lane.audience.set(detail::audience::somebody);
+  queues.audience.set(detail::audience::somebody);
   if (connection* const c = state_.peers.server()) announce_service(*c, pair, true);
   if (inbox_.pair() == pair && !state_.threads_inbox.has_receiver()) take_over_inbox(pair);
   return {};
 }
 
 status handle_registry::provide(pair_index pair) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
-  const service_index found = directory_.find(lane.name());
+  const detail::queue_pair& queues = state_.pairs[pair];
+  const service_index found = directory_.find(queues.name());
   if (found && !directory_.at(found).pair && !ROWE_MUTANT(pinned_service)) providers_.take_from_peer(found);
-  const auto [at, why] = directory_.add(lane.name(), lane.type(), pair, {});
+  const auto [at, why] = directory_.add(queues.name(), queues.type(), pair, {});
   if (why == service_directory::refusal::taken) return errc::service_taken;
   if (why == service_directory::refusal::no_room)
     return error{errc::too_many_services, directory_.count(), state_.bounds().services_max};
@@ -129,19 +129,19 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
 
 // A handle is closed, and all that it submitted is taken. Only the service thread knows the pair now.
 void handle_registry::detach(pair_index pair) noexcept {
-  detail::lane& lane = state_.lanes[pair];
+  detail::queue_pair& queues = state_.pairs[pair];
   pair_row& view = state_.views[pair];
   requests_.forget_pair(pair); // its rings are set-up's from here on
   if (view.attached && !view.topic) {
     detach_talker(pair);
-    count_refusals(lane);
+    count_refusals(queues);
     view = {.generation = view.generation};
   } else if (view.attached) {
-    count_refusals(lane);
+    count_refusals(queues);
     topics_.detach(pair);
   }
-  lane.audience.set(detail::audience::nobody);
-  all_slots_released(lane) ? lane.lifecycle.release(lane.news) : lane.lifecycle.hold(lane.news);
+  queues.audience.set(detail::audience::nobody);
+  all_slots_released(queues) ? queues.lifecycle.release(queues.news) : queues.lifecycle.hold(queues.news);
 }
 
 void handle_registry::detach_talker(pair_index pair) noexcept {
@@ -155,17 +155,17 @@ void handle_registry::detach_talker(pair_index pair) noexcept {
 }
 
 // What a user's thread counted stays in the sums when its handle is closed.
-void handle_registry::count_refusals(const detail::lane& lane) noexcept {
-  state_.shown.counts.add(counter::full, lane.refused_full.get());
-  state_.shown.counts.add(counter::no_peer, lane.no_peer.get());
-  state_.shown.counts.add(counter::too_big, lane.refused_too_big.get());
-  state_.shown.counts.add(counter::inbound_expired, lane.expired_here.get());
+void handle_registry::count_refusals(const detail::queue_pair& queues) noexcept {
+  state_.shown.counts.add(counter::full, queues.refused_full.get());
+  state_.shown.counts.add(counter::no_peer, queues.no_peer.get());
+  state_.shown.counts.add(counter::too_big, queues.refused_too_big.get());
+  state_.shown.counts.add(counter::inbound_expired, queues.expired_here.get());
 }
 
 // ---- as a client
 
 void handle_registry::announce_all(connection& c) noexcept {
-  for (const pair_index i : state_.lanes.ids()) {
+  for (const pair_index i : state_.pairs.ids()) {
     if (!state_.views[i].attached) continue;
     state_.views[i].topic ? topics_.announce(c, i, true) : announce_service(c, i, true);
   }
@@ -173,12 +173,12 @@ void handle_registry::announce_all(connection& c) noexcept {
 
 // A server learns which services this process provides.
 void handle_registry::announce_service(connection& c, pair_index pair, bool begins) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
-  if (!detail::responds(lane.kind) || !c.protocol->can.topics) return;
+  const detail::queue_pair& queues = state_.pairs[pair];
+  if (!detail::responds(queues.kind) || !c.protocol->can.topics) return;
   std::array<char, wire::announcement_bytes_max> room;
   json::writer text{room};
-  const auto kind =
-      c.protocol->topics.write_provision(text, {.name = lane.name(), .type = lane.type(), .begins = begins});
+  const auto kind = c.protocol->topics.write_provision(
+      text, {.name = queues.name(), .type = queues.type(), .begins = begins});
   out_.reply_written({c.id.index}, text, kind);
 }
 

@@ -5,7 +5,7 @@
 #pragma once
 #include <cstdint>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
@@ -44,8 +44,8 @@ class handle_registry {
   void scan() noexcept;
   // In a client: tells the server of all handles.
   void announce_all(connection& c) noexcept;
-  // How many handles belong to no topic: callers, responders and lanes, whose submissions a peer may wait
-  // for.
+  // How many handles belong to no topic: callers, responders and queue pairs, whose submissions a peer may
+  // wait for.
   std::uint32_t talking() const noexcept { return talking_; }
   // If handles wake this thread: nothing was submitted since scan() looked.
   bool quiet() const noexcept;
@@ -57,7 +57,7 @@ class handle_registry {
   status provide(pair_index pair) noexcept;
   void detach(pair_index pair) noexcept;
   void detach_talker(pair_index pair) noexcept;
-  void count_refusals(const detail::lane& lane) noexcept;
+  void count_refusals(const detail::queue_pair& queues) noexcept;
   void take_over_inbox(pair_index pair) noexcept;
   void announce_service(connection& c, pair_index pair, bool begins) noexcept;
 

@@ -13,7 +13,7 @@ namespace {
 using detail::entry;
 
 // The slot parked after this one. It uses the header's field for outcomes, which submissions do not need.
-std::int64_t& next_parked(const detail::lane_slots& slots, pair_slot slot) noexcept {
+std::int64_t& next_parked(const detail::pair_slots& slots, pair_slot slot) noexcept {
   return slots.header(slot.value)->outcome_value;
 }
 
@@ -32,14 +32,14 @@ handle_submissions::handle_submissions(const needs& parts) noexcept
       phases_{parts.phases} {}
 
 void handle_submissions::take(pair_index pair) noexcept {
-  detail::lane& lane = state_.lanes[pair];
-  if (detail::is_latch(lane.kind)) return;          // stop_service looks at it
-  if (state_.options.lanes_tell) lane.epoch.mark(); // before looking
+  detail::queue_pair& queues = state_.pairs[pair];
+  if (detail::is_latch(queues.kind)) return;          // stop_service looks at it
+  if (state_.options.pairs_tell) queues.epoch.mark(); // before looking
   if (!state_.views[pair].topic) return take_entries(pair);
   if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
-  if (lane.service.out.newest != nullptr) {
+  if (queues.service.out.newest != nullptr) {
     take_newest(pair);
-  } else if (lane.service.out.out != nullptr) {
+  } else if (queues.service.out.out != nullptr) {
     take_values(pair);
   }
 }
@@ -47,7 +47,7 @@ void handle_submissions::take(pair_index pair) noexcept {
 // ---- values
 
 inline void handle_submissions::take_newest(pair_index pair) noexcept {
-  const auto found = state_.lanes[pair].service.out.newest->begin_read();
+  const auto found = state_.pairs[pair].service.out.newest->begin_read();
   if (found.state != rt::freshness::fresh) return;
   pair_row& view = state_.views[pair];
   const std::uint64_t passed_over = found.sequence - view.sequence - 1;
@@ -60,7 +60,7 @@ inline void handle_submissions::take_newest(pair_index pair) noexcept {
 // A server gets every value. A value that finds no room in the queue to it stays with the handle, and its
 // publisher is told `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
-  const detail::consumer_end& path = state_.lanes[pair].service.out;
+  const detail::consumer_end& end = state_.pairs[pair].service.out;
   std::size_t budget = values_per_cycle;
   if (const queue* const towards =
           state_.options.ours == side::client ? handles_.queue_to_server(pair) : nullptr) {
@@ -69,29 +69,29 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
   }
   const auto take = [&](std::uint32_t slot) {
     publish(pair, slot);
-    path.free_ring->give(slot);
+    end.free_ring->release(slot);
   };
-  const std::size_t taken = path.out->drain(take, budget);
+  const std::size_t taken = end.out->drain(take, budget);
   if (taken == values_per_cycle) {
     const std::size_t ample = handles_.ample_budget(pair, values_per_cycle);
-    more_left_ = path.out->drain(take, ample) == ample || more_left_;
+    more_left_ = end.out->drain(take, ample) == ample || more_left_;
   }
-  if (budget < values_per_cycle && taken == budget && path.out->waiting_at_least() != 0) waits_ = true;
+  if (budget < values_per_cycle && taken == budget && end.out->waiting_at_least() != 0) waits_ = true;
 }
 
 void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
-  const detail::value_header& header = *lane.service.out.slots.header(slot);
-  const std::byte* const value = lane.service.out.slots.value(slot);
+  const detail::queue_pair& queues = state_.pairs[pair];
+  const detail::value_header& header = *queues.service.out.slots.header(slot);
+  const std::byte* const value = queues.service.out.slots.value(slot);
   const rt::time_point published = time_of(header.stamped_ns);
   const rt::time_point expires = state_.cycle.expiry_of(published, time_of(header.expires_ns));
   const topic_id topic = state_.views[pair].topic;
   const latch_owner latches =
-      lane.latched ? latch_owner{latch_owner::kind::handle, pair.value} : latch_owner{};
+      queues.latched ? latch_owner{latch_owner::kind::handle, pair.value} : latch_owner{};
   phases_.saw(pair, published);
-  if (lane.kind == detail::lane_kind::publish_value) {
+  if (queues.kind == detail::pair_kind::publish_value) {
     return broker_.publish(topic, published, expires, latches,
-                           [&](json::writer& into) { lane.encoder->encode(value, into); });
+                           [&](json::writer& into) { queues.encoder->encode(value, into); });
   }
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   if (!state_.seams.validator.validate(text) || !json::is_object(text))
@@ -105,39 +105,39 @@ void handle_submissions::take_entries(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
   const bool receives = inbox_.pair() == pair;
   if (receives) inbox_.mark_released();
-  messages_.parking().begin_turn(state_.lanes[pair].user.out.count, receives);
+  messages_.parking().begin_turn(state_.pairs[pair].user.out.count, receives);
   if (view.parked_first) retry(pair);
   const std::size_t taken = take_new_entries(pair);
   if (receives) inbox_.count_released(taken);
   // The number of parked messages to everyone decides whether the handle may submit more of them.
-  detail::lane& lane = state_.lanes[pair];
+  detail::queue_pair& queues = state_.pairs[pair];
   const detail::audience now =
       messages_.parking().refuses_to_everyone() ? detail::audience::crowded : detail::audience::somebody;
-  if (lane.audience.advice() != now) {
-    lane.audience.set(now);
+  if (queues.audience.advice() != now) {
+    queues.audience.set(now);
     view.gave = true;
   }
   // acquire: pairs with the release in ask_room()
-  some_ask_room_ = some_ask_room_ || lane.room_asked.load(std::memory_order_acquire) != 0;
+  some_ask_room_ = some_ask_room_ || queues.room_asked.load(std::memory_order_acquire) != 0;
 }
 
 inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
-  const detail::consumer_end& path = state_.lanes[pair].service.out;
+  const detail::consumer_end& end = state_.pairs[pair].service.out;
   for (std::size_t left = entries_per_cycle; left > 0; --left) {
-    const auto slot = path.out->try_pop();
+    const auto slot = end.out->try_pop();
     if (!slot) return entries_per_cycle - left;
     if (take_entry(pair, *slot, false)) {
-      path.free_ring->give(*slot);
+      end.free_ring->release(*slot);
       view.gave = true;
       continue;
     }
     const pair_slot parked{*slot};
-    next_parked(path.slots, parked) = pair_slot::none;
+    next_parked(end.slots, parked) = pair_slot::none;
     if (!view.parked_first) {
       view.parked_first = parked;
     } else {
-      next_parked(path.slots, view.parked_last) = parked.value;
+      next_parked(end.slots, view.parked_last) = parked.value;
     }
     view.parked_last = parked;
   }
@@ -148,18 +148,18 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
 // Tries the parked slots in their order.
 void handle_submissions::retry(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
-  const detail::consumer_end& path = state_.lanes[pair].service.out;
+  const detail::consumer_end& end = state_.pairs[pair].service.out;
   pair_slot before{};
   for (pair_slot slot = view.parked_first; slot;) {
-    const pair_slot next{static_cast<std::uint32_t>(next_parked(path.slots, slot))};
+    const pair_slot next{static_cast<std::uint32_t>(next_parked(end.slots, slot))};
     if (take_entry(pair, slot.value, true)) {
-      path.free_ring->give(slot.value);
+      end.free_ring->release(slot.value);
       view.gave = true;
       ++state_.cycle.places_freed;
       if (!before) {
         view.parked_first = next;
       } else {
-        next_parked(path.slots, before) = next.value;
+        next_parked(end.slots, before) = next.value;
       }
     } else {
       before = slot;
@@ -171,9 +171,9 @@ void handle_submissions::retry(pair_index pair) noexcept {
 
 // False: it must be parked.
 inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
-  const detail::value_header& header = *lane.service.out.slots.header(slot);
-  const std::byte* const value = lane.service.out.slots.value(slot);
+  const detail::queue_pair& queues = state_.pairs[pair];
+  const detail::value_header& header = *queues.service.out.slots.header(slot);
+  const std::byte* const value = queues.service.out.slots.value(slot);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   const call_endpoint us = call_endpoint::of(pair, state_.views[pair].generation);
   const call_endpoint waits = header.own.generation != 0 ? us : call_endpoint{};
@@ -186,15 +186,15 @@ inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, 
                            .only_now = header.expires_ns == header.stamped_ns,
                            .parked = parked,
                            .expires = time_of(header.expires_ns),
-                           .priority = lane.priority});
+                           .priority = queues.priority});
   case entry::invocation: {
     wire::call_args what{.is = wire::call_args::form::object, .text = text};
-    if (lane.kind == detail::lane_kind::call_text) what.is = wire::call_args::form::args;
-    if (lane.kind == detail::lane_kind::call_value)
-      what = {.is = wire::call_args::form::value, .encoder = lane.encoder, .value = value};
+    if (queues.kind == detail::pair_kind::call_text) what.is = wire::call_args::form::args;
+    if (queues.kind == detail::pair_kind::call_value)
+      what = {.is = wire::call_args::form::value, .encoder = queues.encoder, .value = value};
     calls_.start({.caller = us,
                   .own = header.own,
-                  .service = lane.name(),
+                  .service = queues.name(),
                   .what = what,
                   .to = header.peer,
                   .began = time_of(header.stamped_ns),
@@ -210,9 +210,9 @@ inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, 
 
 void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
                                 const call_endpoint& waits) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
-  const detail::value_header& header = *lane.service.out.slots.header(slot);
-  const std::byte* const value = lane.service.out.slots.value(slot);
+  const detail::queue_pair& queues = state_.pairs[pair];
+  const detail::value_header& header = *queues.service.out.slots.header(slot);
+  const std::byte* const value = queues.service.out.slots.value(slot);
   const std::string_view text{reinterpret_cast<const char*>(value), header.bytes};
   const rt::time_point stamped = time_of(header.stamped_ns);
   phases_.answered(stamped);
@@ -221,7 +221,7 @@ void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_
           ? completion_.refuse(us, header.call, text)
           : completion_.answer(us, header.call,
                                {.text = text,
-                                .encoder = lane.encoder,
+                                .encoder = queues.encoder,
                                 .value = value,
                                 .expires = state_.cycle.expiry_of(stamped, time_of(header.expires_ns)),
                                 .waits = waits,
@@ -233,37 +233,37 @@ void handle_submissions::answer(pair_index pair, std::uint32_t slot, const call_
 
 bool handle_submissions::has_unsent(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
-  const detail::lane& lane = state_.lanes[pair];
-  if (!view.attached || detail::subscribes(lane.kind)) return false;
+  const detail::queue_pair& queues = state_.pairs[pair];
+  if (!view.attached || detail::subscribes(queues.kind)) return false;
   if (view.parked_first) return true;
-  if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return true;
-  const queue* const towards = detail::publishes(lane.kind) ? handles_.queue_to_server(pair) : nullptr;
+  if (queues.service.out.out != nullptr && queues.service.out.out->waiting_at_least() != 0) return true;
+  const queue* const towards = detail::publishes(queues.kind) ? handles_.queue_to_server(pair) : nullptr;
   if (towards == nullptr) return false;
   if (view.last_queued == 0) view.last_queued = towards->popped + towards->count;
   return towards->popped < view.last_queued;
 }
 
 bool handle_submissions::drained() const noexcept {
-  for (const pair_index i : state_.lanes.ids()) {
+  for (const pair_index i : state_.pairs.ids()) {
     if (!state_.views[i].attached) continue;
-    const detail::lane& lane = state_.lanes[i];
-    if (detail::subscribes(lane.kind)) continue;
+    const detail::queue_pair& queues = state_.pairs[i];
+    if (detail::subscribes(queues.kind)) continue;
     if (state_.views[i].parked_first) return false;
-    if (lane.service.out.out != nullptr && lane.service.out.out->waiting_at_least() != 0) return false;
+    if (queues.service.out.out != nullptr && queues.service.out.out->waiting_at_least() != 0) return false;
   }
   return true;
 }
 
 void handle_submissions::tell_those_who_ask(bool anywhere) noexcept {
-  for (const pair_index i : state_.lanes.ids()) {
+  for (const pair_index i : state_.pairs.ids()) {
     pair_row& view = state_.views[i];
-    if (!view.attached || state_.lanes[i].kind != detail::lane_kind::talk) continue;
+    if (!view.attached || state_.pairs[i].kind != detail::pair_kind::talk) continue;
     // acquire: pairs with the release in ask_room()
-    const std::uint32_t asked = state_.lanes[i].room_asked.load(std::memory_order_acquire);
+    const std::uint32_t asked = state_.pairs[i].room_asked.load(std::memory_order_acquire);
     const bool look = asked != view.room_asked || view.gave || anywhere;
     view.room_asked = asked;
     view.gave = false;
-    if (asked != 0 && look) state_.lanes[i].news.notify();
+    if (asked != 0 && look) state_.pairs[i].news.notify();
   }
 }
 

@@ -8,7 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/rt/clock.hpp>
 
 #include "service/broker.hpp"
@@ -46,11 +46,11 @@ class handle_submissions {
   void take(pair_index pair) noexcept;
   // Tries all parked messages again, as if they came now.
   void retry_all() noexcept {
-    for (const pair_index pair : state_.lanes.ids()) retry(pair);
+    for (const pair_index pair : state_.pairs.ids()) retry(pair);
   }
   // Whether the handle has submitted something since.
   bool has_new(pair_index pair) const noexcept {
-    return state_.lanes[pair].service.out.out->waiting_at_least() != 0;
+    return state_.pairs[pair].service.out.out->waiting_at_least() != 0;
   }
   // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
   // What other handles publish on the same topic meanwhile does not count.

@@ -45,7 +45,7 @@ inline constexpr std::array limit_table{
     limit_between<&limits::messages_per_second_max>(argument::messages_per_second_max, 0, 1'000'000'000),
     limit_between<&limits::refusals_per_second_max>(argument::refusals_per_second_max, 0, 1'000'000'000),
     limit_between<&limits::topics_max>(argument::topics_max, 3, many),
-    limit_between<&limits::topic_bytes_max>(argument::topic_bytes_max, 16, 255), // lane::name_bytes_max
+    limit_between<&limits::topic_bytes_max>(argument::topic_bytes_max, 16, 255), // queue_pair::name_bytes_max
     limit_between<&limits::subscriptions_max>(argument::subscriptions_max, 1, many),
     limit_between<&limits::subscriptions_per_connection_max>(argument::subscriptions_per_connection_max, 1,
                                                              many),

@@ -19,82 +19,82 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
                                              std::string_view text) noexcept {
   const pair_row& view = state_.views[whom.pair()];
   if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
-  detail::lane& lane = state_.lanes[whom.pair()];
-  const detail::producer_end& path = lane.service.ends;
-  const auto slot = path.free_ring->try_take();
+  detail::queue_pair& queues = state_.pairs[whom.pair()];
+  const detail::producer_end& end = queues.service.ends;
+  const auto slot = end.free_ring->try_take();
   if (!slot)
     return state_.counts.add(
-        counter::inbox_full); // a place of the lane's table reserves one: only misuse gets here
-  std::byte* const value = path.slots.value(*slot);
+        counter::inbox_full); // a place of the queue pair's table reserves one: only misuse gets here
+  std::byte* const value = end.slots.value(*slot);
   std::size_t bytes = 0;
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
-  if (outcome && lane.decoder != nullptr && !text.empty()) {
-    bytes = path.slots.bytes_max;
+  if (outcome && queues.decoder != nullptr && !text.empty()) {
+    bytes = end.slots.bytes_max;
     json::decoder::diagnosis why;
-    outcome = lane.decoder->decode(text, value, &why);
+    outcome = queues.decoder->decode(text, value, &why);
     if (!outcome) {
       state_.counts.add(counter::undecodable);
       bytes = 0;
       text = why.text(room);
     }
-  } else if (outcome && text.size() > path.slots.bytes_max) {
+  } else if (outcome && text.size() > end.slots.bytes_max) {
     state_.counts.add(counter::too_big);
     outcome = error{errc::too_big, static_cast<std::int64_t>(text.size()),
-                    static_cast<std::int64_t>(path.slots.bytes_max)};
+                    static_cast<std::int64_t>(end.slots.bytes_max)};
     text = {};
   }
   if (bytes == 0) {
-    bytes = json::utf8_prefix(text, path.slots.bytes_max).size(); // a diagnostic may be cut
+    bytes = json::utf8_prefix(text, end.slots.bytes_max).size(); // a diagnostic may be cut
     if (bytes != 0) std::memcpy(value, text.data(), bytes);
   }
-  *path.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-                               .expires_ns = rt::nanoseconds_of(rt::never),
-                               .bytes = static_cast<std::uint32_t>(bytes),
-                               .what = detail::entry::end,
-                               .failed = !outcome,
-                               .outcome = outcome ? errc::misuse : outcome.code(),
-                               .own = own,
-                               .outcome_value = outcome ? 0 : outcome.error().value,
-                               .outcome_limit = outcome ? 0 : outcome.error().limit};
-  if (path.out->try_push(*slot)) lane.news.notify(); // there is a place for every slot
+  *end.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+                              .expires_ns = rt::nanoseconds_of(rt::never),
+                              .bytes = static_cast<std::uint32_t>(bytes),
+                              .what = detail::entry::end,
+                              .failed = !outcome,
+                              .outcome = outcome ? errc::misuse : outcome.code(),
+                              .own = own,
+                              .outcome_value = outcome ? 0 : outcome.error().value,
+                              .outcome_limit = outcome ? 0 : outcome.error().limit};
+  if (end.out->try_push(*slot)) queues.news.notify(); // there is a place for every slot
 }
 
 status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,
                                json::decoder::diagnosis& why) noexcept {
-  detail::lane& lane = state_.lanes[index];
-  const detail::producer_end& path = lane.service.in;
-  if (lane.decoder == nullptr && body.size() > path.slots.bytes_max) {
+  detail::queue_pair& queues = state_.pairs[index];
+  const detail::producer_end& end = queues.service.in;
+  if (queues.decoder == nullptr && body.size() > end.slots.bytes_max) {
     return error{errc::too_big, static_cast<std::int64_t>(body.size()),
-                 static_cast<std::int64_t>(path.slots.bytes_max)};
+                 static_cast<std::int64_t>(end.slots.bytes_max)};
   }
   std::uint32_t slot = 0;
-  if (path.newest != nullptr) {
-    slot = path.newest->begin_write();
+  if (end.newest != nullptr) {
+    slot = end.newest->begin_write();
   } else if (state_.views[index].spare) {
     slot = std::exchange(state_.views[index].spare, {}).value;
-  } else if (const auto free = path.free_ring->try_take()) {
+  } else if (const auto free = end.free_ring->try_take()) {
     slot = *free;
   } else {
     return errc::full;
   }
-  std::byte* const value = path.slots.value(slot);
+  std::byte* const value = end.slots.value(slot);
   std::size_t bytes = body.size();
-  if (lane.decoder != nullptr) {
-    bytes = path.slots.bytes_max;
-    if (const status read = lane.decoder->decode(body, value, &why); !read) {
-      if (path.newest == nullptr) state_.views[index].spare = {slot};
+  if (queues.decoder != nullptr) {
+    bytes = end.slots.bytes_max;
+    if (const status read = queues.decoder->decode(body, value, &why); !read) {
+      if (end.newest == nullptr) state_.views[index].spare = {slot};
       return read;
     }
   } else {
     std::memcpy(value, body.data(), bytes);
   }
-  *path.slots.header(slot) = header;
-  path.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
-  if (path.newest != nullptr) {
-    path.newest->end_write(slot);
-    lane.news.notify();
-  } else if (path.out->try_push(slot)) { // there is a place for every slot
-    lane.news.notify();
+  *end.slots.header(slot) = header;
+  end.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
+  if (end.newest != nullptr) {
+    end.newest->end_write(slot);
+    queues.news.notify();
+  } else if (end.out->try_push(slot)) { // there is a place for every slot
+    queues.news.notify();
   }
   return {};
 }

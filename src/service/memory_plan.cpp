@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "service/memory_plan.hpp"
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/wake_bell.hpp>
+#include <rowe/rt/waker.hpp>
 
 #include "service/core.hpp"
 #include "service/shared_inbox.hpp"
@@ -19,8 +19,8 @@ memory_plan plan_memory(const limits& bounds) noexcept {
       .shown = arena::bytes_for<shared_state>() + shared_state::footprint_bytes(bounds),
       .threads = arena::bytes_for<submission_queue>() + submission_queue::footprint_bytes(bounds) +
                  arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds),
-      .waker = arena::bytes_for<rt::wake_bell<>>(),
-      .lanes = arena::bytes_for<detail::lane>(bounds.lanes_max),
+      .waker = arena::bytes_for<rt::waker<>>(),
+      .pairs = arena::bytes_for<detail::queue_pair>(bounds.lanes_max),
       .lane_memory = arena::bytes_for(bounds.lane_bytes),
       .handshakes = arena::bytes_for(bounds.handshake_bytes),
   };

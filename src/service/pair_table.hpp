@@ -26,7 +26,7 @@ struct pair_row {
   std::uint64_t order = 0;       // the generic receiver is the one that was attached first
   rt::time_point
       undecodable_at{};         // when an event last reported a message that it could not decode; zero: never
-  std::uint32_t room_asked = 0; // the handle's lane::room_asked when this thread last looked
+  std::uint32_t room_asked = 0; // the handle's queue_pair::room_asked when this thread last looked
   bool gave = false;            // slots were released in this cycle
 };
 

@@ -21,9 +21,9 @@ receiver::receiver(rt::arena& memory, const needs& parts) noexcept
 
 pair_index receiver::first_but(pair_index but) const noexcept {
   pair_index first{};
-  for (const pair_index i : state_.lanes.ids()) {
-    if (i == but || !state_.views[i].attached || state_.lanes[i].kind != detail::lane_kind::talk ||
-        !state_.lanes[i].receives)
+  for (const pair_index i : state_.pairs.ids()) {
+    if (i == but || !state_.views[i].attached || state_.pairs[i].kind != detail::pair_kind::talk ||
+        !state_.pairs[i].receives)
       continue;
     if (!first || state_.views[i].order < state_.views[first].order) first = i;
   }
@@ -84,8 +84,8 @@ void receiver::mark_released() noexcept {
     state_.threads_inbox.mark();
     before_mark_ = state_.submissions.submitted();
   } else {
-    released_mark_ = state_.lanes[counted_].service.in.free_ring->mark_home();
-    before_mark_ = state_.lanes[counted_].service.out.out->waiting_at_least();
+    released_mark_ = state_.pairs[counted_].service.in.free_ring->mark();
+    before_mark_ = state_.pairs[counted_].service.out.out->waiting_at_least();
   }
 }
 
@@ -99,8 +99,8 @@ void receiver::count_released(std::size_t taken) noexcept {
     (void)state_.threads_inbox.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;
   }
-  const detail::producer_end& path = state_.lanes[counted_].service.in;
-  path.free_ring->see(released_mark_, [&](std::uint32_t slot) { note_taken(path.slots.header(slot)->peer); });
+  const detail::producer_end& end = state_.pairs[counted_].service.in;
+  end.free_ring->see(released_mark_, [&](std::uint32_t slot) { note_taken(end.slots.header(slot)->peer); });
 }
 
 void receiver::look() noexcept {
@@ -115,7 +115,7 @@ void receiver::look() noexcept {
 // The slots of the inbox, or of the queue for answers if these are fewer.
 inline std::uint32_t receiver::slots() const noexcept {
   if (!counted_) return state_.threads_inbox.slots();
-  const detail::lane& by = state_.lanes[counted_];
+  const detail::queue_pair& by = state_.pairs[counted_];
   return std::min(by.service.in.count, by.user.out.count);
 }
 

@@ -13,7 +13,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/arena.hpp>
@@ -100,7 +100,7 @@ class receiver {
   std::uint32_t slots() const noexcept;
   bool has_place() const noexcept {
     return !counted_ ? state_.threads_inbox.free_slots() != 0
-                     : state_.lanes[counted_].service.in.free_ring->seen_by_owner() != 0;
+                     : state_.pairs[counted_].service.in.free_ring->seen_by_owner() != 0;
   }
   bool has_share(peer_index peer) const noexcept;
   bool is_absent() const noexcept;

@@ -8,7 +8,7 @@
 #include <rowe/options.hpp>
 #include <rowe/rt/atomics.hpp>
 #include <rowe/rt/clock.hpp>
-#include <rowe/rt/wake_bell.hpp>
+#include <rowe/rt/waker.hpp>
 
 #include "service/core.hpp"
 #include "service/transport.hpp"
@@ -62,7 +62,7 @@ class throttle_guard {
 class service_loop {
  public:
   // `waker` is what handles wake the thread with, under idle::wake.
-  service_loop(core& does, transport& sockets, rt::wake_bell<>& waker, idle policy,
+  service_loop(core& does, transport& sockets, rt::waker<>& waker, idle policy,
                rt::duration poll_period) noexcept
       : core_{does}, transport_{sockets}, waker_{waker}, policy_{policy}, poll_period_{poll_period} {}
 
@@ -84,7 +84,7 @@ class service_loop {
 
   core& core_;
   transport& transport_;
-  rt::wake_bell<>& waker_;
+  rt::waker<>& waker_;
   const idle policy_;
   const rt::duration poll_period_;
   throttle_guard throttle_;

@@ -19,7 +19,7 @@
 #include <string_view>
 #include <utility>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/arena.hpp>

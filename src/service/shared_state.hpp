@@ -18,7 +18,7 @@
 #include <vector>
 
 #include <rowe/connection.hpp>
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/detail/stop_permit.hpp>
 #include <rowe/event.hpp>
 #include <rowe/limits.hpp>
@@ -85,15 +85,15 @@ class shared_state {
     takers_[index].store(generation, std::memory_order_relaxed);
   }
 
-  // Set-up, under its lock, before it offers the lane at a place: how many places the service thread looks at
-  // in each cycle. Those behind were never used.
-  void use_lane(std::uint32_t index) noexcept {
-    // relaxed: set-up alone writes it; release: pairs with the acquire in lanes_used()
-    if (index >= lanes_used_.load(std::memory_order_relaxed))
-      lanes_used_.store(index + 1, std::memory_order_release);
+  // Set-up, under its lock, before it offers the queue pair at a place: how many places the service thread
+  // looks at in each cycle. Those behind were never used.
+  void use_pair(std::uint32_t index) noexcept {
+    // relaxed: set-up alone writes it; release: pairs with the acquire in pairs_used()
+    if (index >= pairs_used_.load(std::memory_order_relaxed))
+      pairs_used_.store(index + 1, std::memory_order_release);
   }
-  std::uint32_t lanes_used() const noexcept {
-    return lanes_used_.load(std::memory_order_acquire); // acquire: pairs with the release in use_lane()
+  std::uint32_t pairs_used() const noexcept {
+    return pairs_used_.load(std::memory_order_acquire); // acquire: pairs with the release in use_pair()
   }
 
   // One other thread at a time.
@@ -156,23 +156,23 @@ class shared_state {
   events::producer* writer_;
   events::consumer* reader_;
   rt::std_atomics::variable<std::uint32_t> peers_{0};
-  rt::std_atomics::variable<std::uint32_t> lanes_used_{0};
+  rt::std_atomics::variable<std::uint32_t> pairs_used_{0};
 };
 
-// A counter with the part of it that user threads count in their lanes. Any thread.
-inline std::uint64_t read_count(const shared_state& shown, std::span<const detail::lane> lanes,
+// A counter with the part of it that user threads count in their queue pairs. Any thread.
+inline std::uint64_t read_count(const shared_state& shown, std::span<const detail::queue_pair> pairs,
                                 counter which) noexcept {
   std::uint64_t sum = shown.counts.read(which);
   if (which != counter::full && which != counter::no_peer && which != counter::too_big &&
       which != counter::inbound_expired) {
     return sum;
   }
-  for (const detail::lane& lane : lanes) {
-    if (lane.lifecycle.is_detached()) continue; // its counts were added to the shared ones before
-    sum += which == counter::full              ? lane.refused_full.get()
-           : which == counter::no_peer         ? lane.no_peer.get()
-           : which == counter::inbound_expired ? lane.expired_here.get()
-                                               : lane.refused_too_big.get();
+  for (const detail::queue_pair& queues : pairs) {
+    if (queues.lifecycle.is_detached()) continue; // its counts were added to the shared ones before
+    sum += which == counter::full              ? queues.refused_full.get()
+           : which == counter::no_peer         ? queues.no_peer.get()
+           : which == counter::inbound_expired ? queues.expired_here.get()
+                                               : queues.refused_too_big.get();
   }
   return sum;
 }

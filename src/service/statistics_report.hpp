@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/thread.hpp>

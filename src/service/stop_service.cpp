@@ -48,8 +48,9 @@ stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
 // ---- loops and peers come and go
 
 status stop_service::attach(pair_index pair) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
-  const std::uint32_t loop = rules_.add_loop(lane.name(), lane.loop_timeout, lane.latch, state_.cycle.now);
+  const detail::queue_pair& queues = state_.pairs[pair];
+  const std::uint32_t loop =
+      rules_.add_loop(queues.name(), queues.loop_timeout, queues.latch, state_.cycle.now);
   if (loop == stop_rules::no_loop)
     return error{errc::too_many_latches, stop_rules::loops_max, stop_rules::loops_max};
   state_.views[pair].loop = {loop};

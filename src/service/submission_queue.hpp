@@ -17,7 +17,7 @@
 #include <span>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 #include <rowe/rt/arena.hpp>

@@ -15,26 +15,26 @@
 namespace rowe::service {
 // A peer may have taken the topic's place since set-up looked. So set-up is answered from here.
 status topic_handles::attach(pair_index pair) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
+  const detail::queue_pair& queues = state_.pairs[pair];
   pair_row& view = state_.views[pair];
-  const topic_id topic_index = hold_topic(lane.name());
+  const topic_id topic_index = hold_topic(queues.name());
   if (!topic_index)
     return error{errc::too_many_topics, state_.topics.topic_count(), state_.bounds().topics_max};
   bool typed = !state_.topics.type(topic_index).empty();
-  if (!state_.topics.set_type(topic_index, lane.type())) {
+  if (!state_.topics.set_type(topic_index, queues.type())) {
     if (state_.topics.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
-      report_conflict(topic_index, lane);
+      report_conflict(topic_index, queues);
       places_.let_go_own(topic_index);
       return errc::type_conflict;
     }
-    advertised_.replace_type(topic_index, lane.type());
+    advertised_.replace_type(topic_index, queues.type());
     typed = false;
   }
   if (!typed) readers_.tell_other_types(topic_index);
   topic& on = state_.topics.at(topic_index);
-  const bool reads = detail::subscribes(lane.kind);
+  const bool reads = detail::subscribes(queues.kind);
   if (!has_other(topic_index, reads))
-    (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(lane.name());
+    (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(queues.name());
   view.attached = true;
   view.topic = topic_index;
   if (reads) {
@@ -59,22 +59,22 @@ topic_id topic_handles::hold_topic(std::string_view name) noexcept {
 }
 
 void topic_handles::begin_publishing(pair_index pair) noexcept {
-  const detail::lane& lane = state_.lanes[pair];
+  const detail::queue_pair& queues = state_.pairs[pair];
   topic& on = state_.topics.at(state_.views[pair].topic);
-  on.keep = lane.keep;
-  on.priority = lane.priority;
+  on.keep = queues.keep;
+  on.priority = queues.priority;
   // A value of a predicted topic that comes early waits; so do not predict if it would expire first.
   const bool outlives_rest =
-      lane.ttl >= std::min(lane.period, publish_predictor::rest_max) || lane.ttl == rt::duration{0};
-  if (state_.options.phases && lane.period > rt::duration{0} && outlives_rest)
-    phases_.begin(pair, lane.period, lane.priority);
+      queues.ttl >= std::min(queues.period, publish_predictor::rest_max) || queues.ttl == rt::duration{0};
+  if (state_.options.phases && queues.period > rt::duration{0} && outlives_rest)
+    phases_.begin(pair, queues.period, queues.priority);
   readers_.merge_requests(state_.views[pair].topic);
 }
 
 void topic_handles::detach(pair_index pair) noexcept {
   pair_row& view = state_.views[pair];
   const topic_id topic = view.topic;
-  if (detail::subscribes(state_.lanes[pair].kind)) {
+  if (detail::subscribes(state_.pairs[pair].kind)) {
     pair_index* link = &state_.topics.at(topic).first_inbox;
     while (*link != pair) link = &state_.views[*link].next_inbox;
     *link = view.next_inbox;
@@ -89,7 +89,7 @@ void topic_handles::detach(pair_index pair) noexcept {
 }
 
 // Set-up gets only an error code, which cannot name the types. An event does.
-void topic_handles::report_conflict(topic_id topic, const detail::lane& asked) noexcept {
+void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept {
   std::array<char, event_log::text_bytes_max> room;
   wire::text_out what{room};
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
@@ -102,9 +102,9 @@ void topic_handles::report_conflict(topic_id topic, const detail::lane& asked) n
 
 // Whether an attached handle reads the topic, or publishes on it.
 bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
-  for (const pair_index i : state_.lanes.ids()) {
+  for (const pair_index i : state_.pairs.ids()) {
     if (state_.views[i].attached && state_.views[i].topic == topic &&
-        detail::subscribes(state_.lanes[i].kind) == that_reads)
+        detail::subscribes(state_.pairs[i].kind) == that_reads)
       return true;
   }
   return false;
@@ -153,10 +153,10 @@ void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
 
 // Whether no other handle of the same kind has announced the topic already, or still uses it.
 bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
-  for (const pair_index i : state_.lanes.ids()) {
+  for (const pair_index i : state_.pairs.ids()) {
     // A pair that is not attached must not be read: set-up may be building it.
     if (i == pair || !state_.views[i].attached || state_.views[i].topic != state_.views[pair].topic) continue;
-    if (detail::subscribes(state_.lanes[i].kind) != detail::subscribes(state_.lanes[pair].kind)) continue;
+    if (detail::subscribes(state_.pairs[i].kind) != detail::subscribes(state_.pairs[pair].kind)) continue;
     if (!begins || i.value < pair.value) return false;
   }
   return true;
@@ -164,15 +164,16 @@ bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept 
 
 void topic_handles::announce(connection& c, pair_index pair, bool begins) noexcept {
   if (!c.protocol->can.topics || !speaks_for_all(pair, begins)) return;
-  const detail::lane& lane = state_.lanes[pair];
+  const detail::queue_pair& queues = state_.pairs[pair];
   const topic_id topic_index = state_.views[pair].topic;
   const topic& on = state_.topics.at(topic_index);
   std::array<char, wire::announcement_bytes_max> room;
   json::writer text{room};
-  const bool reads = detail::subscribes(lane.kind);
+  const bool reads = detail::subscribes(queues.kind);
   const bool unslashed = reads ? on.asked_unslashed : on.offered_unslashed;
   const std::string_view name = state_.topics.name(topic_index).substr(unslashed ? 1 : 0);
-  const wire::announcement what{.name = name, .type = lane.type(), .latch = lane.latched, .begins = begins};
+  const wire::announcement what{
+      .name = name, .type = queues.type(), .latch = queues.latched, .begins = begins};
   const auto kind = reads ? c.protocol->topics.write_subscription(text, what)
                           : c.protocol->topics.write_advertisement(text, what);
   out_.reply_written({c.id.index}, text, kind);

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <string_view>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/limits.hpp>
 #include <rowe/result.hpp>
 
@@ -63,7 +63,7 @@ class topic_handles {
   void announce_to_servers(pair_index pair, bool begins) noexcept;
   bool has_other(topic_id topic, bool that_reads) const noexcept;
   bool speaks_for_all(pair_index pair, bool begins) const noexcept;
-  void report_conflict(topic_id topic, const detail::lane& asked) noexcept;
+  void report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept;
   void begin_publishing(pair_index pair) noexcept;
 
   core_state& state_;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One lane with its handle, built as set-up builds it, and this thread in the service thread's place: so
-// every state of a handle can be brought about at will, without a core.
+// One queue pair with its handle, built as set-up builds it, and this thread in the service thread's place:
+// so every state of a handle can be brought about at will, without a core.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -13,10 +13,10 @@
 #include <string_view>
 #include <vector>
 
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/schema.hpp>
 
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 
 struct question {
   double a, b;
@@ -38,19 +38,19 @@ inline constexpr time_point now{1000s};
 
 class lane_harness {
  public:
-  explicit lane_harness(const detail::lane_request& asked)
-      : bytes_{detail::lane_bytes(asked)}, lane_{std::make_unique<detail::lane>()} {
-    lane_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
-    detail::build_lane(*lane_, asked, generations);
+  explicit lane_harness(const detail::pair_request& asked)
+      : bytes_{detail::pair_bytes(asked)}, pair_{std::make_unique<detail::queue_pair>()} {
+    pair_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
+    detail::build_pair(*pair_, asked, generations);
   }
   lane_harness(const lane_harness&) = delete;
   lane_harness& operator=(const lane_harness&) = delete;
-  ~lane_harness() { ::operator delete(lane_->memory.data(), alignment); }
+  ~lane_harness() { ::operator delete(pair_->memory.data(), alignment); }
 
-  detail::lane& operator*() { return *lane_; }
-  detail::lane* operator->() { return lane_.get(); }
-  detail::lane_handle handle() { return {nullptr, *lane_}; }
-  void close() { lane_->audience.close(); }
+  detail::queue_pair& operator*() { return *pair_; }
+  detail::queue_pair* operator->() { return pair_.get(); }
+  detail::pair_handle handle() { return {nullptr, *pair_}; }
+  void close() { pair_->audience.close(); }
 
   // What the handle sent, oldest first, as the service thread takes it.
   struct sent_message {
@@ -58,29 +58,29 @@ class lane_harness {
     std::string text;
   };
   std::optional<sent_message> take() {
-    auto& path = lane_->service.out;
-    const auto slot = path.out->try_pop();
+    auto& end = pair_->service.out;
+    const auto slot = end.out->try_pop();
     if (!slot) return std::nullopt;
-    const auto& header = *path.slots.header(*slot);
-    sent_message taken{header, {reinterpret_cast<const char*>(path.slots.value(*slot)), header.bytes}};
-    path.free_ring->give(*slot);
+    const auto& header = *end.slots.header(*slot);
+    sent_message taken{header, {reinterpret_cast<const char*>(end.slots.value(*slot)), header.bytes}};
+    end.free_ring->release(*slot);
     return taken;
   }
 
   // What the service thread puts there. False: no slot is free.
   template <class T>
   bool arrive_value(detail::value_header header, const T& value) {
-    return fill(lane_->service.in, header, &value, sizeof value);
+    return fill(pair_->service.in, header, &value, sizeof value);
   }
   bool arrive(detail::value_header header, std::string_view text) {
-    return fill(lane_->service.in, header, text.data(), text.size());
+    return fill(pair_->service.in, header, text.data(), text.size());
   }
   template <class T>
   bool end_with(detail::call_ref own, const T& value) {
-    return fill(lane_->service.ends, ok(own), &value, sizeof value);
+    return fill(pair_->service.ends, ok(own), &value, sizeof value);
   }
   bool end(detail::call_ref own, std::string_view text) {
-    return fill(lane_->service.ends, ok(own), text.data(), text.size());
+    return fill(pair_->service.ends, ok(own), text.data(), text.size());
   }
   bool fail(detail::call_ref own, const error& why, std::string_view sentence = {}) {
     detail::value_header header = ok(own);
@@ -88,7 +88,7 @@ class lane_harness {
     header.outcome = why.code;
     header.outcome_value = why.value;
     header.outcome_limit = why.limit;
-    return fill(lane_->service.ends, header, sentence.data(), sentence.size());
+    return fill(pair_->service.ends, header, sentence.data(), sentence.size());
   }
 
   std::vector<rt::std_atomics::variable<std::uint32_t>> generations =
@@ -104,19 +104,19 @@ class lane_harness {
     header.own = own;
     return header;
   }
-  static bool fill(detail::producer_end& path, detail::value_header header, const void* value,
+  static bool fill(detail::producer_end& end, detail::value_header header, const void* value,
                    std::size_t bytes) {
-    const auto slot = path.free_ring->try_take();
+    const auto slot = end.free_ring->try_take();
     if (!slot) return false;
     header.bytes = static_cast<std::uint32_t>(bytes);
-    *path.slots.header(*slot) = header;
-    if (bytes != 0) std::memcpy(path.slots.value(*slot), value, bytes);
-    EXPECT_TRUE(path.out->try_push(*slot));
+    *end.slots.header(*slot) = header;
+    if (bytes != 0) std::memcpy(end.slots.value(*slot), value, bytes);
+    EXPECT_TRUE(end.out->try_push(*slot));
     return true;
   }
 
   std::size_t bytes_;
-  std::unique_ptr<detail::lane> lane_;
+  std::unique_ptr<detail::queue_pair> pair_;
 };
 
 // Headers of what arrives.

@@ -22,15 +22,15 @@
 #define memory_order_seq_cst memory_order_relaxed
 #endif
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/detail/stop_permit.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/publisher.hpp>
 #include <rowe/rt/counter.hpp>
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
-#include <rowe/rt/wake_bell.hpp>
+#include <rowe/rt/waker.hpp>
 #include <rowe/rt/window.hpp>
 #include <rowe/subscriber.hpp>
 
@@ -47,7 +47,7 @@ using window = rt::window<pose>;
 using core = rt::window_core<>;
 
 extern "C" {
-void wait_for_the_bell();
+void wait_for_the_signal();
 
 // ---- rowe/rt/spsc_ring.hpp
 
@@ -73,18 +73,18 @@ std::size_t ring_approximate_size(const ring& of) { return of.approximate_size()
 // expects: call:__aarch64_swp1_acq_rel
 ring::producer* ring_take_producer(ring& of) { return of.take_producer(); }
 
-// ---- rowe/rt/home_ring.hpp
+// ---- rowe/rt/free_ring.hpp
 
 // expects: stlr
-void home_give(rt::home_ring<>::producer& end, std::uint32_t slot) { end.give(slot); }
+void free_release(rt::free_ring<>::producer& end, std::uint32_t slot) { end.release(slot); }
 // expects: ldar
-bool home_try_take(rt::home_ring<>::consumer& end, std::uint32_t& slot) {
+bool free_try_take(rt::free_ring<>::consumer& end, std::uint32_t& slot) {
   const auto taken = end.try_take();
   if (taken) slot = *taken;
   return taken.has_value();
 }
 // expects: ldar
-std::size_t home_count(rt::home_ring<>::consumer& end) { return end.home_at_least(); }
+std::size_t free_count(rt::free_ring<>::consumer& end) { return end.free_at_least(); }
 
 // ---- rowe/rt/window.hpp
 
@@ -114,18 +114,18 @@ std::uint64_t counter_get(const rt::counter& of) { return of.get(); }
 // expects: call:__aarch64_swp4_acq_rel call:_ZN4rowe2rt5futex4wakeERNS0_11std_atomics8variableIjEE
 void notify(rt::notification<>& of) { of.notify(); }
 
-// ---- rowe/rt/wake_bell.hpp
+// ---- rowe/rt/waker.hpp
 
 // Its count, before it looks whether the other sleeps; the call of the kernel only if so.
-// expects in this order: stlr ldar call:_ZNK4rowe2rt12eventfd_bell4ringEv
-void bell_ring(rt::wake_bell<>& bell, rt::bell_rope<>& rope) { bell.ring(rope); }
+// expects in this order: stlr ldar call:_ZNK4rowe2rt14eventfd_signal5raiseEv
+void waker_wake(rt::waker<>& waker, rt::producer_epoch<>& epoch) { waker.wake(epoch); }
 // That it sleeps, before it looks whether the count is as it was.
-// expects in this order: stlr ldar call:wait_for_the_bell
-void bell_sleep(rt::wake_bell<>& bell, rt::bell_rope<>& rope) {
-  bell.sleep([&] { return rope.quiet(); }, [] { wait_for_the_bell(); });
+// expects in this order: stlr ldar call:wait_for_the_signal
+void waker_sleep(rt::waker<>& waker, rt::producer_epoch<>& epoch) {
+  waker.sleep([&] { return epoch.quiet(); }, [] { wait_for_the_signal(); });
 }
 // expects: ldar
-void bell_mark(rt::bell_rope<>& rope) { rope.mark(); }
+void epoch_mark(rt::producer_epoch<>& epoch) { epoch.mark(); }
 
 // ---- rowe/detail/stop_permit.hpp
 
@@ -158,9 +158,9 @@ std::uint64_t stop_acknowledged(const rowe::detail::latch_words<>& words, rowe::
 // ---- handles
 
 // keep::newest: looks which pair is being read, and makes the value the newest. keep::all: takes a slot that
-// came home and pushes its number, looking whether the ring is full. Then, under idle::wake, the bell.
+// came free and pushes its number, looking whether the ring is full. Then, under idle::wake, the signal.
 // Whether somebody listens is advice.
-// expects: ldar stlr stlr stlr ldar ldar stlr stlr ldar call:_ZNK4rowe2rt12eventfd_bell4ringEv
+// expects: ldar stlr stlr stlr ldar ldar stlr stlr ldar call:_ZNK4rowe2rt14eventfd_signal5raiseEv
 std::uint32_t publish(rowe::publisher<pose>& to, const pose& value, rowe::time_point now) {
   return static_cast<std::uint32_t>(to.publish(value, now).code());
 }
@@ -173,8 +173,8 @@ std::uint32_t take(rowe::subscriber<pose>& from, pose& value) {
   return static_cast<std::uint32_t>(taken.code());
 }
 // Whether it is closed; a slot that came home; its number into the ring, looking whether that is full; the
-// bell. Twice: simply, and where half of the slots wait for room (post_barred()).
-// expects: 9*ldar 4*stlr 2*call:memcpy 2*call:_ZNK4rowe2rt12eventfd_bell4ringEv
+// signal. Twice: simply, and where half of the slots wait for room (post_barred()).
+// expects: 9*ldar 4*stlr 2*call:memcpy 2*call:_ZNK4rowe2rt14eventfd_signal5raiseEv
 std::uint32_t send(rowe::lane& to, std::string_view text, rowe::duration ttl, rowe::time_point now) {
   return static_cast<std::uint32_t>(to.try_send(text, ttl, now).code());
 }

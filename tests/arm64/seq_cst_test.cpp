@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // That a seq_cst load does not overtake the seq_cst store before it, to another word: what the window, the
-// wake bell and the sleepers at the shared inbox are built on. Compilers and processors keep it. qemu 7.2
+// waker and the sleepers at the shared inbox are built on. Compilers and processors keep it. qemu 7.2
 // does not when it runs arm64 on x86: it puts its barriers before an `stlr` and behind an `ldar`, and none
 // between the two.
 #include <gtest/gtest.h>

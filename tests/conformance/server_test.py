@@ -241,7 +241,7 @@ class ends_of_the_stream(unittest.TestCase):
                     s.socket.shutdown(1)
                     s.until_end()
 
-    def test_an_ending_server_says_goodbye(self):  # 7.4.1: 1001
+    def test_an_ending_server_sends_a_close_frame(self):  # 7.4.1: 1001
         serving = programs.server("hub")
         s = serving.connect()
         with s.socket:

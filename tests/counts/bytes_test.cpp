@@ -22,13 +22,13 @@ struct world {
   }
 
   core_harness on;
-  rowe::detail::lane& lane = on.offer(rowe::detail::lane_kind::publish_text, "/t", 2000, {.depth = 16});
+  rowe::detail::queue_pair& pair = on.offer(rowe::detail::pair_kind::publish_text, "/t", 2000, {.depth = 16});
   peer one;
 
   // Published in one cycle: `count` messages of so many bytes of text.
   std::size_t sent_for(std::size_t message_bytes, int count = 1) {
     const std::string text = R"({"x":")" + std::string(message_bytes - envelope.size() - 8, 'x') + "\"}";
-    for (int i = 0; i < count; ++i) EXPECT_TRUE(publish_text(on, lane, text));
+    for (int i = 0; i < count; ++i) EXPECT_TRUE(publish_text(on, pair, text));
     on.cycle();
     return on.net.sent(one.id()).size();
   }

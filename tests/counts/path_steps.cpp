@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include <rowe/caller.hpp>
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/publisher.hpp>
 #include <rowe/responder.hpp>
@@ -45,7 +45,7 @@ void need(const Outcome& fine) {
 }
 
 template <class Handle>
-Handle handle_on(core_harness& on, const rowe::detail::lane_request& asked) {
+Handle handle_on(core_harness& on, const rowe::detail::pair_request& asked) {
   return Handle{core_harness::handle_of(on.offer(asked))};
 }
 

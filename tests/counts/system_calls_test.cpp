@@ -23,7 +23,7 @@
 namespace {
 
 using namespace std::chrono_literals;
-using rowe::detail::lane_kind;
+using rowe::detail::pair_kind;
 using rowe::service::counter;
 
 // What a core_harness plays over.
@@ -146,12 +146,12 @@ struct system_calls : testing::Test {
     }
     return made;
   }
-  rowe::detail::lane& publishing(std::string_view topic) {
-    auto& lane = on.offer(lane_kind::publish_text, topic, 300, {.depth = 64});
+  rowe::detail::queue_pair& publishing(std::string_view topic) {
+    auto& pair = on.offer(pair_kind::publish_text, topic, 300, {.depth = 64});
     on.cycle(1ms);
-    return lane;
+    return pair;
   }
-  void publish(rowe::detail::lane& by, std::string_view text) {
+  void publish(rowe::detail::queue_pair& by, std::string_view text) {
     ASSERT_TRUE(rowe::detail::publish_into(by, text.size(), on.now, [&](std::byte* slot) {
       text.copy(reinterpret_cast<char*>(slot), text.size());
     }));
@@ -203,7 +203,7 @@ TEST_F(system_calls, are_three_for_it_as_well_when_it_was_waited_for) {
 TEST_F(system_calls, are_three_for_a_call_that_a_handle_answers) {
   peer& one = listening_to("/a");
   rowe::responder<rowe::json_text, rowe::json_text> service{
-      on.handle_of(on.offer({.kind = lane_kind::respond_text,
+      on.handle_of(on.offer({.kind = pair_kind::respond_text,
                              .name = "/add",
                              .out_depth = 8,
                              .in_depth = 4,
@@ -225,10 +225,10 @@ TEST_F(system_calls, are_three_for_a_call_that_a_handle_answers) {
 
 TEST_F(system_calls, are_two_for_the_forty_messages_that_one_peer_is_sent_in_a_turn) {
   peer& one = listening_to("/telemetry");
-  auto& lane = publishing("/telemetry");
+  auto& pair = publishing("/telemetry");
   for (int round = 0; round < 50; ++round) {
     settle();
-    for (int i = 0; i < 40; ++i) publish(lane, R"({"n":1})");
+    for (int i = 0; i < 40; ++i) publish(pair, R"({"n":1})");
     ASSERT_EQ(counted_cycle(), 2U) << round; // epoll_wait, one send of all
     ASSERT_EQ(one.hear().size(), 40U) << round;
   }
@@ -236,22 +236,22 @@ TEST_F(system_calls, are_two_for_the_forty_messages_that_one_peer_is_sent_in_a_t
 
 TEST_F(system_calls, are_two_for_the_forty_messages_that_one_peer_has_sent) {
   peer& one = listening_to("/command");
-  auto& lane = on.offer(lane_kind::subscribe_text, "/heard", 300, {.depth = 64});
+  auto& pair = on.offer(pair_kind::subscribe_text, "/heard", 300, {.depth = 64});
   settle();
   for (int i = 0; i < 40; ++i) one.put(R"({"op":"publish","topic":"/heard","msg":{"n":1}})");
   one.send();
   ASSERT_EQ(counted_arrival(), 2U); // epoll_wait, recv
   std::size_t taken = 0;
-  for (rowe::subscriber<rowe::json_text> heard{on.handle_of(lane)}; heard.try_take();) ++taken;
+  for (rowe::subscriber<rowe::json_text> heard{on.handle_of(pair)}; heard.try_take();) ++taken;
   EXPECT_EQ(taken, 40U);
 }
 
 TEST_F(system_calls, are_one_for_each_peer_that_hears_a_message_and_one_more) {
   for (int i = 0; i < 8; ++i) listening_to("/all");
-  auto& lane = publishing("/all");
+  auto& pair = publishing("/all");
   for (int i = 0; i < 50; ++i) {
     settle();
-    publish(lane, R"({"n":1})");
+    publish(pair, R"({"n":1})");
     ASSERT_EQ(counted_cycle(), 9U) << i; // epoll_wait, eight sends
     for (peer& each : peers) ASSERT_EQ(each.hear().size(), 1U) << i;
   }

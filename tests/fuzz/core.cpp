@@ -2,11 +2,11 @@
 // The core under arbitrary scripts: connections that open and break, raw bytes and texts made of the input's
 // bytes, what the simulation's grammar has for peers of each codec and for ordinary threads (a byte for the
 // operation and each class), handles that are opened, used and closed, time. Input: one byte of set-up (bit 0
-// the role, bit 1 relaying, bits 2 and 3 the profile, bit 4 whether the lane receives, bit 5 whether clients
-// may speak by numbers, bit 6 whether there is a stop), then commands of one byte each with their arguments.
-// What is required: the core's structures agree after every cycle, peers are sent nothing but WebSocket
-// frames, who is told by numbers what there is is told each thing once, and when everyone has left every slot
-// is free.
+// the role, bit 1 relaying, bits 2 and 3 the profile, bit 4 whether the queue pair receives, bit 5 whether
+// clients may speak by numbers, bit 6 whether there is a stop), then commands of one byte each with their
+// arguments. What is required: the core's structures agree after every cycle, peers are sent nothing but
+// WebSocket frames, who is told by numbers what there is is told each thing once, and when everyone has left
+// every slot is free.
 #include <algorithm>
 #include <cstdint>
 #include <map>
@@ -102,10 +102,10 @@ class script_run {
                     options_of(setup).profile == rowe::peer_profile::standard},
         on_{options_of(setup), ours_, 1, rowe::rt::time_point{1000s},
             by_numbers_ ? &numbers::protocols() : nullptr},
-        lanes_{offer_lanes((setup & 16) != 0)} {
+        pairs_{offer_lanes((setup & 16) != 0)} {
     if ((setup & 64) != 0) {
-      lanes_.push_back(&on_.offer(rowe::detail::latch_request({.name = "loop"})));
-      latch_ = rowe::stop_latch{harness::core_harness::handle_of(*lanes_.back())};
+      pairs_.push_back(&on_.offer(rowe::detail::latch_request({.name = "loop"})));
+      latch_ = rowe::stop_latch{harness::core_harness::handle_of(*pairs_.back())};
     }
     cycle(1us);
   }
@@ -135,7 +135,7 @@ class script_run {
     case 10: call(what >> 4); break;
     case 11: publish(); break;
     case 12: threads(s); break;
-    case 13: close_lane(what >> 4); break;
+    case 13: close_pair(what >> 4); break;
     case 14:
       if (harness::peer* const p = one(what >> 4)) hear(*p);
       break;
@@ -147,7 +147,7 @@ class script_run {
   void end() {
     held_.clear();
     asked_.clear();
-    for (std::size_t i = 0; i < lanes_.size(); ++i) close_lane(i);
+    for (std::size_t i = 0; i < pairs_.size(); ++i) close_pair(i);
     for (auto& p : peers_) p->leave(rowe::service::close_cause::reset);
     peers_.clear();
     threads_.finish_up();
@@ -175,9 +175,9 @@ class script_run {
   }
 
  private:
-  std::vector<rowe::detail::lane*> offer_lanes(bool receives) {
+  std::vector<rowe::detail::queue_pair*> offer_lanes(bool receives) {
     const rowe::service_options small{.depth = 2, .text_bytes_max = 200};
-    return {&on_.offer({.kind = rowe::detail::lane_kind::talk,
+    return {&on_.offer({.kind = rowe::detail::pair_kind::talk,
                         .receives = receives,
                         .out_depth = 4,
                         .in_depth = 2,
@@ -192,7 +192,7 @@ class script_run {
   }
 
   void cycle(rowe::duration later) {
-    if (lanes_.size() > latch_lane && lanes_[latch_lane] != nullptr && latch_.engaged(on_.now))
+    if (pairs_.size() > latch_lane && pairs_[latch_lane] != nullptr && latch_.engaged(on_.now))
       latch_.acknowledge(on_.now);
     on_.cycle(later);
     require(on_.core.check(), "the core's structures agree");
@@ -277,7 +277,7 @@ class script_run {
     return times[choice % 4];
   }
   void talk(script& s) {
-    if (lanes_[0] == nullptr) return;
+    if (pairs_[0] == nullptr) return;
     const std::uint8_t how = s.byte();
     harness::peer* const p = (how & 8) != 0 ? one(how >> 4) : nullptr;
     const auto to = p != nullptr ? rowe::connection{p->id().index, p->id().generation} : rowe::everyone;
@@ -288,7 +288,7 @@ class script_run {
     case 3: {
       const std::string text = s.text();
       (void)rowe::detail::start_call_to(
-          *lanes_[0], to, text,
+          *pairs_[0], to, text,
           rowe::detail::message_header(rowe::detail::entry::message, rowe::detail::ref_of(to), on_.now,
                                        rowe::detail::expiry_after(on_.now, time_of(how >> 4))));
       break;
@@ -306,21 +306,21 @@ class script_run {
     }
   }
   void respond(std::size_t how) {
-    if (lanes_[1] == nullptr) return;
+    if (pairs_[1] == nullptr) return;
     if (auto asked = responder_.try_next(on_.now); asked && how % 4 != 0) asked_.push_back(std::move(*asked));
     if (asked_.empty() || how % 4 == 1) return;
     if (how % 4 == 2) (void)responder_.reply(asked_.back(), {1, 2}, on_.now);
     asked_.pop_back();
   }
   void call(std::size_t how) {
-    if (lanes_[2] == nullptr) return;
+    if (pairs_[2] == nullptr) return;
     (void)caller_.try_finish();
     (void)caller_.start({1, 2}, time_of(static_cast<std::uint8_t>(how)), on_.now);
   }
   void publish() {
-    if (lanes_[3] == nullptr) return;
+    if (pairs_[3] == nullptr) return;
     const pair value{1, 2};
-    (void)rowe::detail::publish_into(*lanes_[3], sizeof value, on_.now,
+    (void)rowe::detail::publish_into(*pairs_[3], sizeof value, on_.now,
                                      [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
   }
   void threads(script& s) {
@@ -345,13 +345,13 @@ class script_run {
                                s.text());
     if (slot && waits) waiting_.push_back(*slot);
   }
-  void close_lane(std::size_t which) {
-    which %= lanes_.size();
-    if (lanes_[which] == nullptr) return;
+  void close_pair(std::size_t which) {
+    which %= pairs_.size();
+    if (pairs_[which] == nullptr) return;
     if (which == 0) held_.clear();
     if (which == 1) asked_.clear();
-    lanes_[which]->lifecycle.close();
-    lanes_[which] = nullptr;
+    pairs_[which]->lifecycle.close();
+    pairs_[which] = nullptr;
   }
 
   using threads_connection = swarm::threads::connection_ref;
@@ -360,10 +360,10 @@ class script_run {
   side ours_;
   bool by_numbers_;
   harness::core_harness on_;
-  std::vector<rowe::detail::lane*> lanes_; // null once closed
-  rowe::lane talker_{harness::core_harness::handle_of(*lanes_[0])};
-  rowe::responder<pair, pair> responder_{harness::core_harness::handle_of(*lanes_[1])};
-  rowe::caller<pair, pair> caller_{harness::core_harness::handle_of(*lanes_[2])};
+  std::vector<rowe::detail::queue_pair*> pairs_; // null once closed
+  rowe::lane talker_{harness::core_harness::handle_of(*pairs_[0])};
+  rowe::responder<pair, pair> responder_{harness::core_harness::handle_of(*pairs_[1])};
+  rowe::caller<pair, pair> caller_{harness::core_harness::handle_of(*pairs_[2])};
   rowe::stop_latch latch_;
   swarm::threads threads_{on_};
   std::vector<std::unique_ptr<harness::peer>> peers_;

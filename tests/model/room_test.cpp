@@ -73,8 +73,8 @@ TEST(room, has_the_accesses_that_the_sources_have) {
       {handle, "on.room_asked.store(on.user.room_waits,std::memory_order_release);handle.wake_service();", 1},
       {handle, "on.room_asked.store(0,std::memory_order_release);", 1},
       {handle, "room_asked.", 2},
-      {service, "asked=lanes_[i].room_asked.load(std::memory_order_acquire);", 1},
-      {service, "lane.room_asked.load(std::memory_order_acquire)!=0;", 1}, // whether tell_room() is to look
+      {service, "asked=state_.pairs[i].room_asked.load(std::memory_order_acquire);", 1},
+      {service, "queues.room_asked.load(std::memory_order_acquire)!=0;", 1}, // whether tell_room() is to look
       {service, "room_asked.", 2},
   };
   expect_in_sources(expected);

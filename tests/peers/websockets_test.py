@@ -149,7 +149,7 @@ class a_client_of_the_hub(against):
         heard = [(await other.first(op="publish"))["msg"]["data"] for _ in range(50)]
         self.assertEqual(heard, [f"é {i}" for i in range(50)])
 
-    async def test_sees_no_compression_its_pings_answered_and_a_goodbye(self):
+    async def test_sees_no_compression_its_pings_answered_and_a_close_frame(self):
         viewer = await self.connected(self.hub.port, compression="deflate")
         self.assertEqual(viewer.socket.extensions, [])
         await in_time(await viewer.socket.ping(b"are you there"))
@@ -278,7 +278,7 @@ class a_server_for_a_robot(against):
             await in_time(done.get())
             self.assertEqual(await asyncio.to_thread(guest.end, signal.SIGTERM), 0, guest.stderr)
 
-    async def test_lets_it_say_goodbye(self):
+    async def test_lets_it_send_a_close_frame(self):
         ended = asyncio.Queue()
 
         async def play(peer):

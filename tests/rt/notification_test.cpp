@@ -43,10 +43,10 @@ class notification_protocol : public ::testing::Test {
  protected:
   notification_protocol() { scripted_kernel::reset(); }
 
-  rowe::rt::notification<rowe::rt::std_atomics, scripted_kernel> bell;
+  rowe::rt::notification<rowe::rt::std_atomics, scripted_kernel> shared;
   bool there = false;
   bool wait() {
-    return bell.wait_until(never, [this] { return there; });
+    return shared.wait_until(never, [this] { return there; });
   }
 };
 
@@ -57,17 +57,17 @@ TEST_F(notification_protocol, does_not_sleep_for_what_is_there) {
 }
 
 TEST_F(notification_protocol, enters_no_kernel_when_nobody_sleeps) {
-  bell.notify();
-  bell.notify();
+  shared.notify();
+  shared.notify();
   EXPECT_EQ(scripted_kernel::wakes, 0);
 }
 
 TEST_F(notification_protocol, wakes_a_sleeper_once_for_several_notifications) {
   scripted_kernel::sleep = [this] {
     there = true;
-    bell.notify();
-    bell.notify();
-    bell.notify();
+    shared.notify();
+    shared.notify();
+    shared.notify();
     return true;
   };
   EXPECT_TRUE(wait());
@@ -76,8 +76,8 @@ TEST_F(notification_protocol, wakes_a_sleeper_once_for_several_notifications) {
 
 TEST_F(notification_protocol, looks_again_when_notified_between_look_and_sleep) {
   int looks = 0;
-  EXPECT_TRUE(bell.wait_until(never, [&] {
-    if (++looks == 1) bell.notify(); // comes too late for this look
+  EXPECT_TRUE(shared.wait_until(never, [&] {
+    if (++looks == 1) shared.notify(); // comes too late for this look
     return looks == 2;
   }));
   EXPECT_EQ(scripted_kernel::sleeps, 0);
@@ -95,7 +95,7 @@ TEST_F(notification_protocol, sleeps_again_when_woken_for_nothing) {
 
 TEST_F(notification_protocol, gives_up_at_the_deadline) {
   const time_point deadline = monotonic_clock::now();
-  EXPECT_FALSE(bell.wait_until(deadline, [] { return false; }));
+  EXPECT_FALSE(shared.wait_until(deadline, [] { return false; }));
   EXPECT_EQ(scripted_kernel::sleeps, 1);
   EXPECT_EQ(scripted_kernel::deadline, deadline);
 }
@@ -110,34 +110,34 @@ TEST_F(notification_protocol, sees_what_came_at_the_last_moment) {
 
 TEST_F(notification_protocol, is_not_asleep_after_giving_up) {
   EXPECT_FALSE(wait());
-  bell.notify();
+  shared.notify();
   EXPECT_EQ(scripted_kernel::wakes, 0);
 }
 
 TEST(notification, returns_after_a_deadline_and_not_before) {
   const rowe::tests::watchdog dog{"waiting for a deadline"};
-  rowe::rt::notification<> bell;
+  rowe::rt::notification<> shared;
   for (const auto wait : {0ms, 1ms, 20ms}) {
     const time_point deadline = monotonic_clock::now() + wait;
-    EXPECT_FALSE(bell.wait_until(deadline, [] { return false; }));
+    EXPECT_FALSE(shared.wait_until(deadline, [] { return false; }));
     EXPECT_GE(monotonic_clock::now(), deadline);
   }
 }
 
 TEST(notification, takes_a_deadline_before_the_clocks_origin_for_one_that_has_passed) {
   const rowe::tests::watchdog dog{"waiting for a deadline long ago"};
-  rowe::rt::notification<> bell;
-  EXPECT_FALSE(bell.wait_until(time_point::min(), [] { return false; }));
-  EXPECT_FALSE(bell.wait_until(time_point{}, [] { return false; }));
+  rowe::rt::notification<> shared;
+  EXPECT_FALSE(shared.wait_until(time_point::min(), [] { return false; }));
+  EXPECT_FALSE(shared.wait_until(time_point{}, [] { return false; }));
 }
 
 TEST(notification, wakes_a_thread_that_sleeps_for_ever) {
   const rowe::tests::watchdog dog{"a sleeper that is notified"};
-  rowe::rt::notification<> bell;
+  rowe::rt::notification<> shared;
   std::atomic<bool> there{false};
-  std::thread sleeper{[&] { EXPECT_TRUE(bell.wait_until(never, [&] { return there.load(); })); }};
+  std::thread sleeper{[&] { EXPECT_TRUE(shared.wait_until(never, [&] { return there.load(); })); }};
   there = true;
-  bell.notify();
+  shared.notify();
   sleeper.join();
 }
 
@@ -167,21 +167,21 @@ TEST(notification, loses_no_wake_up_between_two_threads) {
 TEST(notification, takes_notifications_from_several_threads) {
   const rowe::tests::watchdog dog{"a sleeper with two notifiers"};
   constexpr int each = 20'000;
-  rowe::rt::notification<> bell;
+  rowe::rt::notification<> shared;
   std::atomic<int> sums[2]{};
   std::thread first{[&] {
     for (int i = 0; i < each; ++i) {
       sums[0].fetch_add(1);
-      bell.notify();
+      shared.notify();
     }
   }};
   std::thread second{[&] {
     for (int i = 0; i < each; ++i) {
       sums[1].fetch_add(1);
-      bell.notify();
+      shared.notify();
     }
   }};
-  EXPECT_TRUE(bell.wait_until(never, [&] { return sums[0] + sums[1] == 2 * each; }));
+  EXPECT_TRUE(shared.wait_until(never, [&] { return sums[0] + sums[1] == 2 * each; }));
   first.join();
   second.join();
 }

@@ -195,7 +195,7 @@ class alignas(64) ring final : public base<T> {
 template <> class ring<void> { ROWE_RT bool has_value() const; };
 ROWE_RT constexpr auto free_one(time_point now) noexcept -> int { return 1'000; }
 }
-namespace rowe { namespace detail { struct lane { ROWE_RT decltype(auto) get() const; }; } }
+namespace rowe { namespace detail { struct queue_pair { ROWE_RT decltype(auto) get() const; }; } }
 '''
 
 
@@ -203,7 +203,7 @@ def self_test():
     expected = ["ring::producer::try_push", "ring::producer::peek", "ring::drain", "ring::operator bool",
                 "ring::operator std::string_view", "ring::operator*", "ring::operator*", "ring::operator->",
                 "ring::operator()", "ring::operator==", "ring::~ring", "ring::ring", "ring::has_value",
-                "free_one", "detail::lane::get"]
+                "free_one", "detail::queue_pair::get"]
     found = marked_functions(SAMPLE)
     assert found == expected, f"\nfound    {found}\nexpected {expected}"
     declared = collections.Counter(found)

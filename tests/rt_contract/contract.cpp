@@ -97,14 +97,14 @@ std::uint64_t count_for(const exercise& one, circumstance under) {
 
 } // namespace
 
-real_time::real_time(circumstance under, std::uint64_t count, starter& by, int bell)
+real_time::real_time(circumstance under, std::uint64_t count, starter& by, int wake_descriptor)
     : memory_{memory_bytes, rt::page_lock::none},
       under_{under},
       count_{count},
       starter_{by},
       shared_{make<words>()} {
-  if (bell >= 0) bell_.emplace(rt::eventfd_bell{bell});
-  rt::tripwire::expect_writes_to(bell);
+  if (wake_descriptor >= 0) waker_.emplace(rt::eventfd_signal{wake_descriptor});
+  rt::tripwire::expect_writes_to(wake_descriptor);
   pthread_attr_t attributes;
   void* lowest = nullptr;
   std::size_t bytes = 0;
@@ -165,12 +165,12 @@ outcome perform(const exercise& one, circumstance under) {
   const clock_put_into_the_kernel clock{under == circumstance::with_a_clock_in_the_kernel};
   const bool tells = under == circumstance::beside_a_sleeping_service_thread ||
                      under == circumstance::beside_one_that_is_told_and_awake;
-  const net::descriptor bell{tells ? ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC) : -1};
+  const net::descriptor wakes{tells ? ::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC) : -1};
   const rt::thread thread{{.name = "contract"}, [&] {
                             try {
                               if (!rt::tripwire::watch_system_calls())
                                 throw std::runtime_error{std::strerror(errno)};
-                              real_time here{under, count_for(one, under), main, bell.get()};
+                              real_time here{under, count_for(one, under), main, wakes.get()};
                               one.run(here);
                               result.seen = here.seen();
                               result.told = here.told();

@@ -24,7 +24,7 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/counter.hpp>
 #include <rowe/rt/tripwire.hpp>
-#include <rowe/rt/wake_bell.hpp>
+#include <rowe/rt/waker.hpp>
 
 namespace rowe::contract {
 
@@ -72,8 +72,8 @@ class starter {
 // The memory of an exercise, and the measured calls. Lives in the real-time thread.
 class real_time {
  public:
-  // `bell`: a descriptor that may be written to; -1: none.
-  real_time(circumstance under, std::uint64_t count, starter& by, int bell);
+  // `wake_descriptor`: a descriptor that may be written to; -1: none.
+  real_time(circumstance under, std::uint64_t count, starter& by, int wake_descriptor);
 
   // In memory as the library's own: shared, present, never destroyed.
   template <class T, class... Arguments>
@@ -101,15 +101,15 @@ class real_time {
     for (; i < warming_calls; ++i) call(i);
     if (under_ != circumstance::beside_a_sleeping_service_thread) return measure(call, i);
     const std::uint64_t before = handed_over();
-    bell_->sleep([] { return true; }, [&] { measure(call, i); });
+    waker_->sleep([] { return true; }, [&] { measure(call, i); });
     told_ = handed_over() - before;
   }
 
-  // What a lane rings, and its counter of what was handed over by it. Null but under idle::wake.
-  rt::wake_bell<>* waker_for(const rt::counter& handed_over) {
-    if (!bell_) return nullptr;
+  // What a queue pair rings, and its counter of what was handed over by it. Null but under idle::wake.
+  rt::waker<>* waker_for(const rt::counter& handed_over) {
+    if (!waker_) return nullptr;
     handed_over_.push_back(&handed_over);
-    return &*bell_;
+    return &*waker_;
   }
 
   const rt::tripwire::report& seen() const noexcept { return seen_; }
@@ -163,7 +163,7 @@ class real_time {
   words& shared_;
   std::function<void()> other_turn_;
   char* stack_end_ = nullptr;
-  std::optional<rt::wake_bell<>> bell_;
+  std::optional<rt::waker<>> waker_;
   std::vector<const rt::counter*> handed_over_;
   std::uint64_t told_ = 0;
   rt::tripwire::report seen_;

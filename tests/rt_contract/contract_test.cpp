@@ -55,7 +55,7 @@ void expect_all_to_keep_the_contract(circumstance under) {
     } else {
       EXPECT_TRUE(result.seen.clean()) << text(result.seen);
     }
-    EXPECT_EQ(result.seen.bell_writes, result.told) << "one write for each thing that is handed over";
+    EXPECT_EQ(result.seen.wake_writes, result.told) << "one write for each thing that is handed over";
     told += result.told;
   }
   if (under == circumstance::beside_a_sleeping_service_thread) {
@@ -129,7 +129,7 @@ TEST(rt_contract, catches_a_system_call) {
   EXPECT_EQ(seen.last_system_call, SYS_write);
 }
 
-TEST(rt_contract, catches_a_write_that_is_not_the_bells) {
+TEST(rt_contract, catches_a_write_that_is_not_the_wakers) {
   const auto seen = planted(
       [](real_time& rt) {
         rt.calls([](std::uint64_t i) {
@@ -138,7 +138,7 @@ TEST(rt_contract, catches_a_write_that_is_not_the_bells) {
       },
       circumstance::beside_a_sleeping_service_thread);
   EXPECT_EQ(seen.system_calls, 1u);
-  EXPECT_EQ(seen.bell_writes, 0u);
+  EXPECT_EQ(seen.wake_writes, 0u);
 }
 
 TEST(rt_contract, catches_a_fresh_page) {

@@ -5,7 +5,7 @@
 #include <rowe/loop.h>
 
 #include "capi/handles.hpp"
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -16,26 +16,26 @@ constexpr long ttl_ms = 20;
 // A handle and its lane.
 template <class Handle>
 struct in_c {
-  detail::lane& on;
+  detail::queue_pair& on;
   Handle* handle;
 };
 
 in_c<rowe_lane> talk_in(real_time& rt) {
-  detail::lane& on = lane_for(
+  detail::queue_pair& on = pair_for(
       rt,
       detail::talk_request({.depth = depth, .inbox_depth = depth, .calls = 8, .text_bytes_max = text_bytes}));
   return {on, &rt.make<rowe_lane>(rowe_lane{rowe::lane{handle_of(on)}})};
 }
 
 in_c<rowe_publisher> publisher_in(real_time& rt) {
-  detail::lane& on = lane_for(
+  detail::queue_pair& on = pair_for(
       rt,
-      {.kind = detail::lane_kind::publish_text, .name = "/x", .out_depth = depth, .out_bytes = text_bytes});
+      {.kind = detail::pair_kind::publish_text, .name = "/x", .out_depth = depth, .out_bytes = text_bytes});
   return {on, &rt.make<rowe_publisher>(rowe_publisher{publisher<json_text>{handle_of(on)}})};
 }
 
 in_c<rowe_subscriber> subscriber_in(real_time& rt) {
-  detail::lane& on = lane_for(
+  detail::queue_pair& on = pair_for(
       rt, detail::subscribe_request<json_text>("/x", {.depth = depth, .text_bytes_max = text_bytes}));
   return {on, &rt.make<rowe_subscriber>(rowe_subscriber{subscriber<json_text>{handle_of(on)}})};
 }
@@ -185,7 +185,7 @@ constexpr exercise list[] = {
     {"rowe_stop_engaged", "running, stopped and reset in turn",
      [](real_time& rt) {
        auto& permit = rt.make<detail::permit_word<>>();
-       detail::lane& on = lane_for(rt, detail::latch_request({}));
+       detail::queue_pair& on = pair_for(rt, detail::latch_request({}));
        on.granted = &permit;
        auto& latch = rt.make<rowe_stop_latch>(stop_latch{handle_of(on)});
        rt.calls([&](std::uint64_t i) {
@@ -197,7 +197,7 @@ constexpr exercise list[] = {
     {"rowe_stop_acknowledge", "each stop anew, and no latch",
      [](real_time& rt) {
        auto& permit = rt.make<detail::permit_word<>>();
-       detail::lane& on = lane_for(rt, detail::latch_request({}));
+       detail::queue_pair& on = pair_for(rt, detail::latch_request({}));
        on.granted = &permit;
        auto& latch = rt.make<rowe_stop_latch>(stop_latch{handle_of(on)});
        rt.calls([&](std::uint64_t i) {

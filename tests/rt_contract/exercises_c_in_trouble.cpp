@@ -4,7 +4,7 @@
 #include <rowe/loop.h>
 
 #include "capi/handles.hpp"
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -15,10 +15,10 @@ constexpr long ttl_ms = 20;
 // All handles of C, each with its lane.
 struct all_handles {
   detail::permit_word<>& permit;
-  detail::lane& talks;
-  detail::lane& publishes;
-  detail::lane& subscribes;
-  detail::lane& stops;
+  detail::queue_pair& talks;
+  detail::queue_pair& publishes;
+  detail::queue_pair& subscribes;
+  detail::queue_pair& stops;
   rowe_lane& lane;
   rowe_publisher& publisher;
   rowe_subscriber& subscriber;
@@ -26,14 +26,14 @@ struct all_handles {
 
   explicit all_handles(real_time& rt)
       : permit{rt.make<detail::permit_word<>>()},
-        talks{lane_for(
+        talks{pair_for(
             rt, detail::talk_request(
                     {.depth = depth, .inbox_depth = depth, .calls = 8, .text_bytes_max = text_bytes}))},
-        publishes{lane_for(
+        publishes{pair_for(
             rt, detail::advertise_request<json_text>("/x", {.depth = depth, .text_bytes_max = text_bytes}))},
-        subscribes{lane_for(
+        subscribes{pair_for(
             rt, detail::subscribe_request<json_text>("/x", {.depth = depth, .text_bytes_max = text_bytes}))},
-        stops{lane_for(rt, detail::latch_request({}))},
+        stops{pair_for(rt, detail::latch_request({}))},
         lane{rt.make<rowe_lane>(rowe_lane{rowe::lane{handle_of(talks)}})},
         publisher{rt.make<rowe_publisher>(rowe_publisher{rowe::publisher<json_text>{handle_of(publishes)}})},
         subscriber{
@@ -42,7 +42,7 @@ struct all_handles {
                rt.make<rowe_stop_latch>(rowe_stop_latch{stop_latch{handle_of(stops)}}))} {}
 
   void become(audience heard_by) {
-    for (detail::lane* on : {&talks, &publishes, &subscribes, &stops}) set_audience(*on, heard_by);
+    for (detail::queue_pair* on : {&talks, &publishes, &subscribes, &stops}) set_audience(*on, heard_by);
   }
 };
 

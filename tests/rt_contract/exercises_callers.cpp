@@ -2,7 +2,7 @@
 // Callers, of structs and of texts: calling without waiting.
 #include <rowe/caller.hpp>
 
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -15,16 +15,16 @@ using text_caller = caller<json_text, json_text>;
 
 template <class Caller>
 struct calling {
-  detail::lane& on;
+  detail::queue_pair& on;
   Caller& calls;
 };
 
 calling<struct_caller> structs_in(real_time& rt) {
-  detail::lane& on = lane_for(rt, detail::client_request<odometry, odometry>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::client_request<odometry, odometry>("/add", options));
   return {on, rt.make<struct_caller>(handle_of(on))};
 }
 calling<text_caller> texts_in(real_time& rt) {
-  detail::lane& on = lane_for(rt, detail::client_request<json_text, json_text>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::client_request<json_text, json_text>("/add", options));
   return {on, rt.make<text_caller>(handle_of(on))};
 }
 

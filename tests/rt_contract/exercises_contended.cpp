@@ -5,14 +5,14 @@
 #include <rowe/lane.hpp>
 #include <rowe/publisher.hpp>
 #include <rowe/responder.hpp>
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 #include <rowe/rt/window.hpp>
 #include <rowe/stop_latch.hpp>
 #include <rowe/subscriber.hpp>
 
 #include "capi/handles.hpp"
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -25,8 +25,8 @@ using number_ring = rt::spsc_ring<std::uint64_t>;
 using odometry_window = rt::window<odometry>;
 
 number_ring& ring_in(real_time& rt) { return rt.make<number_ring>(rt.array<number_ring::entry>(places)); }
-rt::home_ring<>& home_in(real_time& rt) {
-  return rt.make<rt::home_ring<>>(rt.array<rt::home_ring<>::entry>(places),
+rt::free_ring<>& free_in(real_time& rt) {
+  return rt.make<rt::free_ring<>>(rt.array<rt::free_ring<>::entry>(places),
                                   static_cast<std::uint32_t>(places));
 }
 
@@ -45,12 +45,12 @@ void take_from_a_ring(real_time& rt, Take take) {
 
 template <class Handle>
 struct offered {
-  detail::lane& on;
+  detail::queue_pair& on;
   Handle& handle;
 };
 template <class Handle>
-offered<Handle> offer(real_time& rt, const detail::lane_request& asked) {
-  detail::lane& on = lane_for(rt, asked);
+offered<Handle> offer(real_time& rt, const detail::pair_request& asked) {
+  detail::queue_pair& on = pair_for(rt, asked);
   return {on, rt.make<Handle>(handle_of(on))};
 }
 
@@ -60,7 +60,7 @@ constexpr lane_options talking{
 
 // Whether anybody listens changes all the time, and in the end it closes.
 struct changing_audience {
-  detail::lane& on;
+  detail::queue_pair& on;
   std::uint32_t turn = 0;
 
   void operator()() noexcept {
@@ -80,14 +80,14 @@ void publish_beside(real_time& rt, keep kept, bool to_a_changing_audience) {
 }
 
 // What the service thread does with a value that arrived.
-void decode(detail::lane& on, double stamp) {
+void decode(detail::queue_pair& on, double stamp) {
   const odometry value{stamp, stamp, stamp, stamp, stamp};
-  const detail::producer_end& path = on.service.in;
-  if (path.newest == nullptr) return fill(path, {}, &value, sizeof value);
-  const std::uint32_t slot = path.newest->begin_write();
-  *path.slots.header(slot) = {};
-  std::memcpy(path.slots.value(slot), &value, sizeof value);
-  path.newest->end_write(slot);
+  const detail::producer_end& end = on.service.in;
+  if (end.newest == nullptr) return fill(end, {}, &value, sizeof value);
+  const std::uint32_t slot = end.newest->begin_write();
+  *end.slots.header(slot) = {};
+  std::memcpy(end.slots.value(slot), &value, sizeof value);
+  end.newest->end_write(slot);
 }
 
 template <class Take>
@@ -185,31 +185,31 @@ constexpr exercise list[] = {
      [](real_time& rt) {
        take_from_a_ring(rt, [](auto& out) { return out.drain([](auto item) { use(item); }, places); });
      }},
-    {"home_producer::give", "beside the owner",
+    {"free_producer::release", "beside the owner",
      [](real_time& rt) {
-       auto& home = home_in(rt);
+       auto& numbers = free_in(rt);
        auto& out = rt.make<number_ring>(rt.array<number_ring::entry>(places));
-       auto& owner = *home.take_consumer();
-       auto& borrower = *home.take_producer();
+       auto& owner = *numbers.take_consumer();
+       auto& borrower = *numbers.take_producer();
        auto& lent = *out.take_producer();
        auto& borrowed = *out.take_consumer();
        rt.beside([&] {
          if (const auto number = owner.try_take()) use(lent.try_push(*number));
        });
        rt.calls([&](std::uint64_t) {
-         if (const auto number = borrowed.try_pop()) borrower.give(static_cast<std::uint32_t>(*number));
+         if (const auto number = borrowed.try_pop()) borrower.release(static_cast<std::uint32_t>(*number));
        });
      }},
-    {"home_consumer::try_take", "beside the borrower",
+    {"free_consumer::try_take", "beside the borrower",
      [](real_time& rt) {
-       auto& home = home_in(rt);
+       auto& numbers = free_in(rt);
        auto& out = rt.make<number_ring>(rt.array<number_ring::entry>(places));
-       auto& owner = *home.take_consumer();
-       auto& borrower = *home.take_producer();
+       auto& owner = *numbers.take_consumer();
+       auto& borrower = *numbers.take_producer();
        auto& lent = *out.take_producer();
        auto& borrowed = *out.take_consumer();
        rt.beside([&] {
-         if (const auto number = borrowed.try_pop()) borrower.give(static_cast<std::uint32_t>(*number));
+         if (const auto number = borrowed.try_pop()) borrower.release(static_cast<std::uint32_t>(*number));
        });
        rt.calls([&](std::uint64_t) {
          if (const auto number = owner.try_take()) use(lent.try_push(*number));

@@ -3,16 +3,16 @@
 #include <rowe/publisher.hpp>
 #include <rowe/subscriber.hpp>
 
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
 
-using detail::lane;
+using detail::queue_pair;
 
-lane& publishing_lane(real_time& rt, audience heard_by, rowe::keep kept = rowe::keep::all) {
-  return lane_for(rt,
-                  {.kind = detail::lane_kind::publish_value,
+queue_pair& publishing_pair(real_time& rt, audience heard_by, rowe::keep kept = rowe::keep::all) {
+  return pair_for(rt,
+                  {.kind = detail::pair_kind::publish_value,
                    .name = "/odom",
                    .keep = kept,
                    .ttl = 20ms,
@@ -21,24 +21,24 @@ lane& publishing_lane(real_time& rt, audience heard_by, rowe::keep kept = rowe::
                   heard_by);
 }
 
-lane& subscribing_lane(real_time& rt, audience heard_by) {
-  return lane_for(
+queue_pair& subscribing_pair(real_time& rt, audience heard_by) {
+  return pair_for(
       rt, detail::subscribe_request<json_text>("/odom", {.depth = depth, .text_bytes_max = text_bytes}),
       heard_by);
 }
 
-publisher<odometry>& publisher_on(real_time& rt, lane& on) {
+publisher<odometry>& publisher_on(real_time& rt, queue_pair& on) {
   return rt.make<publisher<odometry>>(handle_of(on));
 }
-publisher<json_text>& text_publisher_on(real_time& rt, lane& on) {
+publisher<json_text>& text_publisher_on(real_time& rt, queue_pair& on) {
   return rt.make<publisher<json_text>>(handle_of(on));
 }
-subscriber<json_text>& subscriber_on(real_time& rt, lane& on) {
+subscriber<json_text>& subscriber_on(real_time& rt, queue_pair& on) {
   return rt.make<subscriber<json_text>>(handle_of(on));
 }
 
 void publish_each_in_turn(real_time& rt, rowe::keep kept) {
-  lane& on = publishing_lane(rt, audience::somebody, kept);
+  queue_pair& on = publishing_pair(rt, audience::somebody, kept);
   auto& odom = publisher_on(rt, on);
   rt.calls([&](std::uint64_t i) {
     use(odom.publish({static_cast<double>(i), 1, 2, 3, 4}, now));
@@ -47,35 +47,35 @@ void publish_each_in_turn(real_time& rt, rowe::keep kept) {
 }
 
 void publish_to(real_time& rt, audience heard_by) {
-  auto& odom = publisher_on(rt, publishing_lane(rt, heard_by));
+  auto& odom = publisher_on(rt, publishing_pair(rt, heard_by));
   rt.calls([&](std::uint64_t) { use(odom.publish({}, now)); });
 }
 
 template <class Read>
 void read_from_publishers(real_time& rt, Read read) {
-  auto& odom = publisher_on(rt, publishing_lane(rt, audience::somebody));
+  auto& odom = publisher_on(rt, publishing_pair(rt, audience::somebody));
   auto& empty = rt.make<publisher<odometry>>();
   rt.calls([&](std::uint64_t i) { use(read(i % 2 == 0 ? odom : empty)); });
 }
 
 template <class Read>
 void read_from_text_publishers(real_time& rt, Read read) {
-  auto& said = text_publisher_on(rt, publishing_lane(rt, audience::nobody));
+  auto& said = text_publisher_on(rt, publishing_pair(rt, audience::nobody));
   auto& empty = rt.make<publisher<json_text>>();
   rt.calls([&](std::uint64_t i) { use(read(i % 2 == 0 ? said : empty)); });
 }
 
 constexpr exercise list[] = {
-    {"detail::lane_slots::header", "each in turn",
+    {"detail::pair_slots::header", "each in turn",
      [](real_time& rt) {
-       const auto slots = publishing_lane(rt, audience::somebody).user.out.slots;
+       const auto slots = publishing_pair(rt, audience::somebody).user.out.slots;
        rt.calls([&](std::uint64_t i) {
          slots.header(static_cast<std::uint32_t>(i % depth))->bytes = static_cast<std::uint32_t>(i);
        });
      }},
-    {"detail::lane_slots::value", "each in turn, written to",
+    {"detail::pair_slots::value", "each in turn, written to",
      [](real_time& rt) {
-       const auto slots = publishing_lane(rt, audience::somebody).user.out.slots;
+       const auto slots = publishing_pair(rt, audience::somebody).user.out.slots;
        rt.calls([&](std::uint64_t i) { *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1}; });
      }},
     {"detail::slots_aside::push", "until all places are taken, and popped",
@@ -94,20 +94,20 @@ constexpr exercise list[] = {
          use(aside.pop());
        });
      }},
-    {"detail::lane_handle::operator bool", "with and without a lane",
+    {"detail::pair_handle::operator bool", "with and without a lane",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
-       auto& empty = rt.make<detail::lane_handle>();
+       auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
+       auto& empty = rt.make<detail::pair_handle>();
        rt.calls([&](std::uint64_t i) { use(static_cast<bool>(i % 2 == 0 ? handle : empty)); });
      }},
-    {"detail::lane_handle::operator->", "with a lane",
+    {"detail::pair_handle::operator->", "with a lane",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
+       auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use(handle->ttl); });
      }},
-    {"detail::lane_handle::operator*", "with a lane",
+    {"detail::pair_handle::operator*", "with a lane",
      [](real_time& rt) {
-       auto& handle = rt.make<detail::lane_handle>(handle_of(publishing_lane(rt, audience::nobody)));
+       auto& handle = rt.make<detail::pair_handle>(handle_of(publishing_pair(rt, audience::nobody)));
        rt.calls([&](std::uint64_t) { use((*handle).ttl); });
      }},
     {"detail::audience_word::advice", "whatever it says",
@@ -128,7 +128,7 @@ constexpr exercise list[] = {
      }},
     {"detail::publish_into", "a lane with room",
      [](real_time& rt) {
-       lane& on = publishing_lane(rt, audience::somebody);
+       queue_pair& on = publishing_pair(rt, audience::somebody);
        rt.calls([&](std::uint64_t) {
          use(detail::publish_into(on, 8, now, [](std::byte* slot) { *slot = std::byte{1}; }));
          serve(on);
@@ -151,7 +151,7 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a struct, reading the time",
      [](real_time& rt) {
-       lane& on = publishing_lane(rt, audience::somebody);
+       queue_pair& on = publishing_pair(rt, audience::somebody);
        auto& odom = publisher_on(rt, on);
        rt.calls([&](std::uint64_t) {
          use(odom.publish({}));
@@ -161,7 +161,7 @@ constexpr exercise list[] = {
      true},
     {"publisher::publish", "a text, of every length up to too big",
      [](real_time& rt) {
-       lane& on = publishing_lane(rt, audience::somebody);
+       queue_pair& on = publishing_pair(rt, audience::somebody);
        auto& said = text_publisher_on(rt, on);
        const auto many = rt.array<char>(2 * text_bytes);
        rt.calls([&](std::uint64_t i) {
@@ -171,7 +171,7 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a message, and one that outgrew its room",
      [](real_time& rt) {
-       lane& on = publishing_lane(rt, audience::somebody);
+       queue_pair& on = publishing_pair(rt, audience::somebody);
        auto& said = text_publisher_on(rt, on);
        rt.calls([&](std::uint64_t i) {
          use(i % 2 == 0 ? said.publish(message_of<16>{"n", i % 9}, now)
@@ -181,13 +181,13 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a text to nobody, and to a closed endpoint",
      [](real_time& rt) {
-       auto& to_nobody = text_publisher_on(rt, publishing_lane(rt, audience::nobody));
-       auto& closed = text_publisher_on(rt, publishing_lane(rt, audience::closed));
+       auto& to_nobody = text_publisher_on(rt, publishing_pair(rt, audience::nobody));
+       auto& closed = text_publisher_on(rt, publishing_pair(rt, audience::closed));
        rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? to_nobody : closed).publish(text, now)); });
      }},
     {"publisher::publish", "a text of which the newest is kept",
      [](real_time& rt) {
-       lane& on = publishing_lane(rt, audience::somebody, rowe::keep::newest);
+       queue_pair& on = publishing_pair(rt, audience::somebody, rowe::keep::newest);
        auto& said = text_publisher_on(rt, on);
        rt.calls([&](std::uint64_t i) {
          use(said.publish(text, now));
@@ -196,7 +196,7 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a text when the queue is full",
      [](real_time& rt) {
-       auto& said = text_publisher_on(rt, publishing_lane(rt, audience::somebody));
+       auto& said = text_publisher_on(rt, publishing_pair(rt, audience::somebody));
        while (said.publish(text, now)) continue;
        rt.calls([&](std::uint64_t) { use(said.publish(text, now)); });
      }},
@@ -207,7 +207,7 @@ constexpr exercise list[] = {
      }},
     {"publisher::publish", "a text, reading the time",
      [](real_time& rt) {
-       lane& on = publishing_lane(rt, audience::somebody);
+       queue_pair& on = publishing_pair(rt, audience::somebody);
        auto& said = text_publisher_on(rt, on);
        rt.calls([&](std::uint64_t) {
          use(said.publish(text));
@@ -234,12 +234,12 @@ constexpr exercise list[] = {
 
     {"subscriber::try_take", "when nothing has arrived",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_lane(rt, audience::somebody));
+       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::somebody));
        rt.calls([&](std::uint64_t) { use(seen.try_take()); });
      }},
     {"subscriber::try_take", "when something has",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -248,7 +248,7 @@ constexpr exercise list[] = {
      }},
     {"subscriber::try_take", "from a closed endpoint",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_lane(rt, audience::closed));
+       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::closed));
        rt.calls([&](std::uint64_t) { use(seen.try_take()); });
      }},
     {"subscriber::try_take", "by an empty handle",
@@ -258,12 +258,12 @@ constexpr exercise list[] = {
      }},
     {"subscriber::latest", "when nothing has arrived",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_lane(rt, audience::somebody));
+       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::somebody));
        rt.calls([&](std::uint64_t) { use(seen.latest()); });
      }},
     {"subscriber::latest", "when its queue is full",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          for (std::uint32_t i = 0; i < depth; ++i) arrive(on);
@@ -272,13 +272,13 @@ constexpr exercise list[] = {
      }},
     {"subscriber::latest", "from a closed endpoint, and by an empty handle",
      [](real_time& rt) {
-       auto& seen = subscriber_on(rt, subscribing_lane(rt, audience::closed));
+       auto& seen = subscriber_on(rt, subscribing_pair(rt, audience::closed));
        auto& empty = rt.make<subscriber<json_text>>();
        rt.calls([&](std::uint64_t i) { use((i % 2 == 0 ? seen : empty).latest()); });
      }},
     {"message_view::~message_view", "when it closed meanwhile",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -289,7 +289,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::message_view", "from what has arrived",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -298,7 +298,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::message_view", "moved from another",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -309,7 +309,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::operator=", "of two",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        arrive(on);
        auto kept = seen.try_take();
@@ -321,7 +321,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::~message_view", "which gives its slot back",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -330,7 +330,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::value", "of each slot in turn",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -340,7 +340,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::operator*", "of each slot in turn",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -350,7 +350,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::from", "of each slot in turn",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);
@@ -359,7 +359,7 @@ constexpr exercise list[] = {
      }},
     {"message_view::arrived", "of each slot in turn",
      [](real_time& rt) {
-       lane& on = subscribing_lane(rt, audience::somebody);
+       queue_pair& on = subscribing_pair(rt, audience::somebody);
        auto& seen = subscriber_on(rt, on);
        rt.calls([&](std::uint64_t) {
          arrive(on);

@@ -2,7 +2,7 @@
 // Lanes: sending, receiving, calling and replying without waiting.
 #include <rowe/lane.hpp>
 
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -10,14 +10,14 @@ namespace {
 constexpr auto ttl = 20ms;
 constexpr std::uint32_t calls_max = 16;
 
-// A handle and its lane.
+// A handle and its queue pair.
 struct talking {
-  detail::lane& on;
+  detail::queue_pair& on;
   rowe::lane& talk;
 };
 
 talking talk_in(real_time& rt) {
-  detail::lane& on = lane_for(
+  detail::queue_pair& on = pair_for(
       rt, detail::talk_request(
               {.depth = depth, .inbox_depth = depth, .calls = calls_max, .text_bytes_max = text_bytes}));
   return {on, rt.make<rowe::lane>(handle_of(on))};

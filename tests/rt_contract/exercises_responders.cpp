@@ -2,7 +2,7 @@
 // Responders, of structs and of texts, and the requests they hand out.
 #include <rowe/responder.hpp>
 
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
@@ -14,16 +14,16 @@ using text_responder = responder<json_text, json_text>;
 
 template <class Responder>
 struct answering {
-  detail::lane& on;
+  detail::queue_pair& on;
   Responder& answers;
 };
 
 answering<struct_responder> structs_in(real_time& rt) {
-  detail::lane& on = lane_for(rt, detail::serve_request<odometry, odometry>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::serve_request<odometry, odometry>("/add", options));
   return {on, rt.make<struct_responder>(handle_of(on))};
 }
 answering<text_responder> texts_in(real_time& rt) {
-  detail::lane& on = lane_for(rt, detail::serve_request<json_text, json_text>("/add", options));
+  detail::queue_pair& on = pair_for(rt, detail::serve_request<json_text, json_text>("/add", options));
   return {on, rt.make<text_responder>(handle_of(on))};
 }
 

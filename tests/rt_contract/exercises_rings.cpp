@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "contract.hpp"
 
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 #include <rowe/rt/window.hpp>
 
@@ -9,7 +9,7 @@ namespace rowe::contract {
 namespace {
 
 using number_ring = rt::spsc_ring<std::uint64_t>;
-using home = rt::home_ring<>;
+using free_ring = rt::free_ring<>;
 constexpr std::size_t places = 8192; // its entries span sixteen pages, more than the warming calls touch
 
 struct ring_ends {
@@ -25,14 +25,14 @@ ring_ends ring_with(real_time& rt, std::size_t waiting) {
   return ends;
 }
 
-struct home_ends {
-  home& numbers;
-  home::producer& borrower = *numbers.take_producer();
-  home::consumer& owner = *numbers.take_consumer();
+struct free_ends {
+  free_ring& numbers;
+  free_ring::producer& borrower = *numbers.take_producer();
+  free_ring::consumer& owner = *numbers.take_consumer();
 };
 
-home_ends home_with(real_time& rt, std::uint32_t slots_out) {
-  home_ends ends{rt.make<home>(rt.array<home::entry>(places), static_cast<std::uint32_t>(places))};
+free_ends free_with(real_time& rt, std::uint32_t slots_out) {
+  free_ends ends{rt.make<free_ring>(rt.array<free_ring::entry>(places), static_cast<std::uint32_t>(places))};
   while (slots_out-- > 0) use(ends.owner.try_take());
   return ends;
 }
@@ -143,44 +143,44 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(r.ring.approximate_size()); });
      }},
 
-    {"home_producer::give", "each number in turn",
+    {"free_producer::release", "each number in turn",
      [](real_time& rt) {
-       const auto h = home_with(rt, 0);
-       rt.calls([&](std::uint64_t) { h.borrower.give(*h.owner.try_take()); });
+       const auto h = free_with(rt, 0);
+       rt.calls([&](std::uint64_t) { h.borrower.release(*h.owner.try_take()); });
      }},
-    {"home_producer::give", "after all were out",
+    {"free_producer::release", "after all were out",
      [](real_time& rt) {
-       const auto h = home_with(rt, places);
+       const auto h = free_with(rt, places);
        std::uint32_t next = 0;
        rt.calls([&](std::uint64_t) {
          if (next < places) {
-           h.borrower.give(next++);
+           h.borrower.release(next++);
          } else {
            while (h.owner.try_take()) next = 0;
          }
        });
      }},
-    {"home_consumer::try_take", "when all are out",
+    {"free_consumer::try_take", "when all are out",
      [](real_time& rt) {
-       const auto h = home_with(rt, places);
+       const auto h = free_with(rt, places);
        rt.calls([&](std::uint64_t) { use(h.owner.try_take()); });
      }},
-    {"home_consumer::try_take", "until all are out",
+    {"free_consumer::try_take", "until all are out",
      [](real_time& rt) {
-       const auto h = home_with(rt, 0);
+       const auto h = free_with(rt, 0);
        rt.calls([&](std::uint64_t) {
          if (h.owner.try_take()) return;
-         for (std::uint32_t number = 0; number < places; ++number) h.borrower.give(number);
+         for (std::uint32_t number = 0; number < places; ++number) h.borrower.release(number);
        });
      }},
-    {"home_consumer::home_at_least", "when all are out",
+    {"free_consumer::free_at_least", "when all are out",
      [](real_time& rt) {
-       const auto h = home_with(rt, places);
-       rt.calls([&](std::uint64_t) { use(h.owner.home_at_least()); });
+       const auto h = free_with(rt, places);
+       rt.calls([&](std::uint64_t) { use(h.owner.free_at_least()); });
      }},
-    {"home_ring::slots", "always",
+    {"free_ring::slots", "always",
      [](real_time& rt) {
-       const auto h = home_with(rt, 0);
+       const auto h = free_with(rt, 0);
        rt.calls([&](std::uint64_t) { use(h.numbers.slots()); });
      }},
 
@@ -264,16 +264,16 @@ constexpr exercise list[] = {
        rt.calls([&](std::uint64_t) { use(w.reader.sequence()); });
      }},
 
-    {"bell_rope::pull", "always",
+    {"producer_epoch::advance", "always",
      [](real_time& rt) {
-       auto& rope = rt.make<rt::bell_rope<>>();
-       rt.calls([&](std::uint64_t) { rope.pull(); });
+       auto& epoch = rt.make<rt::producer_epoch<>>();
+       rt.calls([&](std::uint64_t) { epoch.advance(); });
      }},
-    {"wake_bell::ring", "while nobody sleeps", // and while somebody does: by the handles, under idle::wake
+    {"waker::wake", "while nobody sleeps", // and while somebody does: by the handles, under idle::wake
      [](real_time& rt) {
-       auto& bell = rt.make<rt::wake_bell<>>(rt::eventfd_bell{});
-       auto& rope = rt.make<rt::bell_rope<>>();
-       rt.calls([&](std::uint64_t) { bell.ring(rope); });
+       auto& waker = rt.make<rt::waker<>>(rt::eventfd_signal{});
+       auto& epoch = rt.make<rt::producer_epoch<>>();
+       rt.calls([&](std::uint64_t) { waker.wake(epoch); });
      }},
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 #include <rowe/stop_latch.hpp>
 
@@ -12,7 +12,7 @@ struct stop_harness {
 
   explicit stop_harness(real_time& rt, audience heard_by = audience::somebody)
       : permit{rt.make<detail::permit_word<>>()} {
-    detail::lane& on = lane_for(rt, detail::latch_request({}), heard_by);
+    detail::queue_pair& on = pair_for(rt, detail::latch_request({}), heard_by);
     on.granted = &permit;
     latch = stop_latch{handle_of(on)};
   }

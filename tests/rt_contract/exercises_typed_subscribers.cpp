@@ -2,31 +2,31 @@
 // Subscribers of structs, and their views.
 #include <rowe/subscriber.hpp>
 
-#include "lanes.hpp"
+#include "pairs.hpp"
 
 namespace rowe::contract {
 namespace {
 
 struct subscribing {
-  detail::lane& on;
+  detail::queue_pair& on;
   subscriber<odometry>& seen;
 };
 
 subscribing subscriber_in(real_time& rt, keep kept = keep::all) {
-  detail::lane& on =
-      lane_for(rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
+  detail::queue_pair& on =
+      pair_for(rt, detail::subscribe_request<odometry>("/odom", {.keep = kept, .depth = depth}));
   return {on, rt.make<subscriber<odometry>>(handle_of(on))};
 }
 
 // What the service thread does with a value that arrived.
-void decode(detail::lane& on) {
+void decode(detail::queue_pair& on) {
   constexpr odometry value{1, 2, 3, 4, 5};
-  const detail::producer_end& path = on.service.in;
-  if (path.newest == nullptr) return fill(path, {}, &value, sizeof value);
-  const std::uint32_t slot = path.newest->begin_write();
-  *path.slots.header(slot) = {};
-  std::memcpy(path.slots.value(slot), &value, sizeof value);
-  path.newest->end_write(slot);
+  const detail::producer_end& end = on.service.in;
+  if (end.newest == nullptr) return fill(end, {}, &value, sizeof value);
+  const std::uint32_t slot = end.newest->begin_write();
+  *end.slots.header(slot) = {};
+  std::memcpy(end.slots.value(slot), &value, sizeof value);
+  end.newest->end_write(slot);
 }
 
 template <class Take>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The contract with the real service thread at the other end of the lanes: it takes what is published, asked
-// and answered and brings it to the handles it is for, on memory of the endpoint, while the loop's calls are
-// watched.
+// The contract with the real service thread at the other end of the queue pairs: it takes what is published,
+// asked and answered and brings it to the handles it is for, on memory of the endpoint, while the loop's
+// calls are watched.
 #include "contract.hpp"
 
 #include <rowe/rowe.hpp>
@@ -36,17 +36,18 @@ struct endpoint_with_a_listener {
   subscriber<json_text> seen = robot.subscribe<json_text>("/pose", {.depth = 64}).value();
 };
 
-// Calls cycle(i) from a watched real-time thread, which may write to `bell`, and meanwhile() from this one.
+// Calls cycle(i) from a watched real-time thread, which may write to `wake_descriptor`, and meanwhile() from
+// this one.
 template <class Cycle, class Meanwhile = void (*)()>
 rt::tripwire::report watch_a_loop(
-    std::uint64_t cycles, Cycle cycle, int bell = -1, Meanwhile meanwhile = [] {}) {
+    std::uint64_t cycles, Cycle cycle, int wake_descriptor = -1, Meanwhile meanwhile = [] {}) {
   rt::tripwire::report report;
   std::string trouble;
   {
     const rt::thread loop{{.name = "loop"}, [&] {
                             if (!rt::tripwire::watch_system_calls())
                               trouble = "system calls cannot be watched";
-                            rt::tripwire::expect_writes_to(bell);
+                            rt::tripwire::expect_writes_to(wake_descriptor);
                             for (std::uint64_t i = 0; i < 1000; ++i) cycle(i);
                             (void)rt::tripwire::arm().disarm();
                             auto wire = rt::tripwire::arm();
@@ -112,8 +113,8 @@ TEST(rt_contract, is_kept_under_wake_beside_a_working_service_thread_but_for_wri
         },
         e.robot.wake_descriptor());
     EXPECT_TRUE(report.clean()) << text(report);
-    EXPECT_GT(report.bell_writes, 0u);
-    EXPECT_LE(report.bell_writes, cycles);
+    EXPECT_GT(report.wake_writes, 0u);
+    EXPECT_LE(report.wake_writes, cycles);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Services and calls through the core: every way from an asker to a provider and back, and every way a call
-// ends. The handles are real ones, on lanes without threads.
+// ends. The handles are real ones, on queue pairs without threads.
 #include <rowe/caller.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
@@ -23,18 +23,18 @@ namespace {
 
 using namespace harness;
 using rowe::errc;
-using rowe::detail::lane_kind;
-using rowe::detail::lane_request;
+using rowe::detail::pair_kind;
+using rowe::detail::pair_request;
 
 template <class Handle>
-Handle handle_on(core_harness& on, const lane_request& asked) {
+Handle handle_on(core_harness& on, const pair_request& asked) {
   Handle made{core_harness::handle_of(on.offer(asked))};
   on.cycle();
   return made;
 }
 
 rowe::lane open_lane(core_harness& on) {
-  return handle_on<rowe::lane>(on, {.kind = lane_kind::talk,
+  return handle_on<rowe::lane>(on, {.kind = pair_kind::talk,
                                     .receives = true,
                                     .out_depth = 12,
                                     .in_depth = 12,
@@ -46,8 +46,8 @@ rowe::lane open_lane(core_harness& on) {
 using add_responder = rowe::responder<addends, sum>;
 using add_caller = rowe::caller<addends, sum>;
 
-lane_request serve_add(std::string_view name = "/add") {
-  return {.kind = lane_kind::respond_value,
+pair_request serve_add(std::string_view name = "/add") {
+  return {.kind = pair_kind::respond_value,
           .name = name,
           .type = "test/Add",
           .out_depth = 8,
@@ -57,8 +57,8 @@ lane_request serve_add(std::string_view name = "/add") {
           .encoded = &rowe::describe<sum>(),
           .decoded = &rowe::describe<addends>()};
 }
-lane_request call_add() {
-  return {.kind = lane_kind::call_value,
+pair_request call_add() {
+  return {.kind = pair_kind::call_value,
           .name = "/add",
           .out_depth = 4,
           .ends_depth = 4,
@@ -136,14 +136,14 @@ TEST_F(core_calls, awaits_the_answer_of_a_handle_that_was_given_a_call_and_write
 }
 
 TEST_F(core_calls, awaits_nothing_of_a_handle_that_is_gone_or_was_not_given_the_call) {
-  auto& lane = on.offer(serve_add());
+  auto& pair = on.offer(serve_add());
   on.cycle();
   peer page{on};
   page.say(R"({"op":"call_service","service":"/add","args":{"a":"1"}})");
   on.cycle();
   EXPECT_FALSE(on.core.awaits_answer());
   page.say(R"({"op":"call_service","service":"/add","args":{"a":1,"b":1}})");
-  lane.lifecycle.close();
+  pair.lifecycle.close();
   on.cycle();
   EXPECT_FALSE(on.core.awaits_answer());
   EXPECT_FALSE(on.core.has_answer());
@@ -236,7 +236,7 @@ TEST_F(core_calls, says_that_a_service_is_busy_when_its_places_are_taken) {
 }
 
 TEST_F(core_calls, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer program{on};
   program.say(R"({"service":"slow","message_id":0})");
   program.say(R"({"service":"slow","message_id":0})");
@@ -248,9 +248,9 @@ TEST_F(core_calls, bounds_the_calls_of_one_peer_and_refuses_an_id_twice) {
   EXPECT_NE(heard[1].find(R"("code":"busy")"), std::string::npos) << heard[1];
   EXPECT_NE(heard[2].find(R"("in_reply_to":5)"), std::string::npos) << heard[2];
   for (int i = 0; i < 4; ++i) {
-    const auto asked = lane.try_receive(on.now);
+    const auto asked = pair.try_receive(on.now);
     ASSERT_TRUE(asked);
-    EXPECT_TRUE(lane.try_reply(*asked, R"({"done":true})", on.now));
+    EXPECT_TRUE(pair.try_reply(*asked, R"({"done":true})", on.now));
   }
   on.cycle();
   EXPECT_EQ(program.hear().size(), 4U);
@@ -288,18 +288,18 @@ TEST_F(core_calls, tells_an_asker_that_its_time_is_over_and_does_not_answer_twic
 }
 
 TEST_F(core_calls, gives_calls_that_nobody_serves_to_whoever_receives_in_one_form) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer page{on}, program{on};
   page.say(R"({"op":"call_service","id":"c","service":"/add","args":{"a":38,"b":4}})");
   program.say(R"({"service":"/add","a":1,"b":2,"message_id":"p"})");
   on.cycle();
   for (int i = 0; i < 2; ++i) {
-    const auto asked = lane.try_receive(on.now);
+    const auto asked = pair.try_receive(on.now);
     ASSERT_TRUE(asked);
     EXPECT_TRUE(asked->wants_reply());
     EXPECT_TRUE(asked->value().starts_with(R"({"service":"/add","a":)")) << asked->value();
     EXPECT_NE(asked->value().find(R"("message_id":")"), std::string_view::npos) << asked->value();
-    EXPECT_TRUE(lane.try_reply(*asked, R"({"result":7})", on.now));
+    EXPECT_TRUE(pair.try_reply(*asked, R"({"result":7})", on.now));
   }
   on.cycle();
   EXPECT_EQ(page.hear(), texts{R"({"op":"service_response","id":"c","service":"/add","result":true,)"
@@ -311,21 +311,21 @@ TEST_F(core_calls, gives_a_lane_what_came_before_anybody_received) {
   peer program{on};
   program.say(R"({"early":1})");
   on.cycle();
-  auto lane = open_lane(on);
-  const auto early = lane.try_receive(on.now);
+  auto pair = open_lane(on);
+  const auto early = pair.try_receive(on.now);
   ASSERT_TRUE(early);
   EXPECT_EQ(early->value(), R"({"early":1})");
-  EXPECT_EQ(lane.try_receive(on.now).code(), errc::empty);
+  EXPECT_EQ(pair.try_receive(on.now).code(), errc::empty);
 }
 
 TEST_F(core_calls, takes_only_one_answer_to_a_call) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer program{on};
   program.say(R"({"service":"x","message_id":1})");
   on.cycle();
-  const auto asked = lane.try_receive(on.now);
-  EXPECT_TRUE(lane.try_reply(*asked, "{}", on.now));
-  (void)lane.try_reply(*asked, "{}", on.now); // whether the handle notices is its own test
+  const auto asked = pair.try_receive(on.now);
+  EXPECT_TRUE(pair.try_reply(*asked, "{}", on.now));
+  (void)pair.try_reply(*asked, "{}", on.now); // whether the handle notices is its own test
   on.cycle();
   EXPECT_EQ(program.hear().size(), 1U);
 }
@@ -458,13 +458,13 @@ TEST_F(core_calls, asks_the_peer_that_advertised_a_service) {
 }
 
 TEST_F(core_calls, keeps_several_calls_apart) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer program{on};
   program.say("{}");
   on.cycle();
-  ASSERT_TRUE(lane.try_receive(on.now));
-  const auto first = lane.start(R"({"service":"a"})", 1s, on.now);
-  const auto second = lane.start(R"({"service":"b"})", 1s, on.now);
+  ASSERT_TRUE(pair.try_receive(on.now));
+  const auto first = pair.start(R"({"service":"a"})", 1s, on.now);
+  const auto second = pair.start(R"({"service":"b"})", 1s, on.now);
   on.cycle();
   const auto heard = program.hear();
   ASSERT_EQ(heard.size(), 2U);
@@ -472,18 +472,18 @@ TEST_F(core_calls, keeps_several_calls_apart) {
   program.say(R"({"unrelated":1})");
   program.say(R"({"in_reply_to":")" + member(heard[0], "message_id") + R"(","of":"a"})");
   on.cycle();
-  const auto one = lane.try_finish();
-  const auto two = lane.try_finish();
+  const auto one = pair.try_finish();
+  const auto two = pair.try_finish();
   ASSERT_TRUE(one && two);
   EXPECT_EQ(one->id, *second);
   EXPECT_NE(one->reply->value().find(R"("of":"b")"), std::string_view::npos);
   EXPECT_EQ(two->id, *first);
-  EXPECT_EQ(lane.try_receive(on.now)->value(), R"({"unrelated":1})");
+  EXPECT_EQ(pair.try_receive(on.now)->value(), R"({"unrelated":1})");
 }
 
 TEST_F(core_calls, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
   auto add = handle_on<add_caller>(on, call_add());
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   EXPECT_TRUE(add.start({1, 1}, 1s, on.now));
   on.cycle();
   EXPECT_EQ(add.try_finish()->reply.code(), errc::no_service);
@@ -524,49 +524,49 @@ TEST_F(core_calls, tells_time_out_peer_lost_refusal_and_missing_service_apart) {
 }
 
 TEST_F(core_calls, drops_replies_that_come_on_another_connection_or_mean_no_call) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer program{on}, stranger{on};
   program.say("{}");
   on.cycle();
-  (void)lane.try_receive(on.now);
-  ASSERT_TRUE(lane.start(R"({"service":"a"})", 1s, on.now));
+  (void)pair.try_receive(on.now);
+  ASSERT_TRUE(pair.start(R"({"service":"a"})", 1s, on.now));
   on.cycle();
   const std::string id = member(program.hear().at(0), "message_id");
   stranger.say(R"({"in_reply_to":")" + id + R"("})");
   for (const std::string bad : {"\"\"", "\"1\"", "5", "\"0000000000000000.1.0.1\""})
     program.say(R"({"in_reply_to":)" + bad + "}");
   on.cycle();
-  EXPECT_EQ(lane.try_finish().code(), errc::empty);
+  EXPECT_EQ(pair.try_finish().code(), errc::empty);
   EXPECT_EQ(on.count(counter::replies_foreign), 5U);
   program.say(R"({"in_reply_to":")" + id + R"("})");
   on.cycle();
-  EXPECT_TRUE(lane.try_finish());
+  EXPECT_TRUE(pair.try_finish());
 }
 
 TEST_F(core_calls, reads_a_bare_refusal) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer program{on};
   program.say("{}");
   on.cycle();
-  (void)lane.try_receive(on.now);
+  (void)pair.try_receive(on.now);
   for (const auto& [code, why] :
        {std::pair{"busy", errc::refused}, std::pair{"no_service", errc::no_service}}) {
-    ASSERT_TRUE(lane.start(R"({"service":"a"})", 1s, on.now));
+    ASSERT_TRUE(pair.start(R"({"service":"a"})", 1s, on.now));
     on.cycle();
     const std::string id = member(program.hear().at(0), "message_id");
     program.say(R"({"error":{"code":")" + std::string{code} + R"(","text":"later"},"in_reply_to":")" + id +
                 R"("})");
     on.cycle();
-    const auto end = lane.try_finish();
+    const auto end = pair.try_finish();
     ASSERT_TRUE(end);
     EXPECT_EQ(end->reply.code(), why);
   }
-  EXPECT_EQ(lane.refusal(), "later");
+  EXPECT_EQ(pair.refusal(), "later");
 }
 
 TEST_F(core_calls, lets_a_call_wait_for_a_peer) {
-  auto lane = open_lane(on);
-  ASSERT_TRUE(lane.start(R"({"service":"a"})", 5s, on.now));
+  auto pair = open_lane(on);
+  ASSERT_TRUE(pair.start(R"({"service":"a"})", 5s, on.now));
   on.cycles(100);
   peer first{on}, second{on};
   first.say("{}");
@@ -577,10 +577,10 @@ TEST_F(core_calls, lets_a_call_wait_for_a_peer) {
 }
 
 TEST_F(core_calls, drops_the_request_of_a_call_whose_time_is_over_before_it_was_sent) {
-  auto lane = open_lane(on);
-  ASSERT_TRUE(lane.start(R"({"service":"a"})", 50ms, on.now));
+  auto pair = open_lane(on);
+  ASSERT_TRUE(pair.start(R"({"service":"a"})", 50ms, on.now));
   on.cycles(60);
-  EXPECT_EQ(lane.try_finish()->reply.code(), errc::timed_out);
+  EXPECT_EQ(pair.try_finish()->reply.code(), errc::timed_out);
   peer late{on};
   late.say("{}");
   on.cycles(2);
@@ -589,32 +589,32 @@ TEST_F(core_calls, drops_the_request_of_a_call_whose_time_is_over_before_it_was_
 }
 
 TEST_F(core_calls, ends_a_call_that_is_no_object_or_uses_our_names) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   for (const auto& [text, why] : {std::pair{"[]", errc::not_an_object}, std::pair{"{", errc::malformed},
                                   std::pair{R"({"message_id":1})", errc::reserved_member}}) {
-    ASSERT_TRUE(lane.start(text, 1s, on.now));
+    ASSERT_TRUE(pair.start(text, 1s, on.now));
     on.cycle();
-    const auto end = lane.try_finish();
+    const auto end = pair.try_finish();
     ASSERT_TRUE(end);
     EXPECT_EQ(end->reply.code(), why) << text;
   }
 }
 
 TEST_F(core_calls, drops_the_end_of_a_cancelled_call) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer program{on};
   program.say("{}");
   on.cycle();
-  (void)lane.try_receive(on.now);
-  const auto call = lane.start(R"({"service":"a"})", 1s, on.now);
+  (void)pair.try_receive(on.now);
+  const auto call = pair.start(R"({"service":"a"})", 1s, on.now);
   on.cycle();
-  lane.cancel(*call);
+  pair.cancel(*call);
   const std::string id = member(program.hear().at(0), "message_id");
   program.say(R"({"in_reply_to":")" + id + R"("})");
   on.cycle();
-  EXPECT_EQ(lane.try_finish().code(), errc::empty);
+  EXPECT_EQ(pair.try_finish().code(), errc::empty);
   for (int i = 0; i < 4; ++i)
-    EXPECT_TRUE(lane.start(R"({"service":"a"})", 1s, on.now)) << "its place is free again";
+    EXPECT_TRUE(pair.start(R"({"service":"a"})", 1s, on.now)) << "its place is free again";
 }
 
 // ---- within this process, through the hub, of the endpoint itself
@@ -735,8 +735,8 @@ TEST_F(core_calls, reports_itself) {
 }
 
 TEST_F(core_calls, tells_who_publishes_a_topic) {
-  on.offer(lane_kind::publish_text, "/odom", 100);
-  on.offer(lane_kind::subscribe_text, "/heard", 100);
+  on.offer(pair_kind::publish_text, "/odom", 100);
+  on.offer(pair_kind::subscribe_text, "/heard", 100);
   peer page{on};
   peer other{on, rowe::service::side::server, "10.0.0.7:4711"};
   page.say(R"({"op":"subscribe","topic":"/asked"})");
@@ -812,7 +812,7 @@ TEST_F(core_calls_client, names_the_longest_service_that_nobody_provides) {
   core_harness hub{options};
   core_harness program{options, rowe::service::side::client};
   const std::string name = "/" + std::string(254, 'n');
-  lane_request asked = call_add();
+  pair_request asked = call_add();
   asked.name = name;
   auto add = handle_on<add_caller>(program, asked);
   peer server{program, rowe::service::side::client};
@@ -867,15 +867,15 @@ TEST_F(core_calls_client, offers_its_services_to_its_server_each_time_it_connect
 }
 
 TEST_F(core_calls_client, ends_calls_when_its_server_is_lost_and_never_sends_them_again) {
-  auto lane = open_lane(on);
+  auto pair = open_lane(on);
   peer server{on, rowe::service::side::client};
   on.cycle();
-  ASSERT_TRUE(lane.start(R"({"service":"a"})", 5s, on.now));
+  ASSERT_TRUE(pair.start(R"({"service":"a"})", 5s, on.now));
   on.cycle();
   EXPECT_EQ(server.hear().size(), 1U);
   server.leave(rowe::service::close_cause::reset);
   on.cycle();
-  EXPECT_EQ(lane.try_finish()->reply.code(), errc::peer_lost);
+  EXPECT_EQ(pair.try_finish()->reply.code(), errc::peer_lost);
   peer again{on, rowe::service::side::client};
   on.cycles(3);
   EXPECT_EQ(again.hear(), texts{});

@@ -12,7 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 using harness::core_harness;
 using harness::peer;
-using rowe::detail::lane_kind;
+using rowe::detail::pair_kind;
 using rowe::service::counter;
 using rowe::service::side;
 using texts = std::vector<std::string>;
@@ -22,9 +22,9 @@ struct core_client : testing::Test {
   ~core_client() override { EXPECT_TRUE(on.core.check()); }
   core_harness on;
 
-  void publish(rowe::detail::lane& lane, std::string_view text) {
+  void publish(rowe::detail::queue_pair& pair, std::string_view text) {
     ASSERT_TRUE(rowe::detail::publish_into(
-        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   }
 };
 
@@ -54,8 +54,8 @@ TEST_F(core_client, reports_why_it_cannot_connect) {
 }
 
 TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_frames) {
-  on.offer(lane_kind::publish_text, "/out", 100, {}, nullptr, "std_msgs/String");
-  on.offer(lane_kind::subscribe_text, "/in", 100);
+  on.offer(pair_kind::publish_text, "/out", 100, {}, nullptr, "std_msgs/String");
+  on.offer(pair_kind::subscribe_text, "/in", 100);
   on.cycle();
   peer server{on, side::client};
   on.cycles(2);
@@ -68,21 +68,21 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
 }
 
 // The texts that have come to a subscriber.
-texts taken(rowe::detail::lane& inbox) {
+texts taken(rowe::detail::queue_pair& inbox) {
   texts all;
   const auto& path = inbox.user.in;
   path.out->drain(
       [&](std::uint32_t slot) {
         all.emplace_back(reinterpret_cast<const char*>(path.slots.value(slot)),
                          path.slots.header(slot)->bytes);
-        path.free_ring->give(slot);
+        path.free_ring->release(slot);
       },
       SIZE_MAX);
   return all;
 }
 
 TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its_own) {
-  auto& seen = on.offer(lane_kind::subscribe_text, "/rowe/stats", 4000);
+  auto& seen = on.offer(pair_kind::subscribe_text, "/rowe/stats", 4000);
   on.cycle();
   peer server{on, side::client};
   on.cycles(300);
@@ -95,7 +95,7 @@ TEST_F(core_client, tells_its_handles_the_statistics_of_its_server_and_never_its
 
 TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) {
   on.offer(rowe::detail::latch_request({}));
-  auto& seen = on.offer(lane_kind::subscribe_text, "/rowe/stop/state", 4000);
+  auto& seen = on.offer(pair_kind::subscribe_text, "/rowe/stop/state", 4000);
   on.cycle();
   peer server{on, side::client};
   on.cycles(500);
@@ -108,11 +108,11 @@ TEST_F(core_client, tells_its_handles_the_stop_of_its_server_and_never_its_own) 
 TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_that_goes) {
   peer server{on, side::client};
   on.cycle();
-  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycles(2);
   EXPECT_EQ(server.hear().size(), 1U);
-  publish(lane, "{\"n\":1}");
-  lane.lifecycle.close();
+  publish(pair, "{\"n\":1}");
+  pair.lifecycle.close();
   on.cycles(3);
   const auto heard = server.hear();
   ASSERT_EQ(heard.size(), 2U);
@@ -121,12 +121,12 @@ TEST_F(core_client, announces_a_handle_that_is_opened_while_connected_and_one_th
 }
 
 TEST_F(core_client, publishes_to_the_server_without_being_asked) {
-  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
-  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(lane, text);
+  for (const char* text : {"{\"n\":1}", "{\"n\":2}", "{\"n\":3}"}) publish(pair, text);
   on.cycle();
   EXPECT_EQ(server.hear(), (texts{R"({"op":"publish","topic":"/out","msg":{"n":1}})",
                                   R"({"op":"publish","topic":"/out","msg":{"n":2}})",
@@ -134,14 +134,14 @@ TEST_F(core_client, publishes_to_the_server_without_being_asked) {
 }
 
 TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it) {
-  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
   on.net.link_of(server.id()).room_bytes = 5;
-  publish(lane, "{\"n\":12345}");
-  publish(lane, "{\"n\":67890}");
+  publish(pair, "{\"n\":12345}");
+  publish(pair, "{\"n\":67890}");
   texts heard;
   for (int i = 0; i < 100; ++i) {
     on.cycle();
@@ -153,7 +153,7 @@ TEST_F(core_client, continues_a_masked_frame_where_the_socket_stopped_taking_it)
 }
 
 TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
-  auto& inbox = on.offer(lane_kind::subscribe_text, "/in", 100);
+  auto& inbox = on.offer(pair_kind::subscribe_text, "/in", 100);
   on.cycle();
   peer server{on, side::client};
   server.say(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})");
@@ -166,7 +166,7 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
 }
 
 TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its_publisher_is_told) {
-  auto& lane = on.offer(lane_kind::publish_text, "/out", 100, {.depth = 32});
+  auto& pair = on.offer(pair_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, side::client};
   on.cycle();
@@ -174,12 +174,12 @@ TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its
   on.net.link_of(server.id()).room_bytes = 0;
   int accepted = 0;
   for (int i = 0; i < 200; ++i) {
-    accepted += rowe::detail::publish_into(lane, 2, on.now, [](std::byte* slot) {
+    accepted += rowe::detail::publish_into(pair, 2, on.now, [](std::byte* slot) {
                   std::memcpy(slot, "{}", 2);
                 }).has_value();
     on.cycle();
   }
-  EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the lane's own
+  EXPECT_EQ(accepted, 16 + 32); // queue_depth_max towards the server, and the queue pair's own
   EXPECT_EQ(on.count(counter::outbox_full), 0U);
   on.net.link_of(server.id()).room_bytes = 1 << 20;
   on.cycles(20);
@@ -187,7 +187,7 @@ TEST_F(core_client, leaves_in_the_lane_what_the_server_does_not_read_so_that_its
 }
 
 TEST_F(core_client, counts_what_a_subscriber_does_not_take_and_what_does_not_fit) {
-  on.offer(lane_kind::subscribe_text, "/in", 10, {.depth = 2});
+  on.offer(pair_kind::subscribe_text, "/in", 10, {.depth = 2});
   on.cycle();
   peer server{on, side::client};
   for (int i = 0; i < 5; ++i) server.say(R"({"op":"publish","topic":"/in","msg":{"d":1}})");
@@ -212,13 +212,13 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
 }
 
 TEST_F(core_client, starts_afresh_after_a_lost_connection) {
-  auto& lane = on.offer(lane_kind::publish_text, "/out", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "/out", 100);
   on.cycle();
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
   on.net.link_of(server.id()).room_bytes = 3;
-  publish(lane, "{\"n\":1}");
+  publish(pair, "{\"n\":1}");
   on.cycle();
   server.leave(rowe::service::close_cause::reset);
   on.cycles(2);
@@ -229,7 +229,7 @@ TEST_F(core_client, starts_afresh_after_a_lost_connection) {
   on.cycles(2);
   EXPECT_EQ(again.hear().size(), 1U); // the advertisement; nothing of what was queued for the old one
   EXPECT_EQ(again.violated, "");
-  publish(lane, "{\"n\":2}");
+  publish(pair, "{\"n\":2}");
   on.cycle();
   EXPECT_EQ(again.hear(), texts{R"({"op":"publish","topic":"/out","msg":{"n":2}})"});
 }

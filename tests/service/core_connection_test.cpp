@@ -66,11 +66,11 @@ TEST_F(core_test, writes_what_it_has_answered_before_it_answers_a_close) {
 }
 
 TEST_F(core_test, writes_nothing_after_its_close_frame) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   p.send(rowe::wire::opcode::close, "");
   on.cycles(2);
   EXPECT_TRUE(p.hear().empty());
@@ -135,12 +135,12 @@ TEST_F(core_test, cuts_a_peer_that_does_not_finish_its_message_though_it_goes_on
 }
 
 TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_frame) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(p.id()).room_bytes = 10;
-  for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   EXPECT_GT(on.core.slots_in_use(), 0U);
   p.leave(rowe::service::close_cause::reset);
@@ -151,22 +151,22 @@ TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_
 }
 
 TEST_F(core_test, understands_messages_however_their_bytes_arrive) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   on.net.link_of(p.id()).chunk_bytes_max = 1;
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycles(60); // a byte in each
-  EXPECT_TRUE(publish(on, lane, {1, 0}));
+  EXPECT_TRUE(publish(on, pair, {1, 0}));
 }
 
 TEST_F(core_test, continues_a_frame_where_the_socket_stopped_taking_it) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(p.id()).room_bytes = 3;
   texts heard;
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   for (int i = 0; i < 200; ++i) {
     on.cycle();
     for (auto& text : p.hear()) heard.push_back(std::move(text));
@@ -183,14 +183,14 @@ TEST_F(core_test, sends_peers_a_close_frame_when_it_closes) {
 }
 
 TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listens) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   texts reports;
   for (int i = 0; i < 1000; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle();
     for (auto& text : p.hear()) {
       if (text.find("/rowe/stats\",\"msg") != std::string::npos) reports.push_back(std::move(text));
@@ -210,19 +210,19 @@ TEST_F(core_test, publishes_its_statistics_at_their_period_while_somebody_listen
 }
 
 TEST_F(core_test, counts_rates_from_the_time_somebody_listens_to_them) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   for (int i = 0; i < 500; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle();
     (void)p.hear();
   }
   p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
   std::string report;
   for (int i = 0; i < 150 && report.empty(); ++i) {
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle();
     for (const auto& text : p.hear()) {
       if (text.find("rate_hz") != std::string::npos) report = text;
@@ -258,7 +258,7 @@ rate_report rate_of_pose(core_harness& on, peer& p) {
 }
 
 TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_them) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   for (int i = 0; i < 400; ++i) { // it has been up for a while
@@ -266,7 +266,7 @@ TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_
     (void)p.hear();
   }
   for (int i = 0; i < 300; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle(10ms);
     (void)p.hear();
   }
@@ -283,13 +283,13 @@ TEST_F(core_test, reports_rates_of_the_last_seconds_though_nobody_subscribed_to_
 }
 
 TEST_F(core_test, reports_the_same_rates_while_somebody_subscribes_to_them) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   p.say(R"({"op":"subscribe","topic":"/rowe/stats"})");
   on.cycle();
   for (int i = 0; i < 305; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle(10ms);
     (void)p.hear();
   }
@@ -300,7 +300,7 @@ TEST_F(core_test, reports_the_same_rates_while_somebody_subscribes_to_them) {
 }
 
 TEST_F(core_test, tells_its_own_process_statistics_that_it_subscribes_to) {
-  auto& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/rowe/stats", 4000);
+  auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_text, "/rowe/stats", 4000);
   on.cycles(300);
   EXPECT_TRUE(take(inbox));
 }

@@ -23,8 +23,8 @@ struct core_credit : testing::Test {
 
   core_harness on;
   std::deque<peer> viewers;
-  rowe::detail::lane& telemetry = offer("/telemetry", rowe::priority::normal);
-  rowe::detail::lane& alarm = offer("/alarm", rowe::priority::urgent);
+  rowe::detail::queue_pair& telemetry = offer("/telemetry", rowe::priority::normal);
+  rowe::detail::queue_pair& alarm = offer("/alarm", rowe::priority::urgent);
 
   peer& viewer() {
     auto& p = viewers.emplace_back(on);
@@ -41,8 +41,8 @@ struct core_credit : testing::Test {
     }
   }
 
-  rowe::detail::lane& offer(std::string_view topic, rowe::priority priority) {
-    return on.offer(rowe::detail::lane_kind::publish_text, topic, 500, {.priority = priority});
+  rowe::detail::queue_pair& offer(std::string_view topic, rowe::priority priority) {
+    return on.offer(rowe::detail::pair_kind::publish_text, topic, 500, {.priority = priority});
   }
 };
 
@@ -134,7 +134,7 @@ TEST_F(core_credit, tells_the_transport_who_is_near) {
 }
 
 TEST_F(core_credit, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it) {
-  auto& large = on.offer(rowe::detail::lane_kind::publish_text, "/telemetry", 8000, {.depth = 2});
+  auto& large = on.offer(rowe::detail::pair_kind::publish_text, "/telemetry", 8000, {.depth = 2});
   peer& p = viewer();
   for (int i = 0; i < 8; ++i) {
     (void)publish_text(on, large,

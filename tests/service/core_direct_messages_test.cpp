@@ -402,10 +402,10 @@ TEST_F(plain_messages, refuses_bare_texts_that_are_no_objects) {
   EXPECT_TRUE(heard[1].find(R"("code":"bad_request")") != std::string::npos) << heard[1];
 }
 
-// The same in a lane, behind a message for the peer that does not read.
+// The same in a queue pair, behind a message for the peer that does not read.
 struct parked_in_a_lane : parked {
   parked_in_a_lane() {
-    auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
+    auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
                            .receives = true,
                            .out_depth = 4,
                            .in_depth = 4,
@@ -414,7 +414,7 @@ struct parked_in_a_lane : parked {
                            .in_bytes = 192,
                            .ends_bytes = 192});
     on.cycle();
-    talk = rowe::lane{core_harness::handle_of(lane)};
+    talk = rowe::lane{core_harness::handle_of(pair)};
     while (talk.try_receive(on.now)) continue;
     EXPECT_TRUE(talk.try_send(R"({"to":"slow"})", -1ns, on.now, {to_slow.index, to_slow.generation}));
     on.cycle();
@@ -510,7 +510,7 @@ TEST_F(parked, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_sha
   EXPECT_EQ(on.count(counter::outbox_full), 1U);
 }
 
-// While threads receive they may have more put aside than afterwards, when a lane does.
+// While threads receive they may have more put aside than afterwards, when a queue pair does.
 TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receive) {
   auto options = with_many_slots();
   options.limits.small_slots = 512;
@@ -536,7 +536,7 @@ TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receiv
     for (std::uint32_t n = 0; n < queued; ++n) send(i);
   }
   for (const std::size_t to : {0U, 0U, 0U, 0U, 1U, 1U, 2U}) send(to); // a half, a quarter, an eighth
-  on.offer({.kind = rowe::detail::lane_kind::talk,
+  on.offer({.kind = rowe::detail::pair_kind::talk,
             .receives = true,
             .out_depth = 4,
             .in_depth = 4,
@@ -555,7 +555,7 @@ TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receiv
 TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) {
   peer slow{on};
   slow.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 4,
                                                     .in_depth = 1,
                                                     .ends_depth = 4,
@@ -591,7 +591,7 @@ TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_readi
   std::vector<peer> crowd;
   for (int i = 0; i < 12; ++i) crowd.emplace_back(on);
   peer reads{on};
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 64,
                                                     .in_depth = 1,
                                                     .ends_depth = 1,
@@ -617,7 +617,7 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
   peer slow{on}, fine{on};
   slow.say("{}");
   fine.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 16,
                                                     .in_depth = 1,
                                                     .ends_depth = 1,
@@ -642,7 +642,7 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   slow.say("{}");
   slow_too.say("{}");
   fine.say("{}");
-  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+  rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 8,
                                                     .in_depth = 1,
                                                     .ends_depth = 1,

@@ -24,28 +24,28 @@ using namespace std::chrono_literals;
 using rowe::service::counter;
 using texts = std::vector<std::string>;
 
-inline rowe::detail::lane& advertise_pose(core_harness& on, rowe::topic_options how = {}) {
-  return on.offer(rowe::detail::lane_kind::publish_value, "/pose", sizeof(pose), how, &rowe::describe<pose>(),
+inline rowe::detail::queue_pair& advertise_pose(core_harness& on, rowe::topic_options how = {}) {
+  return on.offer(rowe::detail::pair_kind::publish_value, "/pose", sizeof(pose), how, &rowe::describe<pose>(),
                   "test/Pose");
 }
 
-inline rowe::status publish(core_harness& on, rowe::detail::lane& lane, const pose& value) {
-  return rowe::detail::publish_into(lane, sizeof value, on.now,
+inline rowe::status publish(core_harness& on, rowe::detail::queue_pair& pair, const pose& value) {
+  return rowe::detail::publish_into(pair, sizeof value, on.now,
                                     [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
 }
 
-inline rowe::status publish_text(core_harness& on, rowe::detail::lane& lane, std::string_view text) {
-  return rowe::detail::publish_into(lane, text.size(), on.now, [&](std::byte* slot) {
+inline rowe::status publish_text(core_harness& on, rowe::detail::queue_pair& pair, std::string_view text) {
+  return rowe::detail::publish_into(pair, text.size(), on.now, [&](std::byte* slot) {
     text.copy(reinterpret_cast<char*>(slot), text.size());
   });
 }
 
-inline rowe::result<std::string> take(rowe::detail::lane& lane) {
-  const auto slot = lane.user.in.out->try_pop();
+inline rowe::result<std::string> take(rowe::detail::queue_pair& pair) {
+  const auto slot = pair.user.in.out->try_pop();
   if (!slot) return rowe::errc::empty;
-  std::string text{reinterpret_cast<const char*>(lane.user.in.slots.value(*slot)),
-                   lane.user.in.slots.header(*slot)->bytes};
-  lane.user.in.free_ring->give(*slot);
+  std::string text{reinterpret_cast<const char*>(pair.user.in.slots.value(*slot)),
+                   pair.user.in.slots.header(*slot)->bytes};
+  pair.user.in.free_ring->release(*slot);
   return text;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A core in a harness: the memory transport in place of sockets, time that moves when told to, random bytes
-// from a seed, lanes without threads, and peers that speak frames by hand. For tests of the core, the
+// from a seed, queue pairs without threads, and peers that speak frames by hand. For tests of the core, the
 // simulation and benches.
 #pragma once
 #include <cstddef>
@@ -20,7 +20,7 @@
 #include <rowe/schema.hpp>
 #include <rowe/subscriber.hpp>
 
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 #include "memory_transport/memory_transport.hpp"
 #include "service/core.hpp"
 #include "service/memory_plan.hpp"
@@ -83,15 +83,15 @@ class core_harness_over {
         validator{
             rowe::json::reader::create(chosen.limits.message_bytes_max, chosen.limits.depth_max).value()},
         net{chosen.limits.connections_max},
-        lanes{memory.carve<rowe::detail::lane>(chosen.limits.lanes_max)},
+        pairs{memory.carve<rowe::detail::queue_pair>(chosen.limits.lanes_max)},
         now{begins},
         shown{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
         submissions{*memory.make<rowe::service::submission_queue>(memory, chosen.limits)},
         inbox{*memory.make<rowe::service::shared_inbox>(memory, chosen.limits)},
-        waker{*memory.make<rowe::rt::wake_bell<>>(rowe::rt::eventfd_bell{})},
+        waker{*memory.make<rowe::rt::waker<>>(rowe::rt::eventfd_signal{})},
         core{*memory.make<rowe::service::core>(
             memory, rowe::service::core_options::from(options, ours, "robot"),
-            rowe::service::shared_parts{lanes, shown, submissions, inbox},
+            rowe::service::shared_parts{pairs, shown, submissions, inbox},
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
@@ -109,7 +109,7 @@ class core_harness_over {
   }
 
   std::uint64_t count(rowe::service::counter which) const {
-    return rowe::service::read_count(shown, lanes, which);
+    return rowe::service::read_count(shown, pairs, which);
   }
 
   // Of ordinary threads.
@@ -119,31 +119,32 @@ class core_harness_over {
     return wrong != nullptr ? wrong : inbox.check();
   }
 
-  // Offers a lane as set-up does. It is active after the next cycle.
-  rowe::detail::lane& offer(const rowe::detail::lane_request& asked) {
+  // Offers a queue pair as set-up does. It is active after the next cycle.
+  rowe::detail::queue_pair& offer(const rowe::detail::pair_request& asked) {
     using namespace rowe::detail;
-    for (lane& one : lanes) {
+    for (queue_pair& one : pairs) {
       if (!one.lifecycle.is_free()) continue;
-      if (one.memory.size() < lane_bytes(asked)) one.memory = memory.carve_bytes(lane_bytes(asked));
+      if (one.memory.size() < pair_bytes(asked)) one.memory = memory.carve_bytes(pair_bytes(asked));
       if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
-      build_lane(one, asked, shown.generations());
+      build_pair(one, asked, shown.generations());
       one.peers_taking = shown.takers();
-      codecs.push_back(std::make_unique<lane_codecs>(std::move(lane_codecs::compile(asked)).value()));
+      codecs.push_back(std::make_unique<pair_codecs>(std::move(pair_codecs::compile(asked)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
       one.granted = &shown.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
       one.waker = options.idle_policy == rowe::idle::wake ? &waker : nullptr;
-      shown.use_lane(static_cast<std::uint32_t>(&one - lanes.data()));
+      shown.use_pair(static_cast<std::uint32_t>(&one - pairs.data()));
       one.lifecycle.offer();
       return one;
     }
     throw std::runtime_error{"no free lane"};
   }
   // Of a topic.
-  rowe::detail::lane& offer(rowe::detail::lane_kind kind, std::string_view topic, std::size_t value_bytes,
-                            const rowe::topic_options& how = {},
-                            const rowe::schema_description* schema = nullptr, std::string_view type = {}) {
-    rowe::detail::lane_request asked{.kind = kind,
+  rowe::detail::queue_pair& offer(rowe::detail::pair_kind kind, std::string_view topic,
+                                  std::size_t value_bytes, const rowe::topic_options& how = {},
+                                  const rowe::schema_description* schema = nullptr,
+                                  std::string_view type = {}) {
+    rowe::detail::pair_request asked{.kind = kind,
                                      .name = topic,
                                      .type = type,
                                      .keep = how.keep,
@@ -156,27 +157,28 @@ class core_harness_over {
     (publishes ? asked.out_bytes : asked.in_bytes) = value_bytes;
     (publishes ? asked.encoded : asked.decoded) = schema;
     asked.fill_missing = how.fill_missing;
-    if (kind == rowe::detail::lane_kind::subscribe_text) asked.keep = rowe::keep::all;
+    if (kind == rowe::detail::pair_kind::subscribe_text) asked.keep = rowe::keep::all;
     return offer(asked);
   }
 
-  // What a handle on it is made of. Such a handle does not give the lane back: close its lifecycle for that.
-  static rowe::detail::lane_handle handle_of(rowe::detail::lane& on) { return {nullptr, on}; }
+  // What a handle on it is made of. Such a handle does not give the queue pair back: close its lifecycle for
+  // that.
+  static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 
   rowe::endpoint_options options;
   rowe::rt::arena memory;
   seeded_entropy random;
   rowe::json::reader validator;
   Transport net;
-  std::span<rowe::detail::lane> lanes;
+  std::span<rowe::detail::queue_pair> pairs;
   rowe::rt::time_point now;
   rowe::rt::time_point next_wake{};
   rowe::service::shared_state& shown;
   rowe::service::submission_queue& submissions;
   rowe::service::shared_inbox& inbox;
-  rowe::rt::wake_bell<>& waker; // of idle::wake; nobody sleeps here
+  rowe::rt::waker<>& waker; // of idle::wake; nobody sleeps here
   rowe::service::core& core;
-  std::vector<std::unique_ptr<rowe::detail::lane_codecs>> codecs;
+  std::vector<std::unique_ptr<rowe::detail::pair_codecs>> codecs;
 };
 using core_harness = core_harness_over<rowe::net::memory_transport>;
 

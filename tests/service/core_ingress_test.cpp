@@ -43,7 +43,7 @@ struct core_ingress : testing::Test {
     return seen;
   }
   void listen() {
-    heard = &on.offer(rowe::detail::lane_kind::subscribe_text, "/heard", 8000, {.depth = 512});
+    heard = &on.offer(rowe::detail::pair_kind::subscribe_text, "/heard", 8000, {.depth = 512});
     on.cycle();
   }
   void forget() {
@@ -51,9 +51,9 @@ struct core_ingress : testing::Test {
     on.cycle();
   }
   std::unique_ptr<rowe::stop_latch> opened_latch() {
-    rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
     on.cycle();
-    return std::make_unique<rowe::stop_latch>(core_harness::handle_of(lane));
+    return std::make_unique<rowe::stop_latch>(core_harness::handle_of(pair));
   }
   void flood_by_others() {
     for (std::size_t who = 1; who < 4; ++who)
@@ -76,7 +76,7 @@ struct core_ingress : testing::Test {
 
   core_harness on{roomy()};
   std::vector<std::unique_ptr<peer>> peers;
-  rowe::detail::lane* heard = nullptr;
+  rowe::detail::queue_pair* heard = nullptr;
 };
 
 TEST_F(core_ingress, hears_one_message_of_each_peer_in_turn) {
@@ -126,9 +126,9 @@ TEST_F(core_ingress, reads_no_more_of_a_peer_before_it_has_heard_what_it_read) {
 
 TEST_F(core_ingress, carries_out_a_stop_before_everything_that_was_read_with_it) {
   listen();
-  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(pair)};
   for (const char* text : {stop_call, R"({"service":"/rowe/stop","message_id":1})",
                            R"({"op":"publish","topic":"\/rowe\/stop","msg":{}})"}) {
     const auto before = on.count(counter::stops);
@@ -145,9 +145,9 @@ TEST_F(core_ingress, carries_out_a_stop_before_everything_that_was_read_with_it)
 
 TEST_F(core_ingress, finds_a_stop_behind_other_messages_of_its_own_peer) {
   listen();
-  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(pair)};
   for (int i = 0; i < 10; ++i) peers[0]->say(say('a'));
   peers[0]->say(stop_call);
   for (int i = 0; i < 10; ++i) peers[0]->say(say('b'));
@@ -294,9 +294,9 @@ TEST_F(core_ingress, refuses_a_reset_that_a_stop_of_the_same_peer_has_passed) {
 
 TEST_F(core_ingress, finds_it_there_although_others_flood) {
   listen();
-  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(pair)};
   for (std::size_t who = 1; who < 4; ++who)
     for (int i = 0; i < 60; ++i) peers[who]->say(say(static_cast<char>('a' + who)));
   for (int i = 0; i < 40; ++i) peers[0]->say("{}");
@@ -307,9 +307,9 @@ TEST_F(core_ingress, finds_it_there_although_others_flood) {
 
 TEST_F(core_ingress, finds_a_stop_behind_a_frame_that_came_in_two_reads) {
   listen();
-  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(pair)};
   for (std::size_t who = 1; who < 4; ++who)
     for (int i = 0; i < 40; ++i) peers[who]->say(say(static_cast<char>('a' + who), 3000));
   peers[0]->say(say('a', 4200)); // more than one read
@@ -335,12 +335,12 @@ TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
 
 // ---- shares of whoever receives
 
-// A lane receives; it has ten slots each way, of which two are kept for who comes.
+// A queue pair receives; it has ten slots each way, of which two are kept for who comes.
 struct receiver_shares : core_ingress {
   receiver_shares() { open(); }
 
   void open() {
-    lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
+    pair = &on.offer({.kind = rowe::detail::pair_kind::talk,
                       .receives = true,
                       .out_depth = 10,
                       .in_depth = 10,
@@ -349,7 +349,7 @@ struct receiver_shares : core_ingress {
                       .in_bytes = 4096,
                       .ends_bytes = 192});
     on.cycle();
-    talk = rowe::lane{core_harness::handle_of(*lane)};
+    talk = rowe::lane{core_harness::handle_of(*pair)};
   }
   static std::string message_of(char who, std::size_t bytes = 0) {
     return R"({"data":")" + std::string(1, who) + std::string(bytes, '.') + "\"}";
@@ -375,7 +375,7 @@ struct receiver_shares : core_ingress {
     return on.count(counter::inbox_full) + on.count(counter::outbox_full) + on.count(counter::no_slot);
   }
 
-  rowe::detail::lane* lane = nullptr;
+  rowe::detail::queue_pair* pair = nullptr;
   rowe::lane talk;
 };
 
@@ -492,7 +492,7 @@ TEST_F(receiver_shares, does_not_take_a_peer_that_it_does_not_read_for_silent) {
 TEST_F(receiver_shares, reads_on_where_the_receiver_is_gone_for_long) {
   for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
   peers[0]->say(R"({"op":"subscribe","topic":"/x"})");
-  rowe::detail::lane& x = on.offer(rowe::detail::lane_kind::publish_text, "/x", 100);
+  rowe::detail::queue_pair& x = on.offer(rowe::detail::pair_kind::publish_text, "/x", 100);
   on.cycles(70, 100ms);
   EXPECT_EQ(publish_text(on, x, "{}").code(), rowe::errc::no_peer) << "it waits";
   on.cycles(30, 100ms);
@@ -521,7 +521,7 @@ TEST_F(receiver_shares, lets_a_call_wait_for_a_place) {
 }
 
 TEST_F(receiver_shares, carries_out_a_stop_that_was_read_behind_what_waits) {
-  rowe::detail::lane& loop = on.offer(rowe::detail::latch_request({}));
+  rowe::detail::queue_pair& loop = on.offer(rowe::detail::latch_request({}));
   on.cycle();
   rowe::stop_latch latch{core_harness::handle_of(loop)};
   for (int i = 0; i < 20; ++i) peers[0]->say(message_of('a'));
@@ -540,7 +540,7 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
   options.limits.message_bytes_max = 64 * 1024;
   core_harness on{options};
   (void)on.offer(rowe::detail::latch_request({}));
-  auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
+  auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
                          .receives = true,
                          .out_depth = 2,
                          .in_depth = 2,
@@ -549,7 +549,7 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
                          .in_bytes = 4096,
                          .ends_bytes = 192});
   on.cycle();
-  rowe::lane talk{core_harness::handle_of(lane)};
+  rowe::lane talk{core_harness::handle_of(pair)};
   peer alone{on};
   on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   for (int i = 0; i < 3; ++i) alone.say(R"({"data":"a"})");
@@ -593,7 +593,7 @@ TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
   rowe::endpoint_options options = roomy();
   options.limits.message_bytes_max = 64 * 1024;
   core_harness on{options};
-  auto& lane = on.offer({.kind = rowe::detail::lane_kind::talk,
+  auto& pair = on.offer({.kind = rowe::detail::pair_kind::talk,
                          .receives = true,
                          .out_depth = 4,
                          .in_depth = 4,
@@ -602,7 +602,7 @@ TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
                          .in_bytes = 64 * 1024,
                          .ends_bytes = 192});
   on.cycle();
-  rowe::lane talk{core_harness::handle_of(lane)};
+  rowe::lane talk{core_harness::handle_of(pair)};
   peer alone{on};
   on.net.link_of(alone.id()).chunk_bytes_max = rowe::service::transport_sink::read_bytes_alone;
   const std::size_t lengths[] = {50'000, 63'000, 20'000, 40'000, 58'000, 61'000, 15'000, 48'000};
@@ -696,7 +696,7 @@ TEST_F(receiver_shares, gives_what_waits_to_the_next_receiver) {
   on.cycles(2);
   EXPECT_EQ(taken(1), "a");
   talk = {};
-  lane->lifecycle.close();
+  pair->lifecycle.close();
   on.cycles(2);
   open();
   std::string rest;
@@ -710,9 +710,9 @@ TEST_F(receiver_shares, gives_what_waits_to_the_next_receiver) {
 
 TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
   talk = {};
-  lane->lifecycle.close();
+  pair->lifecycle.close();
   on.cycles(2);
-  lane = &on.offer({.kind = rowe::detail::lane_kind::talk,
+  pair = &on.offer({.kind = rowe::detail::pair_kind::talk,
                     .receives = true,
                     .out_depth = 32,
                     .in_depth = 32,
@@ -721,7 +721,7 @@ TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
                     .in_bytes = 256,
                     .ends_bytes = 192});
   on.cycle();
-  talk = rowe::lane{core_harness::handle_of(*lane)};
+  talk = rowe::lane{core_harness::handle_of(*pair)};
   std::vector<std::unique_ptr<peer>> greedy;
   for (int i = 0; i < 3; ++i) {
     greedy.push_back(std::make_unique<peer>(on));

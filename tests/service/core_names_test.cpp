@@ -10,7 +10,7 @@ namespace harness {
 namespace core_names_test {
 namespace {
 
-using rowe::detail::lane_kind;
+using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 using rowe::service::close_cause;
 using rowe::service::side;
@@ -59,14 +59,14 @@ TEST(names, of_types_are_one_with_their_kind_and_without) {
 }
 
 TEST_F(core_names, sends_each_peer_the_name_it_subscribed_by_out_of_one_slot) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer one{on}, other{on};
   one.say(R"({"op":"subscribe","topic":"/pose"})");
   other.say(R"({"op":"subscribe","topic":"pose"})");
   on.cycle();
   for (peer* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 0;
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
-  ASSERT_TRUE(publish(on, lane, {2, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   EXPECT_EQ(on.core.slots_in_use(), 2U);
   for (peer* p : {&one, &other}) on.net.link_of(p->id()).room_bytes = 4096;
@@ -77,13 +77,13 @@ TEST_F(core_names, sends_each_peer_the_name_it_subscribed_by_out_of_one_slot) {
 }
 
 TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopped_taking_it) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   for (std::size_t bytes = 1; bytes < 80; ++bytes) {
     peer p{on};
     p.say(R"({"op":"subscribe","topic":"pose"})");
     on.cycle();
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
-    ASSERT_TRUE(publish(on, lane, {2, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {2, 0}));
     EXPECT_EQ(read_slowly(p, bytes), (texts{unslashed(1), unslashed(2)})) << bytes;
     EXPECT_EQ(p.violated, "");
     p.leave();
@@ -92,7 +92,7 @@ TEST_F(core_names, continues_a_frame_without_the_slash_wherever_the_socket_stopp
 }
 
 TEST_F(core_names, sends_a_frame_of_every_length_without_the_slash) {
-  auto& lane = on.offer(lane_kind::publish_text, "/t", 4096);
+  auto& pair = on.offer(pair_kind::publish_text, "/t", 4096);
   on.cycle();
   peer p{on}, usual{on};
   p.say(R"({"op":"subscribe","topic":"t"})");
@@ -102,7 +102,7 @@ TEST_F(core_names, sends_a_frame_of_every_length_without_the_slash) {
   for (const std::size_t bytes :
        {40U, 70U, 80U, 81U, 82U, 83U, 84U, 85U, 86U, 87U, 88U, 89U, 90U, 91U, 92U, 93U, 94U, 1100U, 4000U}) {
     const std::string body = R"({"a":")" + std::string(bytes, 'a') + R"("})";
-    ASSERT_TRUE(publish_text(on, lane, body));
+    ASSERT_TRUE(publish_text(on, pair, body));
     on.cycles(2);
     EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":"t","msg":)" + body + "}"}) << bytes;
     EXPECT_EQ(usual.hear(), texts{R"({"op":"publish","topic":"/t","msg":)" + body + "}"}) << bytes;
@@ -111,40 +111,40 @@ TEST_F(core_names, sends_a_frame_of_every_length_without_the_slash) {
 }
 
 TEST_F(core_names, gives_a_peer_that_subscribed_by_both_names_one_copy_by_each) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","id":"1","topic":"/pose"})");
   p.say(R"({"op":"subscribe","id":"2","topic":"pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   texts heard = p.hear();
   std::sort(heard.begin(), heard.end());
   EXPECT_EQ(heard, (texts{message(1), unslashed(1)}));
   p.say(R"({"op":"unsubscribe","id":"1","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {2, 0}));
+  ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   EXPECT_EQ(p.hear(), texts{unslashed(2)});
   p.say(R"({"op":"unsubscribe","topic":"pose"})");
   on.cycle();
-  EXPECT_EQ(publish(on, lane, {3, 0}).code(), rowe::errc::no_peer);
+  EXPECT_EQ(publish(on, pair, {3, 0}).code(), rowe::errc::no_peer);
 }
 
 TEST_F(core_names, unsubscribes_by_the_other_name_where_there_is_but_one) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   p.say(R"({"op":"unsubscribe","topic":"pose"})");
   on.cycle();
   EXPECT_TRUE(p.hear().empty());
-  EXPECT_EQ(publish(on, lane, {1, 0}).code(), rowe::errc::no_peer);
+  EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
 }
 
 TEST_F(core_names, keeps_the_last_value_for_late_subscribers_by_either_name) {
-  auto& lane = advertise_pose(on, {.latched = true});
+  auto& pair = advertise_pose(on, {.latched = true});
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   peer late{on};
   late.say(R"({"op":"subscribe","topic":"pose"})");
@@ -156,7 +156,7 @@ TEST_F(core_names, relays_between_peers_and_handles_by_either_name) {
   rowe::endpoint_options options = small_options();
   options.relay = true;
   core_harness hub{options};
-  auto& inbox = hub.offer(lane_kind::subscribe_text, "chatter", 100);
+  auto& inbox = hub.offer(pair_kind::subscribe_text, "chatter", 100);
   hub.cycle();
   peer speaker{hub}, one{hub}, other{hub};
   one.say(R"({"op":"subscribe","topic":"/chatter"})");
@@ -202,21 +202,21 @@ TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way
   peer p{on};
   p.say(R"({"op":"advertise","topic":"cmd_vel","type":"geometry_msgs/msg/Twist"})");
   on.cycle();
-  auto& lane = on.offer(lane_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
+  auto& pair = on.offer(pair_kind::subscribe_value, "/cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
-  EXPECT_EQ(lane.lifecycle.look(), pair_phase::active);
+  EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
 }
 
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
-  on.offer(lane_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
+  on.offer(pair_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
   on.cycle();
   while (on.shown.try_event()) continue;
-  auto& lane = on.offer(lane_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
+  auto& pair = on.offer(pair_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
-  EXPECT_EQ(lane.lifecycle.look(), pair_phase::refused);
-  EXPECT_EQ(lane.lifecycle.refusal().code, rowe::errc::type_conflict);
+  EXPECT_EQ(pair.lifecycle.look(), pair_phase::refused);
+  EXPECT_EQ(pair.lifecycle.refusal().code, rowe::errc::type_conflict);
   const auto told = on.shown.try_event();
   ASSERT_TRUE(told);
   EXPECT_EQ(std::string_view{told->what},
@@ -224,7 +224,7 @@ TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
 }
 
 TEST_F(core_names, tells_a_peer_that_expects_another_type_and_sends_it_the_messages_all_the_same) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   on.cycle();
   peer p{on};
   p.say(R"({"op":"subscribe","id":"s","topic":"pose","type":"std_msgs/String"})");
@@ -232,7 +232,7 @@ TEST_F(core_names, tells_a_peer_that_expects_another_type_and_sends_it_the_messa
   EXPECT_EQ(p.hear(),
             texts{R"({"op":"status","level":"error","id":"s","msg":"subscribe /pose: the topic has the type )"
                   R"(test/Pose, not std_msgs/String"})"});
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   EXPECT_EQ(p.hear(), texts{unslashed(1)});
 }
@@ -303,22 +303,22 @@ TEST_F(core_names, takes_the_longest_name_without_its_slash) {
   usual.say(R"({"op":"subscribe","topic":"/)" + name.substr(1) + R"("})"); // another topic
   on.cycle();
   EXPECT_TRUE(p.hear().empty());
-  auto& lane = on.offer(lane_kind::publish_text, name, 100);
+  auto& pair = on.offer(pair_kind::publish_text, name, 100);
   on.cycle();
-  ASSERT_TRUE(publish_text(on, lane, "{}"));
+  ASSERT_TRUE(publish_text(on, pair, "{}"));
   on.cycle();
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":")" + name + R"(","msg":{}})"});
   EXPECT_TRUE(usual.hear().empty());
 }
 
 TEST_F(core_names, keeps_two_slashes_apart_from_one) {
-  auto& lane = on.offer(lane_kind::publish_text, "//t", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "//t", 100);
   on.cycle();
   peer p{on}, other{on};
   p.say(R"({"op":"subscribe","topic":"//t"})");
   other.say(R"({"op":"subscribe","topic":"/t"})");
   on.cycle();
-  ASSERT_TRUE(publish_text(on, lane, "{}"));
+  ASSERT_TRUE(publish_text(on, pair, "{}"));
   on.cycle();
   EXPECT_EQ(p.hear(), texts{R"({"op":"publish","topic":"//t","msg":{}})"});
   EXPECT_TRUE(other.hear().empty());
@@ -327,7 +327,7 @@ TEST_F(core_names, keeps_two_slashes_apart_from_one) {
 struct core_names_as_client : testing::Test {
   core_names_as_client() : on{small_options(), side::client} { on.cycle(); }
   ~core_names_as_client() override { EXPECT_TRUE(on.core.check()); }
-  static void leave(rowe::detail::lane& lane) { lane.lifecycle.close(); }
+  static void leave(rowe::detail::queue_pair& pair) { pair.lifecycle.close(); }
   static bool says(const std::string& text, std::string_view op, std::string_view topic) {
     return text.find(R"("op":")" + std::string{op} + '"') != text.npos &&
            text.find(R"("topic":")" + std::string{topic} + '"') != text.npos;
@@ -340,17 +340,17 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
     std::optional<peer> server;
     if (connected_before) server.emplace(on, side::client);
     on.cycle();
-    auto& first = on.offer(lane_kind::subscribe_text, "in", 100);
-    auto& second = on.offer(lane_kind::subscribe_text, "/in", 100);
-    auto& out = on.offer(lane_kind::publish_text, "out", 100);
-    auto& also = on.offer(lane_kind::publish_text, "/out", 100);
+    auto& first = on.offer(pair_kind::subscribe_text, "in", 100);
+    auto& second = on.offer(pair_kind::subscribe_text, "/in", 100);
+    auto& out = on.offer(pair_kind::publish_text, "out", 100);
+    auto& also = on.offer(pair_kind::publish_text, "/out", 100);
     on.cycles(2);
     if (!connected_before) server.emplace(on, side::client);
     on.cycles(2);
     for (const std::string& text : server->hear())
       EXPECT_TRUE(says(text, "subscribe", "in") || says(text, "advertise", "out")) << text;
-    for (rowe::detail::lane* lane : {&out, &also}) {
-      ASSERT_TRUE(publish_text(on, *lane, "{}"));
+    for (rowe::detail::queue_pair* pair : {&out, &also}) {
+      ASSERT_TRUE(publish_text(on, *pair, "{}"));
       on.cycle();
       EXPECT_EQ(server->hear(), texts{R"({"op":"publish","topic":"out","msg":{}})"});
     }
@@ -376,13 +376,13 @@ TEST_F(core_names_as_client, calls_a_topic_towards_the_server_as_the_first_handl
 }
 
 TEST_F(core_names_as_client, continues_a_masked_frame_without_the_slash_where_the_socket_stopped) {
-  auto& lane = on.offer(lane_kind::publish_text, "out", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "out", 100);
   on.cycle();
   peer server{on, side::client};
   on.cycle();
   (void)server.hear();
   for (std::size_t bytes = 1; bytes < 60; ++bytes) {
-    ASSERT_TRUE(publish_text(on, lane, R"({"n":12345})"));
+    ASSERT_TRUE(publish_text(on, pair, R"({"n":12345})"));
     texts heard;
     for (int i = 0; i < 80; ++i) {
       on.net.link_of(server.id()).room_bytes = bytes;

@@ -96,8 +96,8 @@ struct core_numbers_codec : testing::Test {
     on.cycles(2);
     return p.hear();
   }
-  rowe::detail::lane& offer_echo() {
-    auto& lane = on.offer({.kind = rowe::detail::lane_kind::respond_value,
+  rowe::detail::queue_pair& offer_echo() {
+    auto& pair = on.offer({.kind = rowe::detail::pair_kind::respond_value,
                            .name = "/echo",
                            .type = "test/Echo",
                            .out_depth = 4,
@@ -107,7 +107,7 @@ struct core_numbers_codec : testing::Test {
                            .encoded = &rowe::describe<pose>(),
                            .decoded = &rowe::describe<pose>()});
     on.cycle();
-    return lane;
+    return pair;
   }
 
   core_harness on;
@@ -292,7 +292,7 @@ TEST_F(core_numbers_codec, goes_on_with_a_message_that_the_socket_took_a_part_of
 
 TEST_F(core_numbers_codec, takes_several_requests_of_one_message) {
   auto& pose_lane = advertise_pose(on);
-  on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
+  on.offer(rowe::detail::pair_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
   on.cycle();
   client p{on};
   const std::string three = R"({"want":[[1,)" + std::to_string(p.topics.at("/pose")) + "],[2,9999],[3," +
@@ -353,7 +353,7 @@ TEST_F(core_numbers_codec, carries_out_no_longer_list_than_a_peer_may_hold_thing
 
 TEST_F(core_numbers_codec, keeps_one_number_for_a_subscription_and_for_a_channel_of_a_peer) {
   advertise_pose(on);
-  on.offer(rowe::detail::lane_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
+  on.offer(rowe::detail::pair_kind::publish_value, "/other", sizeof(pose), {}, &rowe::describe<pose>());
   on.cycle();
   client p{on};
   const std::uint32_t pose_channel = p.topics.at("/pose");
@@ -547,7 +547,7 @@ TEST_F(core_numbers_codec, leaves_the_other_codecs_as_they_are) {
 }
 
 TEST_F(core_numbers_codec, parks_a_plain_message_for_which_there_is_no_room) {
-  rowe::lane inbox{core_harness::handle_of(on.offer({.kind = rowe::detail::lane_kind::talk,
+  rowe::lane inbox{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                      .receives = true,
                                                      .out_depth = 4,
                                                      .in_depth = 4,

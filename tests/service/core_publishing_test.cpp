@@ -7,61 +7,61 @@ namespace core_publishing_test {
 namespace {
 
 TEST_F(core_test, sends_a_published_struct_to_the_peer_that_subscribed) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1.5, -2}));
+  ASSERT_TRUE(publish(on, pair, {1.5, -2}));
   on.cycle();
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":1.5,"y":-2}})"});
 }
 
 TEST_F(core_test, tells_a_publisher_that_nobody_listens_and_queues_nothing) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   on.cycle();
-  EXPECT_EQ(publish(on, lane, {1, 0}).code(), rowe::errc::no_peer);
+  EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   EXPECT_TRUE(browser.hear().empty());
-  EXPECT_TRUE(publish(on, lane, {2, 0}));
+  EXPECT_TRUE(publish(on, pair, {2, 0}));
   browser.say(R"({"op":"unsubscribe","topic":"/pose"})");
   on.cycle();
-  EXPECT_EQ(publish(on, lane, {3, 0}).code(), rowe::errc::no_peer);
+  EXPECT_EQ(publish(on, pair, {3, 0}).code(), rowe::errc::no_peer);
   EXPECT_EQ(on.count(counter::no_peer), 3U); // two refused, and the one that was under way
 }
 
 TEST_F(core_test, refuses_to_publish_when_all_slots_wait_and_counts_it) {
-  auto& lane = advertise_pose(on, {.depth = 4});
+  auto& pair = advertise_pose(on, {.depth = 4});
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  for (int i = 0; i < 4; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
-  EXPECT_EQ(publish(on, lane, {9, 0}).code(), rowe::errc::full);
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
+  EXPECT_EQ(publish(on, pair, {9, 0}).code(), rowe::errc::full);
   on.cycle();
-  EXPECT_TRUE(publish(on, lane, {5, 0}));
+  EXPECT_TRUE(publish(on, pair, {5, 0}));
   EXPECT_EQ(browser.hear(), (texts{message(0), message(1), message(2), message(3)}));
   EXPECT_EQ(on.count(counter::full), 1U);
 }
 
 TEST_F(core_test, keeps_only_the_newest_value_where_asked_to_and_counts_the_others) {
-  auto& lane = advertise_pose(on, {.keep = rowe::keep::newest});
+  auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  for (int i = 1; i <= 5; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  for (int i = 1; i <= 5; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   EXPECT_EQ(browser.hear(), texts{message(5)});
   EXPECT_EQ(on.count(counter::replaced), 4U);
 }
 
 TEST_F(core_test, encodes_once_for_all_peers) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   std::vector<peer> peers;
   for (int i = 0; i < 8; ++i) peers.emplace_back(on).say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   for (peer& p : peers) on.net.link_of(p.id()).room_bytes = 0; // nobody reads: the messages stay queued
-  ASSERT_TRUE(publish(on, lane, {7, 0}));
+  ASSERT_TRUE(publish(on, pair, {7, 0}));
   on.cycle();
   EXPECT_EQ(on.core.slots_in_use(), 1U);
   for (peer& p : peers) {
@@ -73,12 +73,12 @@ TEST_F(core_test, encodes_once_for_all_peers) {
 }
 
 TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun) {
-  auto& lane = advertise_pose(on, {.ttl = 20ms});
+  auto& pair = advertise_pose(on, {.ttl = 20ms});
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 10; // the first frame begins, no more
-  for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  for (int i = 1; i <= 3; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   on.cycle(30ms);
   on.net.link_of(slow.id()).room_bytes = 4096;
@@ -90,26 +90,26 @@ TEST_F(core_test, sends_nothing_after_its_time_to_live_but_a_frame_already_begun
 }
 
 TEST_F(core_test, drops_what_was_too_old_when_it_was_taken_from_its_lane) {
-  auto& lane = advertise_pose(on, {.ttl = 20ms});
+  auto& pair = advertise_pose(on, {.ttl = 20ms});
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle(25ms);
   EXPECT_TRUE(browser.hear().empty());
   EXPECT_EQ(on.count(counter::expired), 1U);
 }
 
 TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees_it) {
-  auto& lane = advertise_pose(on, {.ttl = 0ms});
+  auto& pair = advertise_pose(on, {.ttl = 0ms});
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   on.cycle();
   EXPECT_EQ(slow.hear(), texts{message(1)});
   on.net.link_of(slow.id()).room_bytes = 0;
-  ASSERT_TRUE(publish(on, lane, {2, 0}));
+  ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 4096;
   on.cycles(3);
@@ -118,14 +118,14 @@ TEST_F(core_test, sends_a_value_without_time_to_live_only_in_the_cycle_that_sees
 }
 
 TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) {
-  auto& lane = advertise_pose(on, {.depth = 64});
+  auto& pair = advertise_pose(on, {.depth = 64});
   peer slow{on};
   peer quick{on};
   for (peer* p : {&slow, &quick}) p->say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 0;
   for (int i = 0; i < 40; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
   EXPECT_EQ(quick.hear().size(), 40U);
@@ -139,10 +139,10 @@ TEST_F(core_test, drops_the_oldest_for_a_peer_that_does_not_read_and_counts_it) 
 }
 
 TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
-  auto& lane = advertise_pose(on, {.latched = true});
+  auto& pair = advertise_pose(on, {.latched = true});
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
-  ASSERT_TRUE(publish(on, lane, {2, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {2, 0}));
   on.cycle();
   peer late{on};
   late.say(R"({"op":"subscribe","topic":"/pose"})");
@@ -151,13 +151,13 @@ TEST_F(core_test, gives_a_late_subscriber_the_last_value_of_a_latched_topic) {
 }
 
 TEST_F(core_test, counts_each_expired_message_of_a_latched_topic) {
-  auto& lane = advertise_pose(on, {.ttl = 20ms, .latched = true});
+  auto& pair = advertise_pose(on, {.ttl = 20ms, .latched = true});
   peer slow{on};
   slow.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 0;
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
   on.cycles(60);
@@ -168,11 +168,11 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
   peer early{on};
   early.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  auto& lane = advertise_pose(on, {.keep = rowe::keep::newest});
+  auto& pair = advertise_pose(on, {.keep = rowe::keep::newest});
   on.cycle();
   on.net.link_of(early.id()).room_bytes = 0;
   for (int i = 0; i < 10; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
   on.net.link_of(early.id()).room_bytes = 4096;
@@ -183,16 +183,16 @@ TEST_F(core_test, gives_the_newest_only_to_those_who_subscribed_before_it_was_as
 
 TEST_F(core_test, writes_urgent_topics_before_others) {
   auto& bulk =
-      on.offer(rowe::detail::lane_kind::publish_text, "/bulk", 100, {.priority = rowe::priority::bulk});
+      on.offer(rowe::detail::pair_kind::publish_text, "/bulk", 100, {.priority = rowe::priority::bulk});
   auto& urgent =
-      on.offer(rowe::detail::lane_kind::publish_text, "/urgent", 100, {.priority = rowe::priority::urgent});
+      on.offer(rowe::detail::pair_kind::publish_text, "/urgent", 100, {.priority = rowe::priority::urgent});
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/bulk"})");
   browser.say(R"({"op":"subscribe","topic":"/urgent"})");
   on.cycle();
-  const auto say = [&](rowe::detail::lane& lane, std::string_view text) {
+  const auto say = [&](rowe::detail::queue_pair& pair, std::string_view text) {
     ASSERT_TRUE(rowe::detail::publish_into(
-        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   };
   say(bulk, "{}");
   say(bulk, R"({"n":2})");
@@ -209,16 +209,16 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
   options.limits.small_slots = 512;
   options.limits.queued_max = 1024;
   core_harness busy{options};
-  auto& first = busy.offer(rowe::detail::lane_kind::publish_text, "/a", 8, {.depth = 256});
-  auto& second = busy.offer(rowe::detail::lane_kind::publish_text, "/b", 8, {.depth = 256});
+  auto& first = busy.offer(rowe::detail::pair_kind::publish_text, "/a", 8, {.depth = 256});
+  auto& second = busy.offer(rowe::detail::pair_kind::publish_text, "/b", 8, {.depth = 256});
   peer reader{busy};
   reader.say(R"({"op":"subscribe","topic":"/a"})");
   reader.say(R"({"op":"subscribe","topic":"/b"})");
   busy.cycle();
   busy.net.link_of(reader.id()).room_bytes = 0;
-  for (auto* lane : {&first, &second}) {
+  for (auto* pair : {&first, &second}) {
     for (int i = 0; i < 128; ++i) {
-      ASSERT_TRUE(rowe::detail::publish_into(*lane, 2, busy.now,
+      ASSERT_TRUE(rowe::detail::publish_into(*pair, 2, busy.now,
                                              [](std::byte* slot) { std::memcpy(slot, "{}", 2); }));
     }
   }
@@ -233,24 +233,24 @@ TEST_F(core_test, lets_topics_of_one_priority_take_turns) {
 }
 
 TEST_F(core_test, writes_not_a_number_as_null_and_counts_it) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {std::numeric_limits<double>::quiet_NaN(), 0}));
+  ASSERT_TRUE(publish(on, pair, {std::numeric_limits<double>::quiet_NaN(), 0}));
   on.cycle();
   EXPECT_EQ(browser.hear(), texts{R"({"op":"publish","topic":"/pose","msg":{"x":null,"y":0}})"});
   EXPECT_EQ(on.count(counter::nonfinite), 1U);
 }
 
 TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
-  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/text", 100);
+  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/text", 100);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/text"})");
   on.cycle();
   for (const std::string_view text : {"{", "7", "[{}]"}) {
     ASSERT_TRUE(rowe::detail::publish_into(
-        lane, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
+        pair, text.size(), on.now, [&](std::byte* slot) { std::memcpy(slot, text.data(), text.size()); }));
   }
   on.cycle();
   EXPECT_TRUE(browser.hear().empty());
@@ -258,20 +258,20 @@ TEST_F(core_test, drops_and_counts_text_that_is_no_json_object) {
 }
 
 TEST_F(core_test, frees_a_closing_lane_and_its_topic_after_sending_what_it_held) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  ASSERT_TRUE(publish(on, lane, {4, 0}));
-  lane.lifecycle.close();
+  ASSERT_TRUE(publish(on, pair, {4, 0}));
+  pair.lifecycle.close();
   on.cycle();
-  EXPECT_EQ(lane.lifecycle.look(), rowe::detail::pair_phase::free);
+  EXPECT_EQ(pair.lifecycle.look(), rowe::detail::pair_phase::free);
   EXPECT_EQ(browser.hear(), texts{message(4)});
 }
 
 TEST_F(core_test, refuses_a_lane_whose_type_is_not_the_topics) {
   auto& first = advertise_pose(on);
-  auto& second = on.offer(rowe::detail::lane_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
+  auto& second = on.offer(rowe::detail::pair_kind::publish_text, "/pose", 100, {}, nullptr, "other/Type");
   on.cycle();
   EXPECT_EQ(first.lifecycle.look(), rowe::detail::pair_phase::active);
   EXPECT_EQ(second.lifecycle.look(), rowe::detail::pair_phase::refused);
@@ -300,11 +300,11 @@ TEST_F(core_test, lets_a_topic_become_urgent_while_peers_wait_for_it) {
 }
 
 TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_share) {
-  auto& lane = advertise_pose(on, {.depth = 128});
+  auto& pair = advertise_pose(on, {.depth = 128});
   peer p{on};
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
-  for (int i = 0; i < 100; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+  for (int i = 0; i < 100; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   on.cycle();
   EXPECT_EQ(on.next_wake, on.now);
   on.cycle();
@@ -314,7 +314,8 @@ TEST_F(core_test, wants_the_next_cycle_at_once_when_a_lane_had_more_than_its_sha
 } // namespace
 } // namespace core_publishing_test
 // A queue may begin with what expired long ago, in a slot that another message of the topic has now.
-// A core with slots for a lane's larger share, and a peer that wants all and may have `queue_length` waiting.
+// A core with slots for a queue pair's larger share, and a peer that wants all and may have `queue_length`
+// waiting.
 struct ample {
   explicit ample(int queue_length)
       : on{[] {
@@ -328,9 +329,9 @@ struct ample {
     on.cycle();
   }
   void publish_all(int values) {
-    for (int i = 0; i < values; ++i) ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    for (int i = 0; i < values; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   }
-  std::size_t waiting() { return lane.service.out.out->waiting_at_least(); }
+  std::size_t waiting() { return pair.service.out.out->waiting_at_least(); }
   std::size_t heard(std::size_t values) {
     std::size_t all = 0;
     for (int i = 0; i < 100 && all < values; ++i) {
@@ -340,7 +341,7 @@ struct ample {
     return all;
   }
   core_harness on;
-  rowe::detail::lane& lane = advertise_pose(on, {.depth = 300});
+  rowe::detail::queue_pair& pair = advertise_pose(on, {.depth = 300});
   peer reader{on};
 };
 
@@ -379,8 +380,8 @@ TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold
   options.limits.small_slots = 2;
   options.limits.large_slots = 1;
   core_harness on{options};
-  auto& lasting = on.offer(rowe::detail::lane_kind::publish_text, "/t", 64);
-  auto& brief = on.offer(rowe::detail::lane_kind::publish_text, "/t", 64, {.ttl = 5ms});
+  auto& lasting = on.offer(rowe::detail::pair_kind::publish_text, "/t", 64);
+  auto& brief = on.offer(rowe::detail::pair_kind::publish_text, "/t", 64, {.ttl = 5ms});
   peer stalled{on}, changed{on}, slow{on}, other{on}, asks{on};
   stalled.say(R"({"op":"subscribe","topic":"/t"})");
   changed.say(R"({"op":"subscribe","topic":"/t","throttle_rate":1000,"queue_length":9})");
@@ -412,7 +413,7 @@ TEST(core_publishing, takes_back_from_peers_that_do_not_read_only_what_they_hold
 TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_them) {
   for (const std::size_t bytes : {std::size_t{10}, std::size_t{3000}}) { // of small slots, and of large ones
     core_harness busy;
-    auto& lane = busy.offer(rowe::detail::lane_kind::publish_text, "/pose", 4000);
+    auto& pair = busy.offer(rowe::detail::pair_kind::publish_text, "/pose", 4000);
     peer deaf{busy}, deaf_too{busy}, hears{busy};
     for (peer* p : {&deaf, &deaf_too, &hears}) p->say(R"({"op":"subscribe","topic":"/pose"})");
     busy.cycle();
@@ -420,7 +421,7 @@ TEST_F(core_test, takes_slots_back_from_peers_that_do_not_read_when_others_need_
     busy.net.link_of(deaf_too.id()).room_bytes = 0;
     std::size_t heard = 0;
     for (int i = 0; i < 100; ++i) {
-      EXPECT_TRUE(publish_text(busy, lane, R"({"x":")" + std::string(bytes, 'x') + R"("})"));
+      EXPECT_TRUE(publish_text(busy, pair, R"({"x":")" + std::string(bytes, 'x') + R"("})"));
       busy.cycle();
       heard += hears.hear().size();
     }

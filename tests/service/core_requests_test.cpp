@@ -8,10 +8,10 @@ namespace {
 
 struct throttling : core_test {
   // Publishes at 1 kHz for a while and returns what came.
-  texts run(peer& to, rowe::detail::lane& lane, int milliseconds) {
+  texts run(peer& to, rowe::detail::queue_pair& pair, int milliseconds) {
     texts all;
     for (int i = 0; i < milliseconds; ++i) {
-      EXPECT_TRUE(publish(on, lane, {1.0 * ++x, 0}));
+      EXPECT_TRUE(publish(on, pair, {1.0 * ++x, 0}));
       on.cycle();
       for (auto& text : to.hear()) all.push_back(std::move(text));
     }
@@ -21,31 +21,31 @@ struct throttling : core_test {
 };
 
 TEST_F(throttling, spaces_messages_by_the_throttle_rate) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":50})");
   on.cycle();
-  EXPECT_EQ(run(browser, lane, 1000).size(), 20U);
+  EXPECT_EQ(run(browser, pair, 1000).size(), 20U);
   EXPECT_EQ(on.count(counter::throttled), 980U);
 }
 
 TEST_F(throttling, with_a_queue_of_one_sends_the_newest_value_when_it_is_due) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":100,"queue_length":1})");
   on.cycle();
-  const texts heard = run(browser, lane, 500);
+  const texts heard = run(browser, pair, 500);
   ASSERT_GE(heard.size(), 5U);
   EXPECT_EQ(heard[0], message(1));
   EXPECT_EQ(heard[1], message(101)); // the newest at that time, not the oldest waiting
 }
 
 TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":10,"queue_length":3})");
   on.cycle();
-  EXPECT_EQ(run(browser, lane, 5), texts{message(1)});
+  EXPECT_EQ(run(browser, pair, 5), texts{message(1)});
   texts heard;
   for (int i = 0; i < 50; ++i) {
     on.cycle();
@@ -57,26 +57,26 @@ TEST_F(throttling, with_a_longer_queue_drops_the_oldest_and_drains_at_its_rate) 
 }
 
 TEST_F(throttling, takes_a_period_of_centuries_for_what_it_is) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","topic":"/pose","throttle_rate":9223372036854,"queue_length":1})");
   on.cycle();
-  EXPECT_EQ(run(browser, lane, 100), texts{message(1)});
+  EXPECT_EQ(run(browser, pair, 100), texts{message(1)});
 }
 
 TEST_F(throttling, merges_two_subscriptions_of_one_peer_into_one_copy) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer browser{on};
   browser.say(R"({"op":"subscribe","id":"a","topic":"/pose","throttle_rate":100})");
   browser.say(R"({"op":"subscribe","id":"b","topic":"/pose"})");
   on.cycle();
-  EXPECT_EQ(run(browser, lane, 10).size(), 10U);
+  EXPECT_EQ(run(browser, pair, 10).size(), 10U);
   browser.say(R"({"op":"unsubscribe","id":"b","topic":"/pose"})");
   on.cycle();
-  EXPECT_LE(run(browser, lane, 50).size(), 1U);
+  EXPECT_LE(run(browser, pair, 50).size(), 1U);
   browser.say(R"({"op":"unsubscribe","id":"a","topic":"/pose"})");
   on.cycle();
-  EXPECT_EQ(publish(on, lane, {0, 0}).code(), rowe::errc::no_peer);
+  EXPECT_EQ(publish(on, pair, {0, 0}).code(), rowe::errc::no_peer);
 }
 
 struct hub : testing::Test {
@@ -127,7 +127,7 @@ TEST_F(hub, keeps_topics_below_rowe_for_itself) {
 }
 
 TEST_F(hub, delivers_to_subscribers_of_its_own_process_too) {
-  auto& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/chatter", 1000);
+  auto& inbox = on.offer(rowe::detail::pair_kind::subscribe_text, "/chatter", 1000);
   peer talker{on};
   talker.say(R"({"op":"publish","topic":"/chatter","msg":{"data":1}})");
   on.cycles(2);

@@ -47,9 +47,9 @@ struct core_sender : testing::Test {
 };
 
 TEST_F(core_sender, goes_to_so_many_peers_in_one_cycle_and_to_the_others_in_the_next) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   all_say(R"({"op":"subscribe","topic":"/pose"})");
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   for (std::size_t left = crowd; left != 0;) {
     on.cycle();
     const std::size_t turns = std::min(left, turns_per_cycle);
@@ -62,11 +62,11 @@ TEST_F(core_sender, goes_to_so_many_peers_in_one_cycle_and_to_the_others_in_the_
 }
 
 TEST_F(core_sender, gives_everybody_a_turn_however_much_there_is_for_others) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   all_say(R"({"op":"subscribe","topic":"/pose"})");
   std::vector<std::size_t> waits(crowd); // cycles
   for (int cycles = 0; cycles < 50; ++cycles) {
-    ASSERT_TRUE(publish(on, lane, {1, 0}));
+    ASSERT_TRUE(publish(on, pair, {1, 0}));
     on.cycle();
     for (std::size_t i = 0; i < crowd; ++i) waits[i] = peers[i].hear().empty() ? waits[i] + 1 : 0;
     EXPECT_LE(*std::max_element(waits.begin(), waits.end()), crowd / turns_per_cycle + 1);
@@ -76,13 +76,13 @@ TEST_F(core_sender, gives_everybody_a_turn_however_much_there_is_for_others) {
 // They read, and so nothing of a burst may be pushed out of their queues by the next one.
 TEST_F(core_sender, takes_no_more_from_lanes_than_everybody_has_been_offered) {
   constexpr int burst = 6;
-  auto& lane = advertise_pose(on, {.depth = burst});
+  auto& pair = advertise_pose(on, {.depth = burst});
   all_say(R"({"op":"subscribe","topic":"/pose","queue_length":8})");
   std::size_t published = 0;
   std::vector<std::size_t> heard_of(crowd);
   for (int cycles = 0; cycles < 100; ++cycles) {
     for (int i = 0; cycles < 50 && i < burst; ++i) {
-      if (publish(on, lane, {1, 0})) ++published; // else the lane is full, and the loop is told so
+      if (publish(on, pair, {1, 0})) ++published; // else the queue pair is full, and the loop is told so
     }
     on.cycle();
     for (std::size_t i = 0; i < crowd; ++i) heard_of[i] += peers[i].hear().size();
@@ -93,10 +93,10 @@ TEST_F(core_sender, takes_no_more_from_lanes_than_everybody_has_been_offered) {
 }
 
 TEST_F(core_sender, large_messages_leave_turns_to_fewer_peers) {
-  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/map", 8000, {.depth = 4});
+  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/map", 8000, {.depth = 4});
   all_say(R"({"op":"subscribe","topic":"/map"})");
   for (int i = 0; i < 4; ++i)
-    ASSERT_TRUE(publish_text(on, lane, R"({"data":")" + std::string(7000, 'x') + "\"}"));
+    ASSERT_TRUE(publish_text(on, pair, R"({"data":")" + std::string(7000, 'x') + "\"}"));
   on.cycle();
   EXPECT_LT(heard(), turns_per_cycle);
 }
@@ -118,10 +118,10 @@ TEST_F(core_sender, what_has_no_time_to_live_goes_to_all_in_its_cycle) {
 
 TEST_F(core_sender, a_stop_does_not_wait_until_all_have_had_their_turn) {
   rowe::stop_latch latch{core_harness::handle_of(on.offer(rowe::detail::latch_request({})))};
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer operator_{on};
   all_say(R"({"op":"subscribe","topic":"/pose"})");
-  ASSERT_TRUE(publish(on, lane, {1, 0}));
+  ASSERT_TRUE(publish(on, pair, {1, 0}));
   operator_.say(R"({"op":"call_service","id":"1","service":"/rowe/stop"})");
   on.cycle();
   ASSERT_TRUE(latch.engaged(on.now));
@@ -164,7 +164,7 @@ TEST(sender, begins_what_waited_for_a_frame_that_ended) {
   auto options = small_options();
   options.limits.small_slots = 4;
   core_harness on{options};
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   peer first{on}, second{on};
   for (peer* p : {&first, &second}) {
     p->say(R"({"op":"subscribe","topic":"/pose"})");
@@ -172,7 +172,7 @@ TEST(sender, begins_what_waited_for_a_frame_that_ended) {
     on.net.link_of(p->id()).room_bytes = 10;
   }
   for (int i = 1; i <= 2; ++i) {
-    ASSERT_TRUE(publish(on, lane, {1.0 * i, 0}));
+    ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
     on.cycle();
   }
   for (peer* p : {&first, &second}) {

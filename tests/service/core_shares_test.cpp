@@ -9,7 +9,7 @@ namespace harness {
 namespace core_shares_test {
 namespace {
 
-using rowe::detail::lane_kind;
+using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 
 std::string subscribe(std::string_view topic, std::string_view more = "") {
@@ -36,16 +36,17 @@ rowe::endpoint_options hub_options() {
   return options;
 }
 
-rowe::detail::lane& offer_text(core_harness& on, lane_kind kind, std::string_view topic, std::size_t bytes,
-                               rowe::topic_options how = {}, std::string_view type = {}) {
-  auto& lane = on.offer(kind, topic, bytes, how, nullptr, type);
+rowe::detail::queue_pair& offer_text(core_harness& on, pair_kind kind, std::string_view topic,
+                                     std::size_t bytes, rowe::topic_options how = {},
+                                     std::string_view type = {}) {
+  auto& pair = on.offer(kind, topic, bytes, how, nullptr, type);
   on.cycle();
-  return lane;
+  return pair;
 }
 
-// Closes a lane as its handle does.
-void give_up(core_harness& on, rowe::detail::lane& lane) {
-  lane.lifecycle.close();
+// Closes a queue pair as its handle does.
+void give_up(core_harness& on, rowe::detail::queue_pair& pair) {
+  pair.lifecycle.close();
   on.cycle();
 }
 
@@ -54,7 +55,7 @@ void give_up(core_harness& on, rowe::detail::lane& lane) {
 // A live message in front of expired ones, and a depth that became smaller.
 TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_behind_a_live_one) {
   core_harness on{hub_options()};
-  auto& odom = offer_text(on, lane_kind::publish_text, "/odom", 64, {.ttl = 100ms});
+  auto& odom = offer_text(on, pair_kind::publish_text, "/odom", 64, {.ttl = 100ms});
   peer p{on};
   for (int round = 0; round < 5; ++round) {
     p.say(subscribe("/odom", R"(,"throttle_rate":3600000,"queue_length":16)"));
@@ -83,12 +84,12 @@ TEST(core_shares, survives_a_queue_that_becomes_shorter_with_expired_messages_be
 
 TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
   core_harness on{hub_options()};
-  auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
+  auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
   peer p{on};
   p.say(subscribe("/t", R"(,"throttle_rate":1000,"queue_length":16)"));
   on.cycle();
   for (int i = 0; i < 11; ++i) {
-    (void)publish_text(on, lane, R"({"n":)" + std::to_string(i) + "}");
+    (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
     on.cycle();
   }
   ASSERT_EQ(on.core.slots_in_use(), 10U);
@@ -101,12 +102,12 @@ TEST(core_shares, takes_out_what_a_shorter_queue_does_not_hold_any_more) {
 
 TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   core_harness on;
-  auto& lane = offer_text(on, lane_kind::publish_text, "/t", 64);
+  auto& pair = offer_text(on, pair_kind::publish_text, "/t", 64);
   peer p{on};
   p.say(subscribe("/t", R"(,"throttle_rate":3600000,"queue_length":4)"));
   on.cycle();
   for (int i = 0; i < 3; ++i) {
-    (void)publish_text(on, lane, R"({"n":)" + std::to_string(i) + "}");
+    (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
     on.cycle();
   }
   ASSERT_EQ(p.hear().size(), 1U);
@@ -115,7 +116,7 @@ TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
   EXPECT_EQ(p.hear().size(), 2U);
   p.say(subscribe("/t", R"(,"queue_length":4)"));
   on.cycle();
-  for (int i = 3; i < 6; ++i) (void)publish_text(on, lane, R"({"n":)" + std::to_string(i) + "}");
+  for (int i = 3; i < 6; ++i) (void)publish_text(on, pair, R"({"n":)" + std::to_string(i) + "}");
   on.cycles(2);
   EXPECT_EQ(p.hear().size(), 3U);
 }
@@ -124,10 +125,10 @@ TEST(core_shares, follows_a_throttle_that_is_lowered_at_once) {
 
 TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
   core_harness on;
-  auto& lane = offer_text(on, lane_kind::publish_text, "/live", 64);
-  std::vector<rowe::detail::lane*> slow;
+  auto& pair = offer_text(on, pair_kind::publish_text, "/live", 64);
+  std::vector<rowe::detail::queue_pair*> slow;
   for (const char* topic : {"/a", "/b", "/c", "/d"})
-    slow.push_back(&offer_text(on, lane_kind::publish_text, topic, 64));
+    slow.push_back(&offer_text(on, pair_kind::publish_text, topic, 64));
   peer hoards{on}, other{on};
   for (const char* topic : {"/a", "/b", "/c", "/d"})
     hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
@@ -140,7 +141,7 @@ TEST(core_shares, serves_others_beside_a_reader_that_queues_all_it_may) {
   (void)hoards.hear();
   texts heard;
   for (int i = 0; i < 100; ++i) {
-    EXPECT_TRUE(publish_text(on, lane, R"({"x":1})"));
+    EXPECT_TRUE(publish_text(on, pair, R"({"x":1})"));
     other.say(R"({"op":"call_service","id":"c","service":"/rosapi/topics"})");
     on.cycle();
     hear_more(other, heard);
@@ -156,10 +157,10 @@ TEST(core_shares, has_entries_for_others_beside_one_whose_queues_are_full_of_exp
   auto options = small_options();
   options.limits.queued_max = 40;
   core_harness on{options};
-  auto& brief = offer_text(on, lane_kind::publish_text, "/a", 64, {.ttl = 2ms});
-  auto& brief_too = offer_text(on, lane_kind::publish_text, "/b", 64, {.ttl = 2ms});
-  auto& brief_3 = offer_text(on, lane_kind::publish_text, "/c", 64, {.ttl = 2ms});
-  auto& live = offer_text(on, lane_kind::publish_text, "/live", 64);
+  auto& brief = offer_text(on, pair_kind::publish_text, "/a", 64, {.ttl = 2ms});
+  auto& brief_too = offer_text(on, pair_kind::publish_text, "/b", 64, {.ttl = 2ms});
+  auto& brief_3 = offer_text(on, pair_kind::publish_text, "/c", 64, {.ttl = 2ms});
+  auto& live = offer_text(on, pair_kind::publish_text, "/live", 64);
   peer hoards{on}, other{on};
   for (const char* topic : {"/a", "/b", "/c"})
     hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
@@ -182,15 +183,15 @@ TEST(core_shares, delivers_large_messages_beside_many_large_latched_values) {
   options.limits.lanes_max = 12;
   options.limits.latched_bytes = 64 * 1024;
   core_harness on{options};
-  std::vector<rowe::detail::lane*> maps;
+  std::vector<rowe::detail::queue_pair*> maps;
   const std::string map = R"({"m":")" + std::string(3000, 'm') + R"("})";
   for (int i = 0; i < 8; ++i) { // twice as many as there are large slots
-    maps.push_back(&offer_text(on, lane_kind::publish_text, "/map" + std::to_string(i), 4000,
+    maps.push_back(&offer_text(on, pair_kind::publish_text, "/map" + std::to_string(i), 4000,
                                {.depth = 2, .latched = true}));
     ASSERT_TRUE(publish_text(on, *maps.back(), map));
     on.cycle();
   }
-  auto& live = offer_text(on, lane_kind::publish_text, "/live", 4000, {.depth = 2});
+  auto& live = offer_text(on, pair_kind::publish_text, "/live", 4000, {.depth = 2});
   peer p{on};
   p.say(subscribe("/live"));
   on.cycle();
@@ -220,9 +221,9 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
     options.limits.large_slots = 1;
     options.limits.refusals_per_second_max = 0;
     core_harness on{options};
-    std::vector<rowe::detail::lane*> latched;
+    std::vector<rowe::detail::queue_pair*> latched;
     for (const char* topic : {"/a", "/b", "/c"}) {
-      latched.push_back(&offer_text(on, lane_kind::publish_text, topic, 64, {.latched = true}));
+      latched.push_back(&offer_text(on, pair_kind::publish_text, topic, 64, {.latched = true}));
       (void)publish_text(on, *latched.back(), R"({"kept":1})");
       on.cycle();
     }
@@ -245,17 +246,17 @@ TEST(core_shares, writes_whole_frames_to_one_that_asks_for_much_when_no_slot_is_
 
 TEST(core_shares, sends_messages_to_everyone_beside_one_that_queues_all_it_may) {
   core_harness on;
-  auto& lane = offer_text(on, lane_kind::publish_text, "/a", 64);
-  auto& lane_too = offer_text(on, lane_kind::publish_text, "/b", 64);
-  auto& lane_3 = offer_text(on, lane_kind::publish_text, "/c", 64);
-  auto& lane_4 = offer_text(on, lane_kind::publish_text, "/d", 64);
+  auto& pair = offer_text(on, pair_kind::publish_text, "/a", 64);
+  auto& lane_too = offer_text(on, pair_kind::publish_text, "/b", 64);
+  auto& lane_3 = offer_text(on, pair_kind::publish_text, "/c", 64);
+  auto& lane_4 = offer_text(on, pair_kind::publish_text, "/d", 64);
   peer hoards{on}, fine{on};
   for (const char* topic : {"/a", "/b", "/c", "/d"})
     hoards.say(subscribe(topic, R"(,"throttle_rate":3600000,"queue_length":16)"));
   fine.say("{}");
   on.cycle();
   for (int i = 0; i < 20; ++i) {
-    for (auto* one : {&lane, &lane_too, &lane_3, &lane_4}) (void)publish_text(on, *one, R"({"x":1})");
+    for (auto* one : {&pair, &lane_too, &lane_3, &lane_4}) (void)publish_text(on, *one, R"({"x":1})");
     on.cycle();
   }
   ASSERT_GT(on.core.slots_in_use(), 60U);
@@ -273,15 +274,15 @@ TEST(core_shares, counts_a_latched_value_for_which_there_is_no_room_and_delivers
   auto options = small_options();
   options.limits.latched_bytes = 2048; // two blocks
   core_harness on{options};
-  auto& lane = offer_text(on, lane_kind::publish_text, "/map", 4000, {.latched = true});
+  auto& pair = offer_text(on, pair_kind::publish_text, "/map", 4000, {.latched = true});
   peer p{on};
   p.say(subscribe("/map"));
   on.cycle();
-  ASSERT_TRUE(publish_text(on, lane, R"({"m":")" + std::string(3000, 'm') + R"("})"));
+  ASSERT_TRUE(publish_text(on, pair, R"({"m":")" + std::string(3000, 'm') + R"("})"));
   on.cycle();
   EXPECT_EQ(p.hear().size(), 1U);
   EXPECT_EQ(on.count(counter::not_latched), 1U);
-  ASSERT_TRUE(publish_text(on, lane, R"({"m":1})"));
+  ASSERT_TRUE(publish_text(on, pair, R"({"m":1})"));
   on.cycle();
   peer late{on};
   late.say(subscribe("/map"));
@@ -332,7 +333,7 @@ TEST(core_shares, forgets_a_latched_value_with_the_peer_that_latched_it) {
 
 TEST(core_shares, does_not_put_a_peers_value_in_the_place_of_what_this_process_latches) {
   core_harness on{hub_options()};
-  auto& map = offer_text(on, lane_kind::publish_text, "/map", 64, {.latched = true});
+  auto& map = offer_text(on, pair_kind::publish_text, "/map", 64, {.latched = true});
   ASSERT_TRUE(publish_text(on, map, R"({"from":"robot"})"));
   on.cycle();
   peer rude{on};
@@ -387,7 +388,7 @@ TEST(core_shares, keeps_some_of_each_pool_for_who_comes_last) {
   auto options = hub_options();
   options.limits.latched_bytes = 40 * 1024;
   core_harness on{options};
-  offer_text(on, lane_kind::publish_text, "/odom", 64);
+  offer_text(on, pair_kind::publish_text, "/odom", 64);
   std::vector<std::unique_ptr<peer>> greedy;
   const auto say_all = [&](peer& one, int who) {
     one.say(R"({"op":"advertise_service","service":"/never","type":"a/B"})");
@@ -427,7 +428,7 @@ TEST(core_shares, lets_a_report_find_room_whatever_topics_peers_make_up) {
   options.limits.topics_max = 128;
   options.limits.advertisements_per_connection_max = 64;
   core_harness on{options};
-  offer_text(on, lane_kind::publish_text, "/odom", 64);
+  offer_text(on, pair_kind::publish_text, "/odom", 64);
   peer makes{on}, asks{on};
   for (int i = 0; i < 64; ++i) {
     std::string quotes;
@@ -482,7 +483,7 @@ TEST(core_shares, has_slots_left_beside_peers_that_finish_no_large_message) {
   auto options = hub_options();
   options.limits.large_slots = 8; // two of them for sockets
   core_harness on{options};
-  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
   const auto publish = [&] {
@@ -515,7 +516,7 @@ TEST(core_shares, lets_nobody_wait_where_the_transport_keeps_the_rest_of_frames)
   auto options = hub_options();
   options.limits.large_slots = 8;
   core_harness on{options};
-  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   std::deque<peer> deaf;
   const std::string large = R"({"x":")" + std::string(3000, 'x') + "\"}";
   for (int i = 0; i < 6; ++i) {
@@ -547,7 +548,7 @@ TEST(core_shares, lets_nobody_wait_where_there_is_one_large_slot_and_the_transpo
   auto options = hub_options();
   options.limits.large_slots = 1;
   core_harness on{options};
-  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer deaf{on}, reads{on};
   auto& how = on.net.link_of(deaf.id());
   how.room_bytes = 500;
@@ -568,7 +569,7 @@ TEST(core_shares, cuts_nobody_for_a_peer_that_has_left) {
   auto options = hub_options();
   options.limits.large_slots = 4; // one of them for sockets
   core_harness on{options};
-  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000);
+  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000);
   peer slow{on}, waits{on};
   on.net.link_of(slow.id()).room_bytes = 500;
   slow.say(subscribe("/map", R"(,"queue_length":1)"));
@@ -589,7 +590,7 @@ TEST(core_shares, cuts_no_peer_for_its_slow_reading_alone) {
   auto options = hub_options();
   options.limits.large_slots = 8;
   core_harness on{options};
-  auto& map = offer_text(on, lane_kind::publish_text, "/map", 4000, {.depth = 2});
+  auto& map = offer_text(on, pair_kind::publish_text, "/map", 4000, {.depth = 2});
   peer slow{on}, reads{on};
   on.net.link_of(slow.id()).room_bytes = 500;
   for (peer* one : {&slow, &reads}) one->say(subscribe("/map", R"(,"queue_length":1)"));
@@ -639,8 +640,8 @@ TEST(core_shares, has_room_for_events_of_this_process_however_many_peers_come_an
     on.cycle();
   }
   EXPECT_GT(on.count(counter::events_lost), 0U);
-  offer_text(on, lane_kind::publish_text, "/a", 64, {}, "test/A");
-  offer_text(on, lane_kind::publish_text, "/a", 64, {}, "test/B"); // which is refused
+  offer_text(on, pair_kind::publish_text, "/a", 64, {}, "test/A");
+  offer_text(on, pair_kind::publish_text, "/a", 64, {}, "test/B"); // which is refused
   bool told = false;
   while (const auto one = on.shown.try_event()) told = told || one->what_kind == rowe::event::kind::warning;
   EXPECT_TRUE(told);
@@ -660,8 +661,8 @@ TEST(core_shares, leaves_this_process_places_for_its_topics_and_its_stop) {
     on.cycles(3);
   }
   for (int i = 0; i < 4; ++i) {
-    auto& lane = offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
-    EXPECT_EQ(lane.lifecycle.look(), pair_phase::active) << i;
+    auto& pair = offer_text(on, pair_kind::publish_text, "/mine" + std::to_string(i), 64);
+    EXPECT_EQ(pair.lifecycle.look(), pair_phase::active) << i;
   }
   EXPECT_EQ(on.offer(rowe::detail::latch_request({})).lifecycle.look(), pair_phase::offered);
   on.cycle();
@@ -678,12 +679,12 @@ TEST(core_shares, takes_places_back_that_handles_left_to_those_who_subscribed) {
   peer greedy{on}, other{on};
   other.say(subscribe("/others"));
   for (int i = 0; i < 12; ++i) { // each costs its subscriber nothing, and stays when the handle closes
-    auto& lane = offer_text(on, lane_kind::publish_text, "/left" + std::to_string(i), 64);
-    ASSERT_EQ(lane.lifecycle.look(), pair_phase::active) << i;
+    auto& pair = offer_text(on, pair_kind::publish_text, "/left" + std::to_string(i), 64);
+    ASSERT_EQ(pair.lifecycle.look(), pair_phase::active) << i;
     greedy.say(subscribe("/left" + std::to_string(i)));
     greedy.say(R"({"op":"advertise","topic":"/left)" + std::to_string(i) + R"("})");
     on.cycle();
-    give_up(on, lane);
+    give_up(on, pair);
   }
   EXPECT_EQ(on.core.inconsistency(), "");
   EXPECT_EQ(other.hear().size(), 0U) << "it is taken from who holds most";
@@ -754,7 +755,7 @@ TEST(core_shares, charges_one_of_those_who_share_a_topic) {
 
 TEST(core_shares, charges_nobody_for_topics_of_this_process) {
   core_harness on;
-  for (int i = 0; i < 4; ++i) offer_text(on, lane_kind::publish_text, "/mine" + std::to_string(i), 64);
+  for (int i = 0; i < 4; ++i) offer_text(on, pair_kind::publish_text, "/mine" + std::to_string(i), 64);
   peer p{on};
   for (int i = 0; i < 4; ++i) p.say(subscribe("/mine" + std::to_string(i)));
   for (int i = 0; i < 4; ++i) p.say(subscribe("/other" + std::to_string(i)));
@@ -767,14 +768,14 @@ TEST(core_shares, gives_a_topic_the_type_of_this_process_whoever_named_it_first)
   peer early{on};
   early.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
   on.cycle();
-  auto& lane = offer_text(on, lane_kind::subscribe_text, "/cmd", 64, {}, "geometry_msgs/Twist");
-  EXPECT_EQ(lane.lifecycle.look(), pair_phase::active);
+  auto& pair = offer_text(on, pair_kind::subscribe_text, "/cmd", 64, {}, "geometry_msgs/Twist");
+  EXPECT_EQ(pair.lifecycle.look(), pair_phase::active);
   const texts said = early.hear();
   ASSERT_EQ(said.size(), 1U);
   EXPECT_NE(said[0].find("/cmd has the type geometry_msgs/Twist here now; it was advertised as strange/Type"),
             std::string::npos)
       << said[0];
-  auto& second = offer_text(on, lane_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
+  auto& second = offer_text(on, pair_kind::publish_text, "/cmd", 64, {}, "other/Type"); // of one process
   EXPECT_EQ(second.lifecycle.look(), pair_phase::refused);
   peer late{on};
   late.say(R"({"op":"advertise","topic":"/cmd","type":"strange/Type"})");
@@ -794,7 +795,7 @@ TEST(core_shares, gives_a_service_to_this_process_whoever_advertised_it_first) {
   const texts refused = early.hear();
   // Of sixteen services ten are for peers, five of them kept for those who have none, and one may have three.
   EXPECT_EQ(refused.size(), 18U);
-  auto& mine = on.offer({.kind = lane_kind::respond_text,
+  auto& mine = on.offer({.kind = pair_kind::respond_text,
                          .name = "/add",
                          .out_depth = 1,
                          .in_depth = 1,

@@ -19,9 +19,9 @@ std::string member(const std::string& text, std::string_view name) {
 
 struct stop_path : testing::Test {
   explicit stop_path(const rowe::endpoint_options& options = unguarded()) : on{options} {
-    rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({.name = "base"}));
+    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
     on.cycle();
-    latch.emplace(core_harness::handle_of(lane));
+    latch.emplace(core_harness::handle_of(pair));
   }
   ~stop_path() override { EXPECT_TRUE(on.core.check()); }
 
@@ -100,7 +100,8 @@ TEST_F(stop_path, sees_the_state_by_asking_and_by_subscribing) {
 }
 
 TEST_F(stop_path, is_refused_everything_else_with_words_and_counted) {
-  rowe::detail::lane& inbox = on.offer(rowe::detail::lane_kind::subscribe_text, "/in", 200, {.depth = 16});
+  rowe::detail::queue_pair& inbox =
+      on.offer(rowe::detail::pair_kind::subscribe_text, "/in", 200, {.depth = 16});
   on.cycle();
   start();
   peer& p = comes("127.0.0.1:50000"); // even from this machine

@@ -30,9 +30,9 @@ rowe::endpoint_options with_stop(bool unguarded = true) {
 
 struct stopping : testing::Test {
   explicit stopping(const rowe::endpoint_options& options = with_stop()) : on{options} {
-    rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({.name = "base"}));
+    rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({.name = "base"}));
     on.cycle();
-    latch.emplace(core_harness::handle_of(lane));
+    latch.emplace(core_harness::handle_of(pair));
   }
   ~stopping() override { EXPECT_TRUE(on.core.check()); }
 
@@ -162,8 +162,8 @@ TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
   peer operator_{on};
   start(operator_);
   // All calls are in flight, all slots are held by a peer that does not read.
-  const auto lane = [&] {
-    rowe::detail::lane_request asked{.kind = rowe::detail::lane_kind::respond_text, .name = "/slow"};
+  const auto pair = [&] {
+    rowe::detail::pair_request asked{.kind = rowe::detail::pair_kind::respond_text, .name = "/slow"};
     asked.in_depth = 64;
     asked.out_depth = 128;
     asked.in_bytes = asked.out_bytes = 64;
@@ -184,13 +184,13 @@ TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
   on.cycle();
   EXPECT_FALSE(look());
   EXPECT_EQ(operator_.hear().size(), 1U);
-  (void)lane;
+  (void)pair;
 }
 
 TEST_F(stopping, is_written_before_everything_that_waits_for_the_same_peer) {
   peer operator_{on};
   start(operator_);
-  rowe::detail::lane& pose_lane = advertise_pose(on);
+  rowe::detail::queue_pair& pose_lane = advertise_pose(on);
   operator_.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(operator_.id()).room_bytes = 10; // a frame is begun, the rest waits
@@ -282,8 +282,8 @@ TEST_F(stopping, answers_come_in_the_order_in_which_stops_were_asked_for) {
 
 TEST_F(stopping, state_reaches_subscribers_of_this_process) {
   peer operator_{on};
-  rowe::detail::lane& inbox =
-      on.offer(rowe::detail::lane_kind::subscribe_text, "/rowe/stop/state", 2560, {.depth = 16});
+  rowe::detail::queue_pair& inbox =
+      on.offer(rowe::detail::pair_kind::subscribe_text, "/rowe/stop/state", 2560, {.depth = 16});
   on.cycle();
   start(operator_);
   std::string last;
@@ -746,9 +746,9 @@ TEST_F(stopping_guarded, guard_is_told_the_newest_tick_by_each_answer) {
 
 TEST(stopping_client, is_shown_and_answered_to_a_server_with_masked_frames) {
   core_harness on{with_stop(), rowe::service::side::client};
-  rowe::detail::lane& lane = on.offer(rowe::detail::latch_request({}));
+  rowe::detail::queue_pair& pair = on.offer(rowe::detail::latch_request({}));
   on.cycle();
-  rowe::stop_latch latch{core_harness::handle_of(lane)};
+  rowe::stop_latch latch{core_harness::handle_of(pair)};
   peer server{on, rowe::service::side::client};
   on.cycle();
   (void)server.hear();

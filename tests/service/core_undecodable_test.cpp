@@ -9,7 +9,7 @@ namespace core_undecodable_test {
 namespace {
 
 using rowe::event;
-using rowe::detail::lane_kind;
+using rowe::detail::pair_kind;
 using rowe::service::side;
 
 constexpr const char* part = R"({"op":"publish","id":"p","topic":"/cmd_vel","msg":{"linear":{"x":0.1}}})";
@@ -17,9 +17,9 @@ constexpr const char* told =
     R"({"op":"status","level":"error","id":"p","msg":"publish /cmd_vel: the member \"linear.y\" is )"
     R"(missing; a number is wanted"})";
 
-rowe::detail::lane& subscribe_twist(core_harness& on, const rowe::topic_options& how = {},
-                                    std::string_view topic = "/cmd_vel") {
-  return on.offer(lane_kind::subscribe_value, topic, sizeof(rowe::ros::twist), how,
+rowe::detail::queue_pair& subscribe_twist(core_harness& on, const rowe::topic_options& how = {},
+                                          std::string_view topic = "/cmd_vel") {
+  return on.offer(pair_kind::subscribe_value, topic, sizeof(rowe::ros::twist), how,
                   &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
 }
 
@@ -129,13 +129,13 @@ TEST_F(core_undecodable, says_nothing_to_a_peer_that_wants_no_status) {
 
 TEST_F(core_undecodable, fills_in_what_is_missing_where_the_subscriber_asked_for_it) {
   core_harness lenient;
-  auto& lane = subscribe_twist(lenient, {.fill_missing = true});
+  auto& pair = subscribe_twist(lenient, {.fill_missing = true});
   lenient.cycle();
   peer p{lenient};
   p.say(part);
   lenient.cycle();
   EXPECT_TRUE(p.hear().empty());
-  rowe::subscriber<rowe::ros::twist> velocity{core_harness::handle_of(lane)};
+  rowe::subscriber<rowe::ros::twist> velocity{core_harness::handle_of(pair)};
   const auto taken = velocity.try_take();
   ASSERT_TRUE(taken);
   EXPECT_EQ(taken->value().linear.x, 0.1);
@@ -150,7 +150,7 @@ TEST_F(core_undecodable, fills_in_what_is_missing_where_the_subscriber_asked_for
 }
 
 TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
-  on.offer(lane_kind::subscribe_text, "/t", 10);
+  on.offer(pair_kind::subscribe_text, "/t", 10);
   on.cycle();
   peer p{on};
   p.say(R"({"op":"publish","topic":"/t","msg":{"data":"too long for it"}})");
@@ -163,9 +163,9 @@ TEST_F(core_undecodable, tells_of_texts_that_are_too_long) {
 }
 
 TEST_F(core_undecodable, warns_of_what_this_process_publishes_itself) {
-  auto& lane = on.offer(lane_kind::publish_text, "cmd_vel", 100);
+  auto& pair = on.offer(pair_kind::publish_text, "cmd_vel", 100);
   on.cycle();
-  ASSERT_TRUE(publish_text(on, lane, R"({"linear":7})"));
+  ASSERT_TRUE(publish_text(on, pair, R"({"linear":7})"));
   on.cycle();
   const auto happened = events(on, event::kind::warning);
   ASSERT_EQ(happened.size(), 1U);

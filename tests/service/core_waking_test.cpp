@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The core under idle::wake: handles tell when they hand something over, so that the next cycle need not come
-// before; but for what stays in a lane until there is room further on.
+// before; but for what stays in a queue pair until there is room further on.
 #include <rowe/caller.hpp>
 #include <rowe/lane.hpp>
 #include <rowe/responder.hpp>
@@ -23,13 +23,13 @@ struct core_waking : testing::Test {
   template <class HandOver>
   void expect_told(HandOver hand_over) {
     on.cycles(2);
-    EXPECT_TRUE(on.core.lanes_quiet());
+    EXPECT_TRUE(on.core.pairs_quiet());
     hand_over();
-    EXPECT_FALSE(on.core.lanes_quiet());
+    EXPECT_FALSE(on.core.pairs_quiet());
     on.cycle();
-    EXPECT_TRUE(on.core.lanes_quiet());
+    EXPECT_TRUE(on.core.pairs_quiet());
   }
-  static rowe::detail::lane_handle handle_of(rowe::detail::lane& on) { return {nullptr, on}; }
+  static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 
   core_harness on{waking()};
 };
@@ -44,17 +44,17 @@ TEST_F(core_waking, need_not_look_at_lanes_while_somebody_listens) {
 
 TEST_F(core_waking, is_told_what_publishers_hand_over) {
   for (const rowe::keep kept : {rowe::keep::all, rowe::keep::newest}) {
-    auto& lane = advertise_pose(on, {.keep = kept, .latched = true});
-    expect_told([&] { EXPECT_TRUE(publish(on, lane, {1, 0})); });
-    expect_told([&] { EXPECT_TRUE(publish(on, lane, {2, 0})); });
+    auto& pair = advertise_pose(on, {.keep = kept, .latched = true});
+    expect_told([&] { EXPECT_TRUE(publish(on, pair, {1, 0})); });
+    expect_told([&] { EXPECT_TRUE(publish(on, pair, {2, 0})); });
   }
 }
 
 TEST_F(core_waking, is_told_nothing_where_nobody_listens) {
-  auto& lane = advertise_pose(on);
+  auto& pair = advertise_pose(on);
   on.cycles(2);
-  EXPECT_EQ(publish(on, lane, {1, 0}).code(), rowe::errc::no_peer);
-  EXPECT_TRUE(on.core.lanes_quiet());
+  EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
+  EXPECT_TRUE(on.core.pairs_quiet());
 }
 
 TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {
@@ -113,10 +113,10 @@ rowe::endpoint_options in_phase() {
 struct core_in_phase : testing::Test {
   ~core_in_phase() override { EXPECT_TRUE(on.core.check()); }
   // So many values, a period apart, and each found at once.
-  void publish_in_time(rowe::detail::lane& lane, int count) {
+  void publish_in_time(rowe::detail::queue_pair& pair, int count) {
     while (count-- > 0) {
       on.now += 1ms;
-      EXPECT_TRUE(publish(on, lane, {1, 0}));
+      EXPECT_TRUE(publish(on, pair, {1, 0}));
       on.cycle(10us);
       on.now -= 10us;
     }
@@ -134,18 +134,18 @@ TEST_F(core_in_phase, polls_for_topics_of_no_known_period) {
 }
 
 TEST_F(core_in_phase, leaves_topics_with_a_period_to_the_plan) {
-  auto& lane = advertise_pose(on, {.latched = true, .period = 1ms});
+  auto& pair = advertise_pose(on, {.latched = true, .period = 1ms});
   on.cycle();
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
   EXPECT_EQ(next(), on.now + 20us + 250us) << "nothing is known yet";
-  publish_in_time(lane, 8);
+  publish_in_time(pair, 8);
   EXPECT_GT(next(), on.now + 500us);
   EXPECT_LT(next(), on.now + 1ms);
   EXPECT_EQ(on.count(counter::phase_misses), 8u);
 }
 
 TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is_gone) {
-  auto& lane = advertise_pose(on, {.period = 1ms});
+  auto& pair = advertise_pose(on, {.period = 1ms});
   peer p{on};
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
@@ -157,7 +157,7 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
   EXPECT_EQ(next(), rowe::rt::never);
   p.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycles(2);
-  lane.lifecycle.close();
+  pair.lifecycle.close();
   on.cycles(2);
   EXPECT_EQ(next(), rowe::rt::never);
   EXPECT_GT(on.core.idle_time_max(1ms), 9ms);
@@ -165,9 +165,9 @@ TEST_F(core_in_phase, looks_for_nothing_where_nobody_listens_or_the_publisher_is
 
 TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
   using json = rowe::json_text;
-  auto& lane = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
+  auto& pair = on.offer(rowe::detail::serve_request<json, json>("/add", {.depth = 4}));
   on.cycle();
-  rowe::responder<json, json> answers{core_harness::handle_of(lane)};
+  rowe::responder<json, json> answers{core_harness::handle_of(pair)};
   peer p{on};
   on.cycle();
   EXPECT_EQ(next(), rowe::rt::never);
@@ -184,18 +184,18 @@ TEST_F(core_in_phase, is_awake_for_the_answer_to_a_call) {
 
 TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_server) {
   core_harness on{waking(), rowe::service::side::client};
-  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
+  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, rowe::service::side::client};
   on.cycle();
   (void)server.hear();
   on.net.link_of(server.id()).room_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max; ++i) {
-    EXPECT_TRUE(publish_text(on, lane, "{}"));
+    EXPECT_TRUE(publish_text(on, pair, "{}"));
     on.cycle();
     EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
   }
-  EXPECT_TRUE(publish_text(on, lane, "{}"));
+  EXPECT_TRUE(publish_text(on, pair, "{}"));
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms) << "one more than the queue holds";
   on.net.link_of(server.id()).room_bytes = 1 << 20;
@@ -206,19 +206,19 @@ TEST(core_waking_client, looks_again_soon_while_values_wait_in_a_lane_for_the_se
 
 TEST(core_waking_client, looks_again_soon_while_a_lane_that_closes_has_something_unsent) {
   core_harness on{waking(), rowe::service::side::client};
-  auto& lane = on.offer(rowe::detail::lane_kind::publish_text, "/out", 100, {.depth = 32});
+  auto& pair = on.offer(rowe::detail::pair_kind::publish_text, "/out", 100, {.depth = 32});
   on.cycle();
   peer server{on, rowe::service::side::client};
   on.cycle();
   on.net.link_of(server.id()).room_bytes = 0;
-  EXPECT_TRUE(publish_text(on, lane, "{}"));
-  lane.lifecycle.close();
+  EXPECT_TRUE(publish_text(on, pair, "{}"));
+  pair.lifecycle.close();
   on.cycle();
   EXPECT_EQ(on.core.idle_time_max(1ms), 1ms);
   on.net.link_of(server.id()).room_bytes = 1 << 20;
   on.cycles(3);
   EXPECT_GT(on.core.idle_time_max(1ms), 1ms);
-  EXPECT_EQ(lane.lifecycle.look(), rowe::detail::pair_phase::free);
+  EXPECT_EQ(pair.lifecycle.look(), rowe::detail::pair_phase::free);
 }
 
 } // namespace

@@ -180,10 +180,10 @@ struct place {
     on.now += 1us;
     on.next_wake = crossing([this] { return on.core.cycle(on.now); });
   }
-  rowe::detail::lane& advertise(std::string_view topic, rowe::topic_options how = {}) {
-    return on.offer(rowe::detail::lane_kind::publish_text, topic, 64, how);
+  rowe::detail::queue_pair& advertise(std::string_view topic, rowe::topic_options how = {}) {
+    return on.offer(rowe::detail::pair_kind::publish_text, topic, 64, how);
   }
-  void publish(rowe::detail::lane& by) {
+  void publish(rowe::detail::queue_pair& by) {
     constexpr std::string_view text = R"({"data":1})";
     const auto done = rowe::detail::publish_into(by, text.size(), on.now, [&](std::byte* slot) {
       text.copy(reinterpret_cast<char*>(slot), text.size());
@@ -200,20 +200,20 @@ struct place {
 struct quiet : place {
   explicit quiet(std::uint32_t peers) : place{peers} {
     connect(peers);
-    lane_ = &advertise("/down");
-    inbox_ = &on.offer(rowe::detail::lane_kind::subscribe_text, "/up", 64);
+    pair_ = &advertise("/down");
+    inbox_ = &on.offer(rowe::detail::pair_kind::subscribe_text, "/up", 64);
     on.net.say(peers - 1, subscribe_to("/down"));
     settle();
     frames_a_step = 1;
   }
   void step() {
-    publish(*lane_);
+    publish(*pair_);
     on.net.say(count - 1, publish_on("/up"));
     settle();
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->give(*slot);
+    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->release(*slot);
   }
-  rowe::detail::lane* lane_;
-  rowe::detail::lane* inbox_;
+  rowe::detail::queue_pair* pair_;
+  rowe::detail::queue_pair* inbox_;
 };
 
 // COUNT peers, each of which sends one message before any sends another.
@@ -232,17 +232,17 @@ struct sending : place {
 struct receiving : place {
   explicit receiving(std::uint32_t peers) : place{peers} {
     connect(peers);
-    lane_ = &advertise("/down");
+    pair_ = &advertise("/down");
     for (std::uint32_t i = 0; i < peers; ++i) on.net.say(i, subscribe_to("/down"));
     settle();
     frames_a_step = 1;
   }
   void step() {
     if (next_++ % count != 0) return;
-    publish(*lane_);
+    publish(*pair_);
     settle();
   }
-  rowe::detail::lane* lane_;
+  rowe::detail::queue_pair* pair_;
   std::uint32_t next_ = 0;
 };
 
@@ -279,20 +279,20 @@ struct topics_at_once : topics {
 
 // COUNT handles that publish in turn, each on its own topic.
 struct handles : place {
-  explicit handles(std::uint32_t lanes) : place{lanes} {
+  explicit handles(std::uint32_t pairs) : place{pairs} {
     connect(1);
-    for (std::uint32_t i = 0; i < lanes; ++i) {
-      lanes_.push_back(&advertise(topic_of(i), {.depth = 8}));
+    for (std::uint32_t i = 0; i < pairs; ++i) {
+      pairs_.push_back(&advertise(topic_of(i), {.depth = 8}));
       on.net.say(0, subscribe_to(topic_of(i)));
       settle();
     }
     frames_a_step = 1;
   }
   void step() {
-    publish(*lanes_[next_++ % count]);
+    publish(*pairs_[next_++ % count]);
     settle();
   }
-  std::vector<rowe::detail::lane*> lanes_;
+  std::vector<rowe::detail::queue_pair*> pairs_;
   std::uint32_t next_ = 0;
 };
 
@@ -340,7 +340,7 @@ struct waiting : place {
 struct slow : place {
   explicit slow(std::uint32_t peers) : place{peers, 8192} {
     connect(peers);
-    lane_ = &advertise("/down");
+    pair_ = &advertise("/down");
     for (std::uint32_t i = peers - 2; i < peers; ++i) on.net.say(i, subscribe_to("/down"));
     settle();
     on.net.stop_reading(peers - 1);
@@ -348,10 +348,10 @@ struct slow : place {
     frames_a_step = 1;
   }
   void step() {
-    publish(*lane_);
+    publish(*pair_);
     settle();
   }
-  rowe::detail::lane* lane_;
+  rowe::detail::queue_pair* pair_;
 };
 
 // COUNT pages that show the state of the stop. A step is a cycle in which nothing changes.

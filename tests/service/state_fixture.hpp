@@ -40,7 +40,7 @@ struct state_fixture : testing::Test {
   rowe::service::core_state state{
       memory,
       rowe::service::core_options::from(options, rowe::service::side::server, "robot"),
-      {memory.carve<rowe::detail::lane>(bounds.lanes_max), shown, submissions, shared},
+      {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shown, submissions, shared},
       {to_peers, random, validator, nullptr, protocols},
       rowe::rt::time_point{1s}};
   rowe::service::cycle_state& cycle = state.cycle;

@@ -29,8 +29,8 @@ class saturated {
       : text_bytes_max_{text_bytes_max},
         random_{seed},
         on_{options(), rowe::service::side::server, seed},
-        telemetry_{on_.offer(rowe::detail::lane_kind::publish_text, "/telemetry", text_bytes_max_)},
-        alarm_{on_.offer(rowe::detail::lane_kind::publish_text, "/alarm", 8,
+        telemetry_{on_.offer(rowe::detail::pair_kind::publish_text, "/telemetry", text_bytes_max_)},
+        alarm_{on_.offer(rowe::detail::pair_kind::publish_text, "/alarm", 8,
                          {.priority = rowe::priority::urgent})},
         link{on_, is} {
     link.peer().say(R"({"op":"subscribe","topic":"/telemetry"})");
@@ -82,8 +82,8 @@ class saturated {
   const std::size_t text_bytes_max_;
   random_source random_;
   harness::core_harness on_;
-  rowe::detail::lane& telemetry_;
-  rowe::detail::lane& alarm_;
+  rowe::detail::queue_pair& telemetry_;
+  rowe::detail::queue_pair& alarm_;
   time_point alarm_at_ = rowe::rt::never;
 
  public:

@@ -41,7 +41,7 @@ std::uint64_t private_kilobytes() {
 
 TEST(growth, is_none_however_many_messages_pass) {
   harness::core_harness on;
-  auto& lane = on.offer(rowe::detail::lane_kind::publish_value, "/odom", sizeof(sample),
+  auto& pair = on.offer(rowe::detail::pair_kind::publish_value, "/odom", sizeof(sample),
                         {.ttl = 1500us, .depth = 16}, &rowe::describe<sample>());
   harness::peer quick{on};
   harness::peer throttled{on};
@@ -55,7 +55,7 @@ TEST(growth, is_none_however_many_messages_pass) {
     while (published < until) {
       for (int burst = 0; burst < 8; ++burst) {
         value.x += 0.001;
-        published += rowe::detail::publish_into(lane, sizeof value, on.now, [&](std::byte* slot) {
+        published += rowe::detail::publish_into(pair, sizeof value, on.now, [&](std::byte* slot) {
                        std::memcpy(slot, &value, sizeof value);
                      }).has_value();
       }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The loops of this process in a simulated world, as actors whose calls are single steps: a lane, responders
-// and callers. Each checks what it is told against the ledger, and at the end that its handle has all its
-// slots back.
+// The loops of this process in a simulated world, as actors whose calls are single steps: a queue pair,
+// responders and callers. Each checks what it is told against the ledger, and at the end that its handle has
+// all its slots back.
 #pragma once
 #include <memory>
 #include <string>
@@ -33,9 +33,9 @@ inline constexpr auto rowe::schema<sim::sum> = rowe::fields<&sim::sum::sum>{};
 
 namespace sim {
 
-using rowe::detail::lane_kind;
-using rowe::detail::lane_request;
+using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
+using rowe::detail::pair_request;
 
 inline duration some_time(random_source& random) {
   constexpr duration times[] = {0ns, 1ms, 20ms, 500ms, -1ns, -1ns};
@@ -57,8 +57,8 @@ inline std::string message_text(random_source& random, std::uint32_t n, bool goo
 // What every actor has: a queue pair, and its open calls.
 class actor {
  public:
-  explicit actor(world_context& in, const lane_request& asked)
-      : in_{in}, lane_{in.on.offer(asked)}, number_{in.book.new_actor()} {}
+  explicit actor(world_context& in, const pair_request& asked)
+      : in_{in}, pair_{in.on.offer(asked)}, number_{in.book.new_actor()} {}
   virtual ~actor() = default;
   actor(const actor&) = delete;
   actor& operator=(const actor&) = delete;
@@ -70,19 +70,19 @@ class actor {
   void close() {
     let_go();
     for (const auto& [call, number] : open_) give_up(number);
-    lane_.lifecycle.close();
+    pair_.lifecycle.close();
   }
-  bool active() const { return lane_.lifecycle.look() == pair_phase::active; }
-  bool refused() const { return lane_.lifecycle.look() == pair_phase::refused; }
+  bool active() const { return pair_.lifecycle.look() == pair_phase::active; }
+  bool refused() const { return pair_.lifecycle.look() == pair_phase::refused; }
   std::size_t open_calls() const { return open_.size(); }
 
   // Whether all slots of its queues are free again, when everything is completed. The service thread keeps a
   // spare one of an inbox.
   bool all_slots_free() {
-    auto& user = lane_.user;
-    auto& service = lane_.service;
+    auto& user = pair_.user;
+    auto& service = pair_.service;
     const auto all_free = [](auto& path, std::uint32_t aside) {
-      return path.free_ring == nullptr || path.free_ring->home_at_least() + aside >= path.count;
+      return path.free_ring == nullptr || path.free_ring->free_at_least() + aside >= path.count;
     };
     return user.calls_open == 0 && all_free(user.out, user.replies_aside.count) && all_free(service.in, 1) &&
            all_free(service.ends, 0);
@@ -124,7 +124,7 @@ class actor {
   }
 
   world_context& in_;
-  rowe::detail::lane& lane_;
+  rowe::detail::queue_pair& pair_;
   std::uint32_t number_;
 
  private:
@@ -135,7 +135,7 @@ class actor {
 class lane_user final : public actor {
  public:
   lane_user(world_context& in, bool receives, rowe::priority priority)
-      : actor{in, request(receives, priority)}, handle_{harness::core_harness::handle_of(lane_)} {}
+      : actor{in, request(receives, priority)}, handle_{harness::core_harness::handle_of(pair_)} {}
 
   void act(const std::vector<std::unique_ptr<messaging_peer>>& peers) override {
     const messaging_peer* const to =
@@ -160,8 +160,8 @@ class lane_user final : public actor {
   }
 
  private:
-  static lane_request request(bool receives, rowe::priority priority) {
-    return {.kind = lane_kind::talk,
+  static pair_request request(bool receives, rowe::priority priority) {
+    return {.kind = pair_kind::talk,
             .priority = priority,
             .receives = receives,
             .out_depth = 8,
@@ -188,7 +188,7 @@ class lane_user final : public actor {
     const rowe::connection whom = to != nullptr ? to->named() : rowe::everyone;
     bool accepted = false;
     if (waits) {
-      const auto call = rowe::detail::start_call_to(lane_, whom, text,
+      const auto call = rowe::detail::start_call_to(pair_, whom, text,
                                                     rowe::detail::message_header(rowe::detail::entry::message,
                                                                                  rowe::detail::ref_of(whom),
                                                                                  in_.on.now, expires));
@@ -261,7 +261,7 @@ class server final : public actor {
   server(world_context& in, std::string_view name)
       : actor{in, rowe::detail::serve_request<Q, A>(name,
                                                     {.depth = 3, .type = "sim/Add", .text_bytes_max = 300})},
-        handle_{harness::core_harness::handle_of(lane_)} {}
+        handle_{harness::core_harness::handle_of(pair_)} {}
 
   void act(const std::vector<std::unique_ptr<messaging_peer>>&) override {
     if (held_.empty() || in_.random.one_in(2)) {
@@ -322,7 +322,7 @@ class client final : public actor {
  public:
   client(world_context& in, std::string_view name)
       : actor{in, rowe::detail::client_request<Q, A>(name, {.depth = 3, .text_bytes_max = 300})},
-        handle_{harness::core_harness::handle_of(lane_)} {}
+        handle_{harness::core_harness::handle_of(pair_)} {}
 
   void act(const std::vector<std::unique_ptr<messaging_peer>>&) override {
     switch (in_.random.below(5)) {

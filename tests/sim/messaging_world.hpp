@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A world of direct messages and calls: lanes, responders, callers and ordinary threads on one side, peers of
-// both codecs on the other, and between them a network that stalls, splits and disconnects. The core is a
-// server, with or without relaying, or a client whose server goes away and comes back. After every step it
-// checks, besides the core's own structures:
+// A world of direct messages and calls: queue pairs, responders, callers and ordinary threads on one side,
+// peers of both codecs on the other, and between them a network that stalls, splits and disconnects. The core
+// is a server, with or without relaying, or a client whose server goes away and comes back. After every step
+// it checks, besides the core's own structures:
 //
 //   - a message is begun within its time to live and given to a peer once, in its sender's order; a sender
 //     that waits for the outcome is told the true one, once
@@ -259,7 +259,7 @@ class messaging_world : public sim_base {
     }
   }
   bool a_lane_is_free() {
-    for (const auto& one : on_.lanes) {
+    for (const auto& one : on_.pairs) {
       if (one.lifecycle.is_free()) return true;
     }
     return false;

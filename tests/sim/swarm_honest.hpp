@@ -157,7 +157,7 @@ class honest {
                              honest_service, {.depth = 32, .type = "sim/Echo", .text_bytes_max = 4000}));
       if (echo_ == nullptr) return;
       echo_->honest = true;
-      responder_ = rowe::responder<json_text, json_text>{core_harness::handle_of(echo_->lane())};
+      responder_ = rowe::responder<json_text, json_text>{core_harness::handle_of(echo_->pair())};
     }
     set_up_ = true;
     if (operates) here_.open_latch();
@@ -174,7 +174,7 @@ class honest {
     publishes_next_ = in_.on.now + period;
     publications_.push_back(in_.on.now);
     const bool counts = link_ && in_.cycles > subscribed_at_ + 10 && subscribed_at_ != 0;
-    rowe::publisher<json_text> steady{core_harness::handle_of(steady_->lane())};
+    rowe::publisher<json_text> steady{core_harness::handle_of(steady_->pair())};
     const std::string text = "{\"h\":" + std::to_string(++steady_number_) + "}";
     (void)steady.publish(text, in_.on.now); // the other end sees what became of it
     if (counts && ++sent_ == window) {
@@ -186,7 +186,7 @@ class honest {
       sent_ = got_ = 0;
     }
     handle* const one = in_.random.one_in(2) ? changing_ : short_lived_;
-    rowe::publisher<json_text> changing{core_harness::handle_of(one->lane())};
+    rowe::publisher<json_text> changing{core_harness::handle_of(one->pair())};
     (void)changing.publish(text, in_.on.now); // likewise
     if (due() && ++overdue_ > overdue_max) {
       in_.fail("throttle", "the honest peer's subscription asks for a message each " +
@@ -200,7 +200,7 @@ class honest {
   void publish_map() {
     if (!ready() || in_.on.now < map_next_) return;
     map_next_ = in_.on.now + 700ms;
-    rowe::publisher<json_text> map{core_harness::handle_of(map_->lane())};
+    rowe::publisher<json_text> map{core_harness::handle_of(map_->pair())};
     if (map.publish("{\"m\":\"" + std::string(800, 'm') + "\"}", in_.on.now)) map_published_in_ = in_.cycles;
   }
   // Subscribes late again and again.

@@ -38,13 +38,13 @@ inline constexpr auto
 namespace swarm {
 
 using rowe::json_text;
-using rowe::detail::lane_kind;
+using rowe::detail::pair_kind;
 using rowe::detail::pair_phase;
 
 class handle {
  public:
-  handle(context& in, handle_kind kind, const rowe::detail::lane_request& asked)
-      : in_{in}, kind_{kind}, name_{asked.name}, type_{asked.type}, lane_{&in.on.offer(asked)} {
+  handle(context& in, handle_kind kind, const rowe::detail::pair_request& asked)
+      : in_{in}, kind_{kind}, name_{asked.name}, type_{asked.type}, pair_{&in.on.offer(asked)} {
     latched_ = asked.latched && (kind == handle_kind::publish_text || kind == handle_kind::publish_value);
     switch (kind) {
     case handle_kind::publish_text: user_ = rowe::publisher<json_text>{held()}; break;
@@ -65,8 +65,8 @@ class handle {
   const std::string& name() const { return name_; }
   const std::string& type() const { return type_; }
   bool latched() const { return latched_; }
-  rowe::detail::lane& lane() { return *lane_; }
-  pair_phase phase() const { return lane_->lifecycle.look(); }
+  rowe::detail::queue_pair& pair() { return *pair_; }
+  pair_phase phase() const { return pair_->lifecycle.look(); }
   bool is_detached() const { return phase() == pair_phase::held; } // only its memory is left
   bool honest = false;                                             // its owner alone uses it
   bool told = false;                                               // that it was refused
@@ -114,7 +114,7 @@ class handle {
                         : holds    ? moment::closed_holding
                         : used_    ? moment::closed
                                    : moment::closed_unused);
-    lane_->lifecycle.close();
+    pair_->lifecycle.close();
   }
   void let_go() {
     requests_.clear();
@@ -139,7 +139,7 @@ class handle {
   void begin_use() {
     if (!std::exchange(used_, true)) in_.seen.add(kind_, moment::used);
   }
-  rowe::detail::lane_handle held() { return core_harness::handle_of(*lane_); }
+  rowe::detail::pair_handle held() { return core_harness::handle_of(*pair_); }
   rowe::duration some_time() {
     constexpr rowe::duration times[] = {0ns, 1ms, 20ms, 100ms, 500ms, -1ns, -1ns};
     return in_.random.one_of(times);
@@ -227,12 +227,12 @@ class handle {
     namespace d = rowe::detail;
     if (waits_) {
       const d::call_ref call{waits_->index, waits_->generation};
-      if (const auto slot = d::take_end_of(*lane_, call)) {
-        d::give_end_back(*lane_, *slot);
+      if (const auto slot = d::take_end_of(*pair_, call)) {
+        d::give_end_back(*pair_, *slot);
         waits_.reset();
         served_at_ = in_.cycles;
       } else if (in_.on.now >= gives_up_) {
-        d::give_up(*lane_, call);
+        d::give_up(*pair_, call);
         waits_.reset();
         served_at_ = in_.cycles;
       }
@@ -241,7 +241,7 @@ class handle {
     if (!in_.random.one_in(6)) return;
     constexpr rowe::duration times[] = {1ms, 5ms, 20ms, 50ms};
     const rowe::duration timeout = in_.random.one_of(times);
-    d::find_place(*lane_);
+    d::find_place(*pair_);
     const auto started = caller.start("{\"a\":1}", timeout, in_.on.now);
     if (started) {
       gives_up_ = in_.on.now + timeout + d::word_late_max;
@@ -307,7 +307,7 @@ class handle {
   handle_kind kind_;
   std::string name_;
   std::string type_;
-  rowe::detail::lane* lane_;
+  rowe::detail::queue_pair* pair_;
   bool latched_ = false;
   bool used_ = false;
   std::size_t text_max_ = 0;
@@ -336,20 +336,20 @@ class process {
   bool receives = true; // else nothing here takes what comes for nobody: the honest peer's thread receives
 
   // Opens a handle; those of the honest peer have names.
-  handle* open(handle_kind kind, const rowe::detail::lane_request& asked) {
-    if (!has_free_lane()) return nullptr;
+  handle* open(handle_kind kind, const rowe::detail::pair_request& asked) {
+    if (!has_free_pair()) return nullptr;
     std::unique_ptr<handle> made;
     try {
       made = std::make_unique<handle>(in_, kind, asked);
     } catch (const std::runtime_error&) {
-      return nullptr; // the memory of lanes is used up
+      return nullptr; // the memory of queue pairs is used up
     }
     in_.say("process opens " + std::string{name_of(kind)} + " " + made->name() + " type '" + made->type() +
             (made->latched() ? "', latched" : "'"));
     note(*made, 1);
     in_.seen.add(kind, moment::opened);
     if (made->latched()) in_.seen.add(kind, moment::opened_latched);
-    if (!lanes_used_.insert(&made->lane()).second) in_.seen.add(kind, moment::opened_again);
+    if (!pairs_used_.insert(&made->pair()).second) in_.seen.add(kind, moment::opened_again);
     if (kind == handle_kind::latch) in_.stop_in_use = true;
     handles_.push_back(std::move(made));
     return handles_.back().get();
@@ -395,7 +395,7 @@ class process {
     case handle_kind::call:
     case handle_kind::call_wait: open(kind, client_request<json_text, json_text>(service, how)); return;
     case handle_kind::talk:
-      open(kind, {.kind = lane_kind::talk,
+      open(kind, {.kind = pair_kind::talk,
                   .priority = topic.priority,
                   .receives = receives && in_.random.one_in(2),
                   .out_depth = 8,
@@ -456,13 +456,13 @@ class process {
       if (const std::string why = explained(one); why.empty())
         in_.fail("set_up",
                  "the handle " + std::string{name_of(one.kind())} + " " + one.name() +
-                     " of this process is refused: " + std::string{one.lane().lifecycle.refusal().name()});
+                     " of this process is refused: " + std::string{one.pair().lifecycle.refusal().name()});
       one.honest ? ++i : (close(i), i);
     }
   }
-  bool has_free_lane() const {
-    return std::any_of(in_.on.lanes.begin(), in_.on.lanes.end(),
-                       [](const rowe::detail::lane& one) { return one.lifecycle.is_free(); });
+  bool has_free_pair() const {
+    return std::any_of(in_.on.pairs.begin(), in_.on.pairs.end(),
+                       [](const rowe::detail::queue_pair& one) { return one.lifecycle.is_free(); });
   }
 
   void wait() {
@@ -522,7 +522,7 @@ class process {
       return std::any_of(handles_.begin(), handles_.end(), match) ||
              std::any_of(closing_.begin(), closing_.end(), match);
     };
-    switch (const_cast<handle&>(refused).lane().lifecycle.refusal().code) {
+    switch (const_cast<handle&>(refused).pair().lifecycle.refusal().code) {
     case rowe::errc::type_conflict:
       return others([&](const handle& one) {
         return one.of_topic() && one.name() == refused.name() && one.type() != refused.type();
@@ -556,7 +556,7 @@ class process {
   std::vector<std::unique_ptr<handle>> handles_;
   std::vector<std::unique_ptr<handle>> closing_;
   threads threads_;
-  std::set<const rowe::detail::lane*> lanes_used_;
+  std::set<const rowe::detail::queue_pair*> pairs_used_;
 };
 
 } // namespace swarm

@@ -111,7 +111,7 @@ class world : public sim_base {
 
  private:
   struct source {
-    rowe::detail::lane* lane;
+    rowe::detail::queue_pair* pair;
     std::int64_t id;
     std::int64_t next = 0;
   };
@@ -243,15 +243,15 @@ class world : public sim_base {
   }
 
   void add_source() {
-    for (const auto& one : on_.lanes) {
+    for (const auto& one : on_.pairs) {
       if (one.lifecycle.is_free()) {
-        auto& lane = on_.offer(rowe::detail::lane_kind::publish_value, "/tick", sizeof(tick),
+        auto& pair = on_.offer(rowe::detail::pair_kind::publish_value, "/tick", sizeof(tick),
                                {.ttl = does_.ttl,
                                 .depth = 16,
                                 .priority = static_cast<rowe::priority>(does_.lanes_change ? below(3) : 1),
                                 .latched = does_.lanes_change && one_in(3)},
                                &rowe::describe<tick>(), "sim/Tick");
-        sources_.push_back({&lane, next_source_++});
+        sources_.push_back({&pair, next_source_++});
         on_.core.cycle(on_.now);
         return;
       }
@@ -262,7 +262,7 @@ class world : public sim_base {
     if (!does_.lanes_change) return wait();
     if (sources_.size() > 1 && one_in(2)) {
       const std::size_t which = below(sources_.size());
-      sources_[which].lane->lifecycle.close();
+      sources_[which].pair->lifecycle.close();
       all_sources_.push_back(sources_[which]);
       sources_.erase(sources_.begin() + static_cast<std::ptrdiff_t>(which));
     } else if (sources_.size() < 3) {
@@ -275,7 +275,7 @@ class world : public sim_base {
     for (std::uint64_t burst = below(4) + 1; burst-- > 0;) {
       const tick value{s.id, s.next, rowe::rt::nanoseconds_of(on_.now)};
       const auto done = rowe::detail::publish_into(
-          *s.lane, sizeof value, on_.now, [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
+          *s.pair, sizeof value, on_.now, [&](std::byte* slot) { std::memcpy(slot, &value, sizeof value); });
       if (!done) continue;
       ++s.next;
       ++published_;

@@ -14,7 +14,7 @@
 #include <gtest/gtest.h>
 
 #include <rowe/rt/arena.hpp>
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/slab.hpp>
 #include <rowe/rt/spsc_ring.hpp>
@@ -27,8 +27,8 @@
 namespace {
 
 using namespace std::chrono_literals;
+using rowe::rt::free_ring;
 using rowe::rt::freshness;
-using rowe::rt::home_ring;
 using rowe::rt::monotonic_clock;
 using rowe::rt::notification;
 using rowe::rt::slab;
@@ -119,9 +119,9 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
   rowe::rt::arena memory{1 << 16, rowe::rt::page_lock::none};
   const slab cells{memory.carve_bytes(slab::bytes_for(slots, sizeof(wide))), slots, sizeof(wide)};
   std::vector<spsc_ring<std::uint32_t>::entry> places_out(spsc_ring<std::uint32_t>::places_for(slots));
-  std::vector<home_ring<>::entry> free_places(std::bit_ceil(slots)); // none to spare: the hardest case
+  std::vector<free_ring<>::entry> free_places(std::bit_ceil(slots)); // none to spare: the hardest case
   spsc_ring<std::uint32_t> out{places_out, near_wrap};
-  home_ring<> back_to_owner{free_places, slots, near_wrap};
+  free_ring<> back_to_owner{free_places, slots, near_wrap};
 
   std::thread owner{[&, free = back_to_owner.take_consumer(), in = out.take_producer()] {
     for (std::uint64_t number = 0; number < items;) {
@@ -151,13 +151,13 @@ TEST_P(lane_stress, lends_each_slot_to_one_thread_at_a_time) {
     }
     while (!kept.empty() && (count == 0 || random() % 2 == 0)) {
       std::swap(kept.back(), kept[random() % kept.size()]);
-      back->give(kept.back());
+      back->release(kept.back());
       kept.pop_back();
     }
     if (count == 0) step_aside();
   }
   owner.join();
-  for (const std::uint32_t slot : kept) back->give(slot);
+  for (const std::uint32_t slot : kept) back->release(slot);
   EXPECT_EQ(seen.wrong, 0U);
   EXPECT_EQ(back_to_owner.check(), nullptr);
   EXPECT_EQ(out.check(), nullptr);

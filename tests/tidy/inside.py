@@ -30,7 +30,7 @@ service_directory service_providers
 stop_rules stop_gate stop_switch thread_stops stop_service
 limit_table listed_topics statistics_report statistics_feed endpoint_services
 call_requests call_router listings stop_state_feed
-handle_submissions thread_submissions lane_home handle_registry dispatcher
+handle_submissions thread_submissions pair_release handle_registry dispatcher
 core_parts core memory_plan service_loop
 """.split()
 _place = {name: place for place, name in enumerate(service_order)}

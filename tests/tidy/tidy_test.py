@@ -148,8 +148,8 @@ innocent = [
      spdx + "#include <sys/socket.h>\n#include <rowe/rowe.hpp>\nstd::printf(\"x\");\n"),
     ("tests/bench_innocent_e.cpp", spdx + "#include <simdjson.h>\n// " + "http://x.example/" + "x" * 120 + "\n"),
     ("tests/service/innocent_h.cpp", spdx + "audience_word<atomics> audience;\nstd::span<audience> all;\n"),
-    ("tests/sim/innocent_h.cpp", spdx + "rt::bell_rope<> epoch; // europe, a snapshot, rt::wake_bell\n"),
-    ("bench/innocent_i.cpp", spdx + "// the weather of a folder that is not worded yet\n"),
+    ("tests/sim/innocent_h.cpp", spdx + "rt::producer_epoch<> epoch; // europe, a snapshot, a doorbell\n"),
+    ("tools/innocent_i.cpp", spdx + "// a letter of the alphabet\n"),
     ("tests/innocent_f.cpp", spdx + "// clang-format off\n// " + "x" * 120 + "\n// clang-format on\n"),
     ("docs/innocent_g.md",
      "`tests/ROOM/CMakeLists.txt`, `src/*/*.cpp`, `include/rowe/{result,event}.hpp`, and/or\n"

@@ -24,8 +24,8 @@
 
 #include <rowe/call_id.hpp>
 #include <rowe/connection.hpp>
-#include <rowe/detail/lane.hpp>
 #include <rowe/detail/mutation_points.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/message.hpp>
 
 namespace rowe::detail {
@@ -38,12 +38,12 @@ inline constexpr std::size_t sentence_bytes_max = 192;
 // poll_period (10 ms at most) and a cycle, unless the service thread is kept from its core.
 inline constexpr duration word_late_max = std::chrono::milliseconds{25};
 
-inline bool closed(const lane& on) noexcept { return on.audience.closed(); }
+inline bool closed(const queue_pair& on) noexcept { return on.audience.closed(); }
 
 constexpr peer_ref ref_of(connection c) noexcept { return {c.index, c.generation}; }
 
 // Whether a connection has ended since it was named. No connection never does.
-inline bool gone(const lane& on, peer_ref whom) noexcept {
+inline bool gone(const queue_pair& on, peer_ref whom) noexcept {
   if (whom.generation == 0) return false;
   if (whom.index >= on.peer_generations.size()) return true; // of another endpoint
   // relaxed: pairs with the stores in shared_state::set_connection(); advice, which the service thread checks
@@ -52,7 +52,7 @@ inline bool gone(const lane& on, peer_ref whom) noexcept {
 }
 
 // Whether messages to a connection are taken. No connection: to everyone, see crowded().
-inline bool takes(const lane& on, peer_ref whom) noexcept {
+inline bool takes(const queue_pair& on, peer_ref whom) noexcept {
   if (whom.generation == 0) return true;
   if (whom.index >= on.peers_taking.size()) return false; // of another endpoint
   // relaxed: pairs with the stores in shared_state::set_taking(); advice, which the service thread checks
@@ -83,43 +83,43 @@ constexpr value_header message_header(entry what, peer_ref to, time_point now, t
 
 // Pushes a slot that was taken from `out`'s free ring. False only when a second thread uses the handle: the
 // ring has places for all slots twice.
-inline bool post_slot(lane& on, std::uint32_t slot, value_header header, const void* value,
+inline bool post_slot(queue_pair& on, std::uint32_t slot, value_header header, const void* value,
                       std::size_t bytes) noexcept {
-  const producer_end& path = on.user.out;
+  const producer_end& end = on.user.out;
   header.bytes = static_cast<std::uint32_t>(bytes);
-  *path.slots.header(slot) = header;
-  if (bytes != 0) std::memcpy(path.slots.value(slot), value, bytes);
+  *end.slots.header(slot) = header;
+  if (bytes != 0) std::memcpy(end.slots.value(slot), value, bytes);
   on.published.add();
-  if (!path.out->try_push(slot)) return false;
+  if (!end.out->try_push(slot)) return false;
   announce(on);
   return true;
 }
 
 // Whether so much fits into a slot of `out`. Errors: too_big, counted.
-inline status check_fits(lane& on, std::size_t bytes) noexcept {
+inline status check_fits(queue_pair& on, std::size_t bytes) noexcept {
   const std::size_t bytes_max = on.user.out.slots.bytes_max;
   if (bytes <= bytes_max) return {};
   on.refused_too_big.add();
   return error{errc::too_big, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(bytes_max)};
 }
 // Of a message that needed more than its own `capacity`.
-inline error outgrew(lane& on, std::size_t capacity) noexcept {
+inline error outgrew(queue_pair& on, std::size_t capacity) noexcept {
   on.refused_too_big.add();
   const auto limit = static_cast<std::int64_t>(capacity);
   return {errc::too_big, limit + 1, limit}; // at least one more
 }
-inline status check_fits(lane& on, const body& text) noexcept {
+inline status check_fits(queue_pair& on, const body& text) noexcept {
   if (text.outgrown() == 0) return check_fits(on, text.text().size());
   return outgrew(on, text.outgrown());
 }
 
 // With what `full` is about, where it is that.
-inline error with_depth(const lane& on, errc why) noexcept {
+inline error with_depth(const queue_pair& on, errc why) noexcept {
   return why == errc::full ? error{why, 0, on.user.out.count} : error{why};
 }
 
 // Why a message to this connection is not taken. Errors: closed, peer_lost; full, counted.
-[[gnu::noinline, gnu::cold]] inline errc turned_away(lane& on, peer_ref whom) noexcept {
+[[gnu::noinline, gnu::cold]] inline errc turned_away(queue_pair& on, peer_ref whom) noexcept {
   if (closed(on)) return errc::closed;
   if (gone(on, whom)) return errc::peer_lost;
   on.refused_full.add();
@@ -127,7 +127,7 @@ inline error with_depth(const lane& on, errc why) noexcept {
 }
 
 // post() where it is not closed. Always in line: it stands twice, and a loop would pay for a call.
-[[gnu::always_inline]] inline status post_open(lane& on, const value_header& header, const void* value,
+[[gnu::always_inline]] inline status post_open(queue_pair& on, const value_header& header, const void* value,
                                                std::size_t bytes) noexcept {
   if (const status fits = check_fits(on, bytes); !fits) return fits;
   const auto slot = on.user.out.free_ring->try_take();
@@ -141,33 +141,34 @@ inline error with_depth(const lane& on, errc why) noexcept {
 
 // Hands `bytes` at `value` to the service thread. Errors: closed, too_big, full, misuse; full and too_big are
 // counted.
-inline status post(lane& on, const value_header& header, const void* value, std::size_t bytes) noexcept {
+inline status post(queue_pair& on, const value_header& header, const void* value,
+                   std::size_t bytes) noexcept {
   if (closed(on)) return errc::closed;
   return post_open(on, header, value, bytes);
 }
 
-inline status post(lane& on, const value_header& header, const body& text) noexcept {
+inline status post(queue_pair& on, const value_header& header, const body& text) noexcept {
   if (const status fits = check_fits(on, text); !fits) return fits;
   return post(on, header, text.text().data(), text.text().size());
 }
 
-// ---- the lane's own calls
+// ---- the queue pair's own calls
 
-inline void free_place(lane& on, std::uint32_t index) noexcept {
+inline void free_place(queue_pair& on, std::uint32_t index) noexcept {
   on.user.calls[index].next_free = on.user.free_call;
   on.user.free_call = index;
   --on.user.calls_open;
 }
 
 // Releases the slot of an end that arrived, and the call's place with it.
-inline void give_end_back(lane& on, std::uint32_t slot) noexcept {
+inline void give_end_back(queue_pair& on, std::uint32_t slot) noexcept {
   const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
-  on.user.ends.free_ring->give(slot);
+  on.user.ends.free_ring->release(slot);
   free_place(on, index);
 }
 
 // Closes the call of an end that arrived. False when the call was given up; then the slot is released.
-inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
+inline bool accept_end(queue_pair& on, std::uint32_t slot) noexcept {
   call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
   ++place.generation;
   if (!place.cancelled) return true;
@@ -177,7 +178,7 @@ inline bool accept_end(lane& on, std::uint32_t slot) noexcept {
 
 // For a caller that does not take this end now: drops it if its call was given up, else sets it aside until
 // take_end().
-inline void set_aside(lane& on, std::uint32_t slot) noexcept {
+inline void set_aside(queue_pair& on, std::uint32_t slot) noexcept {
   const call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
   if (place.cancelled) {
     (void)accept_end(on, slot);
@@ -188,16 +189,16 @@ inline void set_aside(lane& on, std::uint32_t slot) noexcept {
 
 // Frees the places of calls that were given up and have ended; other ends are set aside, in their order. At
 // most as many steps as there are places.
-[[gnu::noinline, gnu::cold]] inline void drop_unwanted_ends(lane& on) noexcept {
-  lane::user_side& mine = on.user;
+[[gnu::noinline, gnu::cold]] inline void drop_unwanted_ends(queue_pair& on) noexcept {
+  queue_pair::user_side& mine = on.user;
   for (std::uint32_t left = mine.ends_aside.count; left != 0; --left) set_aside(on, mine.ends_aside.pop());
   for (std::size_t left = mine.ends.out->waiting_at_least(); left != 0; --left)
     set_aside(on, *mine.ends.out->try_pop());
 }
 
 // A place for a call, now open. Errors: too_many_calls.
-inline result<call_ref> begin_call(lane& on) noexcept {
-  lane::user_side& mine = on.user;
+inline result<call_ref> begin_call(queue_pair& on) noexcept {
+  queue_pair::user_side& mine = on.user;
   if (mine.free_call == mine.calls.size()) {
     return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
   }
@@ -211,35 +212,35 @@ inline result<call_ref> begin_call(lane& on) noexcept {
 }
 
 // Before begin_call(), for calls that wait: a place is freed if one can be.
-inline void find_place(lane& on) noexcept {
+inline void find_place(queue_pair& on) noexcept {
   if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_places)) drop_unwanted_ends(on);
 }
 
 // Takes back a call that never left.
-inline void withdraw_call(lane& on, call_ref call) noexcept {
+inline void withdraw_call(queue_pair& on, call_ref call) noexcept {
   ++on.user.calls[call.index].generation;
   free_place(on, call.index);
 }
 
-inline bool open(const lane& on, call_ref call) noexcept {
+inline bool open(const queue_pair& on, call_ref call) noexcept {
   return call.generation % 2 == 1 && call.index < on.user.calls.size() &&
          on.user.calls[call.index].generation == call.generation;
 }
 
 // Gives the call up: its end will be dropped. Nothing happens to a call that has ended.
-inline void give_up(lane& on, call_ref call) noexcept {
+inline void give_up(queue_pair& on, call_ref call) noexcept {
   if (open(on, call)) on.user.calls[call.index].cancelled = true;
 }
 // The same for a user, who may call nothing else afterwards: so it also drops the ends that have arrived of
 // calls that were given up.
-inline void cancel(lane& on, call_ref call) noexcept {
+inline void cancel(queue_pair& on, call_ref call) noexcept {
   give_up(on, call);
   drop_unwanted_ends(on);
 }
 
 // Begins a call, posts `value`, which then names it. Errors: as begin_call() and post().
 template <class... Value>
-result<call_ref> start_call(lane& on, value_header header, const Value&... value) noexcept {
+result<call_ref> start_call(queue_pair& on, value_header header, const Value&... value) noexcept {
   if (closed(on)) return errc::closed;
   const auto call = begin_call(on);
   if (!call) return call;
@@ -252,11 +253,11 @@ result<call_ref> start_call(lane& on, value_header header, const Value&... value
 }
 
 // Whether what is for everyone is refused: half of the slots wait for room with it.
-inline bool crowded(const lane& on) noexcept { return on.audience.advice() == audience::crowded; }
+inline bool crowded(const queue_pair& on) noexcept { return on.audience.advice() == audience::crowded; }
 
 // post_to() where not simply everything is handed over; `empty`: it was. What it is given comes by value: a
 // header whose address is passed on would lie in memory for every message.
-[[gnu::noinline, gnu::cold]] inline errc post_barred(lane& on, peer_ref to, std::string_view text,
+[[gnu::noinline, gnu::cold]] inline errc post_barred(queue_pair& on, peer_ref to, std::string_view text,
                                                      std::int64_t stamped_ns,
                                                      std::int64_t expires_ns) noexcept {
   if (crowded(on) && to.generation == 0) {
@@ -273,7 +274,7 @@ inline bool crowded(const lane& on) noexcept { return on.audience.advice() == au
 
 // Posts a message, or begins a call with one, unless its addressee is known to be gone, or to have its share
 // of what waits. Errors: peer_lost, full, and those of post() and start_call().
-inline status post_to(lane& on, connection to, const body& text, const value_header& header) noexcept {
+inline status post_to(queue_pair& on, connection to, const body& text, const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
     return with_depth(on, turned_away(on, ref_of(to)));
   if (const status fits = check_fits(on, text); !fits) return fits;
@@ -283,7 +284,7 @@ inline status post_to(lane& on, connection to, const body& text, const value_hea
   }
   return post_open(on, header, text.text().data(), text.text().size());
 }
-inline result<call_ref> start_call_to(lane& on, connection to, const body& text,
+inline result<call_ref> start_call_to(queue_pair& on, connection to, const body& text,
                                       const value_header& header) noexcept {
   if (!takes(on, ref_of(to))) [[unlikely]]
     return with_depth(on, turned_away(on, ref_of(to)));
@@ -296,14 +297,14 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
   return call_id{call->index, call->generation};
 }
 
-inline void give_back(lane& on, const consumer_end& path, std::uint32_t slot) noexcept {
-  if (&path == &on.user.ends) return give_end_back(on, slot);
-  path.free_ring->give(slot);
+inline void give_back(queue_pair& on, const consumer_end& end, std::uint32_t slot) noexcept {
+  if (&end == &on.user.ends) return give_end_back(on, slot);
+  end.free_ring->release(slot);
 }
 
 // The next end that arrived and is wanted, those set aside first.
-inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
-  lane::user_side& mine = on.user;
+inline std::optional<std::uint32_t> take_end(queue_pair& on) noexcept {
+  queue_pair::user_side& mine = on.user;
   while (mine.ends_aside.count != 0) {
     const std::uint32_t slot = mine.ends_aside.pop();
     if (accept_end(on, slot)) return slot;
@@ -316,7 +317,7 @@ inline std::optional<std::uint32_t> take_end(lane& on) noexcept {
 }
 
 // The end of this call, if it has arrived; ends of others are set aside.
-inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcept {
+inline std::optional<std::uint32_t> take_end_of(queue_pair& on, call_ref call) noexcept {
   while (const auto slot = on.user.ends.out->try_pop()) {
     if (on.user.ends.slots.header(*slot)->own == call) {
       (void)accept_end(on, *slot); // the one who waits has not given up
@@ -328,14 +329,14 @@ inline std::optional<std::uint32_t> take_end_of(lane& on, call_ref call) noexcep
 }
 
 // The slot of the next end. Errors: empty (none has come), closed, misuse (an empty handle).
-inline result<std::uint32_t> next_end(const lane_handle& on) noexcept {
+inline result<std::uint32_t> next_end(const pair_handle& on) noexcept {
   if (!on) return errc::misuse;
   const bool over = closed(*on); // before looking: what came before it closed is still there
   if (const auto slot = take_end(*on)) return *slot;
   return over ? errc::closed : errc::empty;
 }
 
-inline call_id id_of_end(const lane& on, std::uint32_t slot) noexcept {
+inline call_id id_of_end(const queue_pair& on, std::uint32_t slot) noexcept {
   const call_ref call = on.user.ends.slots.header(slot)->own;
   return {call.index, call.generation};
 }
@@ -349,9 +350,9 @@ inline error error_of(const value_header& end) noexcept {
   return {end.outcome, end.outcome_value, end.outcome_limit};
 }
 
-// Waits for the end of a call of this lane until `deadline`, or until the endpoint is closed; nothing then,
-// and the call is given up. Not real-time: sleeps in the kernel.
-inline std::optional<std::uint32_t> wait_end(lane& on, call_ref call, time_point deadline) noexcept {
+// Waits for the end of a call of this queue pair until `deadline`, or until the endpoint is closed; nothing
+// then, and the call is given up. Not real-time: sleeps in the kernel.
+inline std::optional<std::uint32_t> wait_end(queue_pair& on, call_ref call, time_point deadline) noexcept {
   std::optional<std::uint32_t> slot;
   on.news.wait_until(deadline, [&] {
     slot = take_end_of(on, call);
@@ -364,7 +365,7 @@ inline std::optional<std::uint32_t> wait_end(lane& on, call_ref call, time_point
 
 // Waits for the end of a call that was started at `now` with this time-out, and a little longer for the
 // service thread's word. Errors: timed_out, closed. Not real-time.
-inline result<std::uint32_t> wait_call(const lane_handle& on, call_id call, time_point now,
+inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time_point now,
                                        duration timeout) noexcept {
   on.wake_service();
   const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
@@ -378,7 +379,7 @@ inline result<std::uint32_t> wait_call(const lane_handle& on, call_id call, time
 }
 
 // Waits until what `call` names was written, has expired, or will not be. Not real-time.
-inline status wait_sent(lane& on, call_ref call) noexcept {
+inline status wait_sent(queue_pair& on, call_ref call) noexcept {
   const auto slot = wait_end(on, call, rt::never);
   if (!slot) return errc::closed;
   const value_header& end = *on.user.ends.slots.header(*slot);
@@ -390,13 +391,13 @@ inline status wait_sent(lane& on, call_ref call) noexcept {
 // ---- in
 
 // The next message or call that has arrived and has not expired; expired ones are released and counted.
-inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexcept {
-  const consumer_end& path = on.user.in;
-  for (std::size_t left = path.out->waiting_at_least(); left != 0; --left) {
-    const std::uint32_t slot = *path.out->try_pop();
-    if (!expired_at(*path.slots.header(slot), now)) return slot;
+inline std::optional<std::uint32_t> take_arrived(queue_pair& on, time_point now) noexcept {
+  const consumer_end& end = on.user.in;
+  for (std::size_t left = end.out->waiting_at_least(); left != 0; --left) {
+    const std::uint32_t slot = *end.out->try_pop();
+    if (!expired_at(*end.slots.header(slot), now)) return slot;
     on.expired_here.add();
-    path.free_ring->give(slot);
+    end.free_ring->release(slot);
   }
   return std::nullopt;
 }
@@ -404,7 +405,7 @@ inline std::optional<std::uint32_t> take_arrived(lane& on, time_point now) noexc
 // Waits at most `timeout` (negative: for ever) until `try_next` finds something; timed_out in place of empty.
 // Not real-time: sleeps in the kernel.
 template <class TryNext>
-auto wait_next(const lane_handle& handle, duration timeout, TryNext&& try_next) noexcept {
+auto wait_next(const pair_handle& handle, duration timeout, TryNext&& try_next) noexcept {
   auto taken = try_next();
   if (taken || taken.code() != errc::empty) return taken;
   handle->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
@@ -416,16 +417,16 @@ auto wait_next(const lane_handle& handle, duration timeout, TryNext&& try_next) 
 }
 
 // Whether a message to `to` would be taken now.
-inline bool has_room(lane& on, peer_ref to) noexcept {
-  return takes(on, to) && !(to.generation == 0 && crowded(on)) && on.user.out.free_ring->home_at_least() != 0;
+inline bool has_room(queue_pair& on, peer_ref to) noexcept {
+  return takes(on, to) && !(to.generation == 0 && crowded(on)) && on.user.out.free_ring->free_at_least() != 0;
 }
 
 // Waits until it would, or `to` is gone, or the endpoint closed; at most `timeout` (negative: for ever).
 // Errors: closed, peer_lost, timed_out. Once the service thread has seen that somebody waits, it notifies of
 // every change; the first time in any case, so that no earlier change is missed. Not real-time: sleeps in
 // the kernel.
-inline status wait_room(const lane_handle& handle, peer_ref to, duration timeout) noexcept {
-  lane& on = *handle;
+inline status wait_room(const pair_handle& handle, peer_ref to, duration timeout) noexcept {
+  queue_pair& on = *handle;
   if (++on.user.room_waits == 0) ++on.user.room_waits;
   // release: pairs with the acquires in take_entries() and tell_of_room()
   on.room_asked.store(on.user.room_waits, std::memory_order_release);
@@ -472,7 +473,7 @@ constexpr bool has_sentence(errc code) noexcept {
 }
 
 // Of an end that failed: its error. Keeps its sentence and gives the slot back.
-inline error fail_with(lane& on, std::uint32_t slot, sentence& refusal) noexcept {
+inline error fail_with(queue_pair& on, std::uint32_t slot, sentence& refusal) noexcept {
   const value_header& end = *on.user.ends.slots.header(slot);
   const error why = error_of(end);
   if (has_sentence(why.code)) {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/message.hpp>
 #include <rowe/message_view.hpp>
@@ -30,7 +30,7 @@ struct payload {
   static constexpr std::size_t bytes(given) noexcept { return sizeof(T); }
   // The capacity that it did not fit before it got here; 0 when it did.
   static constexpr std::size_t outgrown(given) noexcept { return 0; }
-  static taken read(const lane_slots& from, std::uint32_t slot) noexcept {
+  static taken read(const pair_slots& from, std::uint32_t slot) noexcept {
     T value;
     std::memcpy(static_cast<void*>(&value), from.value(slot), sizeof(T));
     return value;
@@ -47,7 +47,7 @@ struct payload<json_text> {
   static const void* data(const body& text) noexcept { return text.text().data(); }
   static std::size_t bytes(const body& text) noexcept { return text.text().size(); }
   static std::size_t outgrown(const body& text) noexcept { return text.outgrown(); }
-  static taken read(const lane_slots& from, std::uint32_t slot) noexcept {
+  static taken read(const pair_slots& from, std::uint32_t slot) noexcept {
     return {reinterpret_cast<const char*>(from.value(slot)), from.header(slot)->bytes};
   }
 };

@@ -12,7 +12,7 @@
 
 #include <rowe/connection.hpp>
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/message.hpp>
 #include <rowe/result.hpp>
 
@@ -28,24 +28,24 @@ struct request_slots {
 class open_request {
  public:
   ROWE_RT open_request(open_request&& from) noexcept
-      : lane_{std::exchange(from.lane_, nullptr)},
+      : pair_{std::exchange(from.pair_, nullptr)},
         slots_{from.slots_},
         holds_text_{from.holds_text_},
         asked_{from.asked_} {}
   ROWE_RT open_request& operator=(open_request&& from) noexcept {
-    std::swap(lane_, from.lane_);
+    std::swap(pair_, from.pair_);
     std::swap(slots_, from.slots_);
     std::swap(holds_text_, from.holds_text_);
     std::swap(asked_, from.asked_);
     return *this;
   }
   // Unanswered: refused with a sentence that says so.
-#if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees lane_ read in an empty std::optional
+#if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees pair_ read in an empty std::optional
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
   ROWE_RT ~open_request() {
-    if (lane_ != nullptr) drop();
+    if (pair_ != nullptr) drop();
   }
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic pop
@@ -57,16 +57,16 @@ class open_request {
 
  protected:
   // Where it `holds_text`, the text's slot is released with the answer, else now.
-  open_request(lane& on, request_slots slots, bool holds_text) noexcept
-      : lane_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
-    if (!holds_text) on.user.in.free_ring->give(slots.in);
+  open_request(queue_pair& on, request_slots slots, bool holds_text) noexcept
+      : pair_{&on}, slots_{slots}, holds_text_{holds_text}, asked_{*on.user.in.slots.header(slots.in)} {
+    if (!holds_text) on.user.in.free_ring->release(slots.in);
   }
 
-  status answer(const lane_handle& by, entry what, const void* value, std::size_t bytes,
+  status answer(const pair_handle& by, entry what, const void* value, std::size_t bytes,
                 time_point now) noexcept {
-    if (!by || lane_ != &*by) return errc::misuse;
-    lane& on = *std::exchange(lane_, nullptr);
-    if (holds_text_) on.user.in.free_ring->give(slots_.in);
+    if (!by || pair_ != &*by) return errc::misuse;
+    queue_pair& on = *std::exchange(pair_, nullptr);
+    if (holds_text_) on.user.in.free_ring->release(slots_.in);
     const bool is_gone = gone(on, asked_.peer);
     if (closed(on) || is_gone || expired_at(asked_, now)) {
       on.user.replies_aside.push(slots_.answer);
@@ -76,12 +76,12 @@ class open_request {
     header.call = asked_.call;
     return post_slot(on, slots_.answer, header, value, bytes) ? status{} : status{errc::misuse};
   }
-  status answer(const lane_handle& by, const body& text, time_point now) noexcept {
-    if (!by || lane_ != &*by) return errc::misuse;
-    if (const status fits = check_fits(*lane_, text); !fits) return fits;
+  status answer(const pair_handle& by, const body& text, time_point now) noexcept {
+    if (!by || pair_ != &*by) return errc::misuse;
+    if (const status fits = check_fits(*pair_, text); !fits) return fits;
     return answer(by, entry::reply, text.text().data(), text.text().size(), now);
   }
-  status refuse(const lane_handle& by, std::string_view sentence, time_point now) noexcept {
+  status refuse(const pair_handle& by, std::string_view sentence, time_point now) noexcept {
     sentence = sentence.substr(0, sentence_bytes_max);
     return answer(by, entry::refusal, sentence.data(), sentence.size(), now);
   }
@@ -89,15 +89,15 @@ class open_request {
  private:
   void drop() noexcept {
     constexpr std::string_view why = "the service did not answer";
-    lane& on = *std::exchange(lane_, nullptr);
-    if (holds_text_) on.user.in.free_ring->give(slots_.in);
+    queue_pair& on = *std::exchange(pair_, nullptr);
+    if (holds_text_) on.user.in.free_ring->release(slots_.in);
     value_header header =
         message_header(entry::refusal, asked_.peer, time_point{duration{asked_.stamped_ns}}, rt::never);
     header.call = asked_.call;
     (void)post_slot(on, slots_.answer, header, why.data(), why.size()); // after closing nobody reads it
   }
 
-  lane* lane_; // null: answered, or moved from
+  queue_pair* pair_; // null: answered, or moved from
   request_slots slots_;
   bool holds_text_;
   value_header asked_;
@@ -105,9 +105,9 @@ class open_request {
 
 // Reserves a slot for an answer, then takes the next call that has not given up. Errors: full, empty, closed,
 // misuse.
-inline result<request_slots> next_request(const lane_handle& handle, time_point now) noexcept {
+inline result<request_slots> next_request(const pair_handle& handle, time_point now) noexcept {
   if (!handle) return errc::misuse;
-  lane& on = *handle;
+  queue_pair& on = *handle;
   slots_aside& spare = on.user.replies_aside;
   const bool over = closed(on); // before looking: what came before it closed is still there
   if (spare.count == 0) {

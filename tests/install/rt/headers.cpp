@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A ring, a way home, a window and a wheel: the headers are all of them, nothing is linked.
+// A ring, a free ring, a window and a wheel: the headers are all of them, nothing is linked.
 #include <array>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <numeric>
 
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 #include <rowe/rt/window.hpp>
@@ -22,9 +22,9 @@ int main() {
   int sum = 0;
   ring.take_consumer()->drain([&](int each) { sum += each; }, places.size());
 
-  std::array<rowe::rt::home_ring<>::entry, 4> numbers;
-  rowe::rt::home_ring<> home{numbers, 3};
-  const auto slot = home.take_consumer()->try_take();
+  std::array<rowe::rt::free_ring<>::entry, 4> numbers;
+  rowe::rt::free_ring<> unused{numbers, 3};
+  const auto slot = unused.take_consumer()->try_take();
 
   rowe::rt::window<double> window;
   auto& newest = *window.take_writer();
@@ -42,6 +42,6 @@ int main() {
 
   const bool right =
       full && sum == 10 && slot && fresh && value == 2.5 && early == wheel.none && first == 1 && second == 0;
-  std::puts(right ? "ring, home, window, wheel" : "wrong");
+  std::puts(right ? "ring, free ring, window, wheel" : "wrong");
   return right ? 0 : 1;
 }

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0
- * idle::wake (rowe/rt/wake_bell.hpp) on machines with store buffers: what the explorer shows for the orders
+ * idle::wake (rowe/rt/waker.hpp) on machines with store buffers: what the explorer shows for the orders
  * of C++, shown again for what such orders become. Each handle puts values into its queue, advances its
  * epoch, looks whether the service thread sleeps, and wakes it if so. The service thread marks the epochs,
  * takes what is there, says that it sleeps, looks at the epochs again, and waits for the eventfd.

@@ -91,7 +91,7 @@ test("what one page publishes reaches another and a plain client, until it unsub
     window.heard.advertise();
   });
   await publish("heard", "gone");
-  await plain.first("the listener's farewell", ({ msg }) => msg?.data === "gone");
+  await plain.first("the listener's last message", ({ msg }) => msg?.data === "gone");
   const before = (await got("heard")).length;
   await publish("said", "late");
   await plain.first("what was said late", ({ msg }) => msg?.data === "late");

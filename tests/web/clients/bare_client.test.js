@@ -103,7 +103,7 @@ test("compression is not chosen, the subprotocol is", limit, async () => {
   await with_peer(async ({ socket }) => assert.equal(socket.protocol, ""));
 });
 
-test("a goodbye is returned with its code", limit, async () => {
+test("a close frame is returned with its code", limit, async () => {
   const codes = [[1000, 1000], [1001, 1001], [3000, 3000], [4999, 4999], [undefined, 1000]];
   for (const [given, returned] of codes) {
     await with_peer(async (peer) => {

@@ -143,7 +143,7 @@ test("it gets what is published, while it is not too old", limit, async () => {
   });
 });
 
-test("rowe's client says goodbye, and notices the server's", limit, () => with_server({}, async (server) => {
+test("rowe's client closes, and sees that the server does", limit, () => with_server({}, async (server) => {
   const echo = program.rowe("echo", server.url, "--bare", "--json");
   const peer = await server.peer();
   assert.equal(await echo.end("SIGINT"), 130, echo.stderr);  // before any result

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Slots of one size in one region of memory, named by number. Which of them are free is said elsewhere: a
-// slot that travels between threads goes by spsc_ring and home_ring, and is free while its number lies in the
+// slot that travels between threads goes by spsc_ring and free_ring, and is free while its number lies in the
 // latter.
 #pragma once
 #include <cassert>

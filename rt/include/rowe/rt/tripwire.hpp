@@ -26,7 +26,7 @@ struct report {
       0;                   // calls of malloc, calloc, realloc, aligned_alloc, ..., and of free but free(NULL)
   std::uint64_t locks = 0; // pthread mutexes, rwlocks, spin locks, condition variables and semaphores
   std::uint64_t system_calls = 0; // of threads that called watch_system_calls(); 0 in others
-  std::uint64_t bell_writes = 0;  // to the descriptor of expect_writes_to(); they are no violation
+  std::uint64_t wake_writes = 0;  // to the descriptor of expect_writes_to(); they are no violation
   std::uint64_t page_faults = 0;  // minor and major
   std::uint64_t waits = 0;        // voluntary context switches
   std::uint64_t preemptions = 0;  // involuntary ones; not the thread's fault, so they do not count in clean()

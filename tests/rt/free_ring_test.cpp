@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The home ring's behaviour from one thread. What two threads may see of it is tests/model's and
+// The free ring's behaviour from one thread. What two threads may see of it is tests/model's and
 // tests/stress's.
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 
 #include <algorithm>
 #include <array>
@@ -13,29 +13,29 @@
 
 #include "rt/seed.hpp"
 
-namespace home_ring_test {
+namespace free_ring_test {
 namespace {
 
-using home = rowe::rt::home_ring<>;
+using numbers = rowe::rt::free_ring<>;
 
-static_assert(std::is_trivially_destructible_v<home>);
-static_assert(!std::is_copy_constructible_v<home> && !std::is_move_constructible_v<home>);
-static_assert(noexcept(std::declval<home::producer&>().give(0)));
-static_assert(noexcept(std::declval<home::consumer&>().try_take()));
+static_assert(std::is_trivially_destructible_v<numbers>);
+static_assert(!std::is_copy_constructible_v<numbers> && !std::is_move_constructible_v<numbers>);
+static_assert(noexcept(std::declval<numbers::producer&>().release(0)));
+static_assert(noexcept(std::declval<numbers::consumer&>().try_take()));
 
 template <std::size_t Places>
 struct rig {
   explicit rig(std::uint32_t slots, std::uint64_t first_index = 0) : shared{entries, slots, first_index} {}
 
-  std::array<home::entry, Places> entries;
-  home shared;
-  home::producer& borrower = *shared.take_producer();
-  home::consumer& owner = *shared.take_consumer();
+  std::array<numbers::entry, Places> entries;
+  numbers shared;
+  numbers::producer& borrower = *shared.take_producer();
+  numbers::consumer& owner = *shared.take_consumer();
 };
 
-TEST(home_ring, gives_out_each_end_once) {
-  std::array<home::entry, 4> entries;
-  home shared{entries, 4};
+TEST(free_ring, gives_out_each_end_once) {
+  std::array<numbers::entry, 4> entries;
+  numbers shared{entries, 4};
   EXPECT_NE(shared.take_producer(), nullptr);
   EXPECT_EQ(shared.take_producer(), nullptr);
   EXPECT_NE(shared.take_consumer(), nullptr);
@@ -43,66 +43,66 @@ TEST(home_ring, gives_out_each_end_once) {
 }
 
 // Else the borrower would write the line that the owner reads next, with each number.
-TEST(home_ring, has_a_line_between_what_comes_home_and_what_is_taken_next) {
+TEST(free_ring, has_a_line_between_what_is_released_and_what_is_taken_next) {
   for (std::size_t slots = 1; slots < 300; ++slots) {
-    EXPECT_GE((home::places_for(slots) - slots) * sizeof(home::entry), rowe::rt::line_bytes) << slots;
-    EXPECT_TRUE(std::has_single_bit(home::places_for(slots))) << slots;
+    EXPECT_GE((numbers::places_for(slots) - slots) * sizeof(numbers::entry), rowe::rt::line_bytes) << slots;
+    EXPECT_TRUE(std::has_single_bit(numbers::places_for(slots))) << slots;
   }
 }
 
-TEST(home_ring, has_every_slot_at_home_at_first) {
+TEST(free_ring, has_every_slot_free_at_first) {
   rig<4> r{3};
-  EXPECT_EQ(r.owner.home_at_least(), 3U);
+  EXPECT_EQ(r.owner.free_at_least(), 3U);
   for (std::uint32_t slot = 0; slot < 3; ++slot) EXPECT_EQ(r.owner.try_take(), slot);
 }
 
-TEST(home_ring, has_nothing_to_take_when_all_slots_are_out) {
+TEST(free_ring, has_nothing_to_take_when_all_slots_are_out) {
   rig<2> r{2};
   ASSERT_TRUE(r.owner.try_take().has_value());
   ASSERT_TRUE(r.owner.try_take().has_value());
   EXPECT_EQ(r.owner.try_take(), std::nullopt);
-  EXPECT_EQ(r.owner.home_at_least(), 0U);
+  EXPECT_EQ(r.owner.free_at_least(), 0U);
 }
 
-TEST(home_ring, gives_again_what_came_home) {
+TEST(free_ring, gives_again_what_was_released) {
   rig<2> r{2};
   ASSERT_EQ(r.owner.try_take(), 0U);
   ASSERT_EQ(r.owner.try_take(), 1U);
-  r.borrower.give(1);
+  r.borrower.release(1);
   EXPECT_EQ(r.owner.try_take(), 1U);
   EXPECT_EQ(r.owner.try_take(), std::nullopt);
 }
 
-TEST(home_ring, takes_the_slots_home_in_any_order) {
+TEST(free_ring, takes_slots_back_in_any_order) {
   rig<4> r{4};
   for (int i = 0; i < 4; ++i) ASSERT_TRUE(r.owner.try_take().has_value());
-  for (std::uint32_t slot : {2U, 0U, 3U, 1U}) r.borrower.give(slot);
-  EXPECT_EQ(r.owner.home_at_least(), 4U);
+  for (std::uint32_t slot : {2U, 0U, 3U, 1U}) r.borrower.release(slot);
+  EXPECT_EQ(r.owner.free_at_least(), 4U);
   EXPECT_EQ(r.shared.check(), nullptr);
   for (std::uint32_t slot : {2U, 0U, 3U, 1U}) EXPECT_EQ(r.owner.try_take(), slot);
 }
 
-TEST(home_ring, names_a_number_that_came_home_twice) {
+TEST(free_ring, names_a_number_that_was_released_twice) {
   rig<4> r{4};
   ASSERT_EQ(r.owner.try_take(), 0U);
   ASSERT_EQ(r.owner.try_take(), 1U);
-  r.borrower.give(0);
+  r.borrower.release(0);
   ASSERT_EQ(r.shared.check(), nullptr);
-  r.borrower.give(0);
-  EXPECT_STREQ(r.shared.check(), "no number is at home twice");
+  r.borrower.release(0);
+  EXPECT_STREQ(r.shared.check(), "no number is free twice");
 }
 
-TEST(home_ring, refuses_a_number_of_no_slot_in_dev_builds) {
+TEST(free_ring, refuses_a_number_of_no_slot_in_dev_builds) {
 #ifdef NDEBUG
   GTEST_SKIP() << "asserted in dev builds only";
 #else
   rig<4> r{3};
   ASSERT_EQ(r.owner.try_take(), 0U);
-  EXPECT_DEATH(r.borrower.give(3), "slot < slots_");
+  EXPECT_DEATH(r.borrower.release(3), "slot < slots_");
 #endif
 }
 
-TEST(home_ring, goes_on_where_its_indices_wrap) {
+TEST(free_ring, goes_on_where_its_indices_wrap) {
   for (const std::uint64_t wrap : {std::uint64_t{1} << 32, std::uint64_t{0}}) {
     rig<4> r{3, wrap - 5};
     for (int round = 0; round < 20; ++round) {
@@ -110,15 +110,15 @@ TEST(home_ring, goes_on_where_its_indices_wrap) {
       const auto second = r.owner.try_take();
       ASSERT_TRUE(first && second);
       ASSERT_NE(*first, *second);
-      r.borrower.give(*second);
-      r.borrower.give(*first);
-      ASSERT_EQ(r.owner.home_at_least(), 3U);
+      r.borrower.release(*second);
+      r.borrower.release(*first);
+      ASSERT_EQ(r.owner.free_at_least(), 3U);
       ASSERT_EQ(r.shared.check(), nullptr);
     }
   }
 }
 
-TEST(home_ring, loses_and_doubles_no_slot_whatever_is_done) {
+TEST(free_ring, loses_and_doubles_no_slot_whatever_is_done) {
   const std::uint64_t seed = rowe::tests::seed();
   ROWE_TRACE_SEED(seed);
   std::mt19937_64 random{seed};
@@ -134,22 +134,20 @@ TEST(home_ring, loses_and_doubles_no_slot_whatever_is_done) {
       out.push_back(*slot);
     } else if (!out.empty()) {
       const auto chosen = out.begin() + static_cast<std::ptrdiff_t>(random() % out.size());
-      r.borrower.give(*chosen);
+      r.borrower.release(*chosen);
       out.erase(chosen);
     }
     ASSERT_EQ(r.shared.check(), nullptr);
-    ASSERT_EQ(r.owner.home_at_least(), slots - out.size());
+    ASSERT_EQ(r.owner.free_at_least(), slots - out.size());
   }
 }
 
-// The owner learns of each number that comes home once, before it takes it.
-TEST(home_ring, shows_each_number_that_came_home_once) {
+// The owner learns of each released number once, before it takes it.
+TEST(free_ring, shows_each_released_number_once) {
   constexpr std::uint64_t wrap = 0; // indices pass it
   rig<4> r{3, wrap - 4};
   std::vector<std::uint32_t> seen;
-  const auto see = [&] {
-    r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); });
-  };
+  const auto see = [&] { r.owner.see(r.owner.mark(), [&](std::uint32_t slot) { seen.push_back(slot); }); };
   see();
   EXPECT_TRUE(seen.empty()) << "those were never away";
   EXPECT_EQ(r.owner.seen_by_owner(), 3U);
@@ -158,10 +156,10 @@ TEST(home_ring, shows_each_number_that_came_home_once) {
     const auto second = r.owner.try_take();
     ASSERT_TRUE(first && second);
     EXPECT_EQ(r.owner.seen_by_owner(), 1U);
-    r.borrower.give(*second);
+    r.borrower.release(*second);
     EXPECT_EQ(r.owner.seen_by_owner(), 1U);
     see();
-    r.borrower.give(*first);
+    r.borrower.release(*first);
     see();
     see();
     EXPECT_EQ(seen, (std::vector{*second, *first}));
@@ -170,13 +168,11 @@ TEST(home_ring, shows_each_number_that_came_home_once) {
   }
 }
 
-TEST(home_ring, leaves_out_numbers_that_were_taken_unseen) {
+TEST(free_ring, leaves_out_numbers_that_were_taken_unseen) {
   rig<4> r{2};
   std::vector<std::uint32_t> seen;
-  const auto see = [&] {
-    r.owner.see(r.owner.mark_home(), [&](std::uint32_t slot) { seen.push_back(slot); });
-  };
-  for (int i = 0; i < 5; ++i) r.borrower.give(*r.owner.try_take());
+  const auto see = [&] { r.owner.see(r.owner.mark(), [&](std::uint32_t slot) { seen.push_back(slot); }); };
+  for (int i = 0; i < 5; ++i) r.borrower.release(*r.owner.try_take());
   EXPECT_EQ(r.owner.seen_by_owner(), 0U);
   const auto taken = r.owner.try_take();
   see();
@@ -186,4 +182,4 @@ TEST(home_ring, leaves_out_numbers_that_were_taken_unseen) {
 }
 
 } // namespace
-} // namespace home_ring_test
+} // namespace free_ring_test

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// rowe::rt::wake_bell under the explorer, in the setting of idle::wake: two handles with a queue pair and
+// rowe::rt::waker under the explorer, in the setting of idle::wake: two handles with a queue pair and
 // a producer epoch each, a service thread that looks at both queues and sleeps, an eventfd that keeps a
 // signal. A run in which the service thread is left asleep with something in a queue has failed.
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <cstdint>
 
 #include <rowe/rt/spsc_ring.hpp>
-#include <rowe/rt/wake_bell.hpp>
+#include <rowe/rt/waker.hpp>
 #include <rowe/rt/window.hpp>
 
 #include "model/atomics.hpp"
@@ -16,20 +16,20 @@
 #include "model/mutation.hpp"
 
 namespace rowe::model {
-namespace wake_bell_test {
+namespace waker_test {
 namespace {
 
-struct waker_of {
+struct signal_of {
   event_fd* wakes;
-  void ring() const { wakes->signal(); }
+  void raise() const { wakes->signal(); }
 };
-using wake_bell = rt::wake_bell<atomics, waker_of>;
-using epoch = rt::bell_rope<atomics>;
+using waker = rt::waker<atomics, signal_of>;
+using epoch = rt::producer_epoch<atomics>;
 using ring = rt::spsc_ring<std::uint32_t, atomics>;
 
 struct service {
   event_fd eventfd;
-  wake_bell wakes{waker_of{&eventfd}};
+  waker wakes{signal_of{&eventfd}};
 };
 
 // A queue pair that keeps all values.
@@ -43,7 +43,7 @@ struct queue_pair {
 
   void hand_over(std::uint32_t value, service& to) {
     require(in.try_push(value), "there is a place for every value");
-    to.wakes.ring(advances);
+    to.wakes.wake(advances);
   }
   // As handle_submissions::take().
   void take() {
@@ -112,7 +112,7 @@ struct newest_value {
     return {{{"handle",
               [this] {
                 in.end_write(in.begin_write());
-                s.wakes.ring(advances);
+                s.wakes.wake(advances);
               }},
              {"service", [this] {
                 bool found = false;
@@ -137,7 +137,7 @@ struct bare_word {
     return {{{"handle",
               [this] {
                 given.store(true, order::relaxed);
-                s.wakes.ring(advances);
+                s.wakes.wake(advances);
               }},
              {"service", [this] {
                 bool found = false;
@@ -172,22 +172,22 @@ struct awake {
   }
 };
 
-TEST(wake_bell, loses_no_wake_up_of_one_handle) { expect_passes<one_handle>(); }
+TEST(waker, loses_no_wake_up_of_one_handle) { expect_passes<one_handle>(); }
 
-TEST(wake_bell, loses_no_wake_up_of_two_handles) { expect_passes<two_handles>(); }
+TEST(waker, loses_no_wake_up_of_two_handles) { expect_passes<two_handles>(); }
 
-TEST(wake_bell, brings_the_newest_value) { expect_passes_in_every_interleaving<newest_value>(); }
+TEST(waker, brings_the_newest_value) { expect_passes_in_every_interleaving<newest_value>(); }
 
-TEST(wake_bell, brings_what_has_no_order_of_its_own) { expect_passes_in_every_interleaving<bare_word>(); }
+TEST(waker, brings_what_has_no_order_of_its_own) { expect_passes_in_every_interleaving<bare_word>(); }
 
-TEST(wake_bell, keeps_awake_who_has_not_looked) { expect_passes_in_every_interleaving<awake>(); }
+TEST(waker, keeps_awake_who_has_not_looked) { expect_passes_in_every_interleaving<awake>(); }
 
-TEST(wake_bell, needs_every_memory_order_it_asks_for) {
+TEST(waker, needs_every_memory_order_it_asks_for) {
   const std::array scenarios{scenario<one_handle>("one_handle"), scenario<bare_word>("bare_word"),
                              scenario<newest_value>("newest_value"), scenario<awake>("awake")};
-  EXPECT_EQ((mutation_test{"rowe/rt/wake_bell.hpp", scenarios, {}}.findings()), "");
+  EXPECT_EQ((mutation_test{"rowe/rt/waker.hpp", scenarios, {}}.findings()), "");
 }
 
 } // namespace
-} // namespace wake_bell_test
+} // namespace waker_test
 } // namespace rowe::model

@@ -3,7 +3,7 @@
 // service thread, `in` comes from it, and `ends` has the completions of calls and of sends that wait. It lies
 // in the endpoint's memory. pair_lifecycle.hpp says how it changes hands. While it is active the two threads
 // share only its rings, its window and the few words named here. Slots travel as numbers: the producer of a
-// path takes a free one out of the free ring, fills it, and pushes its number; the consumer gives the number
+// queue takes a free one out of the free ring, fills it, and pushes its number; the consumer gives the number
 // back through the free ring.
 //
 // This header is part of the interface only because the calls of a loop are inline; use publisher,
@@ -26,10 +26,10 @@
 #include <rowe/rt/attributes.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/counter.hpp>
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
-#include <rowe/rt/wake_bell.hpp>
+#include <rowe/rt/waker.hpp>
 #include <rowe/rt/window.hpp>
 
 namespace rowe::json {
@@ -39,7 +39,7 @@ class decoder;
 
 namespace rowe::detail {
 
-enum class lane_kind : std::uint8_t {
+enum class pair_kind : std::uint8_t {
   publish_value,   // out: values
   publish_text,    // out: texts
   subscribe_value, // in: values
@@ -49,19 +49,19 @@ enum class lane_kind : std::uint8_t {
   respond_text,
   call_value, // out: calls; ends: replies
   call_text,
-  stop_latch, // no path: the permit and the latch's words
+  stop_latch, // no queue: the permit and the latch's words
 };
-constexpr bool publishes(lane_kind k) noexcept {
-  return k == lane_kind::publish_value || k == lane_kind::publish_text;
+constexpr bool publishes(pair_kind k) noexcept {
+  return k == pair_kind::publish_value || k == pair_kind::publish_text;
 }
-constexpr bool subscribes(lane_kind k) noexcept {
-  return k == lane_kind::subscribe_value || k == lane_kind::subscribe_text;
+constexpr bool subscribes(pair_kind k) noexcept {
+  return k == pair_kind::subscribe_value || k == pair_kind::subscribe_text;
 }
-constexpr bool responds(lane_kind k) noexcept {
-  return k == lane_kind::respond_value || k == lane_kind::respond_text;
+constexpr bool responds(pair_kind k) noexcept {
+  return k == pair_kind::respond_value || k == pair_kind::respond_text;
 }
-constexpr bool is_latch(lane_kind k) noexcept { return k == lane_kind::stop_latch; }
-constexpr bool calls(lane_kind k) noexcept { return k == lane_kind::call_value || k == lane_kind::call_text; }
+constexpr bool is_latch(pair_kind k) noexcept { return k == pair_kind::stop_latch; }
+constexpr bool calls(pair_kind k) noexcept { return k == pair_kind::call_value || k == pair_kind::call_text; }
 
 // A connection, by its place and how often that was used. Generation 0: none; as an address: everyone.
 struct peer_ref {
@@ -77,14 +77,15 @@ struct call_ref {
   friend bool operator==(const call_ref&, const call_ref&) = default;
 };
 
-// What a slot holds. A lane's own calls (`own`) are places in its table (call_place), the service thread's
+// What a slot holds. A queue pair's own calls (`own`) are places in its table (call_place), the service
+// thread's
 // (`call`) are places in its own.
 enum class entry : std::uint8_t {
   message,    // out: to `peer`, or to everyone; with `own`, that ends when it was written
-  invocation, // out: of the lane's `own`; in: the service thread's `call`, to be named in the answer
+  invocation, // out: of the queue pair's `own`; in: the service thread's `call`, to be named in the answer
   reply,      // out: to the service thread's `call`; with `own`, that ends when it was written
   refusal,    // out: likewise, with a sentence instead of a reply
-  end,        // ends: of the lane's `own`: a reply (none where a message was sent), or an error
+  end,        // ends: of the queue pair's `own`: a reply (none where a message was sent), or an error
 };
 
 // In front of every value in a slot. The value behind it is aligned to value_alignment.
@@ -106,7 +107,7 @@ inline constexpr std::size_t value_offset = 64;
 static_assert(sizeof(value_header) <= value_offset);
 
 // Slots of one stride.
-struct lane_slots {
+struct pair_slots {
   std::byte* base = nullptr;
   std::size_t stride = 0;
   std::size_t bytes_max = 0; // of a value
@@ -118,15 +119,15 @@ struct lane_slots {
 };
 
 using number_ring = rt::spsc_ring<std::uint32_t>;
-using number_free_ring = rt::home_ring<>;
+using number_free_ring = rt::free_ring<>;
 using newest_window = rt::window_core<>;
 
-// The producer's side of a path.
+// The producer's side of a queue.
 struct producer_end {
   number_ring::producer* out = nullptr;            // keep::all
   number_free_ring::consumer* free_ring = nullptr; // keep::all
   newest_window::writer* newest = nullptr;         // keep::newest
-  lane_slots slots;
+  pair_slots slots;
   std::uint32_t count = 0; // of slots
 };
 
@@ -135,7 +136,7 @@ struct consumer_end {
   number_ring::consumer* out = nullptr;
   number_free_ring::producer* free_ring = nullptr;
   newest_window::reader* newest = nullptr;
-  lane_slots slots;
+  pair_slots slots;
 };
 
 // The calls of a handle that were begun and whose completion was not taken. User thread only. There is one
@@ -163,7 +164,7 @@ struct slots_aside {
   }
 };
 
-struct lane {
+struct queue_pair {
   static constexpr std::size_t name_bytes_max = 255;
 
   alignas(rt::line_bytes) pair_lifecycle<> lifecycle;
@@ -172,8 +173,8 @@ struct lane {
   // service thread looks at this line in any case.
   rt::std_atomics::variable<std::uint32_t> room_asked{0};
 
-  // Written by set-up before `offered` is stored, constant while the lane is not free.
-  alignas(rt::line_bytes) lane_kind kind = lane_kind::publish_value;
+  // Written by set-up before `offered` is stored, constant while the queue pair is not free.
+  alignas(rt::line_bytes) pair_kind kind = pair_kind::publish_value;
   rowe::keep keep = rowe::keep::all;
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;
@@ -185,15 +186,15 @@ struct lane {
   const json::decoder* decoder = nullptr; // of the values that come in: subscribed, requests, replies
   duration ttl = rt::for_ever;            // of what is published
   duration period{};                      // likewise; 0: not known
-  rt::wake_bell<>* waker = nullptr; // woken for whatever is pushed to `out`; null except under idle::wake
-  bool receives = false;            // talk: it may be the generic receiver
+  rt::waker<>* waker = nullptr; // woken for whatever is pushed to `out`; null except under idle::wake
+  bool receives = false;        // talk: it may be the generic receiver
   // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
   // The same of those that take messages; 0 of one that has its share of what waits.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peers_taking;
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
-  std::span<std::byte> memory;            // of the rings and slots; stays with the lane when it is free
+  std::span<std::byte> memory;            // of the rings and slots; stays with the queue pair when it is free
 
   // The handle's side.
   struct user_side {
@@ -216,7 +217,7 @@ struct lane {
   rt::counter expired_here;    // arrived, and out of date when the handle came to take them
   latch_words<> latch;         // stop_latch
 
-  rt::bell_rope<> epoch; // between both; of idle::wake
+  rt::producer_epoch<> epoch; // between both; of idle::wake
 
   // The service thread's side.
   alignas(rt::line_bytes) audience_word<> audience;
@@ -227,7 +228,7 @@ struct lane {
   };
   alignas(rt::line_bytes) service_side service;
 
-  // Rung by the service thread: the lane was answered, or something arrived.
+  // Notified by the service thread: the queue pair was answered, or something arrived.
   rt::notification<> news;
 
   std::string_view name() const noexcept { return {name_text.data(), name_bytes}; }
@@ -236,33 +237,33 @@ struct lane {
 
 // Everything behind an endpoint: its memory, its service thread, its transport.
 class endpoint_state;
-// Gives a lane back. Not real-time: it wakes the service thread.
-void close_lane(endpoint_state& of, lane& gone) noexcept;
-// Has the service thread look at its lanes now, instead of within a poll_period. Not real-time.
+// Gives a queue pair back. Not real-time: it wakes the service thread.
+void close_pair(endpoint_state& of, queue_pair& gone) noexcept;
+// Has the service thread look at its queue pairs now, instead of within a poll_period. Not real-time.
 void wake_service(endpoint_state& of) noexcept;
 
-// Owns a lane and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its calls
-// then say errc::closed. Move-only; made and destroyed outside of the loop.
-class lane_handle {
+// Owns a queue pair and keeps the endpoint's memory alive, so that a handle may outlive its endpoint: its
+// calls then say errc::closed. Move-only; made and destroyed outside of the loop.
+class pair_handle {
  public:
-  lane_handle() noexcept = default;
-  lane_handle(std::shared_ptr<endpoint_state> of, lane& owned) noexcept
-      : state_{std::move(of)}, lane_{&owned} {}
-  lane_handle(lane_handle&& from) noexcept
-      : state_{std::move(from.state_)}, lane_{std::exchange(from.lane_, nullptr)} {}
-  lane_handle& operator=(lane_handle&& from) noexcept {
+  pair_handle() noexcept = default;
+  pair_handle(std::shared_ptr<endpoint_state> of, queue_pair& owned) noexcept
+      : state_{std::move(of)}, pair_{&owned} {}
+  pair_handle(pair_handle&& from) noexcept
+      : state_{std::move(from.state_)}, pair_{std::exchange(from.pair_, nullptr)} {}
+  pair_handle& operator=(pair_handle&& from) noexcept {
     if (this != &from) {
       reset();
       state_ = std::move(from.state_);
-      lane_ = std::exchange(from.lane_, nullptr);
+      pair_ = std::exchange(from.pair_, nullptr);
     }
     return *this;
   }
-  ~lane_handle() { reset(); }
+  ~pair_handle() { reset(); }
 
-  ROWE_RT explicit operator bool() const noexcept { return lane_ != nullptr; }
-  ROWE_RT lane* operator->() const noexcept { return lane_; }
-  ROWE_RT lane& operator*() const noexcept { return *lane_; }
+  ROWE_RT explicit operator bool() const noexcept { return pair_ != nullptr; }
+  ROWE_RT queue_pair* operator->() const noexcept { return pair_; }
+  ROWE_RT queue_pair& operator*() const noexcept { return *pair_; }
 
   // For calls that wait for the service thread anyway. Not real-time.
   void wake_service() const noexcept {
@@ -271,19 +272,20 @@ class lane_handle {
 
  private:
   void reset() noexcept {
-    if (state_) close_lane(*state_, *lane_); // without, in a harness of tests, the lane is the harness's
-    lane_ = nullptr;
+    if (state_)
+      close_pair(*state_, *pair_); // without, in a harness of tests, the queue pair is the harness's
+    pair_ = nullptr;
     state_.reset();
   }
 
   std::shared_ptr<endpoint_state> state_;
-  lane* lane_ = nullptr;
+  queue_pair* pair_ = nullptr;
 };
 
 // Something lies in `out`. Under idle::wake the service thread is told; under the other policies it finds it
 // by itself, and all that this costs is looking which it is.
-[[gnu::noinline, gnu::cold]] inline void wake_for(lane& on) noexcept { on.waker->ring(on.epoch); }
-inline void announce(lane& on) noexcept {
+[[gnu::noinline, gnu::cold]] inline void wake_for(queue_pair& on) noexcept { on.waker->wake(on.epoch); }
+inline void announce(queue_pair& on) noexcept {
   if (on.waker != nullptr) [[unlikely]]
     wake_for(on);
 }
@@ -291,35 +293,35 @@ inline void announce(lane& on) noexcept {
 // Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every
 // publisher.
 template <class Fill>
-ROWE_RT status publish_into(lane& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
+ROWE_RT status publish_into(queue_pair& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
   switch (on.audience.advice()) {
   case audience::nobody: on.no_peer.add(); return errc::no_peer;
   case audience::closed: return errc::closed;
   case audience::crowded:
   case audience::somebody: break;
   }
-  const producer_end& path = on.user.out;
-  if (bytes > path.slots.bytes_max) {
+  const producer_end& end = on.user.out;
+  if (bytes > end.slots.bytes_max) {
     on.refused_too_big.add();
     return error{errc::too_big, static_cast<std::int64_t>(bytes),
-                 static_cast<std::int64_t>(path.slots.bytes_max)};
+                 static_cast<std::int64_t>(end.slots.bytes_max)};
   }
   std::uint32_t slot;
-  if (path.newest != nullptr) {
-    slot = path.newest->begin_write();
-  } else if (const auto free = path.free_ring->try_take()) {
+  if (end.newest != nullptr) {
+    slot = end.newest->begin_write();
+  } else if (const auto free = end.free_ring->try_take()) {
     slot = *free;
   } else {
     on.refused_full.add();
-    return error{errc::full, 0, path.count};
+    return error{errc::full, 0, end.count};
   }
-  *path.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
-                              static_cast<std::uint32_t>(bytes)};
-  fill(path.slots.value(slot));
+  *end.slots.header(slot) = {rt::nanoseconds_of(now), rt::nanoseconds_of(rt::deadline_after(now, on.ttl)),
+                             static_cast<std::uint32_t>(bytes)};
+  fill(end.slots.value(slot));
   on.published.add();
-  if (path.newest != nullptr) {
-    path.newest->end_write(slot);
-  } else if (!path.out->try_push(slot)) {
+  if (end.newest != nullptr) {
+    end.newest->end_write(slot);
+  } else if (!end.out->try_push(slot)) {
     return errc::misuse; // the ring has places for all slots twice: only a second thread in this handle
                          // leads here
   }

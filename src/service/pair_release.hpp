@@ -7,19 +7,19 @@
 #pragma once
 #include <cstdint>
 
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 
 namespace rowe::service {
 
 // For the service thread, or a thread that has joined it, after it has seen `closing`. False may be out of
 // date at once. True stays true, and all reads of the slots happen before it.
-inline bool all_slots_released(detail::lane& gone) noexcept {
-  const auto released = [](const detail::producer_end& path, std::uint32_t aside) {
-    if (path.out == nullptr) return true; // a window has no slots to release
-    const std::uint64_t popped = path.out->popped();
-    return path.free_ring->given() + aside == popped;
+inline bool all_slots_released(detail::queue_pair& gone) noexcept {
+  const auto released = [](const detail::producer_end& end, std::uint32_t aside) {
+    if (end.out == nullptr) return true; // a window has no slots to release
+    const std::uint64_t popped = end.out->popped();
+    return end.free_ring->released() + aside == popped;
   };
-  const detail::lane::user_side& had = gone.user;
+  const detail::queue_pair::user_side& had = gone.user;
   if (!released(gone.service.in, 0) || !released(gone.service.ends, had.ends_aside.count)) return false;
   if (gone.service.out.out == nullptr) return true;
   return gone.service.out.out->pushed() + had.replies_aside.count == had.out.free_ring->taken();

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// Builds lanes as their requests say: the rings, windows, slots and tables in the memory they have been
+// Builds queue pairs as their requests say: the rings, windows, slots and tables in the memory they have been
 // given, and what compiled schemas they need. Set-up.
 #pragma once
 #include <cstddef>
 #include <optional>
 #include <span>
 
-#include <rowe/detail/lane.hpp>
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/options.hpp>
 
 #include "json/decoder.hpp"
@@ -15,7 +15,7 @@
 
 namespace rowe::detail {
 
-// What a path takes that holds `depth` values of `value_bytes` (keep::all) or the newest one.
+// What a queue takes that holds `depth` values of `value_bytes` (keep::all) or the newest one.
 std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept;
 
 // Builds it at the beginning of `memory`, which is path_bytes() long and aligned to a line, and hands out its
@@ -23,22 +23,22 @@ std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_b
 void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
                 producer_end& fills, consumer_end& empties) noexcept;
 
-// What the paths and tables of a lane take together.
-std::size_t lane_bytes(const lane_request& asked) noexcept;
+// What the queues and tables of a queue pair take together.
+std::size_t pair_bytes(const pair_request& asked) noexcept;
 
-// Writes everything of a free lane that set-up writes, but for its encoder and decoder, and builds what the
-// request asks for in `built.memory`: lane_bytes() or more, aligned to a line. The name and the type have at
-// most lane::name_bytes_max bytes.
-void build_lane(lane& built, const lane_request& asked,
+// Writes everything of a free queue pair that set-up writes, but for its encoder and decoder, and builds what
+// the request asks for in `built.memory`: pair_bytes() or more, aligned to a line. The name and the type have
+// at most queue_pair::name_bytes_max bytes.
+void build_pair(queue_pair& built, const pair_request& asked,
                 std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations) noexcept;
 
-// The compiled schemas of a lane. Outlive it.
-struct lane_codecs {
+// The compiled schemas of a queue pair. Outlive it.
+struct pair_codecs {
   std::optional<json::encoder> encoder;
   std::optional<json::decoder> decoder;
 
   // Allocates. Errors: bad_argument (a schema that nests too deep, or is too large), no_memory.
-  static result<lane_codecs> compile(const lane_request& asked);
+  static result<pair_codecs> compile(const pair_request& asked);
 };
 
 } // namespace rowe::detail

@@ -5,10 +5,10 @@
 #include <cstring>
 #include <string_view>
 
-#include <rowe/detail/lane_request.hpp>
+#include <rowe/detail/pair_request.hpp>
 #include <rowe/schema.hpp>
 
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 #include "contract.hpp"
 
 struct contract_odometry {
@@ -35,67 +35,67 @@ inline constexpr connection somebody{1, 5};
 inline constexpr connection somebody_gone{1, 4};
 
 // As the service thread says it, or whoever has joined it.
-inline void set_audience(detail::lane& on, audience heard_by) {
+inline void set_audience(detail::queue_pair& on, audience heard_by) {
   heard_by == audience::closed ? on.audience.close() : on.audience.set(heard_by);
 }
 
-inline detail::lane& lane_for(real_time& rt, const detail::lane_request& asked,
-                              audience heard_by = audience::somebody) {
-  auto& made = rt.make<detail::lane>();
+inline detail::queue_pair& pair_for(real_time& rt, const detail::pair_request& asked,
+                                    audience heard_by = audience::somebody) {
+  auto& made = rt.make<detail::queue_pair>();
   const auto generations = rt.array<rt::std_atomics::variable<std::uint32_t>>(2);
   generations[1].store(5, std::memory_order_relaxed); // relaxed: one thread here
-  made.memory = rt.array<std::byte>(detail::lane_bytes(asked));
-  detail::build_lane(made, asked, generations);
+  made.memory = rt.array<std::byte>(detail::pair_bytes(asked));
+  detail::build_pair(made, asked, generations);
   made.waker = rt.waker_for(made.published);
   set_audience(made, heard_by);
   return made;
 }
 
-inline detail::lane_handle handle_of(detail::lane& on) { return {nullptr, on}; }
+inline detail::pair_handle handle_of(detail::queue_pair& on) { return {nullptr, on}; }
 
-inline void close(detail::lane& on) { on.audience.close(); }
+inline void close(detail::queue_pair& on) { on.audience.close(); }
 
-// What the service thread puts into a path; nothing when no slot is free.
-inline void fill(const detail::producer_end& path, detail::value_header header, const void* value,
+// What the service thread puts into a queue; nothing when no slot is free.
+inline void fill(const detail::producer_end& end, detail::value_header header, const void* value,
                  std::size_t bytes) {
-  const auto slot = path.free_ring->try_take();
+  const auto slot = end.free_ring->try_take();
   if (!slot) return;
   header.bytes = static_cast<std::uint32_t>(bytes);
-  *path.slots.header(*slot) = header;
-  std::memcpy(path.slots.value(*slot), value, bytes);
-  use(path.out->try_push(*slot));
+  *end.slots.header(*slot) = header;
+  std::memcpy(end.slots.value(*slot), value, bytes);
+  use(end.out->try_push(*slot));
 }
 
-inline void arrive(detail::lane& on, rt::time_point expires = rt::never) {
+inline void arrive(detail::queue_pair& on, rt::time_point expires = rt::never) {
   detail::value_header header;
   header.expires_ns = rt::nanoseconds_of(expires);
   header.peer = {somebody.index, somebody.generation};
   fill(on.service.in, header, text.data(), text.size());
 }
 // A call: of text, or of a struct.
-inline void ask(detail::lane& on, rt::time_point expires = rt::never, connection by = somebody) {
+inline void ask(detail::queue_pair& on, rt::time_point expires = rt::never, connection by = somebody) {
   static constexpr odometry value{1, 2, 3, 4, 5};
   detail::value_header header;
   header.what = detail::entry::invocation;
   header.expires_ns = rt::nanoseconds_of(expires);
   header.peer = {by.index, by.generation};
   header.call = {3, 1};
-  if (on.kind == detail::lane_kind::respond_value) return fill(on.service.in, header, &value, sizeof value);
+  if (on.kind == detail::pair_kind::respond_value) return fill(on.service.in, header, &value, sizeof value);
   fill(on.service.in, header, text.data(), text.size());
 }
 
 // Takes what the handle sent and gives the slots back; calls end with `outcome`.
-inline void serve(detail::lane& on, const status& outcome = {}) {
+inline void serve(detail::queue_pair& on, const status& outcome = {}) {
   if (on.service.out.newest != nullptr) return use(on.service.out.newest->begin_read());
   on.service.out.out->drain(
       [&](std::uint32_t slot) {
         detail::value_header header = *on.service.out.slots.header(slot);
-        on.service.out.free_ring->give(slot);
+        on.service.out.free_ring->release(slot);
         if (header.own.generation == 0) return;
         header.what = detail::entry::end;
         header.failed = !outcome;
         header.outcome = outcome.code();
-        if (on.kind == detail::lane_kind::call_value && outcome) {
+        if (on.kind == detail::pair_kind::call_value && outcome) {
           const odometry reply{1, 2, 3, 4, 5};
           return fill(on.service.ends, header, &reply, sizeof reply);
         }

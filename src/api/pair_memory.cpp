@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -91,33 +91,33 @@ void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dept
 
 namespace {
 
-// A path that may be there or not.
-std::size_t path_bytes_of(const lane_request& asked, std::uint32_t depth, std::size_t value_bytes) noexcept {
+// A queue that may be there or not.
+std::size_t path_bytes_of(const pair_request& asked, std::uint32_t depth, std::size_t value_bytes) noexcept {
   return depth == 0 ? 0 : path_bytes(asked.keep, depth, value_bytes);
 }
 
 // Slots of a responder's `out` that may be put aside.
-std::uint32_t replies_of(const lane_request& asked) noexcept {
+std::uint32_t replies_of(const pair_request& asked) noexcept {
   return responds(asked.kind) ? asked.out_depth : 0;
 }
 
-void build_calls(lane::user_side& of, std::span<call_place> places) noexcept {
+void build_calls(queue_pair::user_side& of, std::span<call_place> places) noexcept {
   of.calls = places;
   of.free_call = 0;
   of.calls_open = 0;
   for (std::uint32_t i = 0; i < places.size(); ++i) places[i].next_free = i + 1;
 }
 
-std::uint8_t copy_text(std::string_view from, std::array<char, lane::name_bytes_max>& to) noexcept {
+std::uint8_t copy_text(std::string_view from, std::array<char, queue_pair::name_bytes_max>& to) noexcept {
   std::copy(from.begin(), from.end(), to.begin());
   return static_cast<std::uint8_t>(from.size());
 }
 
 } // namespace
 
-std::size_t lane_bytes(const lane_request& asked) noexcept {
+std::size_t pair_bytes(const pair_request& asked) noexcept {
   constexpr std::size_t least =
-      rt::line_bytes; // of a latch, too, which has no path: lanes are told apart by theirs
+      rt::line_bytes; // of a latch, too, which has no queue: queue pairs are told apart by theirs
   return least + path_bytes_of(asked, asked.out_depth, asked.out_bytes) +
          path_bytes_of(asked, asked.in_depth, asked.in_bytes) +
          path_bytes_of(asked, asked.ends_depth, asked.ends_bytes) +
@@ -125,7 +125,7 @@ std::size_t lane_bytes(const lane_request& asked) noexcept {
          arena::bytes_for<std::uint32_t>(replies_of(asked));
 }
 
-void build_lane(lane& built, const lane_request& asked,
+void build_pair(queue_pair& built, const pair_request& asked,
                 std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations) noexcept {
   built.kind = asked.kind;
   built.keep = asked.keep;
@@ -164,8 +164,8 @@ void build_lane(lane& built, const lane_request& asked,
   built.user.replies_aside.places = from.array<std::uint32_t>(replies_of(asked));
 }
 
-result<lane_codecs> lane_codecs::compile(const lane_request& asked) {
-  lane_codecs made;
+result<pair_codecs> pair_codecs::compile(const pair_request& asked) {
+  pair_codecs made;
   if (asked.encoded != nullptr) {
     auto encoder = json::encoder::compile(*asked.encoded);
     if (!encoder) return encoder.error();

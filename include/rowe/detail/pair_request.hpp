@@ -5,17 +5,17 @@
 #include <string_view>
 
 #include <rowe/detail/calls.hpp>
-#include <rowe/detail/lane.hpp>
+#include <rowe/detail/queue_pair.hpp>
 #include <rowe/json_text.hpp>
 #include <rowe/options.hpp>
 #include <rowe/schema.hpp>
 
 namespace rowe::detail {
 
-// What a handle asks set-up for: a lane of this kind, with paths of this size. Depths and bytes of paths that
-// the kind does not have stay 0.
-struct lane_request {
-  lane_kind kind = lane_kind::publish_value;
+// What a handle asks set-up for: a queue pair of this kind, with queues of this size. Depths and bytes of
+// queues that the kind does not have stay 0.
+struct pair_request {
+  pair_kind kind = pair_kind::publish_value;
   std::string_view name = {}; // of the topic or service
   std::string_view type = {};
   rowe::keep keep = rowe::keep::all; // of the one path that a topic's handle has
@@ -81,8 +81,8 @@ constexpr const schema_description* description_of() noexcept {
 }
 
 template <class T>
-constexpr lane_request topic_request(std::string_view topic, const topic_options& options) noexcept {
-  lane_request asked{.name = topic,
+constexpr pair_request topic_request(std::string_view topic, const topic_options& options) noexcept {
+  pair_request asked{.name = topic,
                      .type = options.type,
                      .keep = options.keep,
                      .priority = options.priority,
@@ -95,9 +95,9 @@ constexpr lane_request topic_request(std::string_view topic, const topic_options
 }
 
 template <class T>
-constexpr lane_request advertise_request(std::string_view topic, const topic_options& options) noexcept {
-  lane_request asked = topic_request<T>(topic, options);
-  asked.kind = is_text<T> ? lane_kind::publish_text : lane_kind::publish_value;
+constexpr pair_request advertise_request(std::string_view topic, const topic_options& options) noexcept {
+  pair_request asked = topic_request<T>(topic, options);
+  asked.kind = is_text<T> ? pair_kind::publish_text : pair_kind::publish_value;
   asked.out_bytes = slot_bytes<T>(options.text_bytes_max);
   asked.out_depth = of_topics.or_asked(options.depth, asked.out_bytes);
   asked.encoded = description_of<T>();
@@ -106,9 +106,9 @@ constexpr lane_request advertise_request(std::string_view topic, const topic_opt
 }
 
 template <class T>
-constexpr lane_request subscribe_request(std::string_view topic, const topic_options& options) noexcept {
-  lane_request asked = topic_request<T>(topic, options);
-  asked.kind = is_text<T> ? lane_kind::subscribe_text : lane_kind::subscribe_value;
+constexpr pair_request subscribe_request(std::string_view topic, const topic_options& options) noexcept {
+  pair_request asked = topic_request<T>(topic, options);
+  asked.kind = is_text<T> ? pair_kind::subscribe_text : pair_kind::subscribe_value;
   // A view of the newest text would change under the eyes of its reader.
   if (is_text<T>) asked.keep = keep::all;
   asked.in_bytes = slot_bytes<T>(options.text_bytes_max);
@@ -126,9 +126,9 @@ constexpr std::uint32_t service_depth(const service_options& options) noexcept {
 }
 
 template <class Q, class A>
-constexpr lane_request serve_request(std::string_view name, const service_options& options) noexcept {
+constexpr pair_request serve_request(std::string_view name, const service_options& options) noexcept {
   const std::uint32_t depth = service_depth<Q, A>(options);
-  return {.kind = is_text<Q> ? lane_kind::respond_text : lane_kind::respond_value,
+  return {.kind = is_text<Q> ? pair_kind::respond_text : pair_kind::respond_value,
           .name = name,
           .type = options.type,
           .out_depth = 2 * depth, // on their way, and reserved
@@ -140,9 +140,9 @@ constexpr lane_request serve_request(std::string_view name, const service_option
 }
 
 template <class Q, class A>
-constexpr lane_request client_request(std::string_view name, const service_options& options) noexcept {
+constexpr pair_request client_request(std::string_view name, const service_options& options) noexcept {
   const std::uint32_t depth = service_depth<Q, A>(options);
-  return {.kind = is_text<Q> ? lane_kind::call_text : lane_kind::call_value,
+  return {.kind = is_text<Q> ? pair_kind::call_text : pair_kind::call_value,
           .name = name,
           .type = options.type,
           .out_depth = depth,
@@ -153,13 +153,13 @@ constexpr lane_request client_request(std::string_view name, const service_optio
           .decoded = description_of<A>()};
 }
 
-constexpr lane_request latch_request(const latch_options& options) noexcept {
-  return {.kind = lane_kind::stop_latch, .name = options.name, .loop_timeout = options.loop_timeout};
+constexpr pair_request latch_request(const latch_options& options) noexcept {
+  return {.kind = pair_kind::stop_latch, .name = options.name, .loop_timeout = options.loop_timeout};
 }
 
-constexpr lane_request talk_request(const lane_options& options) noexcept {
+constexpr pair_request talk_request(const lane_options& options) noexcept {
   const std::size_t bytes = answer_bytes<json_text>(options.text_bytes_max);
-  return {.kind = lane_kind::talk,
+  return {.kind = pair_kind::talk,
           .priority = options.priority,
           .receives = options.receive,
           .out_depth = options.depth,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lanes whose handle is gone while views or requests of it are left: their memory is nobody else's until the
 // last slot is home.
-#include "service/lane_home.hpp"
+#include "service/pair_release.hpp"
 
 #include "core_fixtures.hpp"
 
@@ -11,7 +11,7 @@
 
 #include <optional>
 
-namespace lane_home_test {
+namespace pair_release_test {
 namespace {
 
 using namespace harness;
@@ -20,12 +20,13 @@ using rowe::detail::pair_phase;
 
 struct outliving : core_test {
   // As the handle's destructor does.
-  void close(rowe::detail::lane& one) {
+  void close(rowe::detail::queue_pair& one) {
     one.lifecycle.close();
     on.cycle();
   }
-  rowe::detail::lane& subscribe() {
-    rowe::detail::lane& one = on.offer(rowe::detail::lane_kind::subscribe_text, "/heard", 100, {.depth = 4});
+  rowe::detail::queue_pair& subscribe() {
+    rowe::detail::queue_pair& one =
+        on.offer(rowe::detail::pair_kind::subscribe_text, "/heard", 100, {.depth = 4});
     on.cycle();
     return one;
   }
@@ -38,7 +39,7 @@ struct outliving : core_test {
 };
 
 TEST_F(outliving, lane_is_free_at_once_when_nobody_looks_at_its_slots) {
-  rowe::detail::lane& one = subscribe();
+  rowe::detail::queue_pair& one = subscribe();
   publish(3); // two of which nobody takes
   {
     rowe::subscriber<json_text> handle{core_harness::handle_of(one)};
@@ -49,7 +50,7 @@ TEST_F(outliving, lane_is_free_at_once_when_nobody_looks_at_its_slots) {
 }
 
 TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
-  rowe::detail::lane& one = subscribe();
+  rowe::detail::queue_pair& one = subscribe();
   publish(3);
   std::optional<rowe::subscriber<json_text>> handle{core_harness::handle_of(one)};
   auto first = std::optional{handle->try_take()};
@@ -70,7 +71,7 @@ TEST_F(outliving, view_keeps_the_lane_until_it_is_gone) {
 }
 
 TEST_F(outliving, lane_that_is_held_is_counted_once) {
-  rowe::detail::lane& one = subscribe();
+  rowe::detail::queue_pair& one = subscribe();
   publish(1);
   std::optional<rowe::subscriber<json_text>> handle{core_harness::handle_of(one)};
   const auto view = handle->try_take();
@@ -81,7 +82,7 @@ TEST_F(outliving, lane_that_is_held_is_counted_once) {
 }
 
 TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
-  rowe::detail::lane& one =
+  rowe::detail::queue_pair& one =
       on.offer(rowe::detail::talk_request({.depth = 4, .inbox_depth = 4, .calls = 4, .text_bytes_max = 200}));
   on.cycle();
   std::optional<rowe::lane> handle{core_harness::handle_of(one)};
@@ -100,7 +101,8 @@ TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
 }
 
 TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
-  rowe::detail::lane& one = on.offer(rowe::detail::serve_request<json_text, json_text>("/do", {.depth = 4}));
+  rowe::detail::queue_pair& one =
+      on.offer(rowe::detail::serve_request<json_text, json_text>("/do", {.depth = 4}));
   on.cycle();
   other.say(R"({"op":"call_service","service":"/do"})");
   on.cycle();
@@ -117,4 +119,4 @@ TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
 }
 
 } // namespace
-} // namespace lane_home_test
+} // namespace pair_release_test

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The life of a lane and the end of an endpoint, as far as threads meet there. What is shared is the real
-// thing: rowe/detail/pair_lifecycle.hpp, rings and notifications. Around it this does what the sources do
-// that each function names, in their order; of what those are not written against the atomics policy for,
-// lane_life_test.cpp compares the text.
+// The life of a queue pair and the end of an endpoint, as far as threads meet there. What is shared is the
+// real thing: rowe/detail/pair_lifecycle.hpp, rings and notifications. Around it this does what the sources
+// do that each function names, in their order; of what those are not written against the atomics policy for,
+// pair_life_test.cpp compares the text.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,7 +10,7 @@
 #include <span>
 
 #include <rowe/detail/pair_lifecycle.hpp>
-#include <rowe/rt/home_ring.hpp>
+#include <rowe/rt/free_ring.hpp>
 #include <rowe/rt/notification.hpp>
 #include <rowe/rt/spsc_ring.hpp>
 
@@ -21,9 +21,9 @@ namespace rowe::model {
 using detail::audience;
 using detail::pair_phase;
 using number_ring = rt::spsc_ring<std::uint32_t, atomics>;
-using number_free_ring = rt::home_ring<atomics>;
+using number_free_ring = rt::free_ring<atomics>;
 
-// A path of a lane.
+// A path of a queue pair.
 struct path {
   std::array<number_ring::entry, 4> entries;
   number_ring queue{entries};
@@ -31,7 +31,7 @@ struct path {
   number_ring::consumer& out{*queue.take_consumer()};
 };
 
-struct modelled_lane {
+struct modelled_pair {
   detail::pair_lifecycle<atomics, futex> lifecycle;
   atomics::plain<std::uint32_t> built; // all that set-up writes: name, slots, codecs; here the life's number
   detail::audience_word<atomics> audience;
@@ -46,9 +46,9 @@ struct modelled_lane {
 
 // ---- endpoint_state.cpp
 
-// open_lane(), with settle_lanes(), find_lane() and build_lane(). Errors: too_many_lanes, and what it was
+// open_pair(), with settle_pairs(), find_pair() and build_pair(). Errors: too_many_lanes, and what it was
 // refused with.
-inline status open_lane(modelled_lane& built, event_fd& service, std::uint32_t life) {
+inline status open_pair(modelled_pair& built, event_fd& service, std::uint32_t life) {
   built.lifecycle.wait_while_closing(built.news, rt::never);
   if (!built.lifecycle.is_free()) return errc::too_many_lanes;
   built.built.store(life);
@@ -57,29 +57,29 @@ inline status open_lane(modelled_lane& built, event_fd& service, std::uint32_t l
   return built.lifecycle.wait_answer(built.news);
 }
 
-// close_lane()
-inline void close_lane(modelled_lane& gone, event_fd& service) {
+// close_pair()
+inline void close_pair(modelled_pair& gone, event_fd& service) {
   gone.lifecycle.close();
   service.signal();
 }
 
 // close(), when the service thread is joined.
-inline void close_handles(modelled_lane& one) {
+inline void close_handles(modelled_pair& one) {
   one.audience.close();
   one.news.notify();
 }
 
-// ---- lane.hpp, calls.hpp
+// ---- pair.hpp, calls.hpp
 
 // publish_into()
-inline bool publish(modelled_lane& on, std::uint32_t value) {
+inline bool publish(modelled_pair& on, std::uint32_t value) {
   if (on.audience.advice() != audience::somebody) return false;
   (void)on.built.load();
   return on.to_service.in.try_push(value);
 }
 
-// subscriber::take(), lane::receive(): wait_next() with a try_next() that looks whether it is over first.
-inline std::optional<std::uint32_t> take_or_closed(modelled_lane& on) {
+// subscriber::take(), pair::receive(): wait_next() with a try_next() that looks whether it is over first.
+inline std::optional<std::uint32_t> take_or_closed(modelled_pair& on) {
   std::optional<std::uint32_t> taken;
   bool over = false;
   on.news.wait_until(rt::never, [&] {
@@ -90,55 +90,56 @@ inline std::optional<std::uint32_t> take_or_closed(modelled_lane& on) {
   return taken;
 }
 
-// ---- lane_home.hpp
+// ---- pair_release.hpp
 
-inline bool all_slots_released(modelled_lane& gone) {
+inline bool all_slots_released(modelled_pair& gone) {
   const std::uint64_t popped = gone.to_handle.in.popped();
-  return gone.free_ring_out.given() == popped;
+  return gone.free_ring_out.released() == popped;
 }
 
 // ---- handle_registry.cpp
 
-// handle_registry::scan() with attach() and detach(), and what handles submit. True when a lane went back.
+// handle_registry::scan() with attach() and detach(), and what handles submit. True when a queue pair went
+// back.
 template <class Take>
-bool turn_lane(modelled_lane& lane, const status& answer, Take take) {
+bool turn_pair(modelled_pair& pair, const status& answer, Take take) {
   const auto take_all = [&] {
-    (void)lane.built.load();
-    while (const auto value = lane.to_service.out.try_pop()) take(*value);
+    (void)pair.built.load();
+    while (const auto value = pair.to_service.out.try_pop()) take(*value);
   };
-  switch (lane.lifecycle.look()) {
+  switch (pair.lifecycle.look()) {
   case pair_phase::free:
   case pair_phase::refused: return false;
   case pair_phase::offered:
-    (void)lane.built.load();
+    (void)pair.built.load();
     if (!answer) {
-      lane.lifecycle.refuse(answer.error(), lane.news);
+      pair.lifecycle.refuse(answer.error(), pair.news);
     } else {
-      lane.audience.set(audience::somebody);
-      lane.lifecycle.accept(lane.news);
+      pair.audience.set(audience::somebody);
+      pair.lifecycle.accept(pair.news);
     }
     return false;
   case pair_phase::active: take_all(); return false;
   case pair_phase::closing:
     take_all();
-    lane.audience.set(audience::nobody);
-    if (all_slots_released(lane)) break;
-    lane.lifecycle.hold(lane.news);
+    pair.audience.set(audience::nobody);
+    if (all_slots_released(pair)) break;
+    pair.lifecycle.hold(pair.news);
     return false;
   case pair_phase::held:
-    if (!all_slots_released(lane)) return false;
+    if (!all_slots_released(pair)) return false;
     break;
   }
-  lane.lifecycle.release(lane.news);
+  pair.lifecycle.release(pair.news);
   return true;
 }
 
-// announce(), update_wanted(), receiver(): what a lane's life has written is looked at in lanes that are
-// attached, and in no others: set-up may be building those. `attached` is the service thread's own.
-inline void look_at_each(std::span<modelled_lane> lanes, std::span<const bool> attached) {
-  for (std::size_t i = 0; i != lanes.size(); ++i) {
+// announce(), update_wanted(), receiver(): what a queue pair's life has written is looked at in queue pairs
+// that are attached, and in no others: set-up may be building those. `attached` is the service thread's own.
+inline void look_at_each(std::span<modelled_pair> pairs, std::span<const bool> attached) {
+  for (std::size_t i = 0; i != pairs.size(); ++i) {
     if (!attached[i]) continue;
-    require(lanes[i].built.load() != 0, "an attached lane is built");
+    require(pairs[i].built.load() != 0, "an attached pair is built");
   }
 }
 

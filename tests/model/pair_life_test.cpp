@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lanes that are opened, refused, used, closed and opened again, and endpoints that are closed while somebody
-// waits, under the explorer: see lane_life.hpp.
+// waits, under the explorer: see pair_life.hpp.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -9,18 +9,18 @@
 #include <string_view>
 
 #include "model/expect.hpp"
-#include "model/lane_life.hpp"
 #include "model/mutation.hpp"
+#include "model/pair_life.hpp"
 #include "model/source_text.hpp"
 
 namespace rowe::model {
-namespace lane_life_test {
+namespace pair_life_test {
 namespace {
 
 // One thread opens, publishes, closes, and opens again in the same memory.
 struct two_lives {
   static constexpr std::uint32_t lives = 2;
-  modelled_lane lane;
+  modelled_pair pair;
   event_fd service;
   std::uint32_t taken = 0;
 
@@ -28,15 +28,15 @@ struct two_lives {
     return {{{"handle",
               [this] {
                 for (std::uint32_t life = 1; life <= lives; ++life) {
-                  require(open_lane(lane, service, life).has_value(), "a lane that was closed is free again");
-                  require(publish(lane, life), "an active lane takes what is published");
-                  close_lane(lane, service);
+                  require(open_pair(pair, service, life).has_value(), "a pair that was closed is free again");
+                  require(publish(pair, life), "an active pair takes what is published");
+                  close_pair(pair, service);
                 }
               }},
              {"service", [this] {
                 for (std::uint32_t gone = 0; gone != lives;) {
                   service.wait();
-                  gone += turn_lane(lane, {}, [this](std::uint32_t v) {
+                  gone += turn_pair(pair, {}, [this](std::uint32_t v) {
                     require(v == ++taken, "what was published comes in order, each once");
                   });
                 }
@@ -48,32 +48,32 @@ struct two_lives {
 // It is refused with a reason, and then, in the same memory, taken.
 struct refused_first {
   static constexpr error why{errc::type_conflict, 7};
-  modelled_lane lane;
+  modelled_pair pair;
   event_fd service;
 
   std::array<actor, 2> actors() {
     return {{{"handle",
               [this] {
-                const status first = open_lane(lane, service, 1);
+                const status first = open_pair(pair, service, 1);
                 require(!first && first.error() == why, "who is refused is told why");
-                require(open_lane(lane, service, 2).has_value(), "and may ask again");
-                close_lane(lane, service);
+                require(open_pair(pair, service, 2).has_value(), "and may ask again");
+                close_pair(pair, service);
               }},
              {"service", [this] {
                 status answer = why;
                 for (bool gone = false; !gone;) {
                   service.wait();
-                  gone = turn_lane(lane, answer, [](std::uint32_t) {});
+                  gone = turn_pair(pair, answer, [](std::uint32_t) {});
                   answer = {}; // the eventfd is signalled once for each offer
                 }
               }}}};
   }
 };
 
-// The handle is used and destroyed on a thread of its own, while set-up opens another lane, for which there
-// is only the same memory: it may be taken at any moment, or not yet be free.
+// The handle is used and destroyed on a thread of its own, while set-up opens another queue pair, for which
+// there is only the same memory: it may be taken at any moment, or not yet be free.
 struct two_threads {
-  modelled_lane lane;
+  modelled_pair pair;
   event_fd service;
   event_fd handed_over; // the handle, to its thread
   std::array<atomics::variable<bool>, 2> ended;
@@ -86,34 +86,34 @@ struct two_threads {
   std::array<actor, 3> actors() {
     return {{{"set-up",
               [this] {
-                require(open_lane(lane, service, 1).has_value(), "the first lane is free");
+                require(open_pair(pair, service, 1).has_value(), "the first pair is free");
                 handed_over.signal();
                 service.signal(); // it turns for many reasons, and finds what it finds
-                if (open_lane(lane, service, 2)) close_lane(lane, service);
+                if (open_pair(pair, service, 2)) close_pair(pair, service);
                 end(0);
               }},
              {"handle",
               [this] {
                 handed_over.wait();
-                require(publish(lane, 5), "an active lane takes what is published");
-                close_lane(lane, service);
+                require(publish(pair, 5), "an active pair takes what is published");
+                close_pair(pair, service);
                 end(1);
               }},
              {"service", [this] {
                 for (bool last = false; !last;) {
                   service.wait();
                   last = ended[0].load(order::seq_cst) && ended[1].load(order::seq_cst);
-                  (void)turn_lane(lane, {}, [this](std::uint32_t) { ++taken; });
+                  (void)turn_pair(pair, {}, [this](std::uint32_t) { ++taken; });
                 }
               }}}};
   }
   void afterwards() { require(taken == 1, "closing loses nothing"); }
 };
 
-// A view outlives its handle: set-up, which opens another lane, gets the memory before or behind it, but not
-// while the view is looked at.
+// A view outlives its handle: set-up, which opens another queue pair, gets the memory before or behind it,
+// but not while the view is looked at.
 struct outlived_by_a_view {
-  modelled_lane lane;
+  modelled_pair pair;
   event_fd service;
   event_fd handed_over;
   std::array<atomics::variable<bool>, 2> ended;
@@ -125,38 +125,38 @@ struct outlived_by_a_view {
   std::array<actor, 3> actors() {
     return {{{"set-up",
               [this] {
-                require(open_lane(lane, service, 1).has_value(), "the first lane is free");
+                require(open_pair(pair, service, 1).has_value(), "the first pair is free");
                 // For the service thread:
-                const auto sent = lane.free_ring_out.try_take();
-                require(sent && lane.to_handle.in.try_push(*sent), "there is a slot, and a place");
+                const auto sent = pair.free_ring_out.try_take();
+                require(sent && pair.to_handle.in.try_push(*sent), "there is a slot, and a place");
                 handed_over.signal();
-                if (open_lane(lane, service, 2)) close_lane(lane, service);
+                if (open_pair(pair, service, 2)) close_pair(pair, service);
                 end(0);
               }},
              {"handle",
               [this] {
                 handed_over.wait();
-                const auto slot = lane.to_handle.out.try_pop();
+                const auto slot = pair.to_handle.out.try_pop();
                 require(slot.has_value(), "it has arrived");
-                close_lane(lane, service);
-                require(lane.built.load() == 1, "a view shows what it showed");
-                lane.free_ring_in.give(*slot);
+                close_pair(pair, service);
+                require(pair.built.load() == 1, "a view shows what it showed");
+                pair.free_ring_in.release(*slot);
                 end(1);
               }},
              {"service", [this] {
                 for (bool last = false; !last;) {
                   service.wait();
                   last = ended[0].load(order::seq_cst) && ended[1].load(order::seq_cst);
-                  (void)turn_lane(lane, {}, [](std::uint32_t) {});
+                  (void)turn_pair(pair, {}, [](std::uint32_t) {});
                 }
               }}}};
   }
-  void afterwards() { require(lane.lifecycle.is_free(), "it is free when the view is gone"); }
+  void afterwards() { require(pair.lifecycle.is_free(), "it is free when the view is gone"); }
 };
 
-// A peer comes, and is told what this process publishes, while set-up builds another lane.
+// A peer comes, and is told what this process publishes, while set-up builds another queue pair.
 struct announces_beside_set_up {
-  std::array<modelled_lane, 2> lanes;
+  std::array<modelled_pair, 2> pairs;
   std::array<bool, 2> attached{};
   event_fd service;
 
@@ -164,17 +164,17 @@ struct announces_beside_set_up {
     return {{{"set-up",
               [this] {
                 std::uint32_t life = 0;
-                for (modelled_lane& one : lanes)
-                  require(open_lane(one, service, ++life).has_value(), "it is free");
+                for (modelled_pair& one : pairs)
+                  require(open_pair(one, service, ++life).has_value(), "it is free");
               }},
              {"service", [this] {
                 while (!attached[1]) {
                   service.wait();
-                  for (std::size_t i = 0; i != lanes.size(); ++i) {
-                    (void)turn_lane(lanes[i], {}, [](std::uint32_t) {});
-                    attached[i] = lanes[i].audience.advice() == audience::somebody;
+                  for (std::size_t i = 0; i != pairs.size(); ++i) {
+                    (void)turn_pair(pairs[i], {}, [](std::uint32_t) {});
+                    attached[i] = pairs[i].audience.advice() == audience::somebody;
                   }
-                  look_at_each(lanes, attached);
+                  look_at_each(pairs, attached);
                 }
               }}}};
   }
@@ -182,35 +182,35 @@ struct announces_beside_set_up {
 
 // The endpoint closes while a handle waits: it gets what was delivered, and then is told.
 struct closes_a_waiter {
-  modelled_lane lane;
+  modelled_pair pair;
   modelled_loop loop;
   event_fd joined; // the service thread has ended
   bool delivers = true;
 
   explicit closes_a_waiter(bool something = true) : delivers{something} {
-    lane.audience.set(audience::somebody);
+    pair.audience.set(audience::somebody);
   }
   std::array<actor, 3> actors() {
     return {{{"handle",
               [this] {
                 if (delivers)
-                  require(take_or_closed(lane) == 9U, "what was delivered is there after closing");
-                require(!take_or_closed(lane), "and then a wait ends because it is over");
+                  require(take_or_closed(pair) == 9U, "what was delivered is there after closing");
+                require(!take_or_closed(pair), "and then a wait ends because it is over");
               }},
              {"service",
               [this] {
                 bool delivered = !delivers;
                 loop.run([&] {
                   if (std::exchange(delivered, true)) return;
-                  require(lane.to_handle.in.try_push(9), "there is a place");
-                  lane.news.notify();
+                  require(pair.to_handle.in.try_push(9), "there is a place");
+                  pair.news.notify();
                 });
                 joined.signal();
               }},
              {"closer", [this] {
                 loop.stop();
                 joined.wait();
-                close_handles(lane);
+                close_handles(pair);
               }}}};
   }
 };
@@ -220,24 +220,24 @@ struct closes_who_gets_nothing : closes_a_waiter {
 
 // What was published before stop() is taken, and nobody is left waiting.
 struct takes_before_it_ends {
-  modelled_lane lane;
+  modelled_pair pair;
   modelled_loop loop;
   event_fd joined;
   std::uint32_t taken = 0;
 
-  takes_before_it_ends() { lane.audience.set(audience::somebody); }
+  takes_before_it_ends() { pair.audience.set(audience::somebody); }
   std::array<actor, 2> actors() {
     return {{{"closer",
               [this] {
-                require(publish(lane, 1), "it is taken");
+                require(publish(pair, 1), "it is taken");
                 loop.stop();
                 joined.wait();
-                close_handles(lane);
-                require(!publish(lane, 2) && lane.audience.closed(), "nothing is taken afterwards");
+                close_handles(pair);
+                require(!publish(pair, 2) && pair.audience.closed(), "nothing is taken afterwards");
               }},
              {"service", [this] {
                 loop.run([this] {
-                  while (lane.to_service.out.try_pop()) ++taken;
+                  while (pair.to_service.out.try_pop()) ++taken;
                 });
                 joined.signal();
               }}}};
@@ -245,9 +245,9 @@ struct takes_before_it_ends {
   void afterwards() { require(taken == 1, "what was published before the end is taken"); }
 };
 
-TEST(lane_life, hands_the_lane_over_and_back_each_time) { expect_passes<two_lives>(); }
+TEST(pair_life, hands_the_lane_over_and_back_each_time) { expect_passes<two_lives>(); }
 
-TEST(lane_life, tells_why_a_lane_is_refused) { expect_passes<refused_first>(); }
+TEST(pair_life, tells_why_a_lane_is_refused) { expect_passes<refused_first>(); }
 
 // Two changes of thread where the running one could go on: of three threads that is enough to catch what can
 // be caught here.
@@ -257,15 +257,15 @@ report explore_two(options o) {
   return explore<Scenario>(o);
 }
 
-TEST(lane_life, does_not_begin_anew_while_a_view_is_looked_at) {
+TEST(pair_life, does_not_begin_anew_while_a_view_is_looked_at) {
   EXPECT_EQ(explore_two<outlived_by_a_view>({}).failure, "");
 }
 
-TEST(lane_life, gives_memory_to_the_next_lane_only_when_nobody_uses_it) {
+TEST(pair_life, gives_memory_to_the_next_lane_only_when_nobody_uses_it) {
   EXPECT_EQ(explore_two<two_threads>({}).failure, "");
 }
 
-TEST(lane_life, is_nobody_elses_to_look_at_while_set_up_builds) { expect_passes<announces_beside_set_up>(); }
+TEST(pair_life, is_nobody_elses_to_look_at_while_set_up_builds) { expect_passes<announces_beside_set_up>(); }
 
 TEST(closing, ends_every_wait_and_loses_nothing_that_was_delivered) {
   expect_passes<closes_a_waiter>();
@@ -278,18 +278,20 @@ TEST(closing, takes_what_was_published_before) {
 
 // What is modelled is what the sources do where they do not use the real thing: each access stands there as
 // it does here, and there are no others.
-TEST(lane_life, has_the_accesses_that_the_sources_have) {
+TEST(pair_life, has_the_accesses_that_the_sources_have) {
   const std::string audiences = "src/service/audiences.cpp", handles = "src/service/topic_handles.cpp",
-                    loop = "src/service/service_loop.cpp", home = "src/service/lane_home.hpp";
+                    loop = "src/service/service_loop.cpp", released = "src/service/pair_release.hpp";
   const source_access expected[] = {
-      {home, "path.free_ring->given()+aside==popped", 1},
-      {audiences,
-       "if(!views_[i].attached||views_[i].topic!=index||detail::subscribes(lanes_[i].kind))continue;", 1},
-      {audiences, "lanes_[i].kind", 1},
-      {handles, "if(i==pair||!views_[i].attached||views_[i].topic!=views_[pair].topic)continue;", 1},
+      {released, "end.free_ring->released()+aside==popped", 1},
+      {audiences, "if(!view.attached||view.topic!=index)continue;", 1},
+      {audiences, "pair.kind", 1},
       {handles,
-       "if(views_[i].attached&&views_[i].topic==topic&&detail::subscribes(lanes_[i].kind)==that_reads)", 1},
-      {handles, "lanes_[i].kind", 2},
+       "if(i==pair||!state_.views[i].attached||state_.views[i].topic!=state_.views[pair].topic)continue;", 1},
+      {handles,
+       "if(state_.views[i].attached&&state_.views[i].topic==topic&&"
+       "detail::subscribes(state_.pairs[i].kind)==that_reads)",
+       1},
+      {handles, "state_.pairs[i].kind", 2},
       {loop, "drain_until_ns_.load(std::memory_order_acquire)", 1},
       {loop,
        "drain_until_ns_.store(std::min(rt::nanoseconds_of(drain_until),rt::nanoseconds_of(rt::never)-1),"
@@ -300,7 +302,7 @@ TEST(lane_life, has_the_accesses_that_the_sources_have) {
   expect_in_sources(expected);
 }
 
-TEST(lane_life, needs_every_memory_order_it_asks_for) {
+TEST(pair_life, needs_every_memory_order_it_asks_for) {
   const std::array scenarios{named_scenario{"two_lives", explore_two<two_lives>},
                              named_scenario{"refused_first", explore_two<refused_first>},
                              named_scenario{"takes_before_it_ends", explore_two<takes_before_it_ends>},
@@ -308,13 +310,13 @@ TEST(lane_life, needs_every_memory_order_it_asks_for) {
                              named_scenario{"two_threads", explore_two<two_threads>},
                              named_scenario{"outlived_by_a_view", explore_two<outlived_by_a_view>}};
   const std::array listed{stronger_than_needed{"wait_answer", "pair_phase::free, ", order::relaxed,
-                                               "only set-up looks for free lanes, and its mutex orders that"},
+                                               "only set-up looks for free pairs, and its mutex orders that"},
                           stronger_than_needed{"hold", "pair_phase::held, ", order::relaxed,
                                                "who finds it held leaves it alone until it is free"}};
   EXPECT_EQ((mutation_test{"rowe/detail/pair_lifecycle.hpp", scenarios, listed}.findings()), "");
-  EXPECT_EQ((mutation_test{"model/lane_life.hpp", scenarios, {}}.findings()), "");
+  EXPECT_EQ((mutation_test{"model/pair_life.hpp", scenarios, {}}.findings()), "");
 }
 
 } // namespace
-} // namespace lane_life_test
+} // namespace pair_life_test
 } // namespace rowe::model

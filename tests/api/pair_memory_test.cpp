@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "api/lane_memory.hpp"
+#include "api/pair_memory.hpp"
 
 #include <gtest/gtest.h>
 
@@ -15,17 +15,17 @@ namespace rowe::detail {
 namespace lane_memory_test {
 namespace {
 
-// A path in memory of exactly the size that is planned for it.
-class path {
+// A queue in memory of exactly the size that is planned for it.
+class end {
  public:
-  explicit path(std::uint32_t depth)
+  explicit end(std::uint32_t depth)
       : bytes_{path_bytes(keep::all, depth, sizeof(double))},
         memory_{static_cast<std::byte*>(::operator new(bytes_, alignment))} {
     build_path({memory_, bytes_}, keep::all, depth, sizeof(double), fills, empties);
   }
-  path(const path&) = delete;
-  path& operator=(const path&) = delete;
-  ~path() { ::operator delete(memory_, alignment); }
+  end(const end&) = delete;
+  end& operator=(const end&) = delete;
+  ~end() { ::operator delete(memory_, alignment); }
 
   // Sends one slot; false when none is free. As publish_into().
   bool send() {
@@ -46,9 +46,9 @@ class path {
 
 TEST(lane_memory, has_room_for_exactly_the_slots_that_were_asked_for) {
   for (const std::uint32_t depth : {1U, 2U, 3U, 64U, 100U, 256U}) {
-    path lane{depth};
-    for (std::uint32_t i = 0; i < depth; ++i) EXPECT_TRUE(lane.send());
-    EXPECT_FALSE(lane.send());
+    end pair{depth};
+    for (std::uint32_t i = 0; i < depth; ++i) EXPECT_TRUE(pair.send());
+    EXPECT_FALSE(pair.send());
   }
 }
 
@@ -56,15 +56,15 @@ TEST(lane_memory, has_room_for_exactly_the_slots_that_were_asked_for) {
 // between.
 TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_ends) {
   for (const std::uint32_t depth : {1U, 2U, 3U, 64U, 100U, 256U}) {
-    path lane{depth};
-    while (lane.send()) {
+    end pair{depth};
+    while (pair.send()) {
     }
     for (int batch = 0; batch < 5; ++batch) {
       std::uint32_t sent_again = 0;
-      lane.empties.out->drain(
+      pair.empties.out->drain(
           [&](std::uint32_t slot) {
-            lane.empties.free_ring->give(slot);
-            sent_again += lane.send() ? 1U : 0U;
+            pair.empties.free_ring->release(slot);
+            sent_again += pair.send() ? 1U : 0U;
           },
           SIZE_MAX);
       EXPECT_EQ(sent_again, depth);
@@ -72,27 +72,27 @@ TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_
   }
 }
 
-// A lane in memory of exactly the size that is planned for it, which a sanitizer watches.
+// A queue pair in memory of exactly the size that is planned for it, which a sanitizer watches.
 class built_lane {
  public:
-  explicit built_lane(const lane_request& asked) : bytes_{lane_bytes(asked)} {
-    lane_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
-    build_lane(*lane_, asked, {});
+  explicit built_lane(const pair_request& asked) : bytes_{pair_bytes(asked)} {
+    pair_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
+    build_pair(*pair_, asked, {});
   }
   built_lane(const built_lane&) = delete;
   built_lane& operator=(const built_lane&) = delete;
-  ~built_lane() { ::operator delete(lane_->memory.data(), alignment); }
-  lane* operator->() { return lane_.get(); }
+  ~built_lane() { ::operator delete(pair_->memory.data(), alignment); }
+  queue_pair* operator->() { return pair_.get(); }
 
  private:
   static constexpr std::align_val_t alignment{rt::line_bytes};
   std::size_t bytes_;
-  std::unique_ptr<lane> lane_ = std::make_unique<lane>();
+  std::unique_ptr<queue_pair> pair_ = std::make_unique<queue_pair>();
 };
 
-std::uint32_t slots_of(const producer_end& path) {
+std::uint32_t slots_of(const producer_end& end) {
   std::uint32_t count = 0;
-  while (path.free_ring != nullptr && path.free_ring->try_take()) ++count;
+  while (end.free_ring != nullptr && end.free_ring->try_take()) ++count;
   return count;
 }
 
@@ -122,10 +122,10 @@ TEST(lane_memory, has_the_paths_that_each_kind_of_handle_needs) {
 
 TEST(lane_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
   built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
-  for (const producer_end* path : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
-    for (std::uint32_t slot = 0; slot < path->count; ++slot) {
-      *path->slots.header(slot) = {};
-      std::memset(path->slots.value(slot), 0xff, 1000 + rt::tailroom_bytes);
+  for (const producer_end* end : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
+    for (std::uint32_t slot = 0; slot < end->count; ++slot) {
+      *end->slots.header(slot) = {};
+      std::memset(end->slots.value(slot), 0xff, 1000 + rt::tailroom_bytes);
     }
   }
   EXPECT_EQ(talks->user.ends.slots.header(2)->bytes, 0U); // nobody wrote over it
