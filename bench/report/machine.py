@@ -53,12 +53,14 @@ def compiler(programs):
     return said(path, "--version").partition("\n")[0] or unknown
 
 
-def commit():
-    """With a note if what was built is not what was committed; the generated page does not count."""
-    name = said("git", "rev-parse", "--short=12", "HEAD")
+def commit(folder="."):
+    """Of the tree that the folder lies in. With a note if what was built is not what was committed; the
+    generated pages do not count."""
+    name = said("git", "-C", folder, "rev-parse", "--short=12", "HEAD")
     if not name:
         return unknown
-    changed = said("git", "status", "--porcelain", "--", ".", ":!docs/benchmarks.md", ":!docs/benchmarks")
+    changed = said("git", "-C", folder, "status", "--porcelain", "--", ":/", ":!/docs/benchmarks.md",
+                   ":!/docs/benchmarks-compared.md", ":!/docs/benchmarks")
     return name + (" with changes" if changed else "")
 
 

@@ -9,6 +9,7 @@ import pathlib
 import sys
 import time
 
+import compare
 import machine
 import methods
 import pages
@@ -27,6 +28,8 @@ def arguments():
     parser.add_argument("--only", action="append", default=[])
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path("docs"))
+    parser.add_argument("--against")
+    parser.add_argument("--turns", type=int, default=4)
     parser.add_argument("--page-only", action="store_true")
     parser.add_argument("--no-page", action="store_true")
     parser.add_argument("--readme", action="store_true")
@@ -34,6 +37,12 @@ def arguments():
     for name in asked.only:
         if not named(name):
             parser.error(f"there is no program {name}; there are " + ", ".join(one.name for one in programs))
+    if asked.against and not os.path.isdir(asked.against):
+        parser.error(f"--against: {asked.against} is no folder")
+    if asked.against and os.path.samefile(asked.against, asked.bin):
+        parser.error(f"--against: {asked.against} is where the other programs are")
+    if asked.turns < 2:
+        parser.error(f"--turns: {asked.turns} is too few; a row's own spread needs 2")
     return asked
 
 
@@ -52,6 +61,41 @@ def run(asked):
         else:
             print(f"   {told.state}: {told.why}", flush=True)
     return {one.name for one in chosen}
+
+
+def run_by_turns(asked):
+    """What compare.of_program() gives, by the names of programs."""
+    chosen = [named(name) for name in asked.only] or [one for one in programs if one.kind != "text"]
+    folder = kept / "by_turns"
+    folder.mkdir(exist_ok=True)
+    runner.raise_file_limit()
+    begin = time.monotonic()
+    found = {}
+    for one in chosen:
+        print(f"== {one.name}: {one.title} (after {time.monotonic() - begin:.0f} s)", flush=True)
+        sides = {asked.against: [], asked.bin: []}
+        for turn in range(1 if one.kind == "callgrind" else asked.turns):  # that counts, and measures nothing
+            for programs_in in sorted(sides, reverse=turn % 2 == 1):  # neither is always the first
+                sides[programs_in].append(runner.run(one, programs_in, folder, asked.rounds))
+        for told in {each.why for side in sides.values() for each in side} - {""}:
+            print(f"   {told}", flush=True)
+        found[one.name] = compare.of_program(*sides.values())
+        for each in found[one.name]:
+            if each.verdict:
+                print(f"   {each.verdict}: {each.row}, {each.heading}: {each.ratio:.2f}", flush=True)
+    return found
+
+
+def compare_builds(asked):
+    found = run_by_turns(asked)
+    command = " ".join(["tools/benchmark --against DIR", f"--turns {asked.turns}"] +
+                       ([f"--rounds {asked.rounds}"] if asked.rounds else []) +
+                       [f"--only {name}" for name in asked.only])
+    page = compare.page(programs, found, machine.facts(asked.bin), machine.commit(asked.against),
+                        machine.commit(), asked.turns, asked.rounds, command)
+    asked.out.mkdir(parents=True, exist_ok=True)
+    (asked.out / "benchmarks-compared.md").write_text(page, encoding="utf-8")
+    print(f"\nwritten: {asked.out}/benchmarks-compared.md")
 
 
 def summary(verdicts, told):
@@ -77,6 +121,9 @@ def main():
         write_readme()
         return
     kept.mkdir(parents=True, exist_ok=True)
+    if asked.against:
+        compare_builds(asked)
+        return
     ran = {one.name for one in programs} if asked.page_only else run(asked)
     told = {one.name: results.kept(kept, one.name) for one in programs}
     print()

@@ -10,6 +10,7 @@ import xml.etree.ElementTree
 
 top = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(top / "bench" / "report"))
+import compare
 import methods
 import pages
 import programs
@@ -233,6 +234,55 @@ class whole_pages(unittest.TestCase):
                                           "// Measured, a:\n//   one  1\n#include <x>\n")
         parts = [methods.markdown(part) for part in methods.paragraphs(comment)]
         self.assertEqual(parts, ["**Question:** what?", "**Measured**, a:\n\n```text\n  one  1\n```"])
+
+
+
+class builds_by_turns(unittest.TestCase):
+    """One row of one program, as either build measured it in each turn."""
+
+    def of(self, before, after, value="p50_us", **more):
+        sides = [[results.result("hand_over", state="ran",
+                                 rows=[results.row("echo/rowe", "us", {value: each})])
+                  for each in side] for side in (before, after)]
+        for told in sides[0]:
+            told.state = more.get("state", "ran")
+        return compare.of_program(*sides)
+
+    def test_what_is_slower_in_each_turn_and_beyond_its_spread_is_said(self):
+        self.assertEqual([one.verdict for one in self.of([10, 10.1, 10], [11, 11.1, 11])], ["slower"])
+        self.assertEqual([one.verdict for one in self.of([11, 11.1, 11], [10, 10.1, 10])], ["faster"])
+
+    def test_what_differs_by_less_than_its_spread_is_not(self):
+        self.assertEqual([one.verdict for one in self.of([10, 12, 10], [11, 13, 11])], [""])
+
+    def test_what_differs_in_one_turn_only_is_not(self):
+        found = self.of([10, 10, 11.5], [11.4, 11.4, 11.4])
+        self.assertEqual([one.verdict for one in found], [""])
+
+    def test_of_a_rate_more_is_faster(self):
+        found = self.of([100, 100], [150, 150], value="messages_k_per_s")
+        self.assertEqual([one.verdict for one in found], ["faster"])
+        self.assertAlmostEqual(found[0].ratio, 2 / 3)
+
+    def test_instructions_are_compared_by_one_turn(self):
+        self.assertEqual([one.verdict for one in self.of([100], [101], value="instructions")], ["slower"])
+        self.assertEqual([one.verdict for one in self.of([100], [100], value="instructions")], [""])
+
+    def test_ratios_and_counts_are_left_out(self):
+        self.assertEqual(self.of([1, 1], [2, 2], value="of_raw"), [])
+        self.assertEqual(self.of([1, 1], [2, 2], value="sends"), [])
+
+    def test_a_program_that_failed_once_is_left_out(self):
+        self.assertEqual(self.of([1, 1], [2, 2], state="failed"), [])
+
+    def test_the_page_has_the_slower_ones_first(self):
+        found = {"hand_over": self.of([10, 10], [12, 12]) + self.of([10, 10], [10, 10], value="p99_us")}
+        text = compare.page(programs.programs, found, {"cores": "2", "commit": "x"}, "aaa", "bbb", 2, None,
+                            "tools/benchmark --against DIR --turns 2")
+        self.assertIn("2 values: 1 slower, 0 faster.", text)
+        self.assertIn("| echo/rowe | p50, µs | 10 | 12 | 1.20 | 1.20–1.20 | 0.00 | **slower** |", text)
+        self.assertLess(text.index("## What became slower"), text.index("## Hand-over between threads"))
+        self.assertNotIn("commit x", text)
 
 
 if __name__ == "__main__":
