@@ -10,7 +10,7 @@
 #include "rt/watchdog.hpp"
 
 namespace rowe::service {
-namespace board_test {
+namespace shared_state_test {
 namespace {
 
 class showing : public ::testing::Test {
@@ -30,9 +30,9 @@ TEST_F(showing, shows_who_is_connected) {
   shown_.set_connection(0, 1, "[2001:db8::1]:80");
   const auto peers = shown_.connections();
   ASSERT_EQ(peers.size(), 2U);
-  EXPECT_EQ(peers[0].id, (connection{0, 1}));
+  EXPECT_EQ(peers[0].id, (rowe::connection{0, 1}));
   EXPECT_EQ(peers[0].address, "[2001:db8::1]:80");
-  EXPECT_EQ(peers[1].id, (connection{2, 7}));
+  EXPECT_EQ(peers[1].id, (rowe::connection{2, 7}));
   EXPECT_EQ(peers[1].address, "127.0.0.1:50000");
   shown_.set_connection(0, 0, {});
   EXPECT_EQ(shown_.connections().size(), 1U);
@@ -71,5 +71,5 @@ TEST_F(showing, never_shows_an_address_that_is_not_its_generations) {
 }
 
 } // namespace
-} // namespace board_test
+} // namespace shared_state_test
 } // namespace rowe::service
