@@ -29,13 +29,13 @@ class sending_core {
       : memory_{service::plan_memory(options_.limits).arena(), rt::page_lock::attempted},
         transport_{net::socket_transport::listen({.limits = sockets}).value()},
         pairs_{memory_.carve<detail::queue_pair>(options_.limits.lanes_max)},
-        lane_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},
+        pair_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},
         shown_{*memory_.make<service::shared_state>(memory_, options_.limits)},
         submissions_{*memory_.make<service::submission_queue>(memory_, options_.limits)},
         inbox_{*memory_.make<service::shared_inbox>(memory_, options_.limits)},
         core_{*memory_.make<service::core>(
-            memory_, service::core_options::from(options_, service::side::server, "robot"), pairs_, shown_,
-            submissions_, inbox_,
+            memory_, service::core_options::from(options_, service::side::server, "robot"),
+            service::shared_parts{pairs_, shown_, submissions_, inbox_},
             service::core_seams{*transport_, random_, validator_,
                                 [](const service::http_request&) noexcept { return service::http_answer{}; },
                                 wire::protocols_of(options_.profile)},
@@ -53,8 +53,8 @@ class sending_core {
   // Its only queue pair. Active after a cycle.
   detail::queue_pair& offer(const detail::pair_request& asked) {
     detail::queue_pair& one = pairs_[0];
-    if (detail::pair_bytes(asked) > lane_memory_.size()) std::abort();
-    one.memory = lane_memory_;
+    if (detail::pair_bytes(asked) > pair_memory_.size()) std::abort();
+    one.memory = pair_memory_;
     detail::build_pair(one, asked, shown_.generations());
     codecs_.emplace(detail::pair_codecs::compile(asked).value());
     one.encoder = &*codecs_->encoder;
@@ -73,7 +73,7 @@ class sending_core {
       json::reader::create(options_.limits.message_bytes_max, options_.limits.depth_max).value();
   std::unique_ptr<net::socket_transport> transport_;
   std::span<detail::queue_pair> pairs_;
-  std::span<std::byte> lane_memory_;
+  std::span<std::byte> pair_memory_;
   std::optional<detail::pair_codecs> codecs_;
   service::shared_state& shown_;
   service::submission_queue& submissions_;

@@ -15,51 +15,52 @@ namespace rowe::service {
 
 void advertisements::forget(peer_index peer) noexcept {
   for (const topic_id i : state_.topics.topic_ids())
-    if (!ROWE_MUTANT(latch_of_the_gone)) places_.forget_latched(i, {latch_owner::kind::peer, peer.value});
-  while (!table_.of(peer).empty()) {
-    const topic_id topic = table_.of(peer).back().topic;
-    table_.remove(peer, table_.of(peer).back());
-    places_.let_go(topic);
+    if (!ROWE_MUTANT(latch_of_the_gone))
+      topic_places_.forget_latched(i, {latch_owner::kind::peer, peer.value});
+  while (!advertisement_table_.of(peer).empty()) {
+    const topic_id topic = advertisement_table_.of(peer).back().topic;
+    advertisement_table_.remove(peer, advertisement_table_.of(peer).back());
+    topic_places_.let_go(topic);
   }
 }
 
 void advertisements::advertise(connection& c, const wire::request& asked) noexcept {
   if (is_own_name(asked.topic))
     return refusals_.refuse(c, asked.id_raw, "advertise: topics below /rowe/ are the endpoint's own");
-  const topic_id topic = places_.topic_for(c, asked);
+  const topic_id topic = topic_places_.topic_for(c, asked);
   if (!topic) return;
   const bool typed = !state_.topics.type(topic).empty();
   const peer_index peer{c.id.index};
-  const auto mine = table_.of(peer);
-  advertisement* const known = table_.find(peer, topic);
-  places_.hold(topic); // the advertisement's
+  const auto mine = advertisement_table_.of(peer);
+  advertisement* const known = advertisement_table_.find(peer, topic);
+  topic_places_.hold(topic); // the advertisement's
   if (!state_.topics.set_type(topic, asked.type)) {
     std::array<char, 192> why;
     const std::string_view type = state_.topics.type(topic);
     const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
                                     static_cast<int>(std::min<std::size_t>(type.size(), 128)), type.data());
-    places_.let_go(topic);
+    topic_places_.let_go(topic);
     return refusals_.refuse(c, asked.id_raw, {why.data(), static_cast<std::size_t>(bytes)});
   }
-  if (!typed) readers_.tell_other_types(topic);
+  if (!typed) subscriptions_.tell_other_types(topic);
   const bool renumbers = std::any_of(mine.begin(), mine.end(), [&](const advertisement& a) {
     return asked.tag != wire::no_number && (a.topic == topic) != (a.tag == asked.tag);
   });
   if (renumbers) {
-    places_.let_go(topic);
+    topic_places_.let_go(topic);
     return refusals_.refuse(c, asked.id_raw,
                             "advertise: this peer has the topic by another number, or the number");
   }
   if (known != nullptr) {
     known->latched = known->latched || asked.latch;
-    return places_.let_go(topic);
+    return topic_places_.let_go(topic);
   }
-  if (table_.full(peer)) {
-    places_.let_go(topic);
-    return refusals_.refuse_limit(c, asked.id_raw, "topics advertised by one peer", table_.places(),
-                                  "advertisements_per_connection_max");
+  if (advertisement_table_.full(peer)) {
+    topic_places_.let_go(topic);
+    return refusals_.refuse_limit(c, asked.id_raw, "topics advertised by one peer",
+                                  advertisement_table_.places(), "advertisements_per_connection_max");
   }
-  table_.add(peer, {.topic = topic, .latched = asked.latch, .tag = asked.tag});
+  advertisement_table_.add(peer, {.topic = topic, .latched = asked.latch, .tag = asked.tag});
 }
 
 void advertisements::unadvertise(connection& c, const wire::request& asked) noexcept {
@@ -68,11 +69,11 @@ void advertisements::unadvertise(connection& c, const wire::request& asked) noex
 }
 
 bool advertisements::withdraw(peer_index peer, topic_id topic) noexcept {
-  advertisement* const one = topic ? table_.find(peer, topic) : nullptr;
+  advertisement* const one = topic ? advertisement_table_.find(peer, topic) : nullptr;
   if (one == nullptr) return false;
-  table_.remove(peer, *one);
-  places_.forget_latched(topic, {latch_owner::kind::peer, peer.value});
-  places_.let_go(topic);
+  advertisement_table_.remove(peer, *one);
+  topic_places_.forget_latched(topic, {latch_owner::kind::peer, peer.value});
+  topic_places_.let_go(topic);
   return true;
 }
 
@@ -100,14 +101,14 @@ bool advertisements::take_back_topic() noexcept {
   peer_index most{};
   std::uint32_t held_by_most = 0;
   for (const peer_index peer : state_.peers.ids()) {
-    const std::uint32_t held = places_.held_by(peer);
+    const std::uint32_t held = topic_places_.held_by(peer);
     if (held <= held_by_most) continue;
     most = peer;
     held_by_most = held;
   }
   if (!most || ROWE_MUTANT(made_up_topics)) return false;
   topic_id taken{};
-  for (const advertisement& one : table_.of(most)) {
+  for (const advertisement& one : advertisement_table_.of(most)) {
     if (state_.topics.of_peers(one.topic)) taken = one.topic;
   }
   for (subscription_id i = state_.topics.first_subscription(most); i;
@@ -119,13 +120,13 @@ bool advertisements::take_back_topic() noexcept {
   wire::text_out why{room};
   why.add("the topic ").add_shortened(state_.topics.name(taken), 96);
   why.add(" is given up: this process needs its place (limit topics_max)");
-  places_.hold(taken); // until all know
+  topic_places_.hold(taken); // until all know
   for (const peer_index peer : state_.peers.ids()) {
     const bool advertised = withdraw(peer, taken);
-    const bool had = readers_.end(peer, taken) || advertised;
+    const bool had = subscriptions_.end(peer, taken) || advertised;
     if (had && state_.peers[peer].open()) refusals_.refuse(state_.peers[peer], {}, why.text());
   }
-  places_.let_go(taken);
+  topic_places_.let_go(taken);
   return true;
 }
 

@@ -16,17 +16,17 @@ class advertisements {
  public:
   struct needs {
     core_state& state;
-    advertisement_table& table;
+    advertisement_table& advertised;
     refusals& refused;
     topic_places& places;
     subscriptions& readers;
   };
   explicit advertisements(const needs& parts) noexcept
       : state_{parts.state},
-        table_{parts.table},
+        advertisement_table_{parts.advertised},
         refusals_{parts.refused},
-        places_{parts.places},
-        readers_{parts.readers} {}
+        topic_places_{parts.places},
+        subscriptions_{parts.readers} {}
 
   // A peer has left. Its latched values go with it.
   void forget(peer_index peer) noexcept;
@@ -45,10 +45,10 @@ class advertisements {
   bool withdraw(peer_index peer, topic_id topic) noexcept;
 
   core_state& state_;
-  advertisement_table& table_;
+  advertisement_table& advertisement_table_;
   refusals& refusals_;
-  topic_places& places_;
-  subscriptions& readers_;
+  topic_places& topic_places_;
+  subscriptions& subscriptions_;
 };
 
 } // namespace rowe::service

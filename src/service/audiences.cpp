@@ -10,15 +10,15 @@ void audiences::update(topic_id index) noexcept {
   const bool heard = on.has_audience();
   if (!heard) on.newest_at = {}; // the service thread sees no values from now on: the pause is no gap
   for (const pair_index i : state_.pairs.ids()) {
-    const pair_row& view = state_.views[i];
-    if (!view.attached || view.topic != index) continue;
+    const pair_row& row = state_.pair_rows[i];
+    if (!row.attached || row.topic != index) continue;
     detail::queue_pair& pair = state_.pairs[i];
     if (detail::subscribes(pair.kind)) continue;
     const bool wanted = heard || pair.latched;
     const audience now = wanted ? audience::somebody : audience::nobody;
     if (pair.audience.advice() == now) continue;
     wanted ? ++listened_ : --listened_;
-    phases_.listen(i, wanted);
+    publish_predictor_.listen(i, wanted);
     pair.audience.set(now);
   }
 }

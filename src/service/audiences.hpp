@@ -14,9 +14,10 @@ class audiences {
  public:
   struct needs {
     core_state& state;
-    publish_predictor& phases;
+    publish_predictor& predictor;
   };
-  explicit audiences(const needs& parts) noexcept : state_{parts.state}, phases_{parts.phases} {}
+  explicit audiences(const needs& parts) noexcept
+      : state_{parts.state}, publish_predictor_{parts.predictor} {}
 
   // The listeners of the topic may have changed.
   void update(topic_id topic) noexcept;
@@ -29,7 +30,7 @@ class audiences {
 
  private:
   core_state& state_;
-  publish_predictor& phases_;
+  publish_predictor& publish_predictor_;
   std::uint32_t listened_ = 0;
 };
 

@@ -33,10 +33,10 @@ bool broker::is_wanted_now(const topic& on) noexcept {
 // A peer's value does not replace one that a handle of this process latched.
 void broker::keep_latched(topic& on, slot_id slot, latch_owner owner) noexcept {
   if (owner.who == latch_owner::kind::peer && on.last.owner.who == latch_owner::kind::handle) return;
-  const std::span<const char> body = store_.slots().body(slot);
-  if (!state_.latches.store(on.last, {body.data(), body.size()}, owner, store_.slots().expires(slot)))
+  const std::span<const char> body = message_store_.slots().body(slot);
+  if (!state_.latches.store(on.last, {body.data(), body.size()}, owner, message_store_.slots().expires(slot)))
     return state_.counts.add(counter::not_latched);
-  on.last.published = store_.slots().published(slot);
+  on.last.published = message_store_.slots().published(slot);
 }
 
 void broker::relay(connection& c, const wire::request& asked) noexcept {
@@ -46,7 +46,7 @@ void broker::relay(connection& c, const wire::request& asked) noexcept {
   if (!index) return state_.counts.add(counter::no_peer); // nobody has asked for it
   const published_by who{.peer = {c.id.index, c.id.generation}, .id_raw = asked.id_raw};
   if (state_.options.relay && c.ours == side::server) {
-    const advertisement* const mine = advertised_.find({c.id.index}, index);
+    const advertisement* const mine = advertisement_table_.find({c.id.index}, index);
     const bool latches = asked.latch || (mine != nullptr && mine->latched) || ROWE_MUTANT(latch_of_others);
     const auto keeper = latches ? latch_owner{latch_owner::kind::peer, c.id.index} : latch_owner{};
     return publish(
@@ -61,20 +61,20 @@ void broker::relay(connection& c, const wire::request& asked) noexcept {
 }
 
 void broker::deliver_latched(pair_index pair) noexcept {
-  const slot_id last = queues_.compose_latched(state_.views[pair].topic);
+  const slot_id last = subscription_queues_.compose_latched(state_.pair_rows[pair].topic);
   if (!last) return;
-  deliver_to(pair, store_.slots().body(last), {});
-  store_.release(last);
+  deliver_to(pair, message_store_.slots().body(last), {});
+  message_store_.release(last);
 }
 
 void broker::deliver_to(pair_index pair, std::span<const char> body, const published_by& who) noexcept {
   json::decoder::diagnosis why;
-  const status done =
-      delivery_.deliver(pair,
-                        {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
-                         .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now)),
-                         .peer = who.peer},
-                        {body.data(), body.size()}, why);
+  const status done = local_delivery_.deliver(
+      pair,
+      {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
+       .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now)),
+       .peer = who.peer},
+      {body.data(), body.size()}, why);
   if (done) return;
   if (done.code() == errc::full) return state_.counts.add(counter::inbox_full);
   std::array<char, json::decoder::diagnosis::text_bytes_max> room;
@@ -93,8 +93,8 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
 // by a status, and this process by an event. Each is told at most once a second for a topic, because usually
 // every message fails.
 void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
-  const topic_id topic = state_.views[pair].topic;
-  rt::time_point& told_at = state_.views[state_.topics.at(topic).first_inbox]
+  const topic_id topic = state_.pair_rows[pair].topic;
+  rt::time_point& told_at = state_.pair_rows[state_.topics.at(topic).first_inbox]
                                 .undecodable_at; // one place for all handles on the topic
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
   const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= undecodable_period;

@@ -40,12 +40,12 @@ class broker {
   };
   explicit broker(const needs& parts) noexcept
       : state_{parts.state},
-        store_{parts.store},
-        out_{parts.out},
-        queues_{parts.queues},
+        message_store_{parts.store},
+        outbox_{parts.out},
+        subscription_queues_{parts.queues},
         refusals_{parts.refused},
-        delivery_{parts.delivery},
-        advertised_{parts.advertised} {}
+        local_delivery_{parts.delivery},
+        advertisement_table_{parts.advertised} {}
 
   // Sends a value to everyone who wants it now. It was published at `published` and expires at `expires`. If
   // `latches` names an owner, the value is kept for late subscribers. `write_body(json::writer&)` writes the
@@ -57,7 +57,7 @@ class broker {
   void relay(connection& c, const wire::request& asked) noexcept;
   // A value that is not queued as a message of the topic, to the handles that subscribed.
   void deliver(const topic& on, std::span<const char> body, const published_by& who = {}) noexcept {
-    for (pair_index i = on.first_inbox; i; i = state_.views[i].next_inbox) deliver_to(i, body, who);
+    for (pair_index i = on.first_inbox; i; i = state_.pair_rows[i].next_inbox) deliver_to(i, body, who);
   }
   // The latched value, to a handle that was just attached.
   void deliver_latched(pair_index pair) noexcept;
@@ -69,12 +69,12 @@ class broker {
   void tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept;
 
   core_state& state_;
-  message_store& store_;
-  outbox& out_;
-  subscription_queues& queues_;
+  message_store& message_store_;
+  outbox& outbox_;
+  subscription_queues& subscription_queues_;
   refusals& refusals_;
-  local_delivery& delivery_;
-  const advertisement_table& advertised_;
+  local_delivery& local_delivery_;
+  const advertisement_table& advertisement_table_;
 };
 
 // ---- inline
@@ -87,13 +87,13 @@ void broker::publish(topic_id index, rt::time_point published, rt::time_point ex
   if (expires < state_.cycle.now) return state_.counts.add(counter::expired);
   const bool keeps = latches.who != latch_owner::kind::nobody;
   if (!keeps && !is_wanted_now(on)) return;
-  const slot_id slot = out_.compose_message(index, published, expires, write_body);
+  const slot_id slot = outbox_.compose_message(index, published, expires, write_body);
   if (!slot) return;
-  on.bytes = store_.slots().body(slot).size();
+  on.bytes = message_store_.slots().body(slot).size();
   if (keeps) keep_latched(on, slot, latches);
-  queues_.fan_out(index, slot);
-  deliver(on, store_.slots().body(slot), who);
-  store_.release(slot);
+  subscription_queues_.fan_out(index, slot);
+  deliver(on, message_store_.slots().body(slot), who);
+  message_store_.release(slot);
 }
 
 } // namespace rowe::service

@@ -23,12 +23,12 @@ std::string_view sentence_of(std::string_view raw, std::span<char> scratch) noex
 
 call_completion::call_completion(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      store_{parts.store},
+      message_store_{parts.store},
       slots_{parts.store.slots()},
-      out_{parts.out},
-      refused_{parts.refused},
-      messages_{parts.messages},
-      delivery_{parts.delivery},
+      outbox_{parts.out},
+      refusals_{parts.refused},
+      direct_messages_{parts.messages},
+      local_delivery_{parts.delivery},
       unarmed_{memory.carve<call_index>(state_.bounds().calls_max)} {}
 
 call_index call_completion::open(const call_endpoint& caller, std::string_view id_raw,
@@ -89,7 +89,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
   }
   if (!slot) return slot.error();
   const bool here = !*slot; // the caller is of this process, and has its answer
-  here ? tell(with.waits, with.own, {}) : messages_.track_reply(*slot, with.waits, with.own);
+  here ? tell(with.waits, with.own, {}) : direct_messages_.track_reply(*slot, with.waits, with.own);
   return {};
 }
 
@@ -123,10 +123,10 @@ result<slot_id> call_completion::finish(call_index index, const wire::body& valu
                                         rt::time_point expires) noexcept {
   const call ended = state_.calls.at(index);
   if (ended.caller.who != call_endpoint::kind::peer) {
-    const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { value.write(into); });
+    const slot_id slot = outbox_.compose(rt::never, [&](json::writer& into) { value.write(into); });
     if (!slot) return errc::full;
     const auto given = finish_with(index, {slots_.text(slot).data(), slots_.text(slot).size()});
-    store_.release(slot);
+    message_store_.release(slot);
     return given;
   }
   connection* const c = state_.peers.find(ended.caller.connection());
@@ -137,7 +137,7 @@ result<slot_id> call_completion::finish(call_index index, const wire::body& valu
   }
   const wire::codec& codec = state_.seams.protocols.of(ended.caller.speaks);
   const wire::call_origin asked{.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)};
-  const slot_id slot = out_.reply(
+  const slot_id slot = outbox_.reply(
       {c->id.index}, [&](json::writer& into) { return codec.write_reply(into, asked, value); }, expires);
   if (!slot) return errc::full;
   close(index);
@@ -152,11 +152,12 @@ result<slot_id> call_completion::finish_with(call_index index, std::string_view 
   const bool reads_objects = ended.caller.who == call_endpoint::kind::thread ||
                              state_.pairs[ended.caller.pair()].kind == detail::pair_kind::talk;
   if (reads_objects && !json::is_object(text)) {
-    const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
+    const slot_id slot =
+        outbox_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
     if (!slot) return errc::full;
     close(index);
     tell(ended.caller, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});
-    store_.release(slot);
+    message_store_.release(slot);
     return slot_id{};
   }
   close(index);
@@ -195,16 +196,16 @@ void call_completion::fail(call_index index, const error& why, std::string_view 
   add(counter::calls_refused);
   connection* const c = state_.peers.find(ended.caller.connection());
   if (c != nullptr && c->open()) {
-    refused_.fail_call(*c, ended.caller.speaks,
-                       {.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)},
-                       {.code = why.name(), .text = sentence});
+    refusals_.fail_call(*c, ended.caller.speaks,
+                        {.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)},
+                        {.code = why.name(), .text = sentence});
   }
   close(index);
 }
 
 void call_completion::close(call_index index) noexcept {
   state_.due.disarm(index);
-  messages_.cancel(state_.calls.at(index).request);
+  direct_messages_.cancel(state_.calls.at(index).request);
   state_.calls.close(index);
 }
 
@@ -241,7 +242,7 @@ void call_completion::forget_pair(pair_index pair) noexcept {
 bool call_completion::check() const noexcept {
   const auto there = [this](const call_endpoint& p) {
     if (p.who == call_endpoint::kind::pair)
-      return state_.views[p.pair()].attached && state_.views[p.pair()].generation == p.generation;
+      return state_.pair_rows[p.pair()].attached && state_.pair_rows[p.pair()].generation == p.generation;
     return p.who != call_endpoint::kind::peer || state_.peers.find(p.connection()) != nullptr;
   };
   for (const auto i : state_.calls.ids()) {

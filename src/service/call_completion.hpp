@@ -91,7 +91,7 @@ class call_completion {
   void add(counter which) noexcept { state_.counts.add(which); }
   void tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
             std::string_view text = {}) noexcept {
-    delivery_.complete(whom, own, outcome, text);
+    local_delivery_.complete(whom, own, outcome, text);
   }
   // The error for a caller whose callee has left.
   errc gone_as() const noexcept { return state_.cycle.closing ? errc::closed : errc::peer_lost; }
@@ -104,12 +104,12 @@ class call_completion {
   void close(call_index call) noexcept;
 
   core_state& state_;
-  message_store& store_;
+  message_store& message_store_;
   slot_pool& slots_;
-  outbox& out_;
-  refusals& refused_;
-  direct_messages& messages_;
-  local_delivery& delivery_;
+  outbox& outbox_;
+  refusals& refusals_;
+  direct_messages& direct_messages_;
+  local_delivery& local_delivery_;
   std::span<call_index> unarmed_; // with a deadline, begun in this cycle
   std::uint32_t unarmed_count_ = 0;
 };

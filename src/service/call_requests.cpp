@@ -20,14 +20,14 @@ std::string_view text_at(slot_pool& slots, slot_id slot) noexcept {
 
 call_requests::call_requests(const needs& parts) noexcept
     : state_{parts.state},
-      store_{parts.store},
+      message_store_{parts.store},
       slots_{parts.store.slots()},
-      out_{parts.out},
-      delivery_{parts.delivery},
-      inbox_{parts.inbox},
-      messages_{parts.messages},
-      completion_{parts.completion},
-      stop_{parts.stop} {}
+      outbox_{parts.out},
+      local_delivery_{parts.delivery},
+      receiver_{parts.inbox},
+      direct_messages_{parts.messages},
+      call_completion_{parts.completion},
+      stop_service_{parts.stop} {}
 
 void call_requests::send(call_index index, const connection* to, const wire::codec& in,
                          std::string_view service, const wire::call_args& what) noexcept {
@@ -36,15 +36,15 @@ void call_requests::send(call_index index, const connection* to, const wire::cod
   const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
   const auto write = [&](json::writer& into) { return in.write_call(into, service, id, what); };
   const bool stops = stop_gate::service_named(service) == stop_verb::stop;
-  const slot_id slot = out_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
-  if (!slot) return completion_.fail(index, {errc::full});
+  const slot_id slot = outbox_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
+  if (!slot) return call_completion_.fail(index, {errc::full});
   asked.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
                                : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
   asked.request = slots_.ref(slot);
   state_.counts.add(counter::calls_out);
-  const status sent = messages_.send_request(slot, to != nullptr ? peer_index{to->id.index} : peer_index{},
-                                             state_.calls.ref(index), stops);
-  if (!sent) completion_.fail(index, sent.error());
+  const status sent = direct_messages_.send_request(
+      slot, to != nullptr ? peer_index{to->id.index} : peer_index{}, state_.calls.ref(index), stops);
+  if (!sent) call_completion_.fail(index, sent.error());
 }
 
 inline detail::value_header call_requests::header_of(call_index index) const noexcept {
@@ -59,7 +59,7 @@ inline detail::value_header call_requests::header_of(call_index index) const noe
 }
 
 void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::call_args& what) noexcept {
-  state_.calls.at(index).callee = call_endpoint::of(pair, state_.views[pair].generation);
+  state_.calls.at(index).callee = call_endpoint::of(pair, state_.pair_rows[pair].generation);
   const detail::value_header header = header_of(index);
   status done;
   json::decoder::diagnosis fault;
@@ -67,13 +67,15 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   std::string_view fault_text; // made where the text that `fault` points into is gone afterwards
   const bool decodes = state_.pairs[pair].decoder != nullptr;
   if (what.is == form::args || (decodes && what.is == form::object)) {
-    done = delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
+    done =
+        local_delivery_.deliver(pair, header, what.text.empty() ? std::string_view{"{}"} : what.text, fault);
   } else {
-    const slot_id slot = out_.compose(rt::never, [&](json::writer& into) { wire::write_args(into, what); });
-    if (!slot) return completion_.fail(index, {errc::full});
-    done = delivery_.deliver(pair, header, text_at(slots_, slot), fault);
+    const slot_id slot =
+        outbox_.compose(rt::never, [&](json::writer& into) { wire::write_args(into, what); });
+    if (!slot) return call_completion_.fail(index, {errc::full});
+    done = local_delivery_.deliver(pair, header, text_at(slots_, slot), fault);
     if (!done && decodes) fault_text = fault.text(room);
-    store_.release(slot);
+    message_store_.release(slot);
   }
   if (done) {
     awaited_ = pair;
@@ -92,21 +94,21 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
 
 void call_requests::hand_to_receiver(call_index index, std::string_view service,
                                      const wire::call_args& what) noexcept {
-  const pair_index pair = inbox_.pair();
-  state_.calls.at(index).callee = pair ? call_endpoint::of(pair, state_.views[pair].generation)
+  const pair_index pair = receiver_.pair();
+  state_.calls.at(index).callee = pair ? call_endpoint::of(pair, state_.pair_rows[pair].generation)
                                        : call_endpoint{.who = call_endpoint::kind::thread};
   const detail::value_header header = header_of(index);
   status done;
   if (what.is == form::object) {
-    done = inbox_.deliver(header, what.text);
+    done = receiver_.deliver(header, what.text);
   } else {
     std::array<char, call_table::our_id_bytes_max> room;
     const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
-    const slot_id slot = out_.compose(
+    const slot_id slot = outbox_.compose(
         rt::never, [&](json::writer& into) { wire::write_delivered_call(into, service, what.text, id); });
-    if (!slot) return completion_.fail(index, {errc::full});
-    done = inbox_.deliver(header, text_at(slots_, slot));
-    store_.release(slot);
+    if (!slot) return call_completion_.fail(index, {errc::full});
+    done = receiver_.deliver(header, text_at(slots_, slot));
+    message_store_.release(slot);
   }
   if (done) {
     awaited_ = pair; // none: a thread takes it, and has to wake up first
@@ -120,12 +122,12 @@ void call_requests::hand_to_receiver(call_index index, std::string_view service,
 void call_requests::hand_to_stop(call_index index, stop_verb which, const wire::call_args& what) noexcept {
   state_.calls.at(index).callee = {.who = call_endpoint::kind::core};
   const stop_asker asker{.who = state_.calls.at(index).caller, .call = state_.calls.ref(index)};
-  if (what.is != form::value) return stop_.carry_out(which, asker, what.text);
-  const slot_id slot = out_.compose(
+  if (what.is != form::value) return stop_service_.carry_out(which, asker, what.text);
+  const slot_id slot = outbox_.compose(
       rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
-  if (!slot) return stop_.carry_out(which, asker, {}); // still a stop, without its arguments
-  stop_.carry_out(which, asker, text_at(slots_, slot));
-  store_.release(slot);
+  if (!slot) return stop_service_.carry_out(which, asker, {}); // still a stop, without its arguments
+  stop_service_.carry_out(which, asker, text_at(slots_, slot));
+  message_store_.release(slot);
 }
 
 } // namespace rowe::service

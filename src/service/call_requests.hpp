@@ -53,18 +53,18 @@ class call_requests {
  private:
   detail::value_header header_of(call_index call) const noexcept;
   void refuse(call_index call, std::string_view why) noexcept {
-    completion_.fail(call, {errc::refused}, why);
+    call_completion_.fail(call, {errc::refused}, why);
   }
 
   core_state& state_;
-  message_store& store_;
+  message_store& message_store_;
   slot_pool& slots_;
-  outbox& out_;
-  local_delivery& delivery_;
-  receiver& inbox_;
-  direct_messages& messages_;
-  call_completion& completion_;
-  stop_service& stop_;
+  outbox& outbox_;
+  local_delivery& local_delivery_;
+  receiver& receiver_;
+  direct_messages& direct_messages_;
+  call_completion& call_completion_;
+  stop_service& stop_service_;
   pair_index awaited_{};
 };
 

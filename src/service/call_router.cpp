@@ -16,14 +16,14 @@ using form = wire::call_args::form;
 
 call_router::call_router(const needs& parts) noexcept
     : state_{parts.state},
-      directory_{parts.directory},
-      refused_{parts.refused},
-      inbox_{parts.inbox},
-      delivery_{parts.delivery},
-      completion_{parts.completion},
-      requests_{parts.requests},
-      own_{parts.own},
-      stop_{parts.stop} {}
+      service_directory_{parts.directory},
+      refusals_{parts.refused},
+      receiver_{parts.inbox},
+      local_delivery_{parts.delivery},
+      call_completion_{parts.completion},
+      call_requests_{parts.requests},
+      endpoint_services_{parts.own},
+      stop_service_{parts.stop} {}
 
 // ---- asked by peers
 
@@ -37,11 +37,11 @@ rt::time_point call_router::time_limit(std::int64_t time_ns) const noexcept {
 void call_router::refuse(connection& c, const wire::request& asked, cause by, std::string_view code,
                          std::string_view why) noexcept {
   add(counter::calls_refused);
-  refused_.report(c, event::kind::refused_request, why, {});
-  if (by == cause::peer) (void)refused_.within_rate(c); // may close it
+  refusals_.report(c, event::kind::refused_request, why, {});
+  if (by == cause::peer) (void)refusals_.within_rate(c); // may close it
   if (!c.open()) return;
-  refused_.fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw},
-                     {.code = code, .text = why});
+  refusals_.fail_call(c, asked.codec, {.service = asked.service, .id_raw = asked.id_raw},
+                      {.code = code, .text = why});
 }
 
 bool call_router::take_call(connection& c, const wire::request& asked) noexcept {
@@ -63,7 +63,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   if (!asked.id_raw.empty() && state_.calls.find_asked(c.id, asked.id_raw))
     return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
   if (goes_to_receiver(asked.service)) {
-    switch (inbox_.admit({c.id.index})) {
+    switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
     case admission::later: return false;
     case admission::never:
@@ -71,8 +71,8 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
       return refuse(cause::busy, "refused", "nobody takes calls fast enough: the inbox is full");
     }
   }
-  const call_index index = completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw, asked.service,
-                                            time_limit(asked.ttl_ns));
+  const call_index index = call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw,
+                                                 asked.service, time_limit(asked.ttl_ns));
   if (!index) return refuse(cause::busy, "busy", "all calls_max calls are in flight");
   route(index, asked.service, {.is = asked.form, .text = asked.body_raw}, {});
   return true;
@@ -82,16 +82,16 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
 
 // A stop needs neither a deadline nor a row of the call table: only its answer does.
 void call_router::stop_anyway(const call_start& asked) noexcept {
-  if (!stop_.in_use()) return;
+  if (!stop_service_.in_use()) return;
   const bool named = stop_gate::service_named(asked.service) == stop_verb::stop;
   const bool object =
       asked.what.is == form::object && check_object_text(state_.seams.validator, asked.what.text);
   if (named || (object && asked.to.generation == 0 && stop_gate::asks_to_stop(asked.what.text)))
-    stop_.carry_out(stop_verb::stop, {.who = asked.caller, .silent = true}, {});
+    stop_service_.carry_out(stop_verb::stop, {.who = asked.caller, .silent = true}, {});
 }
 
 void call_router::start(const call_start& asked) noexcept {
-  const auto fails = [&](const error& why) { delivery_.complete(asked.caller, asked.own, why); };
+  const auto fails = [&](const error& why) { local_delivery_.complete(asked.caller, asked.own, why); };
   if (state_.cycle.closing) return fails({errc::closed});
   if (asked.deadline < state_.cycle.now) {
     stop_anyway(asked);
@@ -117,7 +117,7 @@ void call_router::start(const call_start& asked) noexcept {
     }
     if (!json::is_object(what.text)) return fails({errc::not_an_object});
   }
-  const call_index index = completion_.open(asked.caller, {}, service, asked.deadline);
+  const call_index index = call_completion_.open(asked.caller, {}, service, asked.deadline);
   if (!index) {
     stop_anyway(asked);
     return fails({errc::too_many_calls, state_.calls.in_flight(), state_.bounds().calls_max});
@@ -134,39 +134,40 @@ void call_router::route(call_index index, std::string_view service, const wire::
   const bool from_here = state_.calls.at(index).caller.who != call_endpoint::kind::peer;
   if (to.generation != 0) {
     const connection* const peer = state_.peers.find({to.index, to.generation});
-    if (peer == nullptr || !peer->open()) return completion_.fail(index, {errc::peer_lost});
-    return requests_.send(index, peer, state_.seams.protocols.messages, service, what);
+    if (peer == nullptr || !peer->open()) return call_completion_.fail(index, {errc::peer_lost});
+    return call_requests_.send(index, peer, state_.seams.protocols.messages, service, what);
   }
   if (!service.empty()) {
     const bool ask_server = from_here && state_.options.ours == side::client;
-    const service_index found = directory_.find(service);
+    const service_index found = service_directory_.find(service);
     if (found) {
-      const service_entry& provider = directory_.at(found);
-      if (provider.pair) return requests_.hand_to_pair(index, provider.pair, what);
+      const service_entry& provider = service_directory_.at(found);
+      if (provider.pair) return call_requests_.hand_to_pair(index, provider.pair, what);
       const connection* const peer = state_.peers.find(provider.peer);
       if ((from_here || state_.options.relay) && peer != nullptr && peer->open())
-        return requests_.send(index, peer, state_.seams.protocols.of(provider.speaks), directory_.name(found),
-                              what);
+        return call_requests_.send(index, peer, state_.seams.protocols.of(provider.speaks),
+                                   service_directory_.name(found), what);
     }
     const auto of_stop = stop_gate::service_named(service);
-    if (of_stop != stop_verb::none && stop_.in_use()) return requests_.hand_to_stop(index, of_stop, what);
-    if (of_stop != stop_verb::none && !ask_server) return completion_.fail(index, {errc::no_service});
+    if (of_stop != stop_verb::none && stop_service_.in_use())
+      return call_requests_.hand_to_stop(index, of_stop, what);
+    if (of_stop != stop_verb::none && !ask_server) return call_completion_.fail(index, {errc::no_service});
     const std::string_view own = endpoint_services::find(service);
-    if (!found && !ask_server && !own.empty()) return own_.answer(index, own, what);
+    if (!found && !ask_server && !own.empty()) return endpoint_services_.answer(index, own, what);
   }
   if (from_here) return ask_anyone(index, service, what);
-  if (inbox_.is_there()) return requests_.hand_to_receiver(index, service, what);
-  completion_.fail(index, {errc::no_service});
+  if (receiver_.is_there()) return call_requests_.hand_to_receiver(index, service, what);
+  call_completion_.fail(index, {errc::no_service});
 }
 
 // Whether route() gives a peer's call of this service, which is not the stop's, to the receiver.
 bool call_router::goes_to_receiver(std::string_view service) const noexcept {
-  if (!inbox_.is_there()) return false;
+  if (!receiver_.is_there()) return false;
   if (service.empty()) return true;
-  const service_index found = directory_.find(service);
+  const service_index found = service_directory_.find(service);
   if (!found)
     return stop_gate::service_named(service) == stop_verb::none && endpoint_services::find(service).empty();
-  const service_entry& provider = directory_.at(found);
+  const service_entry& provider = service_directory_.at(found);
   if (provider.pair) return false;
   const connection* const peer = state_.peers.find(provider.peer);
   return !(state_.options.relay && peer != nullptr && peer->open());
@@ -179,13 +180,13 @@ void call_router::ask_anyone(call_index index, std::string_view service,
   const bool object = what.is == form::object;
   if (state_.options.ours == side::client) {
     const wire::codec& in = object ? state_.seams.protocols.messages : state_.seams.protocols.calls_to_server;
-    return requests_.send(index, state_.peers.server(), in, service, what);
+    return call_requests_.send(index, state_.peers.server(), in, service, what);
   }
-  if (!object) return completion_.fail(index, {errc::no_service});
+  if (!object) return call_completion_.fail(index, {errc::no_service});
   const auto takes = [](const connection& c) { return c.open() && c.takes_messages; };
   const auto first = std::find_if(state_.peers.begin(), state_.peers.end(), takes);
-  requests_.send(index, first != state_.peers.end() ? &*first : nullptr, state_.seams.protocols.messages,
-                 service, what);
+  call_requests_.send(index, first != state_.peers.end() ? &*first : nullptr, state_.seams.protocols.messages,
+                      service, what);
 }
 
 } // namespace rowe::service

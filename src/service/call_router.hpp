@@ -70,14 +70,14 @@ class call_router {
   void ask_anyone(call_index call, std::string_view service, const wire::call_args& what) noexcept;
 
   core_state& state_;
-  const service_directory& directory_;
-  refusals& refused_;
-  receiver& inbox_;
-  local_delivery& delivery_;
-  call_completion& completion_;
-  call_requests& requests_;
-  endpoint_services& own_;
-  stop_service& stop_;
+  const service_directory& service_directory_;
+  refusals& refusals_;
+  receiver& receiver_;
+  local_delivery& local_delivery_;
+  call_completion& call_completion_;
+  call_requests& call_requests_;
+  endpoint_services& endpoint_services_;
+  stop_service& stop_service_;
 };
 
 } // namespace rowe::service

@@ -29,113 +29,115 @@ core::core(rt::arena& memory, const core_options& options, const shared_parts& w
 // Most calls are answered in the cycle that begins them, and most messages are written in the cycle that
 // composes them: those never need the wheel. This puts the others on it.
 inline void core::arm_what_stays() noexcept {
-  store_.arm_unwritten();
-  completion_.arm_open();
+  message_store_.arm_unwritten();
+  call_completion_.arm_open();
 }
 
 // Tells submitters that wait for room where it came.
 inline void core::tell_room() noexcept {
-  const bool came = threads_.tell_room(messages_.parking().renew_room());
-  handles_.tell_room(came);
+  const bool came = thread_submissions_.tell_room(direct_messages_.parking().renew_room());
+  handle_submissions_.tell_room(came);
 }
 
 // ---- the cycle
 
 rt::time_point core::cycle(rt::time_point now) noexcept {
   state_.cycle.now = now;
-  (void)requests_.take_awaited(); // of the last cycle
+  (void)call_requests_.take_awaited(); // of the last cycle
   ingress_.begin_cycle();
   state_.seams.to_peers.poll(now, *this);
-  messages_.take_outcomes();
+  direct_messages_.take_outcomes();
   stop_service_.update();
   ingress_.unpark();
   ingress_.read_in_turn();
-  messages_.take_outcomes();
-  messages_.place_pending();
-  if (requests_.awaited()) phases_.asked(state_.cycle.now);
-  messages_.parking().begin_cycle();
+  direct_messages_.take_outcomes();
+  direct_messages_.place_pending();
+  if (call_requests_.awaited()) publish_predictor_.asked(state_.cycle.now);
+  direct_messages_.parking().begin_cycle();
   retried_at_ = ingress_.room_changes();
-  registry_.scan();
+  handle_registry_.scan();
   if (state_.peers.wants_close()) close_marked();
-  threads_.take();
+  thread_submissions_.take();
   tell_room();
   expire();
-  rates_.mark_if_due();
-  state_feed_.show();
+  topic_rates_.mark_if_due();
+  stop_state_feed_.show();
   listings_.tell_changes();
   if (state_.peers.wants_close()) close_marked();
   sender_.flush_all();
   sender_.partial().cut_stalled([this](peer_index peer) {
     cut(state_.peers[peer], "it reads a message too slowly, and others wait for its slot");
   });
-  messages_.take_outcomes();
+  direct_messages_.take_outcomes();
   arm_what_stays();
-  state_.shown.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
+  state_.counts.raise_to(counter::queued_max, outbox_.entries().in_use());
   show_transport_memory();
   return next_cycle();
 }
 
 bool core::has_answer() const noexcept {
-  const pair_index awaited = requests_.awaited();
-  return awaited && handles_.has_new(awaited);
+  const pair_index awaited = call_requests_.awaited();
+  return awaited && handle_submissions_.has_new(awaited);
 }
 
 rt::time_point core::write_answer(rt::time_point now) noexcept {
   assert(has_answer());
   state_.cycle.now = now;
-  handles_.take(requests_.take_awaited());
+  handle_submissions_.take(call_requests_.take_awaited());
   expire();
   sender_.flush_all();
-  messages_.take_outcomes();
+  direct_messages_.take_outcomes();
   arm_what_stays();
   return next_cycle();
 }
 
 inline rt::time_point core::next_cycle() const noexcept {
   // More than one cycle's budget was waiting: the next cycle is needed at once.
-  if (handles_.more_left() || threads_.more_left() || outbox_.scheduled() != 0 || ingress_.waits())
+  if (handle_submissions_.more_left() || thread_submissions_.more_left() || outbox_.scheduled() != 0 ||
+      ingress_.waits())
     return state_.cycle.now;
   if (state_.peers.wants_close()) return state_.cycle.now; // writing evicted what a peer must not lose
-  const bool waits = threads_.waits() || handles_.waits(); // for room, which may be there now
+  const bool waits = thread_submissions_.waits() || handle_submissions_.waits(); // for room
   if (waits && ingress_.room_changes() != retried_at_) return state_.cycle.now;
-  return std::min({state_.due.next_wake(), stop_service_.next_update(), state_feed_.due(), listings_.due()});
+  return std::min(
+      {state_.due.next_wake(), stop_service_.next_update(), stop_state_feed_.due(), listings_.due()});
 }
 
 inline void core::show_transport_memory() noexcept {
   const transport_memory now = state_.seams.to_peers.memory();
-  state_.shown.counts.set(counter::handshake_bytes_used, now.bytes_used);
-  state_.shown.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
-  state_.shown.counts.set(counter::handshake_allocations, now.allocations);
-  state_.shown.counts.set(counter::handshakes_starved, now.refusals);
-  state_.shown.counts.set(counter::handshakes_evicted, now.evictions);
+  state_.counts.set(counter::handshake_bytes_used, now.bytes_used);
+  state_.counts.set(counter::handshake_bytes_peak, now.bytes_peak);
+  state_.counts.set(counter::handshake_allocations, now.allocations);
+  state_.counts.set(counter::handshakes_starved, now.refusals);
+  state_.counts.set(counter::handshakes_evicted, now.evictions);
 }
 
 void core::record_cycle(rt::duration took) noexcept {
-  add(counter::cycles);
-  state_.shown.counts.raise_to(counter::cycle_ns_max,
-                               static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
+  state_.counts.add(counter::cycles);
+  state_.counts.raise_to(counter::cycle_ns_max,
+                         static_cast<std::uint64_t>(std::max<std::int64_t>(took.count(), 0)));
 }
 
 void core::expire() noexcept {
   while (const auto due = state_.due.take_due(state_.cycle.now)) {
     const auto [what, index] = *due;
     switch (what) {
-    case timer::slot: store_.expire({index}); break;
+    case timer::slot: message_store_.expire({index}); break;
     case timer::subscription: subscription_queues_.throttle_over({index}); break;
     case timer::peer: liveness_.check({index}); break;
-    case timer::call: completion_.time_out({index}); break;
-    case timer::statistics: statistics_.publish(); break;
+    case timer::call: call_completion_.time_out({index}); break;
+    case timer::statistics: statistics_feed_.publish(); break;
     case timer::reconnect: state_.seams.to_peers.connect(); break;
     case timer::partial_frames: sender_.partial().look_again(); break;
     }
     if (state_.peers.wants_close()) close_marked();
-    messages_.take_outcomes();
+    direct_messages_.take_outcomes();
   }
 }
 
 bool core::drained() const noexcept {
-  return outbox_.drained() && messages_.pending() == 0 && threads_.drained() && !sender_.partial().any() &&
-         handles_.drained();
+  return outbox_.drained() && direct_messages_.pending() == 0 && thread_submissions_.drained() &&
+         !sender_.partial().any() && handle_submissions_.drained();
 }
 
 void core::close_all(rt::time_point now) noexcept {
@@ -143,9 +145,9 @@ void core::close_all(rt::time_point now) noexcept {
   state_.cycle.closing = true;
   stop_service_.stop_all();
   state_.due.disarm(timer::reconnect);
-  messages_.close();
-  handles_.retry_all(); // parked messages end as well
-  threads_.retry();
+  direct_messages_.close();
+  handle_submissions_.retry_all(); // parked messages end as well
+  thread_submissions_.retry();
   for (connection& c : state_.peers) {
     if (c.open()) close(c, wire::close_code::going_away, "the endpoint is closing");
   }
@@ -166,7 +168,7 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
     if (c.protocol->can.binary) {
       dispatcher_.dispatch(from, step.payload, true);
     } else {
-      add(counter::refused_requests);
+      state_.counts.add(counter::refused_requests);
       close(c, wire::close_code::unsupported_data, no_binary_sentence);
     }
     break;
@@ -179,7 +181,7 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
           "");
     break;
   case wire::frame_event::violation:
-    add(counter::violations);
+    state_.counts.add(counter::violations);
     close(c, step.close_code, step.reason);
     break;
   case wire::frame_event::need_more: break;
@@ -195,7 +197,7 @@ void core::handle_again(peer_index from, std::span<const std::byte> message, boo
 void core::take_ping(connection& c, std::span<const std::byte> payload) noexcept {
   if (c.messages.take(state_.cycle.now))
     return sender_.send_control({c.id.index}, wire::opcode::pong, payload);
-  add(counter::over_rate);
+  state_.counts.add(counter::over_rate);
   refusals_.note_excess(c);
 }
 
@@ -216,7 +218,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   c.address_bytes = std::min(peer.address.size(), c.address.size());
   peer.address.copy(c.address.data(), c.address_bytes);
   ingress_.open({id.index});
-  add(counter::peers_joined);
+  state_.counts.add(counter::peers_joined);
   state_.events.report(event::kind::peer_joined, c.peer(), "connected");
   outbox_.open({id.index});
   if (c.ours == side::server) c.messages = rate_limit{state_.bounds().messages_per_second_max};
@@ -225,11 +227,11 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   liveness_.open({id.index});
   state_.shown.set_connection(id.index, id.generation, c.peer());
   stop_service_.open({id.index});
-  state_feed_.open({id.index});
-  if (c.ours == side::client && !state_.cycle.closing) registry_.announce_all(c);
+  stop_state_feed_.open({id.index});
+  if (c.ours == side::client && !state_.cycle.closing) handle_registry_.announce_all(c);
   c.takes_messages = !c.stop_only && (c.ours == side::client || state_.options.messages_unasked ||
                                       c.protocol->can.takes_messages);
-  if (c.takes_messages && !state_.cycle.closing) messages_.deliver_pending({id.index});
+  if (c.takes_messages && !state_.cycle.closing) direct_messages_.deliver_pending({id.index});
   state_.peers.add();
   state_.shown.set_peers(state_.peers.count()); // last: a thread that waits for a peer may publish at once
   if (c.protocol->can.listing && c.ours == side::server && !c.stop_only && !state_.cycle.closing)
@@ -240,13 +242,13 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
 void core::on_close(connection_id id, close_cause cause) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
-  if (cause == close_cause::timed_out) add(counter::stalled_peers);
+  if (cause == close_cause::timed_out) state_.counts.add(counter::stalled_peers);
   constexpr std::string_view words[] = {"closed", "the peer closed the stream", "the connection was reset",
                                         "the peer does not read"};
   state_.events.report(event::kind::peer_left, c->peer(),
                        c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason);
   forget(*c);
-  messages_.take_outcomes();
+  direct_messages_.take_outcomes();
   state_.shown.set_connection(id.index, 0, {});
   state_.peers.remove();
   state_.shown.set_peers(state_.peers.count());
@@ -260,7 +262,7 @@ std::size_t core::wanted_bytes(connection_id id) const noexcept {
 void core::on_bytes(connection_id id, std::span<std::byte> bytes) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
-  add(counter::bytes_in, bytes.size());
+  state_.counts.add(counter::bytes_in, bytes.size());
   c->heard_at = state_.cycle.now;
   attempts_failed_ = 0; // a server that sends something is alive
   ingress_.receive({id.index}, bytes);
@@ -275,8 +277,8 @@ void core::on_writable(connection_id id) noexcept {
 // Releases everything that a peer holds.
 void core::forget(connection& c) noexcept {
   c.state = connection::phase::closing; // its pending messages go to other peers from here on
-  providers_.forget(c.id);
-  completion_.forget(c.id);
+  service_providers_.forget(c.id);
+  call_completion_.forget(c.id);
   stop_service_.leave(c);
   sender_.forget({c.id.index});
   receiver_.forget({c.id.index});
@@ -287,7 +289,7 @@ void core::forget(connection& c) noexcept {
   state_.due.disarm(peer_index{c.id.index});
   ingress_.forget({c.id.index});
   ++state_.cycle.places_freed;
-  messages_.forget({c.id.index});
+  direct_messages_.forget({c.id.index});
   c.state = connection::phase::free;
 }
 
@@ -322,7 +324,7 @@ void core::cut(connection& c, std::string_view reason) noexcept {
 
 void core::on_refused(const refusal& reason) noexcept {
   if (state_.options.ours == side::server) {
-    add(counter::refused_handshakes);
+    state_.counts.add(counter::refused_handshakes);
     return state_.events.report(event::kind::refused_handshake, reason.peer, reason.what, reason.remedy);
   }
   state_.events.report(event::kind::cannot_connect, reason.peer, reason.what, reason.remedy);
@@ -357,7 +359,7 @@ bool core::may_displace(connection_id id) const noexcept {
 void core::displace(connection_id id) noexcept {
   connection* const c = find(id);
   if (c == nullptr) return;
-  add(counter::stop_peers_displaced);
+  state_.counts.add(counter::stop_peers_displaced);
   close(*c, wire::close_code::try_again_later, "the next one needs this place for the stop");
 }
 

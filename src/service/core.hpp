@@ -42,7 +42,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
 
   // For a thread that does not sleep: a handle of this process was given a call in the last cycle. If it
   // answers at once, its answer is there before the transport can be polled again.
-  bool awaits_answer() const noexcept { return static_cast<bool>(requests_.awaited()); }
+  bool awaits_answer() const noexcept { return static_cast<bool>(call_requests_.awaited()); }
   // Whether that handle has submitted something since.
   bool has_answer() const noexcept;
   // If it has: takes that and writes the answer, as a cycle would; returns as cycle().
@@ -50,7 +50,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
 
   // What the service thread was granted, as /rowe/stats says it. Before the first cycle.
   void describe_thread(const rt::grants& granted, bool memory_locked) noexcept {
-    report_.describe_thread(granted, memory_locked);
+    statistics_report_.describe_thread(granted, memory_locked);
   }
 
   // How long the last cycle took, by the clock of whoever runs the core.
@@ -60,19 +60,19 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // a peer waits for, or something that is to expire. Where handles wake it, or predictor() predicts their
   // publishes, it has to poll only for what is parked in a queue pair.
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
-    const bool handles_talk = registry_.talking() != 0 && state_.peers.count() != 0;
-    if (handles_.waits() && (audiences_.listened() != 0 || handles_talk)) return poll_period;
-    if (!state_.options.pairs_tell && (audiences_.listened() > phases_.listened() || handles_talk))
+    const bool handles_talk = handle_registry_.talking() != 0 && state_.peers.count() != 0;
+    if (handle_submissions_.waits() && (audiences_.listened() != 0 || handles_talk)) return poll_period;
+    if (!state_.options.pairs_tell && (audiences_.listened() > publish_predictor_.listened() || handles_talk))
       return poll_period;
     if (ingress_.any_parked() && receiver_.pair()) return poll_period; // a handle that takes one wakes nobody
-    // Something waits until a peer has room or a slot is free.
-    if (threads_.waits() || (state_.peers.count() != 0 && messages_.pending() != 0)) return talking_rest;
-    return registry_.talking() != 0 ? talking_rest : idle_rest;
+    const bool waits = thread_submissions_.waits() ||
+                       (state_.peers.count() != 0 && direct_messages_.pending() != 0); // for room, or a slot
+    return waits || handle_registry_.talking() != 0 ? talking_rest : idle_rest;
   }
   // Under idle::phase: says when to poll.
-  publish_predictor& predictor() noexcept { return phases_; }
+  publish_predictor& predictor() noexcept { return publish_predictor_; }
   // If handles wake this thread: nothing was submitted since cycle() looked. For rt::waker::sleep().
-  bool pairs_quiet() const noexcept { return registry_.quiet(); }
+  bool pairs_quiet() const noexcept { return handle_registry_.quiet(); }
   std::uint32_t peers() const noexcept { return state_.peers.count(); }
   // True when nothing that was submitted is still to be written.
   bool drained() const noexcept;
@@ -95,13 +95,13 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // True when every structure is consistent and no slot is lost. For tests, after every step.
   bool check() const noexcept { return inconsistency().empty(); }
   using core_parts::inconsistency; // which structure is not consistent; empty: all are
-  std::uint32_t slots_in_use() const noexcept { return store_.slots().in_use(); }
+  std::uint32_t slots_in_use() const noexcept { return message_store_.slots().in_use(); }
 
  private:
   // frame_handler
   void handle(peer_index from, const wire::frame_step& step) noexcept override;
   void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept override;
-  bool stop_in_use() const noexcept override { return stop_.in_use(); }
+  bool stop_in_use() const noexcept override { return stop_rules_.in_use(); }
   bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept override {
     return dispatcher_.is_stop(from, message, binary);
   }
@@ -122,7 +122,6 @@ class core final : public transport_sink, private frame_handler, private core_pa
   void cut(connection& c, std::string_view reason) noexcept;
   void forget(connection& c) noexcept;
   void reconnect_later() noexcept;
-  void add(counter which, std::uint64_t by = 1) noexcept { state_.shown.counts.add(which, by); }
 
   std::uint64_t retried_at_ = 0; // ingress::room_changes() when what is parked was tried last
   std::uint32_t attempts_failed_ = 0;

@@ -63,41 +63,41 @@ class core_parts {
   core_state state_;
   const topic_id statistics_topic_; // a server's own; a client's handles get its server's
   const topic_id stop_topic_;       // the state of the stop
-  topic_rates rates_;
-  message_store store_;
+  topic_rates topic_rates_;
+  message_store message_store_;
   outbox outbox_;
   subscription_queues subscription_queues_;
   sender sender_;
   refusals refusals_;
-  local_delivery delivery_;
+  local_delivery local_delivery_;
   receiver receiver_;
   ingress ingress_;
-  direct_messages messages_;
+  direct_messages direct_messages_;
   liveness liveness_;
-  call_completion completion_;
-  publish_predictor phases_;
+  call_completion call_completion_;
+  publish_predictor publish_predictor_;
   audiences audiences_;
-  advertisement_table advertised_;
-  topic_places places_;
+  advertisement_table advertisement_table_;
+  topic_places topic_places_;
   subscriptions subscriptions_;
   advertisements advertisements_;
   broker broker_;
   topic_handles topic_handles_;
-  service_directory directory_;
-  service_providers providers_;
+  service_directory service_directory_;
+  service_providers service_providers_;
 
-  stop_rules stop_;
+  stop_rules stop_rules_;
   stop_service stop_service_;
-  statistics_report report_;
-  statistics_feed statistics_;
-  endpoint_services own_services_;
-  call_requests requests_;
-  call_router callers_;
+  statistics_report statistics_report_;
+  statistics_feed statistics_feed_;
+  endpoint_services endpoint_services_;
+  call_requests call_requests_;
+  call_router call_router_;
   listings listings_;
-  stop_state_feed state_feed_;
-  handle_submissions handles_;
-  thread_submissions threads_;
-  handle_registry registry_;
+  stop_state_feed stop_state_feed_;
+  handle_submissions handle_submissions_;
+  thread_submissions thread_submissions_;
+  handle_registry handle_registry_;
   dispatcher dispatcher_;
 
  private:

@@ -21,7 +21,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       latches{memory, options.bounds},
       topics{memory, options.bounds, outside.protocols.envelope},
       pairs{with_threads.pairs},
-      views{memory.carve<pair_row>(options.bounds.lanes_max)},
+      pair_rows{memory.carve<pair_row>(options.bounds.lanes_max)},
       calls{memory, options.bounds, claimants()},
       submissions{with_threads.submissions},
       threads_inbox{with_threads.inbox},

@@ -59,7 +59,7 @@ struct core_state {
   latch_store latches;
   topic_table topics;
   const rows<pair_index, detail::queue_pair> pairs;
-  const rows<pair_index, pair_row> views;
+  const rows<pair_index, pair_row> pair_rows;
   call_table calls;
   submission_queue& submissions;
   shared_inbox& threads_inbox;

@@ -11,10 +11,10 @@ namespace rowe::service {
 
 direct_messages::direct_messages(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      store_{parts.store},
-      out_{parts.out},
+      message_store_{parts.store},
+      outbox_{parts.out},
       slots_{parts.store.slots()},
-      delivery_{parts.delivery},
+      local_delivery_{parts.delivery},
       trackers_{memory, state_.bounds(), state_.claimants()},
       parking_{memory, parts.state, parts.out, parts.inbox} {}
 
@@ -27,7 +27,7 @@ bool direct_messages::post(const direct_message& m) noexcept {
   if (behind && !gone && !state_.cycle.closing && (m.only_now || m.expires >= state_.cycle.now)) {
     if (!m.only_now && parking_.park(peer, m.parked)) return false;
     add(counter::outbox_full);
-    delivery_.complete(m.sender, m.own, m.only_now ? errc::expired : errc::full);
+    local_delivery_.complete(m.sender, m.own, m.only_now ? errc::expired : errc::full);
     return true;
   }
   if (send(m)) return true;
@@ -35,7 +35,7 @@ bool direct_messages::post(const direct_message& m) noexcept {
   if (to == nullptr) parking_.hold_back_later_ones();
   if (parking_.park(peer, m.parked)) return false;
   add(counter::outbox_full);
-  delivery_.complete(m.sender, m.own, errc::full);
+  local_delivery_.complete(m.sender, m.own, errc::full);
   return true;
 }
 
@@ -48,7 +48,7 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
   if (m.to.generation != 0) {
     const peer_index to{m.to.index};
     return has_room(to, m.priority) &&
-           trackers_.has_share(to, out_.of(to).backpressured(), slots_.class_for(m.text.size()));
+           trackers_.has_share(to, outbox_.of(to).backpressured(), slots_.class_for(m.text.size()));
   }
   bool any = false;
   for (const peer_index i : state_.peers.ids()) {
@@ -64,7 +64,7 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
 inline bool direct_messages::send(const direct_message& m) noexcept {
   const auto fails = [&](const status& why, counter as) {
     add(as);
-    delivery_.complete(m.sender, m.own, why);
+    local_delivery_.complete(m.sender, m.own, why);
     return true;
   };
   if (state_.cycle.closing) return fails(errc::closed, counter::lost_at_close);
@@ -75,9 +75,9 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
     const connection* const to = state_.peers.find({m.to.index, m.to.generation});
     if (to == nullptr || !to->open()) return fails(errc::peer_lost, counter::lost_with_peer);
   }
-  if (m.text.size() > store_.text_bytes_max()) {
+  if (m.text.size() > message_store_.text_bytes_max()) {
     return fails(error{errc::too_big, static_cast<std::int64_t>(m.text.size()),
-                       static_cast<std::int64_t>(store_.text_bytes_max())},
+                       static_cast<std::int64_t>(message_store_.text_bytes_max())},
                  counter::too_big);
   }
   if (!has_room_for(m)) return m.only_now ? fails(errc::expired, counter::outbox_full) : false;
@@ -87,9 +87,9 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
   // The text is checked last, since parked messages come by here in every cycle.
   if (const status fine = check_object_text(state_.seams.validator, m.text); !fine)
     return fails(fine, fine.code() == errc::too_big ? counter::too_big : counter::malformed);
-  if (slots_.free_for_all(of) == 0 && !out_.evict_for(of))
+  if (slots_.free_for_all(of) == 0 && !outbox_.evict_for(of))
     return m.only_now ? fails(errc::expired, counter::no_slot) : false;
-  const slot_id slot = out_.compose(expires, [&](json::writer& into) { into.append(m.text); });
+  const slot_id slot = outbox_.compose(expires, [&](json::writer& into) { into.append(m.text); });
   assert(slot);
   begin(slot, {.priority = m.priority, .everyone = m.to.generation == 0, .sender = m.sender, .own = m.own});
   if (m.to.generation != 0) {
@@ -117,20 +117,20 @@ inline void direct_messages::begin(slot_id slot, const tracker& as) noexcept {
   take_outcomes(); // of the slot's former message
   assert(!trackers_.under_way(slot));
   trackers_.begin(slot, as);
-  store_.track(slot, as.everyone);
+  message_store_.track(slot, as.everyone);
 }
 
 // False, counted, when the peer's queue is full.
 inline bool direct_messages::queue_to(peer_index to, slot_id slot) noexcept {
   const tracker& one = trackers_.at(slot);
-  if (!out_.push_direct(to, one.priority, slot)) return false;
+  if (!outbox_.push_direct(to, one.priority, slot)) return false;
   if (!one.everyone) trackers_.charge(slot, to);
   return true;
 }
 
 // If it has no delivery, it is pending or has ended.
 inline void direct_messages::end_queueing(slot_id slot) noexcept {
-  if (!trackers_.at(slot).everyone) return store_.release(slot);
+  if (!trackers_.at(slot).everyone) return message_store_.release(slot);
   if (slots_.references(slot) == 1) settle(slot, false);
 }
 
@@ -140,7 +140,7 @@ status direct_messages::send_request(slot_id slot, peer_index to, detail::call_r
                                      bool stops) noexcept {
   begin(slot, {.everyone = !to, .request_of = call});
   const bool may =
-      !to || stops || trackers_.has_share(to, out_.of(to).backpressured(), slots_.class_of(slot));
+      !to || stops || trackers_.has_share(to, outbox_.of(to).backpressured(), slots_.class_of(slot));
   if (to && may && !has_room(to, trackers_.at(slot).priority)) {
     add(counter::outbox_full);
     return errc::full;
@@ -153,30 +153,30 @@ status direct_messages::send_request(slot_id slot, peer_index to, detail::call_r
 void direct_messages::track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept {
   take_outcomes(); // of the slot's former message
   trackers_.at(slot) = {.now = tracker::state::queued, .sender = sender, .own = own};
-  store_.track(slot, false);
+  message_store_.track(slot, false);
 }
 
 void direct_messages::cancel(slot_ref which) noexcept {
   take_outcomes();
   if (!which.index || !slots_.alive(which) || !trackers_.under_way(which.index)) return;
   trackers_.at(which.index).sender = {};
-  if (store_.cancel(which)) trackers_.forget(which.index);
+  if (message_store_.cancel(which)) trackers_.forget(which.index);
 }
 
 // ---- ends
 
 void direct_messages::settle_outcomes() noexcept {
-  for (outcome what; store_.take_outcome(what);) {
+  for (outcome what; message_store_.take_outcome(what);) {
     tracker& one = trackers_.at(what.slot);
     if (what.sent) {
       one.sent = true;
       // One peer is enough: the others may not read for a long time.
-      delivery_.complete(std::exchange(one.sender, {}), one.own, {});
+      local_delivery_.complete(std::exchange(one.sender, {}), one.own, {});
     }
     if (what.expired) {
       const tracker over = one;
       trackers_.forget(what.slot);
-      delivery_.complete(over.sender, over.own, over.sent ? status{} : status{errc::expired});
+      local_delivery_.complete(over.sender, over.own, over.sent ? status{} : status{errc::expired});
     } else if (what.ended) {
       settle(what.slot, what.evicted);
     }
@@ -200,8 +200,8 @@ inline void direct_messages::settle(slot_id slot, bool evicted) noexcept {
 inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
   const tracker over = trackers_.at(slot);
   trackers_.forget(slot);
-  if (slots_.kept(slot)) store_.let_go(slot);
-  delivery_.complete(over.sender, over.own, outcome);
+  if (slots_.kept(slot)) message_store_.let_go(slot);
+  local_delivery_.complete(over.sender, over.own, outcome);
 }
 
 // ---- what is pending
@@ -209,7 +209,7 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
 void direct_messages::deliver_pending(peer_index peer) noexcept {
   for (slot_id slot = trackers_.first_waiting(); slot; slot = trackers_.first_waiting()) {
     if (slots_.expires(slot) < state_.cycle.now) {
-      store_.expire(slot);
+      message_store_.expire(slot);
       take_outcomes();
       continue;
     }
@@ -226,7 +226,7 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
 
 // No peer has got room if nothing left a queue and no slot was freed since the last look.
 void direct_messages::place_all_pending() noexcept {
-  const std::uint64_t changes = out_.room_changes() + trackers_.began_to_wait();
+  const std::uint64_t changes = outbox_.room_changes() + trackers_.began_to_wait();
   if (std::exchange(looked_for_room_at_, changes) == changes) return;
   for (const peer_index i : state_.peers.ids()) {
     if (pending() == 0) return;

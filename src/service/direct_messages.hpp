@@ -85,18 +85,18 @@ class direct_messages {
 
   // Takes the outcomes since the last look, and tells the senders.
   void take_outcomes() noexcept {
-    if (store_.has_outcomes()) settle_outcomes();
+    if (message_store_.has_outcomes()) settle_outcomes();
   }
 
   bool check() const noexcept;
 
  private:
-  void add(counter which, std::uint64_t by = 1) noexcept { state_.shown.counts.add(which, by); }
+  void add(counter which, std::uint64_t by = 1) noexcept { state_.counts.add(which, by); }
   bool send(const direct_message& m) noexcept;
   void place_all_pending() noexcept;
   // Expired messages make room. Their outcomes are taken at once, before their slots are used again.
   bool has_room(peer_index to, priority at) noexcept {
-    const bool has = out_.has_room(to, at);
+    const bool has = outbox_.has_room(to, at);
     take_outcomes();
     return has;
   }
@@ -109,10 +109,10 @@ class direct_messages {
   void end(slot_id slot, const status& outcome) noexcept;
 
   core_state& state_;
-  message_store& store_;
-  outbox& out_;
+  message_store& message_store_;
+  outbox& outbox_;
   slot_pool& slots_;
-  local_delivery& delivery_;
+  local_delivery& local_delivery_;
   trackers trackers_;
   message_parking parking_;
   std::uint64_t looked_for_room_at_ = 0; // the count of changes when pending messages were tried last

@@ -51,17 +51,17 @@ std::size_t dispatcher::footprint_bytes(const limits& bounds) noexcept {
 dispatcher::dispatcher(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       refusals_{parts.refused},
-      inbox_{parts.inbox},
+      receiver_{parts.inbox},
       ingress_{parts.in},
-      messages_{parts.messages},
+      direct_messages_{parts.messages},
       broker_{parts.values},
       subscriptions_{parts.readers},
       advertisements_{parts.writers},
-      providers_{parts.providers},
+      service_providers_{parts.providers},
       listings_{parts.listed},
-      completion_{parts.completion},
-      calls_{parts.calls},
-      stop_{parts.stop},
+      call_completion_{parts.completion},
+      call_router_{parts.calls},
+      stop_service_{parts.stop},
       scratch_{memory.carve<char>(scratch_bytes(state_.bounds()))} {}
 
 // ---- messages
@@ -143,11 +143,11 @@ inline void dispatcher::take(connection& c, wire::decoded read, wire::request& a
   const bool speaks_messages =
       asked.codec == state_.seams.protocols.messages.id() && read != wire::decoded::malformed;
   if (speaks_messages && !c.stop_only && !std::exchange(c.takes_messages, true))
-    messages_.deliver_pending({c.id.index});
+    direct_messages_.deliver_pending({c.id.index});
   const std::string_view unknown = asked.by_number ? listings_.put_names(c, asked) : std::string_view{};
   if (read == wire::decoded::request && unknown.empty()) return carry_out(c, asked, known, why);
-  if (stop_.in_use() && (stop_gate::asks_to_stop(known) || stop_gate::names_stop(asked)))
-    stop_.carry_out_unanswered(c, known.text);
+  if (stop_service_.in_use() && (stop_gate::asks_to_stop(known) || stop_gate::names_stop(asked)))
+    stop_service_.carry_out_unanswered(c, known.text);
   if (drops_excess()) return;
   const wire::diagnostic unnamed{.code = "unknown_number", .text = unknown};
   refusals_.refuse(c, asked, read == wire::decoded::request ? unnamed : why);
@@ -186,9 +186,9 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   case verb::unadvertise: return advertisements_.unadvertise(c, asked);
   case verb::publish: return take_published(c, asked);
   case verb::call: return take_call(c, asked);
-  case verb::reply: return completion_.take_reply(c, asked);
-  case verb::advertise_service: return providers_.advertise(c, asked);
-  case verb::unadvertise_service: return providers_.unadvertise(c, asked);
+  case verb::reply: return call_completion_.take_reply(c, asked);
+  case verb::advertise_service: return service_providers_.advertise(c, asked);
+  case verb::unadvertise_service: return service_providers_.unadvertise(c, asked);
   case verb::status: return take_status(c, asked);
   case verb::set_level: refusals_.set_level({c.id.index}, asked.level); return;
   case verb::message:
@@ -208,25 +208,27 @@ inline void dispatcher::take_call(connection& c, const wire::request& asked) noe
   if (!heard_before_) state_.counts.add(counter::calls_in);
   const auto of_stop = stop_gate::service_named(asked.service);
   const bool allowed = !c.stop_only || stop_gate::is_for_stop_peers(of_stop);
-  if (allowed && stop_.in_use() && of_stop != stop_verb::none) return stop_.carry_out_call(c, asked, of_stop);
+  if (allowed && stop_service_.in_use() && of_stop != stop_verb::none)
+    return stop_service_.carry_out_call(c, asked, of_stop);
   if (drops_excess()) return;
-  if (!calls_.take_call(c, asked)) ingress_.park({c.id.index});
+  if (!call_router_.take_call(c, asked)) ingress_.park({c.id.index});
 }
 
 // A plain message: it goes to the receiver.
 inline void dispatcher::take_message(connection& c, const wire::request& asked,
                                      const json::document& text) noexcept {
-  if (stop_.in_use() && stop_gate::asks_to_stop(text)) return stop_.carry_out_unanswered(c, text.text);
+  if (stop_service_.in_use() && stop_gate::asks_to_stop(text))
+    return stop_service_.carry_out_unanswered(c, text.text);
   if (drops_excess()) return;
   if (c.stop_only)
     return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_sentence});
-  switch (inbox_.admit({c.id.index})) {
+  switch (receiver_.admit({c.id.index})) {
   case admission::now: break;
   case admission::later: return ingress_.park({c.id.index});
   case admission::never: return state_.counts.add(counter::inbox_full);
   }
   // A message that is too long is counted there.
-  (void)inbox_.deliver(
+  (void)receiver_.deliver(
       {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
        .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now, asked.ttl_ns)),
        .what = detail::entry::message,
@@ -236,15 +238,15 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
 
 // A stop goes before all else.
 inline void dispatcher::take_published(connection& c, const wire::request& asked) noexcept {
-  if (stop_.in_use() && stop_gate::service_named(asked.topic) == stop_verb::stop)
-    return stop_.carry_out_unanswered(c, asked.body_raw);
+  if (stop_service_.in_use() && stop_gate::service_named(asked.topic) == stop_verb::stop)
+    return stop_service_.carry_out_unanswered(c, asked.body_raw);
   if (!drops_excess()) broker_.relay(c, asked);
 }
 
 bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
   const connection& c = state_.peers[from];
   const std::string_view text{reinterpret_cast<const char*>(message.data()), message.size()};
-  if (!stop_.in_use() || (binary ? !c.protocol->can.binary : !state_.seams.validator.validate(text)))
+  if (!stop_service_.in_use() || (binary ? !c.protocol->can.binary : !state_.seams.validator.validate(text)))
     return false;
   const json::document known = binary ? json::document{} : state_.seams.validator.last();
   wire::request asked;

@@ -88,17 +88,17 @@ class dispatcher {
 
   core_state& state_;
   refusals& refusals_;
-  receiver& inbox_;
+  receiver& receiver_;
   ingress& ingress_;
-  direct_messages& messages_;
+  direct_messages& direct_messages_;
   broker& broker_;
   subscriptions& subscriptions_;
   advertisements& advertisements_;
-  service_providers& providers_;
+  service_providers& service_providers_;
   listings& listings_;
-  call_completion& completion_;
-  call_router& calls_;
-  stop_service& stop_;
+  call_completion& call_completion_;
+  call_router& call_router_;
+  stop_service& stop_service_;
   std::span<char> scratch_;   // the names and the id of the request; only decoders write here
   bool excess_ = false;       // the current message is beyond its peer's rate
   bool heard_before_ = false; // the current message was parked before

@@ -19,13 +19,13 @@ constexpr std::array names{wire::stats_name,      wire::list_topics_name, wire::
 
 endpoint_services::endpoint_services(const needs& parts) noexcept
     : state_{parts.state},
-      directory_{parts.directory},
-      stop_{parts.stop},
-      store_{parts.store},
-      out_{parts.out},
-      completion_{parts.completion},
-      report_{parts.report},
-      advertised_{parts.advertised} {}
+      service_directory_{parts.directory},
+      stop_rules_{parts.rules},
+      message_store_{parts.store},
+      outbox_{parts.out},
+      call_completion_{parts.completion},
+      statistics_report_{parts.report},
+      advertisement_table_{parts.advertised} {}
 
 std::string_view endpoint_services::find(std::string_view asked) noexcept {
   for (const std::string_view own : names) {
@@ -39,7 +39,8 @@ void endpoint_services::answer(call_index index, std::string_view service,
   state_.calls.at(index).callee = {.who = call_endpoint::kind::core};
   if (const call& one = state_.calls.at(index); one.caller.who == call_endpoint::kind::peer) {
     connection* const c = state_.peers.find(one.caller.connection());
-    if (c != nullptr && !out_.has_place_for_reply({c->id.index})) return completion_.fail_for_room(index);
+    if (c != nullptr && !outbox_.has_place_for_reply({c->id.index}))
+      return call_completion_.fail_for_room(index);
   }
   state_.cycle.work_bytes += answer_work;
   std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // the names of the call itself are elsewhere
@@ -57,18 +58,19 @@ void endpoint_services::answer(call_index index, std::string_view service,
     }
     into.end_array();
   };
-  const slot_id slot = out_.compose(rt::never, [&](json::writer& into) {
-    if (service == wire::stats_name) return report_.write_for_service(into);
+  const slot_id slot = outbox_.compose(rt::never, [&](json::writer& into) {
+    if (service == wire::stats_name) return statistics_report_.write_for_service(into);
     into.begin_object();
     if (service == wire::list_topics_name) {
-      const listed_topics shown{state_.topics, stop_};
+      const listed_topics shown{state_.topics, stop_rules_};
       list(into, "topics", state_.topics.topic_ids(), shown,
            [&](topic_id i) { return state_.topics.name(i); });
       list(into, "types", state_.topics.topic_ids(), shown,
            [&](topic_id i) { return state_.topics.type(i); });
     } else if (service == wire::list_services_name) {
-      const auto shown = [&](service_index i) { return directory_.in_use(i); };
-      list(into, "services", directory_.ids(), shown, [&](service_index i) { return directory_.name(i); });
+      const auto shown = [&](service_index i) { return service_directory_.in_use(i); };
+      list(into, "services", service_directory_.ids(), shown,
+           [&](service_index i) { return service_directory_.name(i); });
     } else if (service == wire::topic_type_name) {
       const topic_id topic = state_.topics.find(named("topic"));
       into.key("type");
@@ -79,27 +81,28 @@ void endpoint_services::answer(call_index index, std::string_view service,
       write_publishers(into, state_.topics.find(named("topic")));
       into.end_array();
     } else {
-      const service_index found = directory_.find(named("service"));
+      const service_index found = service_directory_.find(named("service"));
       into.key("type");
-      into.string(!found ? std::string_view{} : directory_.type(found));
+      into.string(!found ? std::string_view{} : service_directory_.type(found));
     }
     into.end_object();
   });
-  if (!slot) return completion_.fail_for_room(index);
-  completion_.complete(index, {store_.slots().text(slot).data(), store_.slots().text(slot).size()});
-  store_.release(slot);
+  if (!slot) return call_completion_.fail_for_room(index);
+  call_completion_.complete(
+      index, {message_store_.slots().text(slot).data(), message_store_.slots().text(slot).size()});
+  message_store_.release(slot);
 }
 
 void endpoint_services::write_publishers(json::writer& into, topic_id topic) noexcept {
   if (!topic) return;
   bool here = (state_.options.ours == side::server && topic == state_.topics.find(wire::stats_name)) ||
-              (stop_.in_use() && topic == state_.topics.find(wire::stop_state_name));
+              (stop_rules_.in_use() && topic == state_.topics.find(wire::stop_state_name));
   for (const pair_index i : state_.pairs.ids())
-    here = here || (state_.views[i].attached && state_.views[i].topic == topic &&
+    here = here || (state_.pair_rows[i].attached && state_.pair_rows[i].topic == topic &&
                     detail::publishes(state_.pairs[i].kind));
-  if (here) into.string(report_.name());
+  if (here) into.string(statistics_report_.name());
   for (const connection& c : state_.peers) {
-    if (c.open() && advertised_.find({c.id.index}, topic) != nullptr) into.string(c.peer());
+    if (c.open() && advertisement_table_.find({c.id.index}, topic) != nullptr) into.string(c.peer());
   }
 }
 

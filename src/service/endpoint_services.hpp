@@ -24,7 +24,7 @@ class endpoint_services {
   struct needs {
     core_state& state;
     const service_directory& directory;
-    const stop_rules& stop;
+    const stop_rules& rules;
     message_store& store;
     outbox& out;
     call_completion& completion;
@@ -43,13 +43,13 @@ class endpoint_services {
   void write_publishers(json::writer& into, topic_id topic) noexcept;
 
   core_state& state_;
-  const service_directory& directory_;
-  const stop_rules& stop_;
-  message_store& store_;
-  outbox& out_;
-  call_completion& completion_;
-  statistics_report& report_;
-  const advertisement_table& advertised_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  message_store& message_store_;
+  outbox& outbox_;
+  call_completion& call_completion_;
+  statistics_report& statistics_report_;
+  const advertisement_table& advertisement_table_;
 };
 
 } // namespace rowe::service

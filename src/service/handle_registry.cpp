@@ -17,31 +17,31 @@ using detail::pair_phase;
 
 handle_registry::handle_registry(const needs& parts) noexcept
     : state_{parts.state},
-      directory_{parts.directory},
-      out_{parts.out},
-      inbox_{parts.inbox},
-      phases_{parts.phases},
-      completion_{parts.completion},
-      requests_{parts.requests},
-      providers_{parts.providers},
-      stop_{parts.stop},
-      topics_{parts.topics},
-      submissions_{parts.submissions} {}
+      service_directory_{parts.directory},
+      outbox_{parts.out},
+      receiver_{parts.inbox},
+      publish_predictor_{parts.predictor},
+      call_completion_{parts.completion},
+      call_requests_{parts.requests},
+      service_providers_{parts.providers},
+      stop_service_{parts.stop},
+      topic_handles_{parts.handles},
+      handle_submissions_{parts.submissions} {}
 
 void handle_registry::scan() noexcept {
-  submissions_.begin_cycle();
-  phases_.looks(state_.cycle.now);
+  handle_submissions_.begin_cycle();
+  publish_predictor_.looks(state_.cycle.now);
   const std::uint32_t used = state_.shown.pairs_used();
   for (pair_index i{0}; i.value < used; ++i.value) {
     switch (state_.pairs[i].lifecycle.look()) {
     case pair_phase::free:
     case pair_phase::refused: continue;
     case pair_phase::offered: attach(i); break;
-    case pair_phase::active: submissions_.take(i); break;
+    case pair_phase::active: handle_submissions_.take(i); break;
     case pair_phase::closing:
-      if (state_.views[i].attached) submissions_.take(i);
-      if (submissions_.has_unsent(i)) {
-        submissions_.note_waits();
+      if (state_.pair_rows[i].attached) handle_submissions_.take(i);
+      if (handle_submissions_.has_unsent(i)) {
+        handle_submissions_.note_waits();
       } else {
         detach(i);
       }
@@ -50,7 +50,7 @@ void handle_registry::scan() noexcept {
       if (all_slots_released(state_.pairs[i])) state_.pairs[i].lifecycle.release(state_.pairs[i].news);
       break;
     }
-    if (state_.views[i].parked_first) submissions_.note_waits();
+    if (state_.pair_rows[i].parked_first) handle_submissions_.note_waits();
   }
 }
 
@@ -64,17 +64,17 @@ bool handle_registry::quiet() const noexcept {
 // Set-up is answered last: then a first value finds its listener.
 void handle_registry::attach(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
-  state_.views[pair] = {.generation = state_.views[pair].generation + 1, .order = ++attached_};
+  state_.pair_rows[pair] = {.generation = state_.pair_rows[pair].generation + 1, .order = ++attached_};
   const status done = attach_to_part(pair);
   done ? queues.lifecycle.accept(queues.news) : queues.lifecycle.refuse(done.error(), queues.news);
 }
 
 status handle_registry::attach_to_part(pair_index pair) noexcept {
   const detail::pair_kind kind = state_.pairs[pair].kind;
-  if (detail::publishes(kind) || detail::subscribes(kind)) return topics_.attach(pair);
+  if (detail::publishes(kind) || detail::subscribes(kind)) return topic_handles_.attach(pair);
   if (!detail::is_latch(kind)) return attach_talker(pair);
-  const status done = stop_.attach(pair);
-  state_.views[pair].attached = static_cast<bool>(done);
+  const status done = stop_service_.attach(pair);
+  state_.pair_rows[pair].attached = static_cast<bool>(done);
   return done;
 }
 
@@ -83,43 +83,44 @@ status handle_registry::attach_talker(pair_index pair) noexcept {
   if (detail::responds(queues.kind)) {
     if (const status done = provide(pair); !done) return done;
   }
-  state_.views[pair].attached = true;
-  inbox_.attach();
+  state_.pair_rows[pair].attached = true;
+  receiver_.attach();
   ++talking_;
   queues.audience.set(detail::audience::somebody);
   if (connection* const c = state_.peers.server()) announce_service(*c, pair, true);
-  if (inbox_.pair() == pair && !state_.threads_inbox.has_receiver()) take_over_inbox(pair);
+  if (receiver_.pair() == pair && !state_.threads_inbox.has_receiver()) take_over_inbox(pair);
   return {};
 }
 
 status handle_registry::provide(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  const service_index found = directory_.find(queues.name());
-  if (found && !directory_.at(found).pair && !ROWE_MUTANT(pinned_service)) providers_.take_from_peer(found);
-  const auto [at, why] = directory_.add(queues.name(), queues.type(), pair, {});
+  const service_index found = service_directory_.find(queues.name());
+  if (found && !service_directory_.at(found).pair && !ROWE_MUTANT(pinned_service))
+    service_providers_.take_from_peer(found);
+  const auto [at, why] = service_directory_.add(queues.name(), queues.type(), pair, {});
   if (why == service_directory::refusal::taken) return errc::service_taken;
   if (why == service_directory::refusal::no_room)
-    return error{errc::too_many_services, directory_.count(), state_.bounds().services_max};
-  state_.views[pair].service = at;
+    return error{errc::too_many_services, service_directory_.count(), state_.bounds().services_max};
+  state_.pair_rows[pair].service = at;
   return {};
 }
 
 // Messages that came before anybody received are for the first receiver.
 void handle_registry::take_over_inbox(pair_index pair) noexcept {
-  const call_endpoint us = call_endpoint::of(pair, state_.views[pair].generation);
+  const call_endpoint us = call_endpoint::of(pair, state_.pair_rows[pair].generation);
   while (const auto slot = state_.threads_inbox.take_back(state_.cycle.now)) {
     const inbound_header& came = state_.threads_inbox.header(*slot);
     call* const asked = state_.calls.find(came.call);
     const bool is_call = came.what == entry::invocation;
     if (asked != nullptr) asked->callee = us;
     if (!is_call || asked != nullptr) {
-      const status done = inbox_.deliver({.stamped_ns = rt::nanoseconds_of(came.stamped),
-                                          .expires_ns = rt::nanoseconds_of(came.expires),
-                                          .what = came.what,
-                                          .peer = came.peer,
-                                          .call = came.call},
-                                         state_.threads_inbox.text(*slot));
-      if (!done && is_call) completion_.fail({came.call.index}, {errc::refused}, "the inbox is full");
+      const status done = receiver_.deliver({.stamped_ns = rt::nanoseconds_of(came.stamped),
+                                             .expires_ns = rt::nanoseconds_of(came.expires),
+                                             .what = came.what,
+                                             .peer = came.peer,
+                                             .call = came.call},
+                                            state_.threads_inbox.text(*slot));
+      if (!done && is_call) call_completion_.fail({came.call.index}, {errc::refused}, "the inbox is full");
     }
     (void)state_.threads_inbox.release(*slot); // this thread need not be woken
   }
@@ -130,44 +131,44 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
 // A handle is closed, and all that it submitted is taken. Only the service thread knows the pair now.
 void handle_registry::detach(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
-  pair_row& view = state_.views[pair];
-  requests_.forget_pair(pair); // its rings are set-up's from here on
-  if (view.attached && !view.topic) {
+  pair_row& row = state_.pair_rows[pair];
+  call_requests_.forget_pair(pair); // its rings are set-up's from here on
+  if (row.attached && !row.topic) {
     detach_talker(pair);
     count_refusals(queues);
-    view = {.generation = view.generation};
-  } else if (view.attached) {
+    row = {.generation = row.generation};
+  } else if (row.attached) {
     count_refusals(queues);
-    topics_.detach(pair);
+    topic_handles_.detach(pair);
   }
   queues.audience.set(detail::audience::nobody);
   all_slots_released(queues) ? queues.lifecycle.release(queues.news) : queues.lifecycle.hold(queues.news);
 }
 
 void handle_registry::detach_talker(pair_index pair) noexcept {
-  const pair_row& view = state_.views[pair];
-  if (view.loop) return stop_.detach(pair);
-  completion_.forget_pair(pair);
-  inbox_.detach(pair);
-  if (view.service) directory_.remove(view.service);
+  const pair_row& row = state_.pair_rows[pair];
+  if (row.loop) return stop_service_.detach(pair);
+  call_completion_.forget_pair(pair);
+  receiver_.detach(pair);
+  if (row.service) service_directory_.remove(row.service);
   if (connection* const c = state_.peers.server()) announce_service(*c, pair, false);
   --talking_;
 }
 
 // What a user's thread counted stays in the sums when its handle is closed.
 void handle_registry::count_refusals(const detail::queue_pair& queues) noexcept {
-  state_.shown.counts.add(counter::full, queues.refused_full.get());
-  state_.shown.counts.add(counter::no_peer, queues.no_peer.get());
-  state_.shown.counts.add(counter::too_big, queues.refused_too_big.get());
-  state_.shown.counts.add(counter::inbound_expired, queues.expired_here.get());
+  state_.counts.add(counter::full, queues.refused_full.get());
+  state_.counts.add(counter::no_peer, queues.no_peer.get());
+  state_.counts.add(counter::too_big, queues.refused_too_big.get());
+  state_.counts.add(counter::inbound_expired, queues.expired_here.get());
 }
 
 // ---- as a client
 
 void handle_registry::announce_all(connection& c) noexcept {
   for (const pair_index i : state_.pairs.ids()) {
-    if (!state_.views[i].attached) continue;
-    state_.views[i].topic ? topics_.announce(c, i, true) : announce_service(c, i, true);
+    if (!state_.pair_rows[i].attached) continue;
+    state_.pair_rows[i].topic ? topic_handles_.announce(c, i, true) : announce_service(c, i, true);
   }
 }
 
@@ -179,7 +180,7 @@ void handle_registry::announce_service(connection& c, pair_index pair, bool begi
   json::writer text{room};
   const auto kind = c.protocol->topics.write_provision(
       text, {.name = queues.name(), .type = queues.type(), .begins = begins});
-  out_.reply_written({c.id.index}, text, kind);
+  outbox_.reply_written({c.id.index}, text, kind);
 }
 
 } // namespace rowe::service

@@ -30,12 +30,12 @@ class handle_registry {
     service_directory& directory;
     outbox& out;
     receiver& inbox;
-    publish_predictor& phases;
+    publish_predictor& predictor;
     call_completion& completion;
     call_requests& requests;
     service_providers& providers;
     stop_service& stop;
-    topic_handles& topics;
+    topic_handles& handles;
     handle_submissions& submissions;
   };
   explicit handle_registry(const needs& parts) noexcept;
@@ -62,16 +62,16 @@ class handle_registry {
   void announce_service(connection& c, pair_index pair, bool begins) noexcept;
 
   core_state& state_;
-  service_directory& directory_;
-  outbox& out_;
-  receiver& inbox_;
-  publish_predictor& phases_;
-  call_completion& completion_;
-  call_requests& requests_;
-  service_providers& providers_;
-  stop_service& stop_;
-  topic_handles& topics_;
-  handle_submissions& submissions_;
+  service_directory& service_directory_;
+  outbox& outbox_;
+  receiver& receiver_;
+  publish_predictor& publish_predictor_;
+  call_completion& call_completion_;
+  call_requests& call_requests_;
+  service_providers& service_providers_;
+  stop_service& stop_service_;
+  topic_handles& topic_handles_;
+  handle_submissions& handle_submissions_;
   std::uint32_t talking_ = 0;
   std::uint64_t attached_ = 0; // so far
 };

@@ -37,7 +37,7 @@ class handle_submissions {
     topic_handles& handles;
     call_completion& completion;
     call_router& calls;
-    publish_predictor& phases;
+    publish_predictor& predictor;
   };
   explicit handle_submissions(const needs& parts) noexcept;
 
@@ -83,14 +83,14 @@ class handle_submissions {
 
   core_state& state_;
   sender& sender_;
-  local_delivery& delivery_;
-  receiver& inbox_;
-  direct_messages& messages_;
+  local_delivery& local_delivery_;
+  receiver& receiver_;
+  direct_messages& direct_messages_;
   broker& broker_;
-  topic_handles& handles_;
-  call_completion& completion_;
-  call_router& calls_;
-  publish_predictor& phases_;
+  topic_handles& topic_handles_;
+  call_completion& call_completion_;
+  call_router& call_router_;
+  publish_predictor& publish_predictor_;
   bool some_ask_room_ = false; // a handle sleeps until there is room
   bool more_left_ = false;
   bool waits_ = false;

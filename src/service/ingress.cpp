@@ -30,9 +30,9 @@ std::size_t ingress::footprint_bytes(const limits& bounds) noexcept {
 
 ingress::ingress(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      out_{parts.out},
-      writer_{parts.writer},
-      inbox_{parts.inbox},
+      outbox_{parts.out},
+      sender_{parts.writer},
+      receiver_{parts.inbox},
       handler_{parts.handler},
       inputs_{memory.carve<input>(state_.bounds().connections_max)},
       backlog_{memory.carve<peer_index>(state_.bounds().connections_max)},
@@ -137,16 +137,16 @@ void ingress::park(peer_index peer) noexcept {
   unparked_at_ = UINT64_MAX; // try once more: a slot may have been released meanwhile
   if (std::exchange(state_.peers[peer].unheard, true)) return;
   state_.seams.to_peers.read_enabled(state_.peers[peer].id, false);
-  writer_.ignore_credit(peer);
+  sender_.ignore_credit(peer);
 }
 
 void ingress::look_at_parked() noexcept {
-  inbox_.look();
+  receiver_.look();
   if (std::exchange(unparked_at_, changes()) == changes()) return;
   for (std::uint32_t left = parked_.count(); left != 0; --left) {
     const peer_index peer = parked_.pop();
     const bool waits = state_.peers[peer].open() && inputs_[peer].parked();
-    (waits && inbox_.admit(peer) == admission::later ? parked_ : backlog_).push(peer);
+    (waits && receiver_.admit(peer) == admission::later ? parked_ : backlog_).push(peer);
   }
 }
 

@@ -68,7 +68,7 @@ class ingress {
   rt::time_point unfinished_since(peer_index peer) const noexcept { return inputs_[peer].message_began_at; }
 
   // How often room came anywhere for something that waits for it.
-  std::uint64_t room_changes() const noexcept { return out_.room_changes() + state_.cycle.places_freed; }
+  std::uint64_t room_changes() const noexcept { return outbox_.room_changes() + state_.cycle.places_freed; }
 
   bool check() const noexcept;
 
@@ -89,7 +89,7 @@ class ingress {
     bool parked() const noexcept { return parked_text != nullptr; }
   };
 
-  std::uint64_t changes() const noexcept { return room_changes() + inbox_.looks_wanted(); }
+  std::uint64_t changes() const noexcept { return room_changes() + receiver_.looks_wanted(); }
   void look_at_parked() noexcept;
   void read_backlogs() noexcept;
   void read_alone(peer_index peer, std::span<std::byte> bytes) noexcept;
@@ -101,9 +101,9 @@ class ingress {
   bool take_if_stop(peer_index peer, std::span<const std::byte> frame) noexcept;
 
   core_state& state_;
-  const outbox& out_;
-  sender& writer_;
-  receiver& inbox_;
+  const outbox& outbox_;
+  sender& sender_;
+  receiver& receiver_;
   frame_handler& handler_;
   rows<peer_index, input> inputs_;
   index_ring<peer_index> backlog_;

@@ -31,10 +31,10 @@ constexpr std::size_t bytes_of(const listed& one) noexcept {
 
 listings::listings(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      directory_{parts.directory},
-      stop_{parts.stop},
-      advertised_{parts.advertised},
-      out_{parts.out},
+      service_directory_{parts.directory},
+      stop_rules_{parts.rules},
+      advertisement_table_{parts.advertised},
+      outbox_{parts.out},
       name_{parts.endpoint_name},
       stop_topic_{state_.topics.find(wire::stop_state_name)},
       message_bytes_max_{state_.bounds().message_bytes_max},
@@ -50,7 +50,7 @@ listings::listings(rt::arena& memory, const needs& parts) noexcept
 
 listed listings::topic_in(topic_id row) const noexcept {
   const topic& t = state_.topics.at(row);
-  if (t.holders == 0 || (row == stop_topic_ && !stop_.in_use())) return {};
+  if (t.holders == 0 || (row == stop_topic_ && !stop_rules_.in_use())) return {};
   return {.number = t.channel, .name = state_.topics.name(row), .type = state_.topics.type(row)};
 }
 
@@ -61,17 +61,19 @@ listed listings::service_in(std::uint32_t row) const noexcept {
     return name.empty() ? listed{} : listed{.number = row, .name = name};
   }
   const service_index index{row - service_directory::first_number};
-  if (!directory_.in_use(index)) return {};
-  return {
-      .number = directory_.at(index).number, .name = directory_.name(index), .type = directory_.type(index)};
+  if (!service_directory_.in_use(index)) return {};
+  return {.number = service_directory_.at(index).number,
+          .name = service_directory_.name(index),
+          .type = service_directory_.type(index)};
 }
 
 std::string_view listings::service_numbered(std::uint32_t number) const noexcept {
   if (number >= service_directory::first_number) {
-    const service_index found = directory_.find_number(number);
-    return !found ? std::string_view{} : directory_.name(found);
+    const service_index found = service_directory_.find_number(number);
+    return !found ? std::string_view{} : service_directory_.name(found);
   }
-  if (number == 0 || number > own_services.size() || (number <= stop_services && !stop_.in_use())) return {};
+  if (number == 0 || number > own_services.size() || (number <= stop_services && !stop_rules_.in_use()))
+    return {};
   return own_services[number - 1];
 }
 
@@ -94,7 +96,7 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
   if (asked.channel == no_number) {
     topic = topic_subscribed({c.id.index}, asked.tag);
   } else if (asked.channel_is_peers) {
-    topic = advertised_.find_tag({c.id.index}, asked.channel);
+    topic = advertisement_table_.find_tag({c.id.index}, asked.channel);
   } else {
     topic = state_.topics.find_channel(asked.channel);
   }
@@ -112,7 +114,7 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
 template <class Write>
 void listings::send(connection& c, Write&& write) noexcept {
   if (!c.open()) return;
-  const slot_id slot = out_.reply({c.id.index}, write, rt::never, true);
+  const slot_id slot = outbox_.reply({c.id.index}, write, rt::never, true);
   if (!slot) state_.peers.close_later(c, unread_sentence);
 }
 

@@ -29,7 +29,7 @@ class listings {
   struct needs {
     core_state& state;
     const service_directory& directory;
-    const stop_rules& stop;
+    const stop_rules& rules;
     const advertisement_table& advertised;
     outbox& out;
     std::string_view endpoint_name; // outlives this
@@ -70,14 +70,14 @@ class listings {
   std::string_view service_numbered(std::uint32_t number) const noexcept;
   topic_id topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept;
   std::uint64_t changes() const noexcept {
-    return state_.topics.changes() + directory_.changes() + (stop_.in_use() ? 1 : 0);
+    return state_.topics.changes() + service_directory_.changes() + (stop_rules_.in_use() ? 1 : 0);
   }
 
   core_state& state_;
-  const service_directory& directory_;
-  const stop_rules& stop_;
-  const advertisement_table& advertised_;
-  outbox& out_;
+  const service_directory& service_directory_;
+  const stop_rules& stop_rules_;
+  const advertisement_table& advertisement_table_;
+  outbox& outbox_;
   const std::string_view name_;
   const topic_id stop_topic_; // shown only where there is a stop
   const std::size_t message_bytes_max_;

@@ -25,7 +25,7 @@ class liveness {
   };
   explicit liveness(const needs& parts) noexcept
       : state_{parts.state},
-        out_{parts.out},
+        outbox_{parts.out},
         sender_{parts.writer},
         refusals_{parts.refused},
         ingress_{parts.in} {}
@@ -41,7 +41,7 @@ class liveness {
   void check_silent(connection& c) noexcept;
 
   core_state& state_;
-  const outbox& out_;
+  const outbox& outbox_;
   sender& sender_;
   refusals& refusals_;
   const ingress& ingress_;

@@ -17,8 +17,8 @@ void local_delivery::tell(const call_endpoint& whom, detail::call_ref own, const
 
 inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,
                                              std::string_view text) noexcept {
-  const pair_row& view = state_.views[whom.pair()];
-  if (own.generation == 0 || !view.attached || view.generation != whom.generation) return;
+  const pair_row& row = state_.pair_rows[whom.pair()];
+  if (own.generation == 0 || !row.attached || row.generation != whom.generation) return;
   detail::queue_pair& queues = state_.pairs[whom.pair()];
   const detail::producer_end& end = queues.service.ends;
   const auto slot = end.free_ring->try_take();
@@ -70,8 +70,8 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   std::uint32_t slot = 0;
   if (end.newest != nullptr) {
     slot = end.newest->begin_write();
-  } else if (state_.views[index].spare) {
-    slot = std::exchange(state_.views[index].spare, {}).value;
+  } else if (state_.pair_rows[index].spare) {
+    slot = std::exchange(state_.pair_rows[index].spare, {}).value;
   } else if (const auto free = end.free_ring->try_take()) {
     slot = *free;
   } else {
@@ -82,7 +82,7 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   if (queues.decoder != nullptr) {
     bytes = end.slots.bytes_max;
     if (const status read = queues.decoder->decode(body, value, &why); !read) {
-      if (end.newest == nullptr) state_.views[index].spare = {slot};
+      if (end.newest == nullptr) state_.pair_rows[index].spare = {slot};
       return read;
     }
   } else {

@@ -37,7 +37,7 @@ bool message_frames::add_shared(bool masked, std::size_t skip, batch& into,
 }
 
 wire::message_head message_frames::head_of(const batch_piece& of) const noexcept {
-  const subscription& to = subscriptions_[of.subscription];
+  const subscription& to = subscription_rows_[of.subscription];
   return protocols_.of(to.codec).head_of({.tag = to.tag,
                                           .published_ns = rt::nanoseconds_of(slots_.published(of.slot)),
                                           .unslashed = to.unslashed});

@@ -16,7 +16,7 @@ namespace rowe::service {
 class message_frames {
  public:
   message_frames(core_state& state, slot_pool& slots) noexcept
-      : protocols_{state.seams.protocols}, subscriptions_{state.topics.subscriptions()}, slots_{slots} {}
+      : protocols_{state.seams.protocols}, subscription_rows_{state.topics.subscriptions()}, slots_{slots} {}
 
   // Adds the frame of the slot, without its first `skip` bytes. False: the batch has no room for it.
   bool add_shared(bool masked, std::size_t skip, batch& into, const batch_piece& of) const noexcept;
@@ -28,7 +28,7 @@ class message_frames {
 
  private:
   const wire::protocol_set& protocols_;
-  const rows<subscription_id, subscription> subscriptions_;
+  const rows<subscription_id, subscription> subscription_rows_;
   slot_pool& slots_;
 };
 

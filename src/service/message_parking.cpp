@@ -5,7 +5,7 @@ namespace rowe::service {
 
 void message_parking::forget(peer_index peer) noexcept {
   rows_[peer] = {};
-  if (std::exchange(out_.of(peer).told_full, false)) --told_full_;
+  if (std::exchange(outbox_.of(peer).told_full, false)) --told_full_;
   room_came_ = true; // a sender that waits for room there need not wait any more
 }
 
@@ -20,8 +20,8 @@ bool message_parking::park(peer_index to, bool before) noexcept {
   if (!before && of.count + now_.parked >= now_.slots) return false;
   ++of.count;
   ++now_.parked;
-  if (now_.of_receiver) inbox_.count_answer(to);
-  if (of.count + now_.parked >= now_.slots && !std::exchange(out_.of(to).told_full, true)) {
+  if (now_.of_receiver) receiver_.count_answer(to);
+  if (of.count + now_.parked >= now_.slots && !std::exchange(outbox_.of(to).told_full, true)) {
     ++told_full_;
     state_.shown.set_taking(to.value, 0);
   }
@@ -30,7 +30,7 @@ bool message_parking::park(peer_index to, bool before) noexcept {
 
 void message_parking::show_room() noexcept {
   for (const peer_index i : state_.peers.ids()) {
-    peer_queues& queues = out_.of(i);
+    peer_queues& queues = outbox_.of(i);
     if (!queues.told_full || rows_[i].turn > cycle_turn_) continue;
     queues.told_full = false;
     --told_full_;
@@ -45,7 +45,7 @@ void message_parking::show_room() noexcept {
 bool message_parking::check() const noexcept {
   std::uint32_t told_full = 0;
   for (const peer_index i : state_.peers.ids())
-    told_full += state_.peers[i].state != connection::phase::free && out_.of(i).told_full;
+    told_full += state_.peers[i].state != connection::phase::free && outbox_.of(i).told_full;
   return told_full == told_full_;
 }
 

@@ -28,7 +28,10 @@ class message_parking {
     return rt::arena::bytes_for<row>(bounds.connections_max);
   }
   message_parking(rt::arena& memory, core_state& state, outbox& out, receiver& inbox) noexcept
-      : state_{state}, out_{out}, inbox_{inbox}, rows_{memory.carve<row>(state.bounds().connections_max)} {}
+      : state_{state},
+        outbox_{out},
+        receiver_{inbox},
+        rows_{memory.carve<row>(state.bounds().connections_max)} {}
 
   void forget(peer_index peer) noexcept;
 
@@ -36,7 +39,7 @@ class message_parking {
   void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
     ++turn_;
     now_ = {.slots = of_receiver ? slots : slots - slots / 4, .of_receiver = of_receiver};
-    if (of_receiver) inbox_.begin_answers();
+    if (of_receiver) receiver_.begin_answers();
   }
   // Whether a message to the peer, or to everyone, was parked in this turn.
   bool any_for(peer_index peer) const noexcept { return rows_[peer].turn == turn_; }
@@ -78,8 +81,8 @@ class message_parking {
   void show_room() noexcept;
 
   core_state& state_;
-  outbox& out_;
-  receiver& inbox_;
+  outbox& outbox_;
+  receiver& receiver_;
   const rows<peer_index, row> rows_;
   turn now_;
   std::uint64_t turn_ = 0;          // counts the turns of senders

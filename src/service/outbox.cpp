@@ -18,7 +18,7 @@ std::size_t outbox::footprint_bytes(const limits& bounds) noexcept {
 
 outbox::outbox(rt::arena& memory, core_state& state, message_store& store) noexcept
     : state_{state},
-      store_{store},
+      message_store_{store},
       slots_{store.slots()},
       subscriptions_{state_.topics.subscriptions()},
       entries_{memory, state_.bounds()},
@@ -36,7 +36,7 @@ void outbox::open(peer_index peer) noexcept {
 
 bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   if (!enqueue(queues_[to].direct[static_cast<std::size_t>(at)], slot)) {
-    add(counter::outbox_full);
+    state_.counts.add(counter::outbox_full);
     return false;
   }
   slots_.retain(slot);
@@ -53,11 +53,11 @@ bool outbox::drop_expired_front(queue& from) noexcept {
   const slot_ref front = entries_.front(from);
   if (slots_.alive(front)) {
     if (slots_.expires(front.index) >= state_.cycle.now) return false;
-    store_.expire(front.index); // in all queues at once, and counted
+    message_store_.expire(front.index); // in all queues at once, and counted
     if (slots_.alive(front)) {
       // Another peer's socket is in the middle of it, so only this queue drops it.
-      add(counter::expired);
-      store_.release(front.index);
+      state_.counts.add(counter::expired);
+      message_store_.release(front.index);
     }
   }
   (void)entries_.pop(from); // the reference is released already
@@ -67,7 +67,7 @@ bool outbox::drop_expired_front(queue& from) noexcept {
 void outbox::drop_all(queue& from, counter as) noexcept {
   while (!from.empty()) {
     if (drop_expired_front(from)) continue;
-    add(as);
+    state_.counts.add(as);
     drop_front(from);
   }
 }
@@ -126,8 +126,8 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
   const slot_ref oldest = entries_.front(*longest);
-  store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
-  add(its.backpressured() ? counter::outbox_full : counter::evicted);
+  message_store_.note_evicted(oldest.index); // it may be a reply whose sender waits for the outcome
+  state_.counts.add(its.backpressured() ? counter::outbox_full : counter::evicted);
   if (slots_.needed(oldest.index)) state_.peers.close_later(state_.peers[from], unread_sentence);
   drop_front(*longest);
   if (!topic) return;
@@ -143,7 +143,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
       return !reads || entries_.held_by(same.peer, queued_as::evictable, size) > share;
     };
     if (same.waiting.empty() || entries_.front(same.waiting) != oldest || !may_lose_it()) continue;
-    add(reads ? counter::evicted : counter::outbox_full);
+    state_.counts.add(reads ? counter::evicted : counter::outbox_full);
     drop_front(same.waiting);
   }
 }

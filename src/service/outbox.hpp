@@ -41,7 +41,7 @@ class outbox {
   slot_id compose(rt::time_point expires, WriteText&& write_text,
                   slot_use what = slot_use::ordinary) noexcept {
     const auto make_room = [this](slot_class of) { (void)evict_for(of); }; // compose() looks again
-    return store_.compose(expires, write_text, what, make_room);
+    return message_store_.compose(expires, write_text, what, make_room);
   }
   // As compose(): a topic's message, whose body `write_body(json::writer&)` writes.
   template <class WriteBody>
@@ -123,10 +123,11 @@ class outbox {
   }
   // Takes expired messages off the front of the queue.
   void drop_expired(queue& from) noexcept {
-    while (!from.empty() && !store_.is_due(entries_.front(from)) && drop_expired_front(from)) continue;
+    while (!from.empty() && !message_store_.is_due(entries_.front(from)) && drop_expired_front(from)) {
+    }
   }
   // Takes the message at the front off.
-  void drop_front(queue& from) noexcept { store_.release(entries_.pop(from).index); }
+  void drop_front(queue& from) noexcept { message_store_.release(entries_.pop(from).index); }
   // Drops all that is queued, and counts it.
   void drop_all(queue& from, counter as) noexcept;
   // How often a place in a queue or a slot became free.
@@ -143,14 +144,13 @@ class outbox {
   bool check() const noexcept;
 
  private:
-  void add(counter which, std::uint64_t by = 1) noexcept { state_.counts.add(which, by); }
   bool drop_expired_front(queue& from) noexcept;
   peer_index holds_most(std::optional<slot_class> of) noexcept;
   void evict_entry() noexcept;
   void evict(peer_index from, std::optional<slot_class> of) noexcept;
 
   core_state& state_;
-  message_store& store_;
+  message_store& message_store_;
   slot_pool& slots_;
   const rows<subscription_id, subscription> subscriptions_;
   queue_entries entries_;
@@ -163,15 +163,15 @@ slot_id outbox::reply(peer_index to, WriteText&& write_text, rt::time_point expi
   if (!state_.peers[to].open()) return {};
   const bool has_place = has_place_for_reply(to);
   const slot_id slot = has_place ? compose(expires, write_text) : slot_id{};
-  if (!has_place) add(counter::outbox_full);
+  if (!has_place) state_.counts.add(counter::outbox_full);
   if (!slot) return {};
   if (enqueue(queues_[to].replies, slot)) {
     if (needed) slots_.need(slot);
     schedule(to);
     return slot;
   }
-  store_.release(slot);
-  add(counter::outbox_full);
+  message_store_.release(slot);
+  state_.counts.add(counter::outbox_full);
   return {};
 }
 

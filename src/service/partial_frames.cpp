@@ -10,9 +10,9 @@ namespace rowe::service {
 
 partial_frames::partial_frames(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      store_{parts.store},
+      message_store_{parts.store},
       slots_{parts.store.slots()},
-      out_{parts.out},
+      outbox_{parts.out},
       frames_{memory.carve<partial_frame>(state_.bounds().connections_max)} {}
 
 bool partial_frames::any() const noexcept {
@@ -31,7 +31,7 @@ void partial_frames::begin(peer_index peer, const partial_frame& frame) noexcept
 void partial_frames::end(peer_index peer) noexcept {
   const slot_id slot = std::exchange(frames_[peer], {}).slot;
   slots_.end(slot);
-  store_.release(slot);
+  message_store_.release(slot);
   if (waits_) look_again_from(peer.value + 1);
 }
 
@@ -40,7 +40,7 @@ bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexc
   const slot_id own = frames_[peer].slot;
   if (own && slots_.class_of(own) == slots_.class_of(slot) && slots_.begun(own) == 1)
     return true; // in its place
-  out_.of(peer).waits_to_begin = waits_ = true;
+  outbox_.of(peer).waits_to_begin = waits_ = true;
   if (!state_.due.armed(timer::partial_frames))
     state_.due.arm(timer::partial_frames, state_.cycle.now + time_min);
   return false;
@@ -61,7 +61,7 @@ void partial_frames::look_again_from(std::uint32_t first) noexcept {
   waits_ = false; // until one finds that it may not
   for (std::uint32_t i = 0; i < state_.peers.size(); ++i) {
     const peer_index peer{(first + i) % state_.peers.size()};
-    if (std::exchange(out_.of(peer).waits_to_begin, false)) out_.schedule(peer);
+    if (std::exchange(outbox_.of(peer).waits_to_begin, false)) outbox_.schedule(peer);
   }
 }
 

@@ -101,9 +101,9 @@ class partial_frames {
   void look_again_from(std::uint32_t first) noexcept;
 
   core_state& state_;
-  message_store& store_;
+  message_store& message_store_;
   slot_pool& slots_;
-  outbox& out_;
+  outbox& outbox_;
   rows<peer_index, partial_frame> frames_;
   bool waits_ = false;       // a peer waits to begin a frame
   bool stalled_due_ = false; // it has waited so long that a partial frame may be cut

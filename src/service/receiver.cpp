@@ -12,8 +12,8 @@ namespace rowe::service {
 
 receiver::receiver(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      out_{parts.out},
-      delivery_{parts.delivery},
+      outbox_{parts.out},
+      local_delivery_{parts.delivery},
       held_{memory.carve<held>(state_.bounds().connections_max)},
       claims_{state_.threads_inbox.slots(), state_.claimants(), receiver_claims_one_in} {}
 
@@ -22,10 +22,10 @@ receiver::receiver(rt::arena& memory, const needs& parts) noexcept
 pair_index receiver::first_but(pair_index but) const noexcept {
   pair_index first{};
   for (const pair_index i : state_.pairs.ids()) {
-    if (i == but || !state_.views[i].attached || state_.pairs[i].kind != detail::pair_kind::talk ||
+    if (i == but || !state_.pair_rows[i].attached || state_.pairs[i].kind != detail::pair_kind::talk ||
         !state_.pairs[i].receives)
       continue;
-    if (!first || state_.views[i].order < state_.views[first].order) first = i;
+    if (!first || state_.pair_rows[i].order < state_.pair_rows[first].order) first = i;
   }
   return first;
 }
@@ -120,7 +120,7 @@ inline std::uint32_t receiver::slots() const noexcept {
 }
 
 inline bool receiver::has_share(peer_index peer) const noexcept {
-  const peer_queues& queues = out_.of(peer);
+  const peer_queues& queues = outbox_.of(peer);
   // Answers to its calls have fewer places while the peer does not read.
   const bool replies_wait = queues.backpressured() &&
                             queues.replies.count + state_.calls.asked_by(peer) >= replies_max_backpressured;
@@ -150,7 +150,7 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
   status done = errc::full;
   if (counted_) {
     json::decoder::diagnosis nothing; // the receiver takes texts
-    if (has_place()) done = delivery_.deliver(counted_, header, text, nothing);
+    if (has_place()) done = local_delivery_.deliver(counted_, header, text, nothing);
   } else {
     done = state_.threads_inbox.deliver({.what = header.what,
                                          .peer = header.peer,

@@ -106,8 +106,8 @@ class receiver {
   bool is_absent() const noexcept;
 
   core_state& state_;
-  const outbox& out_;
-  local_delivery& delivery_;
+  const outbox& outbox_;
+  local_delivery& local_delivery_;
 
   pair_index pair_{};    // the receiver; none: the shared inbox
   pair_index counted_{}; // the receiver that the counts are of

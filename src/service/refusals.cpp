@@ -29,7 +29,7 @@ close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::
 
 refusals::refusals(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      out_{parts.out},
+      outbox_{parts.out},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       too_many_messages_{flood_reason("messages", state_.bounds().messages_per_second_max, "send fewer",
                                       "messages_per_second_max")},
@@ -100,7 +100,7 @@ void refusals::fail_call(connection& c, wire::codec_id in, const wire::call_orig
   const wire::codec& codec = state_.seams.protocols.of(in);
   if (codec.fails_as_refusal()) add(counter::refused_requests);
   // lost: counted
-  (void)out_.reply({c.id.index}, [&](json::writer& into) { return codec.write_failure(into, call, why); });
+  (void)outbox_.reply({c.id.index}, [&](json::writer& into) { return codec.write_failure(into, call, why); });
 }
 
 void refusals::answer(connection& c, wire::codec_id in, std::string_view id_raw,
@@ -115,7 +115,7 @@ void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
   json::writer text{room};
   const auto kind = state_.seams.protocols.of(in).write_error(
       text, {.to_server = c.ours == side::client, .level = rows_[{c.id.index}].level, .id_raw = id_raw}, why);
-  out_.reply_written({c.id.index}, text, kind);
+  outbox_.reply_written({c.id.index}, text, kind);
 }
 
 // ---- how often

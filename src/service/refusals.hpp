@@ -101,7 +101,7 @@ class refusals {
   void close_if_flooding(connection& c, const rate_limit& rate, std::string_view why) noexcept;
 
   core_state& state_;
-  outbox& out_;
+  outbox& outbox_;
   rows<peer_index, row> rows_;
   close_reason too_many_messages_;
   close_reason too_many_refusals_;

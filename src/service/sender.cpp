@@ -24,14 +24,14 @@ std::size_t sender::footprint_bytes(const limits& bounds) noexcept {
 
 sender::sender(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      subscriptions_{state_.topics.subscriptions()},
-      store_{parts.store},
-      out_{parts.out},
-      queues_{parts.queues},
+      subscription_rows_{state_.topics.subscriptions()},
+      message_store_{parts.store},
+      outbox_{parts.out},
+      subscription_queues_{parts.queues},
       frames_{parts.state, parts.store.slots()},
       keys_{memory, state_.seams.random},
-      urgent_{memory, {.state = state_, .out = out_, .keys = keys_}},
-      partial_{memory, {.state = state_, .store = store_, .out = out_}},
+      urgent_{memory, {.state = state_, .out = outbox_, .keys = keys_}},
+      partial_{memory, {.state = state_, .store = message_store_, .out = outbox_}},
       buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 
@@ -44,12 +44,12 @@ void sender::forget(peer_index peer) noexcept {
 }
 
 void sender::writable(peer_index peer) noexcept {
-  out_.of(peer).blocked = false;
-  out_.schedule(peer);
+  outbox_.of(peer).blocked = false;
+  outbox_.schedule(peer);
 }
 
 void sender::ignore_credit(peer_index peer) noexcept {
-  if (out_.of(peer).held) out_.schedule(peer);
+  if (outbox_.of(peer).held) outbox_.schedule(peer);
 }
 
 // ---- in turn
@@ -57,23 +57,23 @@ void sender::ignore_credit(peer_index peer) noexcept {
 // A peer that has more to write after its turn goes behind those that have not had theirs. Until all have had
 // their turn, no more values are taken from handles: newer values would evict what was not offered yet.
 void sender::flush_scheduled(bool to_all) noexcept {
-  if (turn_left_ == 0) turn_left_ = out_.scheduled();
-  for (std::uint32_t left = out_.scheduled(); left != 0; --left) {
+  if (turn_left_ == 0) turn_left_ = outbox_.scheduled();
+  for (std::uint32_t left = outbox_.scheduled(); left != 0; --left) {
     if (!to_all && work_ >= write_work_per_cycle) return;
-    const peer_index next = out_.take_scheduled();
+    const peer_index next = outbox_.take_scheduled();
     if (turn_left_ != 0) --turn_left_;
     if (state_.peers[next].state != connection::phase::free) flush(next);
   }
 }
 
 void sender::flush(peer_index peer) noexcept {
-  peer_queues& queues = out_.of(peer);
+  peer_queues& queues = outbox_.of(peer);
   const recipient to{peer, state_.peers[peer], queues, urgent_.masks(peer)};
   // What is not written now waits for something, and whoever brings that schedules the peer.
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
   for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
-    if (queues.owed != 0) queues_.place_owed(peer); // before gathering, since it may evict
+    if (queues.owed != 0) subscription_queues_.place_owed(peer); // before gathering, since it may evict
     batch next{buffer_, pieces_};
     if (gather_urgent(to, next)) gather_messages(to, next);
     queues.held = next.held;
@@ -84,18 +84,18 @@ void sender::flush(peer_index peer) noexcept {
     more = next.more || owes || may_begin_now;
   }
   queues.scheduled = scheduled;
-  if (more) out_.schedule(peer);
+  if (more) outbox_.schedule(peer);
 }
 
 // Writes the frames that do not wait for the end of the cycle; messages follow then.
 void sender::flush_urgent(peer_index peer) noexcept {
-  const recipient to{peer, state_.peers[peer], out_.of(peer), urgent_.masks(peer)};
+  const recipient to{peer, state_.peers[peer], outbox_.of(peer), urgent_.masks(peer)};
   if (!to.queues.blocked) {
     batch next{buffer_, pieces_};
     (void)gather_urgent(to, next);
     write(to, next);
   }
-  out_.schedule(peer);
+  outbox_.schedule(peer);
 }
 
 inline void sender::write(const recipient& to, batch& what) noexcept {
@@ -127,8 +127,8 @@ inline void sender::gather_messages(const recipient& to, batch& into) noexcept {
     into.credit = urgent_.room(to.index, static_cast<priority>(p));
     if (replies && !gather_queue(to, from.replies, {}, into)) return;
     if (!from.direct[p].empty() && !gather_queue(to, from.direct[p], {}, into)) return;
-    for (subscription_id i = from.ready[p].head; i; i = subscriptions_[i].next_ready) {
-      if (!gather_queue(to, subscriptions_[i].waiting, i, into)) return;
+    for (subscription_id i = from.ready[p].head; i; i = subscription_rows_[i].next_ready) {
+      if (!gather_queue(to, subscription_rows_[i].waiting, i, into)) return;
     }
   }
 }
@@ -146,13 +146,13 @@ inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
 // Gathers as much of a queue as the batch takes; of a throttled subscription, one message. False: the batch
 // is full, or the peer's credit is used up. Any credit at all is enough to begin a frame, however long.
 inline bool sender::gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept {
-  out_.drop_expired(from);
-  const bool one = of && subscriptions_[of].throttle > rt::duration{0};
-  const bool own_head = of && subscriptions_[of].own_head;
-  const queue_entries& entries = out_.entries();
+  outbox_.drop_expired(from);
+  const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
+  const bool own_head = of && subscription_rows_[of].own_head;
+  const queue_entries& entries = outbox_.entries();
   for (entry_id at = from.entries.head; at; at = entries.after(at)) {
     const slot_ref slot = entries.at(at);
-    if (!store_.is_due(slot)) continue; // dropped when it comes to the front
+    if (!message_store_.is_due(slot)) continue; // dropped when it comes to the front
     if ((into.full() || into.bytes >= into.credit) && !urgent_.may_go_on(to.index, into)) return false;
     if (!partial_.may_begin(to.index, slot.index)) break;
     batch_piece piece{.from = &from,
@@ -188,7 +188,7 @@ inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) 
       partial_.of(to.index).written += part;
       if (!whole) break;
       count_message_out(to.peer);
-      store_.note_sent(partial_.of(to.index).slot);
+      message_store_.note_sent(partial_.of(to.index).slot);
       partial_.end(to.index);
       break;
     case batch_piece::origin::message:
@@ -196,16 +196,16 @@ inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) 
     }
     if (!whole) break;
   }
-  queues_.rotate_ready(to.index);
+  subscription_queues_.rotate_ready(to.index);
 }
 
 // The socket has taken the first `part` bytes of a message, or all of it.
 inline void sender::commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept {
-  out_.take_front(*piece.from, piece.slot);
-  if (piece.subscription) queues_.mark_served(piece.subscription);
+  outbox_.take_front(*piece.from, piece.slot);
+  if (piece.subscription) subscription_queues_.mark_served(piece.subscription);
   if (part == piece.bytes) {
     count_message_out(to.peer);
-    return store_.delivered(piece.slot);
+    return message_store_.delivered(piece.slot);
   }
   partial_frame begun{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
   if (piece.own_head) begun.head = frames_.head_of(piece);
@@ -231,12 +231,12 @@ void sender::hand_over_rest(const recipient& to) noexcept {
 
 void sender::send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept {
   (void)urgent_.add_control(peer, what, payload); // a peer without control frames gets none
-  out_.schedule(peer);
+  outbox_.schedule(peer);
 }
 
 void sender::send_close(peer_index peer, std::uint16_t code, std::string_view reason) noexcept {
   if (partial_.of(peer) || !urgent_.add_close(peer, code, reason)) return;
-  out_.schedule(peer);
+  outbox_.schedule(peer);
   flush(peer);
 }
 
@@ -250,7 +250,7 @@ void sender::add_stop_reply(peer_index peer, std::span<const char> text, wire::m
 void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::message_kind kind) noexcept {
   if (text.empty() || !urgent_.add_stop_state(peer, text, opcode_of(kind))) return;
   count_message_out(state_.peers[peer]);
-  out_.schedule(peer);
+  outbox_.schedule(peer);
 }
 
 // ---- for tests
@@ -259,14 +259,14 @@ void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::m
 // transport, a pong, or the end of a partial frame.
 bool sender::check() const noexcept {
   for (const peer_index i : state_.peers.ids()) {
-    const peer_queues& queues = out_.of(i);
+    const peer_queues& queues = outbox_.of(i);
     if (!state_.peers[i].open() || queues.scheduled || queues.blocked) continue;
     if (partial_.of(i) || urgent_.any(i)) return false;
     const bool others_end = queues.waits_to_begin && partial_.wakes_who_waits();
     if ((queues.held && urgent_.waits_for_pong(i)) || others_end) continue;
-    if (queues_.any_due(i)) return false;
+    if (subscription_queues_.any_due(i)) return false;
   }
-  return partial_.check() && turn_left_ <= out_.scheduled();
+  return partial_.check() && turn_left_ <= outbox_.scheduled();
 }
 
 } // namespace rowe::service

@@ -52,9 +52,9 @@ class sender {
   // Writes to the scheduled peers in turn, up to the work of one cycle. If a message expires with this cycle,
   // it writes to all of them, however much work that is.
   void flush_all() noexcept {
-    const bool to_all = store_.take_lives_no_longer();
+    const bool to_all = message_store_.take_lives_no_longer();
     work_ = 0;
-    if (out_.scheduled() != 0) flush_scheduled(to_all);
+    if (outbox_.scheduled() != 0) flush_scheduled(to_all);
   }
   // Writes to one peer. Only after timers have dropped what has expired by this cycle.
   void flush(peer_index peer) noexcept;
@@ -108,10 +108,10 @@ class sender {
   void hand_over_rest(const recipient& to) noexcept;
 
   core_state& state_;
-  const rows<subscription_id, subscription> subscriptions_;
-  message_store& store_;
-  outbox& out_;
-  subscription_queues& queues_;
+  const rows<subscription_id, subscription> subscription_rows_;
+  message_store& message_store_;
+  outbox& outbox_;
+  subscription_queues& subscription_queues_;
   const message_frames frames_;
   mask_keys keys_;
   urgent_frames urgent_;

@@ -14,45 +14,45 @@ namespace rowe::service {
 
 service_providers::service_providers(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      directory_{parts.directory},
-      refused_{parts.refused},
+      service_directory_{parts.directory},
+      refusals_{parts.refused},
       provided_{memory.carve<std::uint32_t>(state_.bounds().connections_max)},
       claims_{services_of_peers(state_.bounds()), state_.claimants()} {}
 
 void service_providers::advertise(connection& c, const wire::request& asked) noexcept {
   if (is_own_name(asked.service))
-    return refused_.refuse(c, asked.id_raw,
-                           "advertise_service: services below /rowe/ are the endpoint's own");
-  if (const service_index found = directory_.find(asked.service)) {
+    return refusals_.refuse(c, asked.id_raw,
+                            "advertise_service: services below /rowe/ are the endpoint's own");
+  if (const service_index found = service_directory_.find(asked.service)) {
     if (provides(c.id, found)) return; // clients that reconnect say it again
     std::array<char, 192> room;
     wire::text_out why{room};
     why.add("advertise_service: ").add(asked.service.substr(0, name_bytes_shown)).add(" is provided already");
-    return refused_.refuse(c, asked.id_raw, why.text());
+    return refusals_.refuse(c, asked.id_raw, why.text());
   }
   const std::uint32_t share = services_of_peers(state_.bounds());
-  const std::uint32_t left = left_of(share, directory_.of_peers());
+  const std::uint32_t left = left_of(share, service_directory_.of_peers());
   std::uint32_t& held = provided_[{c.id.index}];
   const bool may = claims_.may_take(held, left) || ROWE_MUTANT(made_up_services);
   const service_index added =
-      may ? directory_.add(asked.service, asked.type, {}, c.id).index : service_index{};
+      may ? service_directory_.add(asked.service, asked.type, {}, c.id).index : service_index{};
   if (!added) {
-    return refused_.refuse_share(c, asked,
-                                 {.what = "services",
-                                  .held = held,
-                                  .left = left,
-                                  .for_peers = share,
-                                  .kept = claims_.kept(),
-                                  .option = "services_max"});
+    return refusals_.refuse_share(c, asked,
+                                  {.what = "services",
+                                   .held = held,
+                                   .left = left,
+                                   .for_peers = share,
+                                   .kept = claims_.kept(),
+                                   .option = "services_max"});
   }
-  directory_.at(added).speaks = asked.codec;
+  service_directory_.at(added).speaks = asked.codec;
   claims_.take(held);
 }
 
 void service_providers::unadvertise(connection& c, const wire::request& asked) noexcept {
-  const service_index found = directory_.find(asked.service);
+  const service_index found = service_directory_.find(asked.service);
   if (!found || !provides(c.id, found))
-    return refused_.refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
+    return refusals_.refuse(c, asked.id_raw, "unadvertise_service: this peer does not provide the service");
   remove(found);
 }
 
@@ -60,21 +60,21 @@ void service_providers::take_from_peer(service_index service) noexcept {
   std::array<char, 192> room;
   wire::text_out why{room};
   why.add("advertise_service: this process provides ");
-  why.add(directory_.name(service).substr(0, name_bytes_shown)).add(" now");
-  connection* const c = state_.peers.find(directory_.at(service).peer);
+  why.add(service_directory_.name(service).substr(0, name_bytes_shown)).add(" now");
+  connection* const c = state_.peers.find(service_directory_.at(service).peer);
   remove(service);
-  if (c != nullptr) refused_.refuse(*c, {}, why.text());
+  if (c != nullptr) refusals_.refuse(*c, {}, why.text());
 }
 
 void service_providers::forget(connection_id peer) noexcept {
-  for (const auto i : directory_.ids()) {
-    if (directory_.in_use(i) && provides(peer, i)) remove(i);
+  for (const auto i : service_directory_.ids()) {
+    if (service_directory_.in_use(i) && provides(peer, i)) remove(i);
   }
 }
 
 void service_providers::remove(service_index service) noexcept {
-  claims_.give_back(provided_[{directory_.at(service).peer.index}]);
-  directory_.remove(service);
+  claims_.give_back(provided_[{service_directory_.at(service).peer.index}]);
+  service_directory_.remove(service);
 }
 
 // ---- for tests
@@ -85,14 +85,14 @@ bool service_providers::check() const noexcept {
   std::uint32_t wanted = claims_.connections() * claims_.claim();
   for (const peer_index peer : state_.peers.ids()) {
     std::uint32_t provided = 0;
-    for (const auto i : directory_.ids())
-      provided += directory_.in_use(i) && provides(state_.peers[peer].id, i);
+    for (const auto i : service_directory_.ids())
+      provided += service_directory_.in_use(i) && provides(state_.peers[peer].id, i);
     if (provided != provided_[peer]) return false;
     if (provided != 0 && state_.peers[peer].state == connection::phase::free) return false;
     all += provided;
     wanted -= claims_.claim() - claims_.kept_for(provided);
   }
-  return all == directory_.of_peers() && wanted == claims_.wanted();
+  return all == service_directory_.of_peers() && wanted == claims_.wanted();
 }
 
 } // namespace rowe::service

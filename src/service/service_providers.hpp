@@ -42,14 +42,14 @@ class service_providers {
  private:
   // Whether the peer provides that entry of the directory.
   bool provides(connection_id peer, service_index service) const noexcept {
-    const service_entry& entry = directory_.at(service);
+    const service_entry& entry = service_directory_.at(service);
     return !entry.pair && entry.peer == peer;
   }
   void remove(service_index service) noexcept;
 
   core_state& state_;
-  service_directory& directory_;
-  refusals& refused_;
+  service_directory& service_directory_;
+  refusals& refusals_;
   rows<peer_index, std::uint32_t> provided_; // how many, by peer
   claims claims_;
 };

@@ -18,24 +18,27 @@ class statistics_feed {
     statistics_report& report;
   };
   explicit statistics_feed(const needs& parts) noexcept
-      : state_{parts.state}, rates_{parts.rates}, broker_{parts.values}, report_{parts.report} {}
+      : state_{parts.state},
+        topic_rates_{parts.rates},
+        broker_{parts.values},
+        statistics_report_{parts.report} {}
 
   // Its timer is due. Without listeners it is armed again by the next subscription.
   void publish() noexcept {
-    const topic_id topic = rates_.statistics_topic();
+    const topic_id topic = topic_rates_.statistics_topic();
     if (!state_.topics.at(topic).has_audience()) return;
     state_.due.arm(timer::statistics, state_.cycle.now + state_.options.stats_period);
-    if (state_.cycle.now <= rates_.period_began()) return;
+    if (state_.cycle.now <= topic_rates_.period_began()) return;
     broker_.publish(topic, state_.cycle.now, rt::never, {},
-                    [&](json::writer& into) { report_.write_for_topic(into); });
-    rates_.end_period();
+                    [&](json::writer& into) { statistics_report_.write_for_topic(into); });
+    topic_rates_.end_period();
   }
 
  private:
   core_state& state_;
-  topic_rates& rates_;
+  topic_rates& topic_rates_;
   broker& broker_;
-  statistics_report& report_;
+  statistics_report& statistics_report_;
 };
 
 } // namespace rowe::service

@@ -26,9 +26,9 @@ double rounded(double value) noexcept {
 
 statistics_report::statistics_report(const needs& parts) noexcept
     : state_{parts.state},
-      stop_{parts.stop},
-      out_{parts.out},
-      rates_{parts.rates},
+      stop_rules_{parts.rules},
+      outbox_{parts.out},
+      topic_rates_{parts.rates},
       name_bytes_{std::min(state_.options.name.size(), name_.size())},
       opened_at_{state_.cycle.now} {
   state_.options.name.copy(name_.data(), name_bytes_);
@@ -72,7 +72,7 @@ void statistics_report::write_connections(json::writer& into) noexcept {
       ++left_out;
       continue;
     }
-    const peer_queues& queues = out_.of({c.id.index});
+    const peer_queues& queues = outbox_.of({c.id.index});
     std::uint64_t queued = queues.replies.count;
     for (const queue& waiting : queues.direct) queued += waiting.count;
     for (subscription_id i = state_.topics.first_subscription({c.id.index}); i;
@@ -131,12 +131,12 @@ void statistics_report::write_state(json::writer& into, bool of_service) noexcep
   write_topics(into, of_service);
   write_losses(into);
   into.key("cycle_us_max");
-  into.number(rounded(static_cast<double>(state_.shown.counts.read(counter::cycle_ns_max)) / 1000));
+  into.number(rounded(static_cast<double>(state_.counts.read(counter::cycle_ns_max)) / 1000));
 }
 
 void statistics_report::write_topics(json::writer& into, bool of_service) noexcept {
-  const listed_topics listed{state_.topics, stop_};
-  const rt::time_point since = of_service ? rates_.marks_began() : rates_.period_began();
+  const listed_topics listed{state_.topics, stop_rules_};
+  const rt::time_point since = of_service ? topic_rates_.marks_began() : topic_rates_.period_began();
   const double over = seconds(std::max<rt::duration>(state_.cycle.now - since, std::chrono::milliseconds{1}));
   into.key("rates_over_s");
   into.number(rounded(over));

@@ -24,7 +24,7 @@ class statistics_report {
  public:
   struct needs {
     const core_state& state;
-    const stop_rules& stop;
+    const stop_rules& rules;
     const outbox& out;
     const topic_rates& rates;
   };
@@ -48,9 +48,9 @@ class statistics_report {
   void write_connections(json::writer& into) noexcept;
 
   const core_state& state_;
-  const stop_rules& stop_;
-  const outbox& out_;
-  const topic_rates& rates_;
+  const stop_rules& stop_rules_;
+  const outbox& outbox_;
+  const topic_rates& topic_rates_;
   std::array<char, 64> name_{};
   std::size_t name_bytes_;
   rt::time_point opened_at_;

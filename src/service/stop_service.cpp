@@ -38,9 +38,9 @@ std::int64_t integer_of(std::string_view args, std::string_view member) noexcept
 stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       sender_{parts.writer},
-      completion_{parts.completion},
-      rules_{parts.rules},
-      switch_{state_, rules_},
+      call_completion_{parts.completion},
+      stop_rules_{parts.rules},
+      switch_{state_, stop_rules_},
       threads_{{.state = state_, .main = switch_}},
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
@@ -50,28 +50,28 @@ stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
 status stop_service::attach(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   const std::uint32_t loop =
-      rules_.add_loop(queues.name(), queues.loop_timeout, queues.latch, state_.cycle.now);
+      stop_rules_.add_loop(queues.name(), queues.loop_timeout, queues.latch, state_.cycle.now);
   if (loop == stop_rules::no_loop)
     return error{errc::too_many_latches, stop_rules::loops_max, stop_rules::loops_max};
-  state_.views[pair].loop = {loop};
+  state_.pair_rows[pair].loop = {loop};
   switch_.write_permit();
   return {};
 }
 
 void stop_service::detach(pair_index pair) noexcept {
-  rules_.remove_loop(state_.views[pair].loop.value, state_.cycle.now);
+  stop_rules_.remove_loop(state_.pair_rows[pair].loop.value, state_.cycle.now);
   switch_.write_permit();
 }
 
 void stop_service::leave(const connection& c) noexcept {
   if (!in_use()) return;
-  rules_.peer_gone(stop_key_of(c.id), state_.cycle.now);
+  stop_rules_.peer_gone(stop_key_of(c.id), state_.cycle.now);
   switch_.write_permit();
 }
 
 void stop_service::stop_all() noexcept {
   if (!in_use()) return;
-  rules_.request("the endpoint is closing", 0, state_.cycle.now);
+  stop_rules_.request("the endpoint is closing", 0, state_.cycle.now);
   switch_.write_permit();
 }
 
@@ -97,18 +97,19 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   case stop_verb::stop: {
     const std::string_view source = text_of("source");
     const std::string_view here = c != nullptr ? c->peer() : std::string_view{"this process"};
-    if (c != nullptr && rules_.running()) rows_[{c->id.index}].stopped_at = state_.cycle.now;
+    if (c != nullptr && stop_rules_.running()) rows_[{c->id.index}].stopped_at = state_.cycle.now;
     switch_.request(source.empty() ? here : source, key);
     break;
   }
   case stop_verb::reset:
-    refused = rules_.reset(integer_of(args, "number"), integer_of(args, "tick"), may_reset, state_.cycle.now);
+    refused =
+        stop_rules_.reset(integer_of(args, "number"), integer_of(args, "tick"), may_reset, state_.cycle.now);
     break;
   case stop_verb::lease: {
     const auto resigns = json::find(args, "resign");
-    refused =
-        rules_.lease(text_of("guard"), integer_of(args, "tick"),
-                     resigns && json::to_boolean(*resigns).value_or(false), key, may_reset, state_.cycle.now);
+    refused = stop_rules_.lease(text_of("guard"), integer_of(args, "tick"),
+                                resigns && json::to_boolean(*resigns).value_or(false), key, may_reset,
+                                state_.cycle.now);
     break;
   }
   case stop_verb::state:
@@ -129,7 +130,7 @@ void stop_service::await_loops(const stop_asker& asker) noexcept {
   const connection* const c = peer_of(asker.who);
   row* const of_peer = c != nullptr ? &rows_[{c->id.index}] : nullptr;
   const bool has_enough = of_peer != nullptr && of_peer->awaited == stops_awaited_per_peer;
-  if (rules_.observed() != rt::never || waiting_ == waiters_.size() || has_enough)
+  if (stop_rules_.observed() != rt::never || waiting_ == waiters_.size() || has_enough)
     return answer(stop_verb::stop, asker, state_.cycle.now, stop_rules::refusal::none);
   waiter& last = waiters_[(first_waiter_ + waiting_++) % waiters_.size()];
   last = {.who = asker.who,
@@ -144,7 +145,7 @@ void stop_service::await_loops(const stop_asker& asker) noexcept {
 
 void stop_service::answer_acknowledged() noexcept {
   threads_.tell_acknowledged();
-  const bool observed = rules_.observed() != rt::never || rules_.running();
+  const bool observed = stop_rules_.observed() != rt::never || stop_rules_.running();
   while (waiting_ != 0 && (observed || state_.cycle.now >= waiters_[first_waiter_].until)) {
     const waiter first = waiters_[first_waiter_];
     first_waiter_ = static_cast<std::uint32_t>((first_waiter_ + 1) % waiters_.size());
@@ -158,24 +159,24 @@ void stop_service::answer_acknowledged() noexcept {
 
 void stop_service::write_answer(json::writer& into, stop_verb which, rt::time_point accepted,
                                 stop_rules::refusal refused) noexcept {
-  if (which == stop_verb::state) return rules_.write_state(into, state_.cycle.now);
+  if (which == stop_verb::state) return stop_rules_.write_state(into, state_.cycle.now);
   into.begin_object();
   into.key("state");
-  into.string(rules_.running() ? "running" : "stopped");
+  into.string(stop_rules_.running() ? "running" : "stopped");
   into.key("number");
-  into.number(rules_.number());
+  into.number(stop_rules_.number());
   switch (which) {
   case stop_verb::stop:
-    write_text(into, "cause", rules_.cause_name());
-    write_text(into, "source", rules_.source());
+    write_text(into, "cause", stop_rules_.cause_name());
+    write_text(into, "source", stop_rules_.source());
     write_time(into, "accepted_ns", accepted);
-    write_time(into, "observed_ns", rules_.observed());
+    write_time(into, "observed_ns", stop_rules_.observed());
     break;
   case stop_verb::lease:
     into.key("lease_ms");
     into.number(std::chrono::duration_cast<std::chrono::milliseconds>(state_.options.stop.lease).count());
     into.key("tick");
-    into.number(rules_.tick(state_.cycle.now));
+    into.number(stop_rules_.tick(state_.cycle.now));
     [[fallthrough]];
   default: write_text(into, "refused", stop_rules::name_of(refused)); break;
   }
@@ -190,7 +191,7 @@ void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_poi
   if (asker.who.who != call_endpoint::kind::peer) {
     body(text);
     if (state_.calls.find(asker.call) == nullptr) return; // the call ended before
-    return completion_.complete({asker.call.index}, {room.data(), text.bytes()});
+    return call_completion_.complete({asker.call.index}, {room.data(), text.bytes()});
   }
   const connection* const c = state_.peers.find(asker.who.connection());
   if (c == nullptr || !c->open()) return;
@@ -220,7 +221,7 @@ void stop_service::look() noexcept {
 
 rt::time_point stop_service::next_update() const noexcept {
   if (!in_use()) return rt::never;
-  const rt::time_point next = rules_.next_turn(state_.cycle.now);
+  const rt::time_point next = stop_rules_.next_turn(state_.cycle.now);
   if (waiting_ == 0 && !threads_.waits()) return next;
   const rt::duration waited = state_.cycle.now - std::max(waits_since_, threads_.waits_since());
   return std::min(next, state_.cycle.now +

@@ -50,7 +50,7 @@ class stop_service {
   void detach(pair_index pair) noexcept;
 
   // There is something that can be stopped.
-  bool in_use() const noexcept { return rules_.in_use(); }
+  bool in_use() const noexcept { return stop_rules_.in_use(); }
   // `args`: a JSON object, or nothing. The asker is answered, now or in a later update().
   void carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept;
   // A peer's call of one of these services. An id that is too long is not repeated in the answer.
@@ -118,8 +118,8 @@ class stop_service {
 
   core_state& state_;
   sender& sender_;
-  call_completion& completion_;
-  stop_rules& rules_;
+  call_completion& call_completion_;
+  stop_rules& stop_rules_;
   stop_switch switch_;
   thread_stops threads_;
   rows<peer_index, row> rows_;

@@ -15,13 +15,13 @@ stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
       sender_{parts.writer},
       broker_{parts.values},
-      stop_{parts.stop},
+      stop_rules_{parts.rules},
       topic_{parts.topic},
       shown_at_{memory.carve<rt::time_point>(state_.bounds().connections_max)} {}
 
 void stop_state_feed::show_if_due() noexcept {
   const topic& on = state_.topics.at(topic_);
-  const bool changed = std::exchange(version_shown_, stop_.version()) != stop_.version();
+  const bool changed = std::exchange(version_shown_, stop_rules_.version()) != stop_rules_.version();
   // New subscribers are shown it. So are new peers, which may be shown it without a subscription.
   const bool listens = std::exchange(audience_seen_, on.audience_changes) != on.audience_changes;
   const bool came = std::exchange(opened_seen_, state_.peers.opened()) != state_.peers.opened();
@@ -47,7 +47,7 @@ void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
     const connection& c = state_.peers[to.peer];
     // There is room for one state: a peer that subscribed by both names gets the one with the slash.
     if (to.unslashed && state_.topics.find_subscription(topic_, to.peer, false)) continue;
-    const bool guards = stop_.guards_include(stop_key_of(c.id));
+    const bool guards = stop_rules_.guards_include(stop_key_of(c.id));
     const rt::duration period = guards ? state_.options.stop.tick : slow;
     rt::time_point& shown_at = shown_at_[to.peer];
     if (changed || state_.cycle.now - shown_at >= (guards ? period : period - early)) {
@@ -67,7 +67,7 @@ void stop_state_feed::write(message& state) noexcept {
   json::writer into{state.room};
   into.append(state_.topics.head(topic_));
   state.body_at = into.bytes();
-  stop_.write_state(into, state_.cycle.now);
+  stop_rules_.write_state(into, state_.cycle.now);
   on.bytes = state.body_bytes = into.bytes() - state.body_at;
   into.append(state_.topics.tail());
   state.bytes = into.overflowed() ? 0 : into.bytes();
@@ -98,7 +98,7 @@ void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
       shown_at = state_.cycle.now;
       std::array<char, stop_body_bytes_max> room;
       json::writer text{room};
-      stop_.write_state(text, state_.cycle.now);
+      stop_rules_.write_state(text, state_.cycle.now);
       sender_.add_stop_state({c.id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()});
     }
     due_ = std::min(due_, shown_at + period);
@@ -108,7 +108,7 @@ void stop_state_feed::show_takers_of_messages(bool changed) noexcept {
 void stop_state_feed::show_handles(message& state, bool changed) noexcept {
   const rt::duration tick = state_.options.stop.tick;
   const rt::duration period =
-      stop_.guards_include(stop_key_of_this_process) ? tick : stop_ticks_for_others * tick;
+      stop_rules_.guards_include(stop_key_of_this_process) ? tick : stop_ticks_for_others * tick;
   if (changed || state_.cycle.now - delivered_at_ >= period) {
     delivered_at_ = state_.cycle.now;
     write(state);

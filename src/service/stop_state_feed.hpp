@@ -28,7 +28,7 @@ class stop_state_feed {
     core_state& state;
     sender& writer;
     broker& values;
-    const stop_rules& stop;
+    const stop_rules& rules;
     topic_id topic; // of the state
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
@@ -40,10 +40,10 @@ class stop_state_feed {
 
   // At the end of each cycle: shows the state to those who are due.
   void show() noexcept {
-    if (stop_.in_use()) show_if_due();
+    if (stop_rules_.in_use()) show_if_due();
   }
   // When show() is needed at the latest.
-  rt::time_point due() const noexcept { return stop_.in_use() ? due_ : rt::never; }
+  rt::time_point due() const noexcept { return stop_rules_.in_use() ? due_ : rt::never; }
 
  private:
   // The state as the topic's message, written when the first one wants it.
@@ -67,7 +67,7 @@ class stop_state_feed {
   core_state& state_;
   sender& sender_;
   broker& broker_;
-  const stop_rules& stop_;
+  const stop_rules& stop_rules_;
   const topic_id topic_;
   rows<peer_index, rt::time_point> shown_at_;
   rt::time_point delivered_at_{}; // to handles of this process

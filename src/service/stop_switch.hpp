@@ -14,46 +14,46 @@ namespace rowe::service {
 
 class stop_switch {
  public:
-  stop_switch(core_state& state, stop_rules& rules) noexcept : state_{state}, rules_{rules} {}
+  stop_switch(core_state& state, stop_rules& rules) noexcept : state_{state}, stop_rules_{rules} {}
 
-  const stop_rules& rules() const noexcept { return rules_; }
-  stop_rules& rules() noexcept { return rules_; } // show() afterwards
+  const stop_rules& rules() const noexcept { return stop_rules_; }
+  stop_rules& rules() noexcept { return stop_rules_; } // show() afterwards
 
   // Looks at loops, guards and the clock.
-  void turn() noexcept { rules_.turn(state_.cycle.now); }
+  void turn() noexcept { stop_rules_.turn(state_.cycle.now); }
   // Somebody asks for a stop.
   void request(std::string_view source, std::uint64_t key) noexcept {
     ++requests_;
     state_.counts.add(counter::stops);
-    rules_.request(source, key, state_.cycle.now);
+    stop_rules_.request(source, key, state_.cycle.now);
   }
   // How often somebody has, repeats included.
   std::uint64_t requests() const noexcept { return requests_; }
   // What the rules say now: to the loops, and to the log where it has changed.
   void show(std::string_view reason = {}) noexcept {
-    rules_.write_permit(state_.shown.permit);
-    if (rules_.running() != reported_running_) report(reason);
+    stop_rules_.write_permit(state_.shown.permit);
+    if (stop_rules_.running() != reported_running_) report(reason);
   }
   // To the loops alone: a loop or a peer has come or gone, and the next show() tells the log.
-  void write_permit() noexcept { rules_.write_permit(state_.shown.permit); }
+  void write_permit() noexcept { stop_rules_.write_permit(state_.shown.permit); }
   void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 
  private:
   void report(std::string_view reason) noexcept {
-    reported_running_ = rules_.running();
+    reported_running_ = stop_rules_.running();
     std::array<char, event_log::text_bytes_max> text;
     auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
       at += piece.copy(text.data() + at, std::min(piece.size(), text.size() - at));
       return std::string_view{text.data(), at};
     };
-    (void)put(rules_.running() ? "reset: loops may move" : "stopped: ");
-    if (!rules_.running()) (void)put(rules_.cause_name());
+    (void)put(stop_rules_.running() ? "reset: loops may move" : "stopped: ");
+    if (!stop_rules_.running()) (void)put(stop_rules_.cause_name());
     if (!reason.empty()) (void)put(", ");
-    state_.events.report(event::kind::stop, rules_.source(), put(reason));
+    state_.events.report(event::kind::stop, stop_rules_.source(), put(reason));
   }
 
   core_state& state_;
-  stop_rules& rules_;
+  stop_rules& stop_rules_;
   std::uint64_t requests_ = 0;
   bool reported_running_ = false; // as of the last event
 };

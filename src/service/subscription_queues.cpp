@@ -15,14 +15,14 @@ slot_id subscription_queues::compose_latched(topic_id topic_index) noexcept {
   topic& on = state_.topics.at(topic_index);
   if (!on.last.empty() && on.last.expires < state_.cycle.now) state_.latches.clear(on.last);
   if (on.last.empty()) return {};
-  return out_.compose_message(topic_index, on.last.published, on.last.expires,
-                              [&](json::writer& into) { state_.latches.write(on.last, into); });
+  return outbox_.compose_message(topic_index, on.last.published, on.last.expires,
+                                 [&](json::writer& into) { state_.latches.write(on.last, into); });
 }
 
 void subscription_queues::fan_out(topic_id topic_index, slot_id slot) noexcept {
   const topic& on = state_.topics.at(topic_index);
-  for (subscription_id i = on.first_subscription; i; i = subscriptions_[i].next_on_topic) {
-    if (accepts(subscriptions_[i])) push(i, slot);
+  for (subscription_id i = on.first_subscription; i; i = subscription_rows_[i].next_on_topic) {
+    if (accepts(subscription_rows_[i])) push(i, slot);
   }
 }
 
@@ -34,29 +34,29 @@ bool subscription_queues::accepts(const subscription& s) noexcept {
 }
 
 inline void subscription_queues::push(subscription_id index, slot_id slot) noexcept {
-  subscription& s = subscriptions_[index];
+  subscription& s = subscription_rows_[index];
   state_.cycle.work_bytes += push_work;
   if (s.owes_last) place_latched(s);
-  out_.drop_expired(s.waiting);
+  outbox_.drop_expired(s.waiting);
   if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
-  if (!out_.enqueue(s.waiting, slot)) return add(counter::outbox_full);
-  store_.slots().retain(slot);
+  if (!outbox_.enqueue(s.waiting, slot)) return add(counter::outbox_full);
+  message_store_.slots().retain(slot);
   make_ready(index);
 }
 
 // Drops the oldest messages of a subscription until it holds `most`.
 void subscription_queues::trim(subscription& s, std::uint32_t most) noexcept {
-  for (out_.drop_expired(s.waiting); s.waiting.count > most;
-       ROWE_MUTANT(depth) ? void() : out_.drop_expired(s.waiting)) {
+  for (outbox_.drop_expired(s.waiting); s.waiting.count > most;
+       ROWE_MUTANT(depth) ? void() : outbox_.drop_expired(s.waiting)) {
     // The counter tells why: the peer wants only the newest, or fewer, or does not read fast enough.
-    const bool chosen = s.throttle > rt::duration{0} && !out_.of(s.peer).backpressured();
+    const bool chosen = s.throttle > rt::duration{0} && !outbox_.of(s.peer).backpressured();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
-    out_.drop_front(s.waiting);
+    outbox_.drop_front(s.waiting);
   }
 }
 
 void subscription_queues::merge_requests(subscription_id index) noexcept {
-  subscription& s = subscriptions_[index];
+  subscription& s = subscription_rows_[index];
   state_.topics.merge(s, state_.bounds().queue_depth_max);
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
@@ -66,14 +66,14 @@ void subscription_queues::merge_requests(subscription_id index) noexcept {
 }
 
 void subscription_queues::owe_latched(subscription_id index) noexcept {
-  subscription& s = subscriptions_[index];
+  subscription& s = subscription_rows_[index];
   s.owes_last = true;
-  ++out_.of(s.peer).owed;
+  ++outbox_.of(s.peer).owed;
   make_ready(index);
 }
 
 void subscription_queues::throttle_over(subscription_id index) noexcept {
-  subscriptions_[index].timed = false;
+  subscription_rows_[index].timed = false;
   make_ready(index);
 }
 
@@ -86,26 +86,26 @@ inline void subscription_queues::put_on_ready_list(subscription_id index, subscr
   s.ready_as = state_.topics.at(s.topic).priority;
   s.ready = true;
   const peer_index peer = s.peer;
-  out_.of(peer).ready[static_cast<std::size_t>(s.ready_as)].push_back(subscriptions_, index);
-  out_.schedule(peer);
+  outbox_.of(peer).ready[static_cast<std::size_t>(s.ready_as)].push_back(subscription_rows_, index);
+  outbox_.schedule(peer);
 }
 
 // Queues the latched value for a late subscriber, but only when it can be written. So a peer that subscribes
 // to many topics at once does not take as many slots.
 void subscription_queues::place_latched(subscription& s) noexcept {
   s.owes_last = false;
-  --out_.of(s.peer).owed;
+  --outbox_.of(s.peer).owed;
   const slot_id slot = compose_latched(s.topic);
   if (!slot) return;
   trim(s, s.depth - 1);
-  if (out_.enqueue(s.waiting, slot)) return; // the queue has the reference now
+  if (outbox_.enqueue(s.waiting, slot)) return; // the queue has the reference now
   add(counter::outbox_full);
-  store_.release(slot);
+  message_store_.release(slot);
 }
 
 void subscription_queues::place_owed(peer_index peer) noexcept {
-  const auto all = subscriptions_;
-  for (const ready_list& on : out_.of(peer).ready) {
+  const auto all = subscription_rows_;
+  for (const ready_list& on : outbox_.of(peer).ready) {
     for (subscription_id i = on.head; i; i = all[i].next_ready) {
       if (all[i].owes_last) return place_latched(all[i]);
     }
@@ -122,39 +122,39 @@ void subscription_queues::begin_throttle(subscription& s) noexcept {
 }
 
 void subscription_queues::rotate_ready(peer_index peer) noexcept {
-  for (ready_list& on : out_.of(peer).ready) {
+  for (ready_list& on : outbox_.of(peer).ready) {
     if (on.empty()) continue;
     ready_list before = std::exchange(on, {});
     ready_list served;
     while (!before.empty()) {
-      const subscription_id i = before.pop_front(subscriptions_);
-      subscription& s = subscriptions_[i];
-      out_.drop_expired(s.waiting); // else it would stay ready with nothing to write, and schedule nobody
+      const subscription_id i = before.pop_front(subscription_rows_);
+      subscription& s = subscription_rows_[i];
+      outbox_.drop_expired(s.waiting); // else it would stay ready with nothing to write, and schedule nobody
       // A served subscription goes behind the others only if it has more to write.
       if (s.served && !s.waiting.empty()) {
-        served.push_back(subscriptions_, i);
+        served.push_back(subscription_rows_, i);
       } else {
         s.ready = s.served = false;
         make_ready(i);
       }
     }
     while (!served.empty()) {
-      const subscription_id i = served.pop_front(subscriptions_);
-      subscriptions_[i].ready = subscriptions_[i].served = false;
+      const subscription_id i = served.pop_front(subscription_rows_);
+      subscription_rows_[i].ready = subscription_rows_[i].served = false;
       make_ready(i);
     }
   }
 }
 
 void subscription_queues::drop(subscription_id index) noexcept {
-  subscription& s = subscriptions_[index];
-  peer_queues& its_peer = out_.of(s.peer);
-  out_.drop_all(s.waiting, counter::lost_with_peer);
+  subscription& s = subscription_rows_[index];
+  peer_queues& its_peer = outbox_.of(s.peer);
+  outbox_.drop_all(s.waiting, counter::lost_with_peer);
   if (std::exchange(s.owes_last, false)) --its_peer.owed;
   if (std::exchange(s.timed, false)) state_.due.disarm(index);
   if (std::exchange(s.ready, false)) {
     [[maybe_unused]] const bool was =
-        its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(subscriptions_, {index});
+        its_peer.ready[static_cast<std::size_t>(s.ready_as)].erase(subscription_rows_, {index});
     assert(was);
   }
 }
@@ -163,16 +163,16 @@ void subscription_queues::drop(subscription_id index) noexcept {
 
 bool subscription_queues::any_due(peer_index peer) const noexcept {
   const auto any_in = [this](const queue& in) {
-    for (entry_id at = in.entries.head; at; at = out_.entries().after(at)) {
-      if (store_.is_due(out_.entries().at(at))) return true;
+    for (entry_id at = in.entries.head; at; at = outbox_.entries().after(at)) {
+      if (message_store_.is_due(outbox_.entries().at(at))) return true;
     }
     return false;
   };
-  const peer_queues& of = std::as_const(out_).of(peer);
+  const peer_queues& of = std::as_const(outbox_).of(peer);
   if (any_in(of.replies) || std::any_of(of.direct.begin(), of.direct.end(), any_in)) return true;
   for (const ready_list& on : of.ready) {
-    for (subscription_id s = on.head; s; s = subscriptions_[s].next_ready) {
-      if (subscriptions_[s].owes_last || any_in(subscriptions_[s].waiting)) return true;
+    for (subscription_id s = on.head; s; s = subscription_rows_[s].next_ready) {
+      if (subscription_rows_[s].owes_last || any_in(subscription_rows_[s].waiting)) return true;
     }
   }
   return false;
@@ -181,19 +181,19 @@ bool subscription_queues::any_due(peer_index peer) const noexcept {
 bool subscription_queues::check() const noexcept {
   for (const peer_index i : state_.peers.ids()) {
     if (state_.peers[i].state == connection::phase::free) continue;
-    const peer_queues& of = std::as_const(out_).of(i);
+    const peer_queues& of = std::as_const(outbox_).of(i);
     std::uint32_t ready = 0;
     std::uint32_t owed = 0;
-    for (subscription_id s = state_.topics.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
-      const subscription& one = subscriptions_[s];
+    for (subscription_id s = state_.topics.first_subscription(i); s; s = subscription_rows_[s].next_on_peer) {
+      const subscription& one = subscription_rows_[s];
       const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
       if (on_wheel != state_.due.armed(s)) return false;
       ready += one.ready;
       owed += one.owes_last;
     }
     for (const ready_list& on : of.ready) {
-      for (subscription_id s = on.head; s && ready != UINT32_MAX; s = subscriptions_[s].next_ready) {
-        const subscription& one = subscriptions_[s];
+      for (subscription_id s = on.head; s && ready != UINT32_MAX; s = subscription_rows_[s].next_ready) {
+        const subscription& one = subscription_rows_[s];
         if (one.peer != i || !one.ready || &of.ready[static_cast<std::size_t>(one.ready_as)] != &on)
           return false;
         --ready;

@@ -25,9 +25,9 @@ class subscription_queues {
   };
   explicit subscription_queues(const needs& parts) noexcept
       : state_{parts.state},
-        store_{parts.store},
-        out_{parts.out},
-        subscriptions_{parts.state.topics.subscriptions()} {}
+        message_store_{parts.store},
+        outbox_{parts.out},
+        subscription_rows_{parts.state.topics.subscriptions()} {}
 
   // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
   void fan_out(topic_id topic, slot_id slot) noexcept;
@@ -48,7 +48,7 @@ class subscription_queues {
   void place_owed(peer_index peer) noexcept;
   // A message of the subscription goes to a socket.
   void mark_served(subscription_id subscription) noexcept {
-    struct subscription& s = subscriptions_[subscription];
+    struct subscription& s = subscription_rows_[subscription];
     s.served = true;
     if (s.throttle != rt::duration{0}) [[unlikely]]
       begin_throttle(s);
@@ -70,16 +70,16 @@ class subscription_queues {
   void place_latched(subscription& s) noexcept;
   // Makes it ready if it has something to write, and is not ready yet.
   void make_ready(subscription_id index) noexcept {
-    subscription& s = subscriptions_[index];
+    subscription& s = subscription_rows_[index];
     if (!s.ready && (!s.waiting.empty() || s.owes_last)) put_on_ready_list(index, s);
   }
   void put_on_ready_list(subscription_id index, subscription& s) noexcept;
   void begin_throttle(subscription& s) noexcept;
 
   core_state& state_;
-  message_store& store_;
-  outbox& out_;
-  const rows<subscription_id, subscription> subscriptions_;
+  message_store& message_store_;
+  outbox& outbox_;
+  const rows<subscription_id, subscription> subscription_rows_;
 };
 
 } // namespace rowe::service

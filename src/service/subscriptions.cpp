@@ -29,11 +29,11 @@ std::uint8_t place_of(const subscription& s, std::uint64_t id) noexcept {
 
 subscriptions::subscriptions(const needs& parts) noexcept
     : state_{parts.state},
-      queues_{parts.queues},
+      subscription_queues_{parts.queues},
       refusals_{parts.refused},
-      audience_{parts.audience},
-      rates_{parts.rates},
-      places_{parts.places},
+      audiences_{parts.audience},
+      topic_rates_{parts.rates},
+      topic_places_{parts.places},
       claims_{state_.bounds().subscriptions_max, state_.claimants()} {}
 
 void subscriptions::forget(peer_index peer) noexcept {
@@ -41,7 +41,7 @@ void subscriptions::forget(peer_index peer) noexcept {
 }
 
 void subscriptions::subscribe(connection& c, const wire::request& asked) noexcept {
-  const topic_id topic = places_.topic_for(c, asked);
+  const topic_id topic = topic_places_.topic_for(c, asked);
   if (!topic) return;
   subscription_id index = state_.topics.find_subscription(topic, {c.id.index}, !has_slash(asked.topic));
   const bool fresh = !index;
@@ -59,11 +59,11 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
   }
   if (place == s.request_count) ++s.request_count;
   s.requests[place] = request_of(asked, id);
-  queues_.merge_requests(index);
-  audience_.update(topic);
-  rates_.begin_for(topic);
+  subscription_queues_.merge_requests(index);
+  audiences_.update(topic);
+  topic_rates_.begin_for(topic);
   s.type_hash = hash_of_type(asked.type);
-  if (fresh && !state_.topics.at(topic).last.empty()) queues_.owe_latched(index);
+  if (fresh && !state_.topics.at(topic).last.empty()) subscription_queues_.owe_latched(index);
   const std::string_view type = state_.topics.type(topic);
   if (!type.empty() && !asked.type.empty() && !same_type(asked.type, type))
     tell_other_type(c, asked.id_raw, topic, asked.type);
@@ -74,12 +74,12 @@ subscription_id subscriptions::add(connection& c, const wire::request& asked, to
   const peer_index peer{c.id.index};
   std::uint32_t held = state_.topics.subscriptions_of(peer);
   subscription_id index{};
-  places_.hold(topic); // until the subscription does
+  topic_places_.hold(topic); // until the subscription does
   const bool too_many = held >= state_.bounds().subscriptions_per_connection_max;
   const std::uint32_t left = state_.bounds().subscriptions_max - state_.topics.subscription_count();
   const bool may = claims_.may_take(held, left);
   if (!too_many && may) index = state_.topics.add_subscription(topic, {c.id.index});
-  places_.let_go(topic);
+  topic_places_.let_go(topic);
   if (too_many) {
     refusals_.refuse_limit(c, asked.id_raw, "subscriptions of one peer",
                            state_.bounds().subscriptions_per_connection_max,
@@ -115,25 +115,25 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
     if (place == s.request_count)
       return refusals_.refuse(c, asked.id_raw, "unsubscribe: there is no subscription with this id");
     s.requests[place] = s.requests[--s.request_count];
-    if (s.request_count > 0) return queues_.merge_requests(index);
+    if (s.request_count > 0) return subscription_queues_.merge_requests(index);
   }
   remove(peer, index);
 }
 
 void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
   const topic_id topic = state_.topics.subscription_at(index).topic;
-  queues_.drop(index);
+  subscription_queues_.drop(index);
   std::uint32_t held = state_.topics.subscriptions_of(peer);
   state_.topics.remove_subscription(index);
   claims_.give_back(held);
-  audience_.update(topic);
-  places_.let_go(topic);
+  audiences_.update(topic);
+  topic_places_.let_go(topic);
 }
 
 void subscriptions::merge_requests(topic_id topic) noexcept {
   for (subscription_id i = state_.topics.at(topic).first_subscription; i;
        i = state_.topics.subscription_at(i).next_on_topic)
-    queues_.merge_requests(i);
+    subscription_queues_.merge_requests(i);
 }
 
 void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept {
@@ -146,14 +146,14 @@ void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslash
     state_.topics.address(state_.topics.subscription_at(index), c.protocol->topics.id(), wire::no_number,
                           unslashed);
   }
-  queues_.merge_requests(index);
-  audience_.update(topic);
+  subscription_queues_.merge_requests(index);
+  audiences_.update(topic);
 }
 
 void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
   const subscription_id index = state_.topics.find_subscription(topic, {c.id.index});
   if (index) remove({c.id.index}, index);
-  audience_.update(topic);
+  audiences_.update(topic);
 }
 
 // The peer is sent the topic's messages all the same: it judges itself whether it can use them.

@@ -56,11 +56,11 @@ class subscriptions {
                        std::string_view asked) noexcept;
 
   core_state& state_;
-  subscription_queues& queues_;
+  subscription_queues& subscription_queues_;
   refusals& refusals_;
-  audiences& audience_;
-  topic_rates& rates_;
-  topic_places& places_;
+  audiences& audiences_;
+  topic_rates& topic_rates_;
+  topic_places& topic_places_;
   claims claims_;
 };
 

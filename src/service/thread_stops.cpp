@@ -14,16 +14,16 @@ namespace rowe::service {
 void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;
   const std::string_view source = with_reason ? asked_.source.view() : std::string_view{};
-  switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
-  switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
-  if (stops_done_ == answered_.stops) return;                            // nobody waits
-  stop_number_ = switch_.rules().number();
+  stop_switch_.request(source.empty() ? "this process" : source, stop_key_of_this_process);
+  stop_switch_.show(with_reason ? asked_.reason.view() : std::string_view{}); // before anything else
+  if (stops_done_ == answered_.stops) return;                                 // nobody waits
+  stop_number_ = stop_switch_.rules().number();
   waited_for_until_ = state_.cycle.now + state_.options.stop.observe_timeout;
   waits_since_ = state_.cycle.now;
 }
 
 void thread_stops::tell_if_acknowledged() noexcept {
-  const stop_rules& rules = switch_.rules();
+  const stop_rules& rules = stop_switch_.rules();
   // If loops may move again, they have acknowledged just now: a reset needs that.
   const rt::time_point observed = rules.running() ? state_.cycle.now : rules.observed();
   if (observed == rt::never && state_.cycle.now < waited_for_until_) return;
@@ -43,14 +43,14 @@ void thread_stops::carry_out_reset() noexcept {
   // Signed: the count turns.
   const auto later = static_cast<std::int32_t>(state_.shown.stops.taken() - asked_.count_before_reset);
   if (later < 0) return;
-  stop_rules& rules = switch_.rules();
+  stop_rules& rules = stop_switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
     reset_number_ = asked_.number != 0 ? asked_.number : rules.number();
-    reset_requests_ = switch_.requests();
+    reset_requests_ = stop_switch_.requests();
     waits_since_ = state_.cycle.now;
   }
   if (rules.running()) return answer_reset({});
-  const bool outdated = later > 0 || switch_.requests() != reset_requests_;
+  const bool outdated = later > 0 || stop_switch_.requests() != reset_requests_;
   if (outdated && !ROWE_MUTANT(thread_reset)) return refuse_reset();
   if (state_.cycle.now >= asked_.until) return answer_reset(errc::timed_out);
   const auto number = static_cast<std::int64_t>(reset_number_);
@@ -64,15 +64,15 @@ void thread_stops::carry_out_reset() noexcept {
 }
 
 void thread_stops::refuse_reset() noexcept {
-  switch_.count_refusal();
+  stop_switch_.count_refusal();
   answer_reset(errc::refused);
 }
 
 // The permit and the event come before the answer.
 void thread_stops::answer_reset(const status& outcome) noexcept {
-  switch_.show();
+  stop_switch_.show();
   answered_.resets = asked_.resets;
-  answered_.reset_number = switch_.rules().number();
+  answered_.reset_number = stop_switch_.rules().number();
   answered_.reset_outcome = outcome;
   tell();
 }

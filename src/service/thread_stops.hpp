@@ -19,7 +19,7 @@ class thread_stops {
     core_state& state;
     stop_switch& main;
   };
-  explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, switch_{parts.main} {}
+  explicit thread_stops(const needs& parts) noexcept : state_{parts.state}, stop_switch_{parts.main} {}
 
   // Whether one has asked for a stop since the last look.
   bool look() noexcept {
@@ -47,7 +47,7 @@ class thread_stops {
   void tell() noexcept;
 
   core_state& state_;
-  stop_switch& switch_;
+  stop_switch& stop_switch_;
   local_stop_asked asked_;            // as of the last look()
   local_stop_answered answered_;      // the last answers
   std::uint64_t stops_done_ = 0;      // how many requested stops were carried out

@@ -12,9 +12,9 @@ using detail::entry;
 void thread_submissions::take() noexcept {
   const std::uint64_t expired = state_.threads_inbox.expired();
   state_.counts.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
-  const bool receives = !inbox_.pair();
-  if (receives) inbox_.mark_released();
-  messages_.parking().begin_turn(state_.submissions.slots(), receives);
+  const bool receives = !receiver_.pair();
+  if (receives) receiver_.mark_released();
+  direct_messages_.parking().begin_turn(state_.submissions.slots(), receives);
   if (parked_count_ != 0) retry();
   const std::size_t taken = state_.submissions.take(
       [&](std::uint32_t slot) {
@@ -22,8 +22,9 @@ void thread_submissions::take() noexcept {
       },
       entries_per_cycle);
   more_left_ = taken == entries_per_cycle;
-  if (receives) inbox_.count_released(taken);
-  if (state_.submissions.refuse_to_everyone(messages_.parking().refuses_to_everyone())) room_came_ = true;
+  if (receives) receiver_.count_released(taken);
+  if (state_.submissions.refuse_to_everyone(direct_messages_.parking().refuses_to_everyone()))
+    room_came_ = true;
 }
 
 void thread_submissions::retry() noexcept {
@@ -44,33 +45,33 @@ bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
   const call_endpoint us{.who = call_endpoint::kind::thread, .index = slot};
   switch (asked.what) {
   case entry::message: {
-    const bool taken = messages_.post({.text = text,
-                                       .sender = asked.wants_outcome ? us : call_endpoint{},
-                                       .to = asked.peer,
-                                       .only_now = asked.expires == asked.stamped,
-                                       .parked = parked,
-                                       .expires = asked.expires});
+    const bool taken = direct_messages_.post({.text = text,
+                                              .sender = asked.wants_outcome ? us : call_endpoint{},
+                                              .to = asked.peer,
+                                              .only_now = asked.expires == asked.stamped,
+                                              .parked = parked,
+                                              .expires = asked.expires});
     if (taken && !asked.wants_outcome) state_.submissions.complete(slot, {});
     return taken;
   }
   case entry::invocation:
-    calls_.start({.caller = us,
-                  .service = {},
-                  .what = {.is = wire::call_args::form::object, .text = text},
-                  .to = asked.peer,
-                  .began = asked.stamped,
-                  .deadline = asked.expires});
+    call_router_.start({.caller = us,
+                        .service = {},
+                        .what = {.is = wire::call_args::form::object, .text = text},
+                        .to = asked.peer,
+                        .began = asked.stamped,
+                        .deadline = asked.expires});
     return true;
   case entry::reply:
   case entry::refusal: {
     const call_endpoint waits = asked.wants_outcome ? us : call_endpoint{};
     const status done =
         asked.what == entry::refusal
-            ? completion_.refuse(us, asked.call, text)
-            : completion_.answer(us, asked.call,
-                                 {.text = text,
-                                  .expires = state_.cycle.expiry_of(asked.stamped, asked.expires),
-                                  .waits = waits});
+            ? call_completion_.refuse(us, asked.call, text)
+            : call_completion_.answer(us, asked.call,
+                                      {.text = text,
+                                       .expires = state_.cycle.expiry_of(asked.stamped, asked.expires),
+                                       .waits = waits});
     if (!done || !asked.wants_outcome || asked.what == entry::refusal)
       state_.submissions.complete(slot, done);
     return true;

@@ -32,10 +32,10 @@ class thread_submissions {
   }
   thread_submissions(rt::arena& memory, const needs& parts) noexcept
       : state_{parts.state},
-        inbox_{parts.inbox},
-        messages_{parts.messages},
-        completion_{parts.completion},
-        calls_{parts.calls},
+        receiver_{parts.inbox},
+        direct_messages_{parts.messages},
+        call_completion_{parts.completion},
+        call_router_{parts.calls},
         parked_{memory.carve<std::uint32_t>(state_.bounds().door_slots)} {}
 
   void take() noexcept;
@@ -57,10 +57,10 @@ class thread_submissions {
   bool take_slot(std::uint32_t slot, bool parked) noexcept;
 
   core_state& state_;
-  receiver& inbox_;
-  direct_messages& messages_;
-  call_completion& completion_;
-  call_router& calls_;
+  receiver& receiver_;
+  direct_messages& direct_messages_;
+  call_completion& call_completion_;
+  call_router& call_router_;
   std::span<std::uint32_t> parked_; // slots, in their order
   std::uint32_t parked_count_ = 0;
   std::uint64_t expired_ = 0; // there, and counted

@@ -16,7 +16,7 @@ namespace rowe::service {
 // A peer may have taken the topic's place since set-up looked. So set-up is answered from here.
 status topic_handles::attach(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  pair_row& view = state_.views[pair];
+  pair_row& row = state_.pair_rows[pair];
   const topic_id topic_index = hold_topic(queues.name());
   if (!topic_index)
     return error{errc::too_many_topics, state_.topics.topic_count(), state_.bounds().topics_max};
@@ -24,68 +24,68 @@ status topic_handles::attach(pair_index pair) noexcept {
   if (!state_.topics.set_type(topic_index, queues.type())) {
     if (state_.topics.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
       report_conflict(topic_index, queues);
-      places_.let_go_own(topic_index);
+      topic_places_.let_go_own(topic_index);
       return errc::type_conflict;
     }
-    advertised_.replace_type(topic_index, queues.type());
+    advertisements_.replace_type(topic_index, queues.type());
     typed = false;
   }
-  if (!typed) readers_.tell_other_types(topic_index);
+  if (!typed) subscriptions_.tell_other_types(topic_index);
   topic& on = state_.topics.at(topic_index);
   const bool reads = detail::subscribes(queues.kind);
   if (!has_other(topic_index, reads))
     (reads ? on.asked_unslashed : on.offered_unslashed) = !has_slash(queues.name());
-  view.attached = true;
-  view.topic = topic_index;
+  row.attached = true;
+  row.topic = topic_index;
   if (reads) {
-    view.next_inbox = on.first_inbox;
+    row.next_inbox = on.first_inbox;
     on.first_inbox = pair;
-    rates_.begin_for(topic_index);
+    topic_rates_.begin_for(topic_index);
     broker_.deliver_latched(pair);
   } else {
     begin_publishing(pair);
   }
   announce_to_servers(pair, true);
-  audience_.update(topic_index);
+  audiences_.update(topic_index);
   return {};
 }
 
 // The topic is held from now on; none: there is no place, even after peers lost theirs.
 topic_id topic_handles::hold_topic(std::string_view name) noexcept {
   topic_id topic = state_.topics.find_or_add(name);
-  if (!topic && advertised_.take_back_topic()) topic = state_.topics.find_or_add(name);
+  if (!topic && advertisements_.take_back_topic()) topic = state_.topics.find_or_add(name);
   if (topic) state_.topics.hold_as_own(topic);
   return topic;
 }
 
 void topic_handles::begin_publishing(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
-  topic& on = state_.topics.at(state_.views[pair].topic);
+  topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   on.keep = queues.keep;
   on.priority = queues.priority;
   // A value of a predicted topic that comes early waits; so do not predict if it would expire first.
   const bool outlives_rest =
       queues.ttl >= std::min(queues.period, publish_predictor::rest_max) || queues.ttl == rt::duration{0};
   if (state_.options.phases && queues.period > rt::duration{0} && outlives_rest)
-    phases_.begin(pair, queues.period, queues.priority);
-  readers_.merge_requests(state_.views[pair].topic);
+    publish_predictor_.begin(pair, queues.period, queues.priority);
+  subscriptions_.merge_requests(state_.pair_rows[pair].topic);
 }
 
 void topic_handles::detach(pair_index pair) noexcept {
-  pair_row& view = state_.views[pair];
-  const topic_id topic = view.topic;
+  pair_row& row = state_.pair_rows[pair];
+  const topic_id topic = row.topic;
   if (detail::subscribes(state_.pairs[pair].kind)) {
     pair_index* link = &state_.topics.at(topic).first_inbox;
-    while (*link != pair) link = &state_.views[*link].next_inbox;
-    *link = view.next_inbox;
+    while (*link != pair) link = &state_.pair_rows[*link].next_inbox;
+    *link = row.next_inbox;
   }
   announce_to_servers(pair, false);
-  audience_.leave(pair);
-  phases_.end(pair);
-  view = {.generation = view.generation};
-  places_.forget_latched(topic, {latch_owner::kind::handle, pair.value});
-  audience_.update(topic);
-  places_.let_go_own(topic);
+  audiences_.leave(pair);
+  publish_predictor_.end(pair);
+  row = {.generation = row.generation};
+  topic_places_.forget_latched(topic, {latch_owner::kind::handle, pair.value});
+  audiences_.update(topic);
+  topic_places_.let_go_own(topic);
 }
 
 // Set-up gets only an error code, which cannot name the types. An event does.
@@ -103,7 +103,7 @@ void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& as
 // Whether an attached handle reads the topic, or publishes on it.
 bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
   for (const pair_index i : state_.pairs.ids()) {
-    if (state_.views[i].attached && state_.views[i].topic == topic &&
+    if (state_.pair_rows[i].attached && state_.pair_rows[i].topic == topic &&
         detail::subscribes(state_.pairs[i].kind) == that_reads)
       return true;
   }
@@ -117,18 +117,18 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
 // together leave half of the slots and of the queue entries. Values that need large slots are never taken
 // beyond the usual budget: these slots are few.
 std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) const noexcept {
-  const topic& on = state_.topics.at(state_.views[pair].topic);
-  const slot_pool& slots = store_.slots();
+  const topic& on = state_.topics.at(state_.pair_rows[pair].topic);
+  const slot_pool& slots = message_store_.slots();
   if (on.first_inbox || on.bytes > slots.small_bytes() / 2) return 0;
-  const std::size_t halves = 2 * std::max<std::size_t>(audience_.listened(), 1);
+  const std::size_t halves = 2 * std::max<std::size_t>(audiences_.listened(), 1);
   std::size_t room = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
-  room = std::min<std::size_t>(room, (state_.bounds().queued_max - out_.entries().in_use()) /
+  room = std::min<std::size_t>(room, (state_.bounds().queued_max - outbox_.entries().in_use()) /
                                          (halves * std::max<std::size_t>(on.subscriptions, 1)));
   room -= std::min(room, taken);
   for (subscription_id i = on.first_subscription; i && room != 0;
        i = state_.topics.subscription_at(i).next_on_topic) {
     const subscription& s = state_.topics.subscription_at(i);
-    if (out_.of(s.peer).backpressured()) return 0;
+    if (outbox_.of(s.peer).backpressured()) return 0;
     room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
   }
   return room;
@@ -137,7 +137,7 @@ std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) cons
 queue* topic_handles::queue_to_server(pair_index pair) noexcept {
   for (connection& c : state_.peers) {
     if (!c.open() || c.ours != side::client) continue;
-    const subscription_id s = state_.topics.find_subscription(state_.views[pair].topic, {c.id.index});
+    const subscription_id s = state_.topics.find_subscription(state_.pair_rows[pair].topic, {c.id.index});
     if (s) return &state_.topics.subscription_at(s).waiting;
   }
   return nullptr;
@@ -155,7 +155,9 @@ void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
 bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept {
   for (const pair_index i : state_.pairs.ids()) {
     // A pair that is not attached must not be read: set-up may be building it.
-    if (i == pair || !state_.views[i].attached || state_.views[i].topic != state_.views[pair].topic) continue;
+    if (i == pair || !state_.pair_rows[i].attached ||
+        state_.pair_rows[i].topic != state_.pair_rows[pair].topic)
+      continue;
     if (detail::subscribes(state_.pairs[i].kind) != detail::subscribes(state_.pairs[pair].kind)) continue;
     if (!begins || i.value < pair.value) return false;
   }
@@ -165,7 +167,7 @@ bool topic_handles::speaks_for_all(pair_index pair, bool begins) const noexcept 
 void topic_handles::announce(connection& c, pair_index pair, bool begins) noexcept {
   if (!c.protocol->can.topics || !speaks_for_all(pair, begins)) return;
   const detail::queue_pair& queues = state_.pairs[pair];
-  const topic_id topic_index = state_.views[pair].topic;
+  const topic_id topic_index = state_.pair_rows[pair].topic;
   const topic& on = state_.topics.at(topic_index);
   std::array<char, wire::announcement_bytes_max> room;
   json::writer text{room};
@@ -176,9 +178,10 @@ void topic_handles::announce(connection& c, pair_index pair, bool begins) noexce
       .name = name, .type = queues.type(), .latch = queues.latched, .begins = begins};
   const auto kind = reads ? c.protocol->topics.write_subscription(text, what)
                           : c.protocol->topics.write_advertisement(text, what);
-  out_.reply_written({c.id.index}, text, kind);
+  outbox_.reply_written({c.id.index}, text, kind);
   if (reads) return;
-  begins ? readers_.subscribe_server(c, topic_index, unslashed) : readers_.unsubscribe_server(c, topic_index);
+  begins ? subscriptions_.subscribe_server(c, topic_index, unslashed)
+         : subscriptions_.unsubscribe_server(c, topic_index);
 }
 
 } // namespace rowe::service

@@ -28,24 +28,24 @@ class topic_handles {
     core_state& state;
     const message_store& store;
     outbox& out;
-    publish_predictor& phases;
+    publish_predictor& predictor;
     audiences& audience;
     topic_rates& rates;
     topic_places& places;
     subscriptions& readers;
-    advertisements& advertised;
+    advertisements& writers;
     broker& values;
   };
   explicit topic_handles(const needs& parts) noexcept
       : state_{parts.state},
-        store_{parts.store},
-        out_{parts.out},
-        phases_{parts.phases},
-        audience_{parts.audience},
-        rates_{parts.rates},
-        places_{parts.places},
-        readers_{parts.readers},
-        advertised_{parts.advertised},
+        message_store_{parts.store},
+        outbox_{parts.out},
+        publish_predictor_{parts.predictor},
+        audiences_{parts.audience},
+        topic_rates_{parts.rates},
+        topic_places_{parts.places},
+        subscriptions_{parts.readers},
+        advertisements_{parts.writers},
         broker_{parts.values} {}
 
   // Errors: too_many_topics; type_conflict, and then an event names the types.
@@ -67,14 +67,14 @@ class topic_handles {
   void begin_publishing(pair_index pair) noexcept;
 
   core_state& state_;
-  const message_store& store_;
-  outbox& out_;
-  publish_predictor& phases_;
-  audiences& audience_;
-  topic_rates& rates_;
-  topic_places& places_;
-  subscriptions& readers_;
-  advertisements& advertised_;
+  const message_store& message_store_;
+  outbox& outbox_;
+  publish_predictor& publish_predictor_;
+  audiences& audiences_;
+  topic_rates& topic_rates_;
+  topic_places& topic_places_;
+  subscriptions& subscriptions_;
+  advertisements& advertisements_;
   broker& broker_;
 };
 

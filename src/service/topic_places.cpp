@@ -20,7 +20,7 @@ std::uint32_t topic_places::held_by(peer_index peer) const noexcept {
   for (subscription_id i = state_.topics.first_subscription(peer); i;
        i = state_.topics.subscription_at(i).next_on_peer)
     count += state_.topics.of_peers(state_.topics.subscription_at(i).topic);
-  for (const advertisement& one : advertised_.of(peer)) count += state_.topics.of_peers(one.topic);
+  for (const advertisement& one : advertisement_table_.of(peer)) count += state_.topics.of_peers(one.topic);
   return count;
 }
 
@@ -55,7 +55,7 @@ claims topic_places::claims_now(std::uint32_t share) noexcept {
   claims all{share, state_.claimants()};
   ++charged_;
   for (const peer_index peer : state_.peers.ids()) {
-    const auto mine = advertised_.of(peer);
+    const auto mine = advertisement_table_.of(peer);
     state_.cycle.work_bytes +=
         held_topic_work_bytes * (1 + state_.topics.subscriptions_of(peer) + mine.size());
     if (state_.peers[peer].state == connection::phase::free) continue;
@@ -76,12 +76,12 @@ claims topic_places::claims_now(std::uint32_t share) noexcept {
 bool topic_places::check(std::uint64_t own_held) const noexcept {
   std::uint64_t held = 0;
   for (const peer_index peer : state_.peers.ids()) {
-    for (const advertisement& a : advertised_.of(peer)) held += weight(a.topic);
+    for (const advertisement& a : advertisement_table_.of(peer)) held += weight(a.topic);
     for (subscription_id s = state_.topics.first_subscription(peer); s;
          s = state_.topics.subscription_at(s).next_on_peer)
       held += weight(state_.topics.subscription_at(s).topic);
     const bool free = state_.peers[peer].state == connection::phase::free;
-    if (free && (!advertised_.of(peer).empty() || state_.latches.held_by(peer) != 0)) return false;
+    if (free && (!advertisement_table_.of(peer).empty() || state_.latches.held_by(peer) != 0)) return false;
   }
   std::uint64_t holders = 0;
   std::uint64_t own_holders = 0;

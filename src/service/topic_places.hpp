@@ -25,7 +25,7 @@ class topic_places {
   static constexpr std::uint32_t own_topics = 2; // statistics, and the stop's state
 
   topic_places(const needs& parts) noexcept
-      : state_{parts.state}, advertised_{parts.advertised}, refusals_{parts.refused} {}
+      : state_{parts.state}, advertisement_table_{parts.advertised}, refusals_{parts.refused} {}
 
   // The topic that a peer wants to hold; none, and the peer is told: it may not have one more.
   topic_id topic_for(connection& c, const wire::request& asked) noexcept;
@@ -54,14 +54,14 @@ class topic_places {
  private:
   claims claims_now(std::uint32_t share) noexcept;
   bool holds(peer_index peer, topic_id topic) const noexcept {
-    return state_.topics.find_subscription(topic, peer) || advertised_.find(peer, topic) != nullptr;
+    return state_.topics.find_subscription(topic, peer) || advertisement_table_.find(peer, topic) != nullptr;
   }
   void clear_of_last(topic_id topic) noexcept {
     if (state_.topics.at(topic).holders == 1) state_.latches.clear(state_.topics.at(topic).last);
   }
 
   core_state& state_;
-  const advertisement_table& advertised_;
+  const advertisement_table& advertisement_table_;
   refusals& refusals_;
   std::uint32_t charged_ = 0; // counts of claims_now()
 };

@@ -9,7 +9,7 @@ namespace rowe::service {
 
 urgent_frames::urgent_frames(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      out_{parts.out},
+      outbox_{parts.out},
       keys_{parts.keys},
       outputs_{memory.carve<output>(state_.bounds().connections_max)} {}
 
@@ -109,12 +109,12 @@ void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payloa
     to.low_rtt = !to.low_rtt;
     state_.seams.to_peers.set_near(state_.peers[peer].id, to.low_rtt);
   }
-  if (out_.of(peer).held || to.credit.settling()) out_.schedule(peer);
+  if (outbox_.of(peer).held || to.credit.settling()) outbox_.schedule(peer);
 }
 
 void urgent_frames::check_responsive(peer_index peer) noexcept {
   output& to = outputs_[peer];
-  if (to.credit.wants_ping(state_.cycle.now)) out_.schedule(peer);
+  if (to.credit.wants_ping(state_.cycle.now)) outbox_.schedule(peer);
   if (to.unresponsive || state_.peers[peer].unheard || !to.credit.slow(state_.cycle.now)) return;
   to.unresponsive = true;
   state_.counts.add(counter::slow_peers);

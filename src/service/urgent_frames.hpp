@@ -101,7 +101,7 @@ class urgent_frames {
   bool gather_ping(peer_index peer, std::size_t in_front) noexcept;
 
   core_state& state_;
-  outbox& out_;
+  outbox& outbox_;
   mask_keys& keys_;
   rows<peer_index, output> outputs_;
 };

@@ -283,12 +283,14 @@ TEST(pair_life, has_the_accesses_that_the_sources_have) {
                     loop = "src/service/service_loop.cpp", released = "src/service/pair_release.hpp";
   const source_access expected[] = {
       {released, "end.free_ring->released()+aside==popped", 1},
-      {audiences, "if(!view.attached||view.topic!=index)continue;", 1},
+      {audiences, "if(!row.attached||row.topic!=index)continue;", 1},
       {audiences, "pair.kind", 1},
       {handles,
-       "if(i==pair||!state_.views[i].attached||state_.views[i].topic!=state_.views[pair].topic)continue;", 1},
+       "if(i==pair||!state_.pair_rows[i].attached||state_.pair_rows[i].topic!=state_.pair_rows[pair].topic)"
+       "continue;",
+       1},
       {handles,
-       "if(state_.views[i].attached&&state_.views[i].topic==topic&&"
+       "if(state_.pair_rows[i].attached&&state_.pair_rows[i].topic==topic&&"
        "detail::subscribes(state_.pairs[i].kind)==that_reads)",
        1},
       {handles, "state_.pairs[i].kind", 2},

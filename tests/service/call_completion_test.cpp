@@ -28,7 +28,7 @@ struct call_completion_test : call_parts::call_parts {
   static call_endpoint of(const connection& c) { return call_endpoint::of(c.id, c.protocol->first.id()); }
   static constexpr call_endpoint handle{.who = call_endpoint::kind::pair, .index = 0, .generation = 1};
 
-  call_completion_test() { state.views[{0}] = {.attached = true, .generation = 1}; }
+  call_completion_test() { state.pair_rows[{0}] = {.attached = true, .generation = 1}; }
 };
 
 TEST_F(call_completion_test, tells_the_caller_the_value) {

@@ -26,10 +26,10 @@ struct call_router_test : call_parts::call_parts {
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::detail::latch_words<> loop;
-  rowe::service::statistics_report report{{.state = state, .stop = rules, .out = out, .rates = rates}};
+  rowe::service::statistics_report report{{.state = state, .rules = rules, .out = out, .rates = rates}};
   rowe::service::endpoint_services own{{.state = state,
                                         .directory = directory,
-                                        .stop = rules,
+                                        .rules = rules,
                                         .store = store,
                                         .out = out,
                                         .completion = completion,

@@ -46,13 +46,13 @@ struct receiver_test : state_fixture::state_fixture {
   void attach(std::uint32_t index, std::uint64_t order, bool receives = true) {
     state.pairs[{index}].kind = rowe::detail::pair_kind::talk;
     state.pairs[{index}].receives = receives;
-    state.views[{index}].attached = true;
-    state.views[{index}].order = order;
+    state.pair_rows[{index}].attached = true;
+    state.pair_rows[{index}].order = order;
     inbox.attach();
   }
   void detach(std::uint32_t index) {
     inbox.detach({index});
-    state.views[{index}].attached = false;
+    state.pair_rows[{index}].attached = false;
   }
   rowe::status deliver(std::uint32_t from) {
     rowe::detail::value_header header;

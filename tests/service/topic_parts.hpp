@@ -50,7 +50,7 @@ struct topic_parts : state_fixture::state_fixture {
   rowe::service::refusals refused{memory, {.state = state, .out = out}};
   rowe::service::local_delivery delivery{state};
   rowe::service::publish_predictor phases{memory, bounds, counts};
-  rowe::service::audiences audience{{.state = state, .phases = phases}};
+  rowe::service::audiences audience{{.state = state, .predictor = phases}};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};
   rowe::service::topic_places places{{.state = state, .advertised = advertised, .refused = refused}};
@@ -61,7 +61,7 @@ struct topic_parts : state_fixture::state_fixture {
                                         .rates = rates,
                                         .places = places}};
   rowe::service::advertisements writers{
-      {.state = state, .table = advertised, .refused = refused, .places = places, .readers = readers}};
+      {.state = state, .advertised = advertised, .refused = refused, .places = places, .readers = readers}};
   rowe::service::broker values{{.state = state,
                                 .store = store,
                                 .out = out,

@@ -46,11 +46,13 @@ class codec_check {
 
   // Of a part of a message: empty, or what is wrong with it.
   std::string look_at_object(std::string_view text) {
+    const std::string why = look_at_value(text);
+    return why.empty() && !rowe::json::is_object(text) ? "no object" : why;
+  }
+  std::string look_at_value(std::string_view text) {
     padded_.assign(text);
     padded_.append(rowe::json::reader::tailroom_bytes, '\0');
-    text = std::string_view{padded_}.substr(0, text.size());
-    if (const auto valid = reader_.validate(text); !valid) return "no valid JSON";
-    return rowe::json::is_object(text) ? "" : "no object";
+    return reader_.validate(std::string_view{padded_}.substr(0, text.size())) ? "" : "no valid JSON";
   }
 
  private:
@@ -526,9 +528,11 @@ class untrusted_peer {
     if ((kind != 'm' && kind != 'r' && kind != 'f') || text.size() < head)
       return wrong("json", "its codec has no such message");
     const std::string_view body = std::string_view{text}.substr(head);
-    if (kind != 'f') {
-      if (const std::string why = check_.look_at_object(body); !why.empty()) return wrong("json", why);
-    }
+    // What a service replies may be any value.
+    const std::string why = kind == 'm'   ? check_.look_at_object(body)
+                            : kind == 'r' ? check_.look_at_value(body)
+                                          : std::string{};
+    if (!why.empty()) return wrong("json", why);
     if (kind == 'm') {
       if (!given_numbers_.contains(numbers::number_at(std::string_view{text}.substr(1))))
         wrong("ids", "it never gave this number");

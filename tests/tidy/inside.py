@@ -86,6 +86,37 @@ def parts_are_made_in_that_order(t):
         last = file
 
 
+def parts_have_one_name(t):
+    """A member that is a part, or refers to one, is called after its class."""
+    parts = {name for _, name, file in _parts(t) if name not in _tables(t)}
+    for path in t.within(["src/service"], (".hpp",)):
+        for number, line in enumerate(t.code(path), 1):
+            named = re.match(r"  (?:const )?(\w+)(?:&| ) ?(\w+)_;", line)
+            if named and named[1] in parts and named[1] != named[2]:
+                yield finding(path, number, "part-name", f"{named[2]}_: call it {named[1]}_")
+
+
+def _tables(t):
+    """What core_state has, by short names."""
+    lines = t.code(state_header) if state_header in t.paths else ()
+    return {named[1] for named in (re.match(r"  (\w+) \w+;", line) for line in lines) if named}
+
+
+def rows_have_typed_indices(t):
+    for path in t.within(["src/service"]):
+        for number, line in enumerate(t.code(path), 1):
+            if re.search(r"\bno_index\b", line):
+                yield finding(path, number, "no-index", "no_index: indices of ids.hpp know it themselves")
+
+
+def limits_are_tied(t):
+    """What depends on another limit says so where it stands."""
+    header = "src/service/service_limits.hpp"
+    tied = sum("static_assert(" in line for line in t.code(header)) if header in t.paths else 0
+    if tied < asserted_limits:
+        yield finding(header, 1, "limits", f"{tied} static_asserts tie limits; there were {asserted_limits}")
+
+
 # ---- the page
 
 
@@ -182,6 +213,7 @@ def the_journeys_go_as_the_page_says(t):
         above.append((depth, path, function, list(code.calls(code.unit(path), function))))
 
 
+asserted_limits = 19
 # Lines of a header and its source. What is larger may shrink, and is taken off this list then.
 part_lines_max = 400
 larger = {"core": 500, "publish_predictor": 401, "stop_rules": 561}
@@ -272,5 +304,6 @@ def classes_are_small(t):
         yield finding("tests/tidy/inside.py", 1, "size", f"src/service has no class {name}")
 
 
-rules = (files_include_what_stands_before_them, parts_are_made_in_that_order, the_page_shows_the_parts,
-         the_journeys_go_as_the_page_says, parts_are_small, classes_are_small)
+rules = (files_include_what_stands_before_them, parts_are_made_in_that_order, parts_have_one_name,
+         rows_have_typed_indices, limits_are_tied, the_page_shows_the_parts, the_journeys_go_as_the_page_says,
+         parts_are_small, classes_are_small)

@@ -196,6 +196,19 @@ def orders_name_their_partner(t):
                     yield finding(path, number + 1, "order", f"{name}: no comment names its partner")
 
 
+def partners_exist(t):
+    """What a comment names as the partner of an access is a function somewhere."""
+    named = re.compile(r"\b(\w+)\(\)")
+    functions = {name for path in t.within(library) for line in t.code(path)
+                 for name in re.findall(r"\b(\w+)\s*\(", line)}
+    for path in t.within(library):
+        for number, line in enumerate(t.lines(path), 1):
+            said = line.partition("//")[2].partition("pairs with")[2]
+            for name in named.findall(said):
+                if name not in functions:
+                    yield finding(path, number, "order", f"{name}(): there is no such function")
+
+
 def a_pairs_words_have_one_home(t):
     """The explorer runs pair_lifecycle.hpp as it is. Its words are private, which the compiler sees to; this
     sees that nobody makes others of their kind."""
@@ -385,7 +398,7 @@ rules = (
     libraries_stay_in_their_room, rooms_include_along_the_arrows, outsiders_include_the_interface_only,
     no_fences_and_no_volatile, the_library_neither_prints_nor_ends_the_program,
     the_core_has_no_clock_and_no_chance, the_service_names_no_codec, tests_do_not_sleep,
-    errors_are_not_swallowed, orders_name_their_partner, a_pairs_words_have_one_home,
+    errors_are_not_swallowed, orders_name_their_partner, partners_exist, a_pairs_words_have_one_home,
     sources_name_their_licence, lines_fit, white_space_is_plain, nothing_is_left_open, no_machine_is_named,
     named_files_exist, documented_code_is_compiled, links_lead_somewhere, words_are_the_fields,
     *inside.rules)

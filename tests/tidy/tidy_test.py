@@ -71,6 +71,11 @@ plants = [
      spdx + "x.load(std::memory_order_acquire);\ny.store(1, std::memory_order_release);  // counted\n\n\n\n\n"
      "// of the words in the lane\nz.load(std::memory_order::relaxed);\n",
      [(2, "order"), (3, "order"), (9, "order")]),
+    ("src/api/plant_9.cpp",
+     spdx + "x.load(std::memory_order_acquire);  // acquire: pairs with the release in nowhere()\n",
+     [(2, "order")]),
+    ("src/service/service_limits.hpp", spdx + "#pragma once\nstatic_assert(1 < 2);\nint last = no_index;\n",
+     [(1, "limits"), (4, "no-index")]),
     ("tests/model/plant_6.hpp",
      spdx + "atomics::variable<pair_phase> phase;\nstd::atomic< detail::audience > heard;\n",
      [(2, "pair-word"), (3, "pair-word")]),
@@ -105,9 +110,10 @@ plants = [
      + "".join(f"  int m{n}_ = 0;\n" for n in range(16)) + "};\n",
      [(2, "size"), (2, "size"), (2, "size")]),
     ("src/service/core_parts.hpp",
-     spdx + "class core_parts {\n  core_state state_;\n  topic_rates rates_;\n  outbox outbox_;\n"
-     "  message_store store_;\n  stop_service stop_service_;\n  handle_registry registry_;\n};\n",
-     [(6, "include-order")]),
+     spdx + "class core_parts {\n  core_state state_;\n  topic_rates topic_rates_;\n  outbox outbox_;\n"
+     "  message_store message_store_;\n  sender writer_;\n  stop_service stop_service_;\n"
+     "  handle_registry handle_registry_;\n};\n",
+     [(6, "include-order"), (7, "part-name")]),
     ("docs/inside.md",
      "# Inside\n```\n  handle_registry\n  stop_service\n  timers   topic_rates\n"
      "  topic_table   cycle_state\n```\n"

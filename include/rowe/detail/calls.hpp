@@ -428,7 +428,7 @@ inline bool has_room(queue_pair& on, peer_ref to) noexcept {
 inline status wait_room(const pair_handle& handle, peer_ref to, duration timeout) noexcept {
   queue_pair& on = *handle;
   if (++on.user.room_waits == 0) ++on.user.room_waits;
-  // release: pairs with the acquires in take_entries() and tell_of_room()
+  // release: pairs with the acquires in take_entries() and tell_those_who_ask()
   on.room_asked.store(on.user.room_waits, std::memory_order_release);
   handle.wake_service();
   bool room = false;
