@@ -11,8 +11,7 @@
 // tails can be compared.
 //   bare         spsc_ring::try_push of the struct, by value, and nothing else
 //   rowe_all     publish_into() of a queue pair that keeps all: take a free slot, stamp, copy, push; the
-//   consumer
-//                gives slots home as the service thread does
+//                consumer releases slots as the service thread does
 //   rowe_newest  publish_into() of a queue pair that keeps the newest: the four-slot window
 //   rowe_told    as rowe_all, under idle::wake while the service thread is awake: the handshake, and no
 //                system call

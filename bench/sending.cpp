@@ -10,8 +10,7 @@
 //                               transport writes the batch; no clamp on the socket's buffers
 //   send_300/rowe               the same as shipped, to a peer that is near
 //   publish_300/rowe_unclamped  a whole core and one queue pair, of a struct whose encoding is a copy:
-//   publish(),
-//                               queue pair, slot, queue, frame, socket
+//                               publish(), wire slot, queue, frame, socket
 //   publish_300/rowe            the same as shipped
 //   publish_odometry/encoder    no more than the encoder, over 256 different odometry messages
 //   publish_odometry/rowe_unclamped, publish_odometry/rowe   these messages through the same core

@@ -6,7 +6,7 @@
 
 namespace rowe {
 
-// A call that a queue pair or a caller has in flight. Names it until its end was taken; then it is stale, and
+// Names a call that a lane or a caller has in flight. Once the call's completion was taken it is stale, and
 // stays so.
 struct call_id {
   std::uint32_t index = 0;

@@ -40,8 +40,7 @@ class lane {
   // `ttl` is over: 0 is now or never, negative for ever. Which of the two happened is counted, not told.
   // Errors: full (the option `depth`: all slots are taken; or what waits for `to`, which does not read, has
   // its share of them, see docs/limits.md), too_big (`text_bytes_max`, or a message that overflowed),
-  // peer_lost
-  // (`to` is gone). Never waits, never allocates, no system call.
+  // peer_lost (`to` is gone). Never waits, never allocates, no system call.
   ROWE_RT status try_send(body object, duration ttl, time_point now, connection to = everyone) noexcept {
     if (!pair_) return errc::misuse;
     return detail::post_to(*pair_, to, object,

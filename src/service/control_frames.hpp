@@ -25,9 +25,8 @@ struct control_frames {
 
   std::span<const std::byte> rest() const noexcept { return {bytes.data() + written, size - written}; }
 
-  // Where a frame of so many bytes goes; null when it is not to be sent. RFC 6455 5.5.3 asks for a pong to
-  // the latest ping only: where there is no room for one more, it takes the place of the last one. A ping of
-  // ours is not worth sending behind pongs that were not read.
+  // Reserves the place of a frame; null: do not send it. If there is no room, it replaces the last one: only
+  // the latest ping needs a pong (RFC 6455 5.5.3). Our own ping is not sent behind other control frames.
   std::byte* place(wire::opcode what, std::size_t frame_bytes) noexcept {
     if (written != 0) {
       std::memmove(bytes.data(), bytes.data() + written, size - written);

@@ -56,9 +56,9 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // How long the last cycle took, by the clock of whoever runs the core.
   void record_cycle(rt::duration took) noexcept;
 
-  // How long the thread may sleep. It has to poll handles that do not wake it: they may submit something that
-  // a peer waits for, or something that is to expire. Where handles wake it, or predictor() predicts their
-  // publishes, it has to poll only for what is parked in a queue pair.
+  // The longest sleep. Handles that do not wake the thread must be polled: they may submit something that a
+  // peer waits for, or something that is to expire. If they wake it, or predictor() knows when they publish,
+  // only what is parked needs polling: their submissions, and peers whose messages a lane takes.
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
     const bool handles_talk = handle_registry_.talking() != 0 && state_.peers.count() != 0;
     if (handle_submissions_.waits() && (audiences_.listened() != 0 || handles_talk)) return poll_period;

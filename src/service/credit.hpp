@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// How much may be on its way to one peer: written, and not known to be read. The bound is one of time, so
-// that what is urgent never waits long behind what is not: what the peer reads in two round trips and 20 ms
-// (1 ms where the round trip is less than 2 ms), between 12 KiB and 1 MiB. How fast it reads, and how
-// long a round trip takes, is known from pings: each carries how many bytes were written up to its own end,
-// and since a peer answers in the order in which it reads, its pong says that all of these have been read.
+// Bounds the bytes in flight to one peer: written, and not known to be read. The bound comes from a time, so
+// that an urgent message never waits long behind others. It is what the peer reads in two round trips plus
+// 20 ms (1 ms if a round trip takes less than 2 ms), but at least 12 KiB and at most 1 MiB.
 //
-// One ping is under way at a time, so a pong is a round trip old when the next ping goes, and what was
-// written in between is not acknowledged yet although it may be read: hence two round trips in the bound
-// (decision 0015). It goes in the middle of what the bound allows, so that there is as much to
-// read before it as behind it.
+// Pings tell how fast the peer reads, and how long a round trip takes. Each carries how many bytes were
+// written up to its own end. A peer answers in the order in which it reads, so its pong says that all these
+// bytes have been read.
+//
+// A new ping goes when the last one was answered, or is late: after two round trips and 100 ms. What was
+// written behind a ping is acknowledged only by the next one, up to two round trips later: hence two round
+// trips in the bound (decision 0015). A ping goes after half of the bound, so that there is as much to read
+// before it as behind it.
 //
 // The bound uses the shortest round trip, which may become longer. But while messages are held back, every
 // round trip includes the queue that we keep at the peer, and a bound that followed those would grow with its

@@ -44,8 +44,7 @@ class handle_registry {
   void scan() noexcept;
   // In a client: tells the server of all handles.
   void announce_all(connection& c) noexcept;
-  // How many handles belong to no topic: callers, responders and queue pairs, whose submissions a peer may
-  // wait for.
+  // How many handles belong to no topic: callers, responders and lanes. A peer may wait for what they submit.
   std::uint32_t talking() const noexcept { return talking_; }
   // If handles wake this thread: nothing was submitted since scan() looked.
   bool quiet() const noexcept;

@@ -48,8 +48,8 @@ class listings {
   void forget(peer_index peer) noexcept {
     if (std::exchange(told_[peer], false) && --told_count_ == 0) due_ = rt::never;
   }
-  // Once a cycle: they are told what is there no more, and what is new. Not at once where something comes and
-  // goes all the time: a peer that does so must not fill the queues of others, who would be closed for it.
+  // Once a cycle: tells peers what is gone and what is new. Where changes never pause it waits in between:
+  // else they would fill the queues of peers that do not read fast enough, and those would be closed.
   void tell_changes() noexcept {
     if (told_count_ != 0) tell_news();
   }

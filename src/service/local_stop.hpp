@@ -2,9 +2,10 @@
 // How threads of this process that have no loop ask the service thread for a stop or a reset, and get its
 // answers. One count says how often the loops were to stop: raising it needs no room and waits for nobody.
 // The source and the reason go beside it through a window, and the answers come back through another. So
-// neither side ever waits for the other. Requests are numbered. Only the newest source and reason are kept,
-// and an answer holds for all requests up to its number. A reset names the count as it stood, so a stop that
-// comes later is known by its count.
+// neither side ever waits for the other.
+//
+// Requests are numbered. Only the newest source and reason are kept. An answer holds for all requests up to
+// its number. A reset carries the count of stops at its time; a higher count later means a newer stop.
 //
 // The threads use their ends of the windows one at a time (api/local_stops.hpp); any of them may raise the
 // count.

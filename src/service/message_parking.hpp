@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The shares of senders' slots that parked direct messages may keep. A message that finds no room is parked:
-// it keeps a slot of its sender, and is posted again in the sender's next turn. One peer may have as many of
-// these slots as are not parked, and all peers together three quarters; so messages to other peers find a
-// slot. The receiver may park in all of its slots: it limits what it takes from a peer, so each answer finds
-// one. When a peer has its share, senders are told `full` before they take a slot, until nothing is parked
-// for it; what was submitted before ends with `full`. A message to everyone is always parked: its sender
+// it keeps a slot of its sender, and is posted again in the sender's next turn. Parked messages may have
+// three quarters of a sender's slots, and one peer as many of those as are left: half of them, if it is
+// alone. So messages to other peers find a slot. The receiver may park in all of its slots: it limits what it
+// takes from a peer, so each answer finds one.
+//
+// When a peer has its share, senders to it are told `full` before they take a slot, until nothing is parked
+// for it. What was submitted before ends with `full`. A message to everyone is always parked: its sender
 // counts on that, but is told `full` just as early.
 //
 // Service thread only; nothing waits or allocates.

@@ -86,9 +86,10 @@ class queue_entries {
   std::uint32_t held_by(peer_index peer, queued_as what, slot_class of) const noexcept {
     return held_[owner_of(peer, what)].of[static_cast<std::size_t>(of)];
   }
-  // The connection to evict from: the one that was found last, while it holds more than `share` entries that
-  // may be evicted. Else the one that holds most; of equals one for which `rather(peer_index)` is true; this
-  // looks at every connection. Counts entries of one size class, or of all. None: nobody holds any.
+  // Which connection loses an entry. The one found last, while it holds more than `share` entries that may be
+  // evicted. Else the one that holds most; among equals the last for which `rather(peer_index)` is true, or
+  // the first. That search looks at every connection. Counts entries of one size class, or of all. None:
+  // nobody holds any.
   template <class Rather>
   peer_index longest(std::optional<slot_class> of, std::uint32_t share, Rather&& rather) noexcept {
     if (evictable(longest_, of) > std::max(share, 1U)) return longest_;

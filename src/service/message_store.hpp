@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Encoded messages, from the moment they are composed until nobody needs them any more. A message lies in one
 // slot; many queues may hold its number. Whoever releases the last reference frees the slot. An expired
-// message is freed even while it is queued. Whoever uses a message compares its expiry with the time of the
-// cycle; the wheel only frees slots that nobody used before.
+// message is freed even while it is queued. Every user of a message compares its expiry with the time of the
+// cycle. The wheel only frees slots that nobody looks at.
 //
 // The store does not know who waits for the outcome of a message. A slot may be tracked: then its outcomes
 // are noted, and whoever tracks it takes them later.

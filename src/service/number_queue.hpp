@@ -6,7 +6,8 @@
 // its first block serves for ever and nothing is allocated, however many threads come and go
 // (number_queue.cpp says how the memory is taken from the arena).
 //
-// moodycamel keeps the order within one producer, which says nothing here: what has an order brings its own.
+// Order is kept only within one producer. Each slot has a producer of its own, so the numbers come in any
+// order. A user who needs one adds tickets (submission_queue.hpp).
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -47,8 +47,8 @@ class outbox {
   template <class WriteBody>
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
-  // To one peer, an answer: never thinned out, and dropped as late only where it has a time of its own.
-  // Returns its slot; none when it is lost, counted. `needed`: a peer that loses it later is closed.
+  // Queues an answer to one peer. It is never thinned out, and expires only if it has a time to live. Returns
+  // its slot; none: it was lost, counted, or the peer is closing. `needed`: a peer that loses it is closed.
   template <class WriteText>
   slot_id reply(peer_index to, WriteText&& write_text, rt::time_point expires = rt::never,
                 bool needed = false) noexcept;

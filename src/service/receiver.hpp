@@ -58,11 +58,12 @@ class receiver {
 
   // ---- released slots
 
-  // A receiver submits its answer before it releases the message's slot. So a peer is charged for a released
-  // slot until all that was submitted before the release has been taken; after that it is charged for the
-  // answer, if that is parked. mark_released() notes which slots are released. Then the receiver's
-  // submissions are taken. Then count_released() counts the slots up to the mark; `taken`: how many
-  // submissions those were.
+  // A receiver submits its answer, and then releases the message's slot. The peer stays charged for that slot
+  // until the submissions before the release were taken. Then it is charged for the answer, if this is
+  // parked.
+  //
+  // mark_released() notes which slots are released. Then the receiver's submissions are taken. Then
+  // count_released() counts the slots up to the mark; `taken`: how many submissions those were.
   void mark_released() noexcept;
   void count_released(std::size_t taken) noexcept;
   // Counts released slots now. A handle wakes nobody when it releases a slot; the shared inbox does from now

@@ -19,8 +19,8 @@ namespace rowe::service {
 
 // ---- what one cycle takes
 
-// How many values of one handle are taken, and how many if no subscriber loses one by it; how many messages,
-// requests and replies of one handle, or of all threads.
+// Values taken from one handle in a cycle; more if no subscriber loses one by it. Messages, requests and
+// replies taken from one handle, or from all threads together.
 inline constexpr std::size_t values_per_cycle = 64;
 inline constexpr std::size_t values_per_cycle_ample = 256;
 inline constexpr std::size_t entries_per_cycle = 64;
@@ -64,9 +64,10 @@ inline constexpr std::size_t stop_look_bytes = 160;
 inline constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
 static_assert(stop_look_bytes < stop_frame_bytes_max && stop_frame_bytes_max < staging_bytes);
 
-// Bytes of an id that a peer gives, as it stands in the text; a longer one is refused, or a stop is answered
-// without it. And of our own.
+// Longest id of a peer's request, as written in its text. A longer one is refused; a stop with a longer one
+// is answered without it.
 inline constexpr std::size_t call_id_bytes_max = 256;
+// Longest id of ours.
 inline constexpr std::size_t our_call_id_bytes_max = 64;
 static_assert(call_id_bytes_max == wire::name_limits{}.id_bytes_max);
 static_assert(our_call_id_bytes_max <= call_id_bytes_max);
@@ -86,8 +87,8 @@ static_assert(batch_bytes_max < 65'483);
 inline constexpr std::size_t mask_bytes_drawn = 4096;
 static_assert(mask_bytes_drawn % 4 == 0);
 
-// Replies that a peer has not read yet. Of one that reads more slowly than it is written to fewer: a few that
-// ask and do not read must not take the slots of all.
+// Replies that wait to be written to one peer. A backpressured peer may have fewer: else a few peers that ask
+// and never read would take everybody's slots.
 inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
@@ -99,9 +100,9 @@ static_assert(name_bytes_shown + 64 <= wire::refusal::text_bytes_max);
 inline constexpr std::uint32_t refusal_events_burst = 8;
 // The rate at which a partial frame is to go on: that of a poor radio link.
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
-// How often peers that are told of topics and services are told what has changed, and how many times in a row
-// without a pause. Each time is up to four replies, and more where they do not fit: topics and services that
-// went, and those that came.
+// Peers that get lists of topics and services are told of changes this often at most, but this many times
+// without a pause. Each time takes up to four replies, and more if a list does not fit into one: topics and
+// services that are gone, topics and services that are new.
 inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
 inline constexpr std::uint32_t listings_burst = 4;
 static_assert(4 * listings_burst <= replies_max_backpressured);
@@ -111,14 +112,16 @@ static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
 
 // ---- the stop
 
-// Bytes of the body of any answer to the stop, and of its state, which lists guards and loops; of that with
-// what is around it; and of the room that each peer has for one answer and one state.
+// Bytes of the body of a stop's answer, or of its state, which lists guards and loops.
 inline constexpr std::size_t stop_body_bytes_max = 2560;
+// The same with the id and the envelope around it.
 inline constexpr std::size_t stop_answer_bytes_max = stop_body_bytes_max + call_id_bytes_max + 128;
+// The buffer that each peer has for answers and the state.
 inline constexpr std::size_t stop_room_bytes = 4096;
 static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_room_bytes);
-// Stops of one peer that wait for the loops, more of which are answered at once; and of this process.
+// How many stops of one peer may wait for the loops. One more is answered at once.
 inline constexpr int stops_awaited_per_peer = 2;
+// Places for the stops of this process, besides one for each connection.
 inline constexpr std::size_t stops_awaited_of_process = 8;
 // A peer on stop_path that stopped a robot that could move keeps its place for so long.
 inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
@@ -136,20 +139,20 @@ inline constexpr rt::duration undecodable_period = std::chrono::seconds{1};
 
 // ---- time
 
-// A silent peer is found this much later than promised, at most; and so much may a look at an unfinished
-// message be late.
+// Each peer is checked this often. So silence, or an unfinished message, is noticed at most this much too
+// late.
 inline constexpr rt::duration liveness_period = std::chrono::milliseconds{500};
-// Peers are looked at at multiples of this, those who share one together: a thousand quiet ones must not wake
-// a sleeping thread two thousand times a second. 17 ms; where a slot of the wheel's second level begins, so
-// that nothing wakes for its entries before they are due.
+// Checks are due at multiples of this (17 ms), so peers share wake-ups: a thousand quiet peers must not wake
+// the thread two thousand times a second. A slot of the wheel's second level begins there, so the thread does
+// not wake for that slot before its entries are due.
 inline constexpr rt::duration liveness_step = 256 * rt::timer_wheel::tick;
 static_assert(liveness_step % rt::timer_wheel::tick == rt::duration{0} && liveness_step < liveness_period);
 // A ping may be unanswered for so many times silence_max, whatever else its peer says.
 inline constexpr int silences_unanswered_max = 2;
 
-// How long the thread may sleep: if handles may submit what a peer waits for; and if there are none, since
-// set-up and sockets wake it.
+// The longest sleep while a handle may submit what a peer waits for, or something waits for room.
 inline constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
+// The longest sleep otherwise: sockets and set-up wake the thread.
 inline constexpr rt::duration idle_rest = std::chrono::milliseconds{250};
 static_assert(talking_rest < detail::word_late_max && talking_rest < idle_rest);
 // While a loop is to acknowledge a stop: not long at first.

@@ -90,9 +90,9 @@ class shared_inbox {
   // ---- The service thread. Nothing here waits, locks or allocates; deliver() enters the kernel if somebody
   // ---- sleeps who must be woken.
 
-  // Puts a message into the inbox and wakes a receiver. full: every slot is in the inbox, not expired by
-  // header.stamped (when it is at the front), or in the hands of a receiver; too_big: the text exceeds a
-  // slot; closed. `released` as for collect().
+  // Puts a message into the inbox and wakes a receiver. full: no slot is free, even after the messages at the
+  // front of the inbox that had expired by header.stamped were dropped; too_big: the text exceeds a slot;
+  // closed. `released` as for collect().
   template <class Released>
   status deliver(const inbound_header& header, std::string_view text, Released&& released) noexcept {
     if (const status may = may_deliver(text); !may) return may;
@@ -114,7 +114,7 @@ class shared_inbox {
     mark();
     return collect_marked(released);
   }
-  // The same in two steps: of those that are released at the first.
+  // The same in two steps: mark() notes which slots are released, collect_marked() reports them.
   void mark() noexcept {
     marked_count_ += static_cast<std::uint32_t>(released_.take_all(free_.subspan(marked_count_)));
   }
@@ -126,12 +126,12 @@ class shared_inbox {
     }
     return free_count_;
   }
-  // Of the messages that are there now collect() says nothing any more.
+  // From now on collect() does not report the messages that are in a slot now.
   void forget_senders() noexcept {
     for (slot_state& one : slots_) one.counted = false;
   }
   std::uint32_t free_slots() const noexcept { return free_count_; } // that were collected
-  // Who releases a slot from now on is told to wake this thread, once. Collect after it.
+  // The next thread that releases a slot is told to wake the service thread. Call collect() after this.
   void ask_for_slots() noexcept {
     // acq_rel: pairs with the exchange in release()
     slots_wanted_.exchange(1, std::memory_order_acq_rel);

@@ -51,8 +51,8 @@ class shared_state {
         writer_{events_.take_producer()},
         reader_{events_.take_consumer()} {}
 
-  // Service thread. What peers can bring about as often as they like leaves a quarter of the room to the
-  // rest: what was stopped, what does not work, which limit was met.
+  // Service thread. Events that peers can cause at will may fill three quarters of the ring. The rest is for
+  // others: stops, warnings, attempts to connect that failed.
   void post(const event& what) noexcept {
     const bool has_room = !by_peers(what.what_kind) || writer_->room_at_least() > events_.capacity() / 4;
     if (!has_room || !writer_->try_push(what)) counts.add(counter::events_lost);
@@ -64,8 +64,8 @@ class shared_state {
   }
   // Who is at a place: nobody, generation 0, before somebody else. An address is cut at 63 bytes.
   void set_connection(std::uint32_t index, std::uint32_t generation, std::string_view peer) noexcept {
-    // release: pairs with the acquires of the words in read_connection(): whoever sees a new word does not
-    // see the generation of before any more
+    // release: pairs with the acquires of the words in read_connection(): whoever reads a new word then also
+    // reads this 0, or a newer generation
     generations_[index].store(0, std::memory_order_release);
     set_taking(index, generation);
     if (generation == 0) return;

@@ -81,15 +81,15 @@ constexpr std::uint32_t left_of(std::uint32_t share, std::uint32_t taken) noexce
   return share > taken ? share - taken : 0;
 }
 
-// How many slots of a size class may be in the hands of sockets at once, each with a part of its frame out:
-// such a one cannot be taken back, and of `connections` that do not read each may keep one.
+// How many slots of a size class may be partial at once: a quarter at most. A partial frame cannot be taken
+// back, so each of `connections` may keep one by not reading.
 constexpr std::uint32_t begun_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t quarter = slots / 4;
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
 }
 
-// How many of them direct messages may have, which are kept until they are sent. A quarter is for the rest,
-// beyond what sockets may have.
+// How many slots of a size class direct messages may have, which are kept until they are sent. A quarter is
+// for other messages, besides the slots that may be partial.
 constexpr std::uint32_t message_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t others = slots / 4 + begun_slots_max(slots, connections);
   return slots > others ? slots - others : 1;

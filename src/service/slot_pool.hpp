@@ -112,7 +112,7 @@ class slot_pool {
   // Whether the message goes in a binary frame; and when the value in its body was published.
   bool binary(slot_id index) const noexcept { return slots_[index].binary; }
   rt::time_point published(slot_id index) const noexcept { return slots_[index].published; }
-  // Without it the peer would know less, or more, than there is: whoever evicts it ends the connection.
+  // The peer must not miss this message. Whoever evicts it closes the peer.
   void need(slot_id index) noexcept { slots_[index].needed = true; }
   bool needed(slot_id index) const noexcept { return slots_[index].needed; }
   std::span<char> text(slot_id index) noexcept { return {base(index), slots_[index].bytes}; }

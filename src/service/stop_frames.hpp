@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The stop's own room on one connection: complete frames, written right after control frames and before every
-// message. Nothing of the endpoint can be so full that an answer finds no place here; only a peer that does
-// not read fills it. The state is kept once, its newest. Service thread only.
+// The stop's own buffer on one connection: whole frames, written after control frames and before messages. A
+// full endpoint cannot fill it; only a peer that does not read can. Of the states that wait only the newest
+// is kept. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>

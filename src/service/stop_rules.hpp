@@ -126,7 +126,7 @@ class stop_rules {
   bool guarded(rt::time_point now) const noexcept;
   bool loops_ready(rt::time_point now) const noexcept;
   rt::time_point last_look(const loop& l) const noexcept;
-  // Who has stopped, or must; false when all is well.
+  // Stops if a guard or a loop has failed. True if one has.
   bool find_trouble(rt::time_point now) noexcept;
   // Until when loops may move, as of `now`.
   rt::time_point run_until(rt::time_point now) const noexcept;
@@ -148,7 +148,8 @@ class stop_rules {
   std::size_t source_bytes_ = 0;
   std::uint64_t version_ = 1;
 
-  // Who has asked for this stop. When all places are taken, everyone counts as new: that is the safe side.
+  // Who asked for this stop. If the list is full, an asker that is not in it counts as new each time. That
+  // errs on the safe side.
   std::array<std::uint64_t, 16> askers_{};
   std::size_t asker_count_ = 0;
 

@@ -65,12 +65,11 @@ class submission_queue {
   // the last one was just being taken); closed.
   result<std::uint32_t> submit(submission_header header, std::string_view text) noexcept;
 
-  // Sleeps until the slot's request is completed or `deadline` has come; `never` is for ever, which ends
-  // because the service thread completes whatever it took, at the latest in finish(). True: outcome() and
-  // reply_text() say what came of it, and the caller releases the slot. False: out of time, or the service
-  // thread has finished without it (then is_closed()); the caller must not touch the slot again, and the
-  // service thread releases it when the request, which runs on, has ended. Once for each submit() that wants
-  // an outcome. Allocates nothing.
+  // Sleeps until the request is completed, or `deadline`. With `never` it ends as well: the service thread
+  // completes whatever it took, at the latest in finish(). True: read outcome() and reply_text(), then
+  // release the slot. False: the time is over, or the service thread has finished without it (then
+  // is_closed()). Then do not touch the slot: the request runs on, and the service thread releases the slot
+  // when it has ended. Call it once for each submission that wants an outcome. Allocates nothing.
   bool wait(std::uint32_t slot, rt::time_point deadline) noexcept;
 
   // What complete() said, between a wait() that returned true and release(). The text is followed by

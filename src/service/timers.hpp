@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What comes due by time: one node of a wheel for each row that may have a time, and for each thing of which
-// there is one. A row is armed under the number that names it; what is due comes back as its kind and number.
+// The timer wheel. Each row that can have a deadline has a node, and each single timer has one. A row is
+// armed under its number. What is due comes back as kind and number.
 // Service thread only; nothing waits or allocates.
 #pragma once
 #include <cstddef>

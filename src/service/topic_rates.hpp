@@ -37,8 +37,8 @@ class topic_rates {
   rt::time_point period_began() const noexcept { return period_began_; }
   topic_id statistics_topic() const noexcept { return statistics_topic_; }
 
-  // The service is asked at any time, whether or not somebody listens to the topic. Its rates are of two
-  // periods, the newest of which has not ended, so of one second at least; of two and one cycle at most.
+  // The service may be asked at any time, whether or not somebody listens to the topic. Its rates cover the
+  // last one to two seconds: a full period, and the one that has not ended.
   void mark_if_due() noexcept {
     if (state_.cycle.now - marked_[0] >= marks_period) mark();
   }

@@ -33,7 +33,8 @@ struct topic {
   std::uint16_t head_bytes = 0;
   rowe::priority priority = rowe::priority::normal;
   rowe::keep keep = rowe::keep::all;
-  // As a client: whether our subscribe and advertise omit the slash, as the first handle's name does.
+  // As a client: whether we send the name without its slash, as the first handle wrote it: in `subscribe`, in
+  // `advertise`.
   bool asked_unslashed = false;
   bool offered_unslashed = false;
   latched_value last; // for late subscribers

@@ -66,8 +66,8 @@ class trackers {
     const auto which = static_cast<std::size_t>(of);
     return left_of(slots_max_[which], begun_[which]);
   }
-  // Whether a peer may have one more slot that nobody else waits for. A backpressured peer (`behind`) gets
-  // nothing of one half beyond its claim: peers that are not backpressured release their slots at once.
+  // Whether a peer may have one more slot to itself. Beyond its claim a backpressured peer (`behind`) gets
+  // nothing of one half: the others need it, and release their slots soon.
   bool has_share(peer_index peer, bool behind, slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);
     const std::uint32_t held = held_[which][peer];

@@ -25,7 +25,8 @@ struct connection_id {
   friend bool operator==(const connection_id&, const connection_id&) = default;
 };
 
-// The path of peers that come to stop and to see that. Places are kept for them (docs/stop.md).
+// The path for peers that want only to stop, and to see the stop's state. Places are kept for them
+// (docs/stop.md).
 inline constexpr std::string_view stop_path = "/rowe/stop";
 
 // What we are on a connection; decides who masks.
@@ -88,9 +89,10 @@ class transport_sink {
   // A handshake was refused (as server), or an attempt to connect failed (as client).
   virtual void on_refused(const refusal& reason) noexcept = 0;
   virtual http_answer on_http(const http_request& request) noexcept = 0;
-  // A peer on stop_path has come and no place is left: whether this one, on that path too, may lose its own.
+  // A new peer on stop_path finds no place. May this connection, if it is on stop_path too, be closed for it?
   virtual bool may_displace(connection_id) const noexcept { return false; }
-  // And it does: the last moment to write to it. on_close follows before anything else is reported of it.
+  // It is closed for the new one. This is the last moment to write to it: on_close follows before anything
+  // else is reported of it.
   virtual void displace(connection_id) noexcept {}
 
   static constexpr std::size_t tailroom_bytes = 64;
@@ -149,8 +151,8 @@ class transport {
   // on_close follows in a later poll().
   virtual void close(connection_id connection, close_how how) noexcept = 0;
 
-  // Whether the peer is so near that what the transport itself holds matters more than what it needs to keep
-  // the way there filled. Not near, until this is called.
+  // Tells whether the peer's round trip is short. Then the transport keeps its own send buffer small. Until
+  // this is called, the round trip is not short.
   virtual void set_near(connection_id connection, bool near) noexcept = 0;
 
   // Stops (false) or resumes reading from a connection.

@@ -52,8 +52,8 @@ TEST(lane_memory, has_room_for_exactly_the_slots_that_were_asked_for) {
   }
 }
 
-// Slots go home one by one, places are given back at the end of a batch; the user thread may run at any time
-// between.
+// Slots are released one by one, places are given back at the end of a batch; the user thread may run at any
+// time between.
 TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_ends) {
   for (const std::uint32_t depth : {1U, 2U, 3U, 64U, 100U, 256U}) {
     end pair{depth};

@@ -205,7 +205,7 @@ TEST(typed_subscriber, takes_every_value_in_order) {
   ASSERT_TRUE(on.arrive_value(message_from({}), question{5, 6}));
   ASSERT_TRUE(on.arrive_value(message_from({}), question{7, 8}));
   EXPECT_EQ(seen.latest()->value().a, 7);
-  ASSERT_TRUE(on.arrive_value(message_from({}), question{5, 6})); // both slots went home
+  ASSERT_TRUE(on.arrive_value(message_from({}), question{5, 6})); // both slots were released
   ASSERT_TRUE(on.arrive_value(message_from({}), question{7, 8}));
   on.close();
   EXPECT_TRUE(seen.try_take() && seen.try_take());

@@ -164,21 +164,21 @@ std::uint64_t stop_acknowledged(const rowe::detail::latch_words<>& words, rowe::
 std::uint32_t publish(rowe::publisher<pose>& to, const pose& value, rowe::time_point now) {
   return static_cast<std::uint32_t>(to.publish(value, now).code());
 }
-// Whether it is closed; then the window's read, or a pop, after which the slot goes home (in two places: as
-// the view that is destroyed, and as the one that was moved from).
+// Whether it is closed; then the window's read, or a pop, after which the slot is released (in two places:
+// as the view that is destroyed, and as the one that was moved from).
 // expects: ldar ldar ldar stlr ldar ldar stlr stlr
 std::uint32_t take(rowe::subscriber<pose>& from, pose& value) {
   auto taken = from.try_take();
   if (taken) value = taken->value();
   return static_cast<std::uint32_t>(taken.code());
 }
-// Whether it is closed; a slot that came home; its number into the ring, looking whether that is full; the
+// Whether it is closed; a slot that was released; its number into the ring, looking whether that is full; the
 // signal. Twice: simply, and where half of the slots wait for room (post_barred()).
 // expects: 9*ldar 4*stlr 2*call:memcpy 2*call:_ZNK4rowe2rt14eventfd_signal5raiseEv
 std::uint32_t send(rowe::lane& to, std::string_view text, rowe::duration ttl, rowe::time_point now) {
   return static_cast<std::uint32_t>(to.try_send(text, ttl, now).code());
 }
-// Whether it is closed; pops, and what is out of date goes home; so does what was taken, at the end.
+// Whether it is closed; pops, and what is out of date is released; so is what was taken, at the end.
 // expects: ldar ldar ldar stlr stlr stlr
 void receive(rowe::lane& from, rowe::time_point now, std::size_t& bytes) {
   const auto came = from.try_receive(now);

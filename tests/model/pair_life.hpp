@@ -69,7 +69,7 @@ inline void close_handles(modelled_pair& one) {
   one.news.notify();
 }
 
-// ---- pair.hpp, calls.hpp
+// ---- queue_pair.hpp, calls.hpp
 
 // publish_into()
 inline bool publish(modelled_pair& on, std::uint32_t value) {
@@ -78,7 +78,7 @@ inline bool publish(modelled_pair& on, std::uint32_t value) {
   return on.to_service.in.try_push(value);
 }
 
-// subscriber::take(), pair::receive(): wait_next() with a try_next() that looks whether it is over first.
+// subscriber::take(), lane::receive(): wait_next() with a try_next() that looks whether it is over first.
 inline std::optional<std::uint32_t> take_or_closed(modelled_pair& on) {
   std::optional<std::uint32_t> taken;
   bool over = false;
@@ -134,8 +134,9 @@ bool turn_pair(modelled_pair& pair, const status& answer, Take take) {
   return true;
 }
 
-// announce(), update_wanted(), receiver(): what a queue pair's life has written is looked at in queue pairs
-// that are attached, and in no others: set-up may be building those. `attached` is the service thread's own.
+// handle_registry::announce_all(), audiences::update(), receiver::first_but(): what a queue pair's life has
+// written is looked at in queue pairs that are attached, and in no others: set-up may be building those.
+// `attached` is the service thread's own.
 inline void look_at_each(std::span<modelled_pair> pairs, std::span<const bool> attached) {
   for (std::size_t i = 0; i != pairs.size(); ++i) {
     if (!attached[i]) continue;
@@ -150,7 +151,7 @@ struct modelled_loop {
   event_fd wakes;
 
   // run(): cycles until it was told to stop. `idle` waits. A cycle begins with transport::poll(), which takes
-  // what ended the wait, and whatever was rung since.
+  // what ended the wait, and whatever was signalled since.
   template <class Cycle>
   void run(Cycle cycle) {
     for (bool stops = false;;) {

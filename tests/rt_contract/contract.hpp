@@ -105,7 +105,7 @@ class real_time {
     told_ = handed_over() - before;
   }
 
-  // What a queue pair rings, and its counter of what was handed over by it. Null but under idle::wake.
+  // The waker of a queue pair, and its count of submissions. Null except under idle::wake.
   rt::waker<>* waker_for(const rt::counter& handed_over) {
     if (!waker_) return nullptr;
     handed_over_.push_back(&handed_over);

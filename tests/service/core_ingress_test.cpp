@@ -335,7 +335,7 @@ TEST_F(core_ingress, forgets_what_a_peer_said_that_was_closed_before_its_turn) {
 
 // ---- shares of whoever receives
 
-// A queue pair receives; it has ten slots each way, of which two are kept for who comes.
+// A lane receives; it has ten slots each way, of which two are kept for who comes.
 struct receiver_shares : core_ingress {
   receiver_shares() { open(); }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Lanes whose handle is gone while views or requests of it are left: their memory is nobody else's until the
-// last slot is home.
+// Queue pairs whose handle is gone while views or requests of it are left: their memory is nobody else's
+// until the last slot is released.
 #include "service/pair_release.hpp"
 
 #include "core_fixtures.hpp"

@@ -77,9 +77,8 @@ struct call_ref {
   friend bool operator==(const call_ref&, const call_ref&) = default;
 };
 
-// What a slot holds. A queue pair's own calls (`own`) are places in its table (call_place), the service
-// thread's
-// (`call`) are places in its own.
+// What a slot holds. A queue pair's own calls (`own`) are places in its table (call_place). The service
+// thread's (`call`) are places in its own.
 enum class entry : std::uint8_t {
   message,    // out: to `peer`, or to everyone; with `own`, that ends when it was written
   invocation, // out: of the queue pair's `own`; in: the service thread's `call`, to be named in the answer

@@ -10,8 +10,7 @@
 // can the borrower release the number. Before place p is written again, as many numbers as there are places
 // were released, so the number that lay in p had been taken and pushed. The order of the other ring thus puts
 // the reading of p before the writing. This holds only for numbers that went through such a ring, one release
-// for
-// each take.
+// for each take.
 //
 // Wait-free on both sides, as spsc_ring is. All numbers are free when it is built.
 #pragma once
