@@ -89,9 +89,9 @@ namespace {
 constexpr std::uint32_t depth = 64;
 
 // A queue pair as an endpoint builds it, and this thread in the service thread's place.
-class lane_harness {
+class pair_harness {
  public:
-  explicit lane_harness(const detail::pair_request& asked)
+  explicit pair_harness(const detail::pair_request& asked)
       : memory_{detail::pair_bytes(asked) + (1 << 12), rt::page_lock::none} {
     on.memory = memory_.carve_bytes(detail::pair_bytes(asked));
     detail::build_pair(on, asked, {});
@@ -139,11 +139,11 @@ void a_thousand_times(Call&& call) {
 
 void publishing() {
   const odometry value{1, 2, 3, 4, 5};
-  lane_harness all{detail::advertise_request<odometry>("/odom", {.depth = depth})};
-  lane_harness newest{detail::advertise_request<odometry>("/odom", {.keep = keep::newest})};
-  lane_harness nobody{detail::advertise_request<odometry>("/odom", {.depth = depth})};
-  lane_harness full{detail::advertise_request<odometry>("/odom", {.depth = depth})};
-  lane_harness texts{detail::advertise_request<json_text>("/said", {.depth = depth})};
+  pair_harness all{detail::advertise_request<odometry>("/odom", {.depth = depth})};
+  pair_harness newest{detail::advertise_request<odometry>("/odom", {.keep = keep::newest})};
+  pair_harness nobody{detail::advertise_request<odometry>("/odom", {.depth = depth})};
+  pair_harness full{detail::advertise_request<odometry>("/odom", {.depth = depth})};
+  pair_harness texts{detail::advertise_request<json_text>("/said", {.depth = depth})};
   nobody.on.audience.set(detail::audience::nobody);
   publisher<odometry> to_all{all.handle()}, to_newest{newest.handle()}, to_nobody{nobody.handle()};
   publisher<odometry> to_full{full.handle()};
@@ -162,7 +162,7 @@ void publishing() {
 }
 
 void taking() {
-  lane_harness seen{detail::subscribe_request<odometry>("/odom", {.depth = depth})};
+  pair_harness seen{detail::subscribe_request<odometry>("/odom", {.depth = depth})};
   subscriber<odometry> from{seen.handle()};
   a_thousand_times([&] {
     seen.arrive();
@@ -172,7 +172,7 @@ void taking() {
 }
 
 void talking() {
-  lane_harness one{detail::talk_request({.depth = depth, .inbox_depth = depth, .calls = 16})};
+  pair_harness one{detail::talk_request({.depth = depth, .inbox_depth = depth, .calls = 16})};
   lane by{one.handle()};
   a_thousand_times([&] {
     steps::send(by);
@@ -186,7 +186,7 @@ void talking() {
 }
 
 void answering() {
-  lane_harness one{detail::serve_request<odometry, odometry>("/same", {.depth = depth})};
+  pair_harness one{detail::serve_request<odometry, odometry>("/same", {.depth = depth})};
   responder<odometry, odometry> by{one.handle()};
   a_thousand_times([&] {
     one.arrive(detail::entry::invocation);
@@ -197,7 +197,7 @@ void answering() {
 
 void stopping() {
   detail::permit_word<> permit;
-  lane_harness one{detail::latch_request({})};
+  pair_harness one{detail::latch_request({})};
   one.on.granted = &permit;
   stop_latch latch{one.handle()};
   detail::latch_number number = 1;

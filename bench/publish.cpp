@@ -92,12 +92,12 @@ struct bare : by_value<rowe_ring_drained> {
 };
 
 template <keep Kept, bool Tells = false>
-class lane_way {
+class pair_way {
  public:
   static constexpr const char* name = Tells ? "rowe_told" : Kept == keep::all ? "rowe_all" : "rowe_newest";
-  lane_way() : memory_{bytes + (1 << 12), rt::page_lock::attempted} {
-    detail::build_path(memory_.carve_bytes(bytes), Kept, depth, sizeof(odometry), pair_->user.out,
-                       pair_->service.out);
+  pair_way() : memory_{bytes + (1 << 12), rt::page_lock::attempted} {
+    detail::build_queue(memory_.carve_bytes(bytes), Kept, depth, sizeof(odometry), pair_->user.out,
+                        pair_->service.out);
     pair_->audience.set(detail::audience::somebody);
     if (Tells) pair_->waker = &waker_;
   }
@@ -130,7 +130,7 @@ class lane_way {
     benchmark::DoNotOptimize(value);
   }
 
-  static inline const std::size_t bytes = detail::path_bytes(Kept, depth, sizeof(odometry));
+  static inline const std::size_t bytes = detail::queue_bytes(Kept, depth, sizeof(odometry));
   std::unique_ptr<detail::queue_pair> pair_ = std::make_unique<detail::queue_pair>();
   rt::waker<> waker_{rt::eventfd_signal{}}; // nobody sleeps
   rt::arena memory_;
@@ -291,7 +291,7 @@ struct contest {
   };
 };
 
-using ways = contest<bare, lane_way<keep::all>, lane_way<keep::newest>, lane_way<keep::all, true>,
+using ways = contest<bare, pair_way<keep::all>, pair_way<keep::newest>, pair_way<keep::all, true>,
                      by_value<moodycamel_readerwriter>,
                      by_value<moodycamel_concurrent>>::with<by_value<mutex_condvar>, json_c_mutex_condvar>;
 

@@ -36,9 +36,9 @@ namespace rowe {
   X(bad_address, "the address cannot be listened on (errno %v)")                                             \
   X(address_in_use, "port %v is in use by another program")                                                  \
   X(not_loopback, "listening beyond loopback needs the option `insecure`")                                   \
-  X(too_many_lanes, "%v lanes are taken; the limit `lanes_max` is %l")                                       \
+  X(too_many_lanes, "%v handles are open; the limit `lanes_max` is %l")                                      \
   X(too_many_topics, "%v topics exist; the limit `topics_max` is %l")                                        \
-  X(lane_memory, "%v bytes of lane memory are needed, %l of %w are left: raise `lane_bytes`")                \
+  X(lane_memory, "%v bytes of handle memory are needed, %l of %w are left: raise `lane_bytes`")              \
   X(reserved_topic, "names below /rowe/ are the endpoint's own")                                             \
   X(type_conflict, "the topic exists with another type (an event names both)")                               \
   X(too_many_latches, "%v stop latches exist; the limit is %l")                                              \

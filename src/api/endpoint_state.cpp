@@ -135,7 +135,7 @@ status endpoint_state::start(service::side ours) {
   if (!validator) return validator.error();
   validator_.emplace(std::move(validator).value());
   pairs_ = memory_.carve<queue_pair>(options_.limits.lanes_max);
-  lane_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
+  pair_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
   codecs_.resize(pairs_.size());
   given_up_.resize(pairs_.size());
   shown_ = memory_.make<service::shared_state>(memory_, options_.limits);
@@ -252,14 +252,14 @@ void endpoint_state::settle_pairs() noexcept {
 
 // The first gap of so many bytes between the queue pairs that are in use; empty when there is none.
 std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const noexcept {
-  std::byte* at = lane_memory_.data();
+  std::byte* at = pair_memory_.data();
   for (;;) {
     const queue_pair* next = nullptr; // the queue pair in use that comes next in memory
     for (const queue_pair& one : pairs_) {
       if (one.lifecycle.is_free() || one.memory.data() < at) continue;
       if (next == nullptr || one.memory.data() < next->memory.data()) next = &one;
     }
-    std::byte* const end = next != nullptr ? next->memory.data() : lane_memory_.data() + lane_memory_.size();
+    std::byte* const end = next != nullptr ? next->memory.data() : pair_memory_.data() + pair_memory_.size();
     if (static_cast<std::size_t>(end - at) >= bytes) return {at, bytes};
     if (next == nullptr) return {};
     at = end + next->memory.size();
@@ -275,12 +275,12 @@ result<queue_pair*> endpoint_state::find_pair(std::size_t bytes) noexcept {
   }
   const auto memory = find_pair_memory(bytes);
   if (memory.empty()) {
-    std::size_t left = lane_memory_.size();
+    std::size_t left = pair_memory_.size();
     for (const queue_pair& one : pairs_) {
       if (!one.lifecycle.is_free()) left -= one.memory.size();
     }
     return error{errc::lane_memory, static_cast<std::int64_t>(bytes), static_cast<std::int64_t>(left),
-                 argument::lane_bytes, static_cast<std::uint32_t>(lane_memory_.size())};
+                 argument::lane_bytes, static_cast<std::uint32_t>(pair_memory_.size())};
   }
   free->memory = memory;
   return &*free;
@@ -307,7 +307,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
-  built.waker = pairs_tell() ? waker_ : nullptr;
+  built.waker = handles_wake() ? waker_ : nullptr;
 
   built.granted = &shown_->permit;
 

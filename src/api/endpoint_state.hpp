@@ -64,12 +64,12 @@ class endpoint_state {
   service::shared_inbox& inbox() noexcept { return *inbox_; }
   local_stops& stops() noexcept { return *stops_; }
   std::uint16_t port() const noexcept { return port_; }
-  int wake_descriptor() const noexcept { return pairs_tell() ? transport_->wake_descriptor() : -1; }
+  int wake_descriptor() const noexcept { return handles_wake() ? transport_->wake_descriptor() : -1; }
   const rt::grants& service_grants() const noexcept { return granted_; }
   bool memory_locked() const noexcept { return memory_.locked(); }
 
  private:
-  bool pairs_tell() const noexcept { return options_.idle_policy == idle::wake; }
+  bool handles_wake() const noexcept { return options_.idle_policy == idle::wake; }
   status start(service::side ours);
   status check(const pair_request& asked) const noexcept;
   status check_topic(const pair_request& asked) const noexcept;
@@ -89,7 +89,7 @@ class endpoint_state {
   std::optional<json::reader> validator_;
   service::shared_state* shown_ = nullptr;
   std::span<queue_pair> pairs_;
-  std::span<std::byte> lane_memory_;
+  std::span<std::byte> pair_memory_;
   std::vector<pair_codecs> codecs_; // of the queue pair with the same index
   std::vector<bool> given_up_;      // likewise: settle_pairs() has waited for it in vain
   service::submission_queue* submissions_ = nullptr;

@@ -23,7 +23,7 @@ constexpr std::size_t stride_of(std::size_t value_bytes) noexcept {
 // `depth` slots of a batch can be pushed again while their former places still count as taken.
 constexpr std::size_t places_out(std::size_t depth) noexcept { return number_ring::places_for(2 * depth); }
 
-// The places of both rings and the slots, one behind the other. Only ever as much as path_bytes() counted.
+// The places of both rings and the slots, one behind the other. Only ever as much as queue_bytes() counted.
 class builder {
  public:
   explicit builder(std::span<std::byte> memory) noexcept : left_{memory} {}
@@ -53,7 +53,7 @@ class builder {
 
 } // namespace
 
-std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept {
+std::size_t queue_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept {
   if (kept == keep::newest) {
     return arena::bytes_for<newest_window>() + newest_window::slots * stride_of(value_bytes);
   }
@@ -63,8 +63,8 @@ std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_b
          depth * stride_of(value_bytes);
 }
 
-void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
-                producer_end& fills, consumer_end& empties) noexcept {
+void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
+                 producer_end& fills, consumer_end& empties) noexcept {
   builder from{memory};
   fills = {};
   empties = {};
@@ -92,8 +92,8 @@ void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dept
 namespace {
 
 // A queue that may be there or not.
-std::size_t path_bytes_of(const pair_request& asked, std::uint32_t depth, std::size_t value_bytes) noexcept {
-  return depth == 0 ? 0 : path_bytes(asked.keep, depth, value_bytes);
+std::size_t queue_bytes_of(const pair_request& asked, std::uint32_t depth, std::size_t value_bytes) noexcept {
+  return depth == 0 ? 0 : queue_bytes(asked.keep, depth, value_bytes);
 }
 
 // Slots of a responder's `out` that may be put aside.
@@ -118,9 +118,9 @@ std::uint8_t copy_text(std::string_view from, std::array<char, queue_pair::name_
 std::size_t pair_bytes(const pair_request& asked) noexcept {
   constexpr std::size_t least =
       rt::line_bytes; // of a latch, too, which has no queue: queue pairs are told apart by theirs
-  return least + path_bytes_of(asked, asked.out_depth, asked.out_bytes) +
-         path_bytes_of(asked, asked.in_depth, asked.in_bytes) +
-         path_bytes_of(asked, asked.ends_depth, asked.ends_bytes) +
+  return least + queue_bytes_of(asked, asked.out_depth, asked.out_bytes) +
+         queue_bytes_of(asked, asked.in_depth, asked.in_bytes) +
+         queue_bytes_of(asked, asked.ends_depth, asked.ends_bytes) +
          arena::bytes_for<call_place>(asked.ends_depth) + arena::bytes_for<std::uint32_t>(asked.ends_depth) +
          arena::bytes_for<std::uint32_t>(replies_of(asked));
 }
@@ -153,8 +153,8 @@ void build_pair(queue_pair& built, const pair_request& asked,
 
   builder from{built.memory};
   const auto build = [&](std::uint32_t depth, std::size_t bytes, producer_end& fills, consumer_end& empties) {
-    const std::size_t takes = path_bytes_of(asked, depth, bytes);
-    if (takes != 0) build_path(from.take(takes), asked.keep, depth, bytes, fills, empties);
+    const std::size_t takes = queue_bytes_of(asked, depth, bytes);
+    if (takes != 0) build_queue(from.take(takes), asked.keep, depth, bytes, fills, empties);
   };
   build(asked.out_depth, asked.out_bytes, built.user.out, built.service.out);
   build(asked.in_depth, asked.in_bytes, built.service.in, built.user.in);

@@ -16,12 +16,12 @@
 namespace rowe::detail {
 
 // What a queue takes that holds `depth` values of `value_bytes` (keep::all) or the newest one.
-std::size_t path_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept;
+std::size_t queue_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept;
 
-// Builds it at the beginning of `memory`, which is path_bytes() long and aligned to a line, and hands out its
-// ends.
-void build_path(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
-                producer_end& fills, consumer_end& empties) noexcept;
+// Builds it at the beginning of `memory`, which is queue_bytes() long and aligned to a line, and hands out
+// its ends.
+void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
+                 producer_end& fills, consumer_end& empties) noexcept;
 
 // What the queues and tables of a queue pair take together.
 std::size_t pair_bytes(const pair_request& asked) noexcept;

@@ -28,8 +28,6 @@ namespace rowe::service {
 
 class core final : public transport_sink, private frame_handler, private core_parts {
  public:
-  static constexpr std::string_view stop_state_topic = wire::stop_state_name;
-
   using core_parts::footprint_bytes;
 
   // As core_parts.
@@ -61,10 +59,11 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // only what is parked needs polling: their submissions, and peers whose messages a lane takes.
   rt::duration idle_time_max(rt::duration poll_period) const noexcept {
     const bool handles_talk = handle_registry_.talking() != 0 && state_.peers.count() != 0;
-    if (handle_submissions_.waits() && (audiences_.listened() != 0 || handles_talk)) return poll_period;
-    if (!state_.options.pairs_tell && (audiences_.listened() > publish_predictor_.listened() || handles_talk))
-      return poll_period;
-    if (ingress_.any_parked() && receiver_.pair()) return poll_period; // a handle that takes one wakes nobody
+    const std::uint32_t listened = audiences_.listened();
+    const bool pending = handle_submissions_.waits() && (listened != 0 || handles_talk);
+    const bool unseen = listened > publish_predictor_.listened() || handles_talk; // by who predicts
+    const bool parked = ingress_.any_parked() && receiver_.pair(); // a handle that takes one wakes nobody
+    if (pending || parked || (unseen && !state_.options.handles_wake)) return poll_period;
     const bool waits = thread_submissions_.waits() ||
                        (state_.peers.count() != 0 && direct_messages_.pending() != 0); // for room, or a slot
     return waits || handle_registry_.talking() != 0 ? talking_rest : idle_rest;
@@ -72,7 +71,7 @@ class core final : public transport_sink, private frame_handler, private core_pa
   // Under idle::phase: says when to poll.
   publish_predictor& predictor() noexcept { return publish_predictor_; }
   // If handles wake this thread: nothing was submitted since cycle() looked. For rt::waker::sleep().
-  bool pairs_quiet() const noexcept { return handle_registry_.quiet(); }
+  bool nothing_submitted() const noexcept { return handle_registry_.quiet(); }
   std::uint32_t peers() const noexcept { return state_.peers.count(); }
   // True when nothing that was submitted is still to be written.
   bool drained() const noexcept;

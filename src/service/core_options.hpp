@@ -33,8 +33,8 @@ struct core_options {
   bool relay = false;
   bool messages_unasked = false; // plain messages also go to peers that have sent none
   bool answers_any = false;
-  bool pairs_tell = false; // a handle that submits something wakes the service thread
-  bool phases = false;     // values are expected by their periods (publish_predictor)
+  bool handles_wake = false; // a handle that submits something wakes the service thread
+  bool predicts = false;     // values are expected by their periods (publish_predictor)
   rt::duration inbound_ttl = rt::for_ever;
   rt::duration call_timeout = rt::for_ever;
   std::string_view name; // copied
@@ -58,8 +58,8 @@ struct core_options {
             .relay = options.relay,
             .messages_unasked = options.bare_unasked,
             .answers_any = options.answers_any,
-            .pairs_tell = options.idle_policy == idle::wake,
-            .phases = options.idle_policy == idle::phase,
+            .handles_wake = options.idle_policy == idle::wake,
+            .predicts = options.idle_policy == idle::phase,
             .inbound_ttl = options.inbound_ttl,
             .call_timeout = options.call_timeout,
             .name = name,

@@ -33,8 +33,8 @@ handle_submissions::handle_submissions(const needs& parts) noexcept
 
 void handle_submissions::take(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
-  if (detail::is_latch(queues.kind)) return;          // stop_service looks at it
-  if (state_.options.pairs_tell) queues.epoch.mark(); // before looking
+  if (detail::is_latch(queues.kind)) return;            // stop_service looks at it
+  if (state_.options.handles_wake) queues.epoch.mark(); // before looking
   if (!state_.pair_rows[pair].topic) return take_entries(pair);
   if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
   if (queues.service.out.newest != nullptr) {

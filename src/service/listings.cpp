@@ -8,6 +8,7 @@
 #include "wire/own_names.hpp"
 
 #include "service/service_limits.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 namespace {
@@ -22,9 +23,18 @@ constexpr std::array own_services{wire::stop_name,          wire::stop_reset_nam
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
                                   wire::service_type_name};
 static_assert(own_services.size() < service_directory::first_number);
-// What one takes of it, each character of its name and type escaped.
-constexpr std::size_t bytes_of(const listed& one) noexcept {
-  return 128 + 6 * (one.name.size() + one.type.size());
+// What a message takes for one of them at most, beside its name and type.
+constexpr std::size_t listed_bytes = 128;
+// A peer that was told nothing yet.
+constexpr std::uint64_t never_told = UINT64_MAX;
+// With its escapes.
+std::size_t bytes_in_json(std::string_view text) noexcept {
+  std::size_t bytes = 0;
+  for (const char c : text) bytes += c == '"' || c == '\\' ? 2 : static_cast<unsigned char>(c) < ' ' ? 6 : 1;
+  return bytes;
+}
+std::size_t bytes_of(const listed& one) noexcept {
+  return listed_bytes + bytes_in_json(one.name) + bytes_in_json(one.type);
 }
 
 } // namespace
@@ -37,13 +47,10 @@ listings::listings(rt::arena& memory, const needs& parts) noexcept
       outbox_{parts.out},
       name_{parts.endpoint_name},
       stop_topic_{state_.topics.find(wire::stop_state_name)},
-      message_bytes_max_{state_.bounds().message_bytes_max},
-      listed_topics_{memory.carve<std::uint32_t>(state_.bounds().topics_max)},
-      listed_services_{
-          memory.carve<std::uint32_t>(service_directory::first_number + state_.bounds().services_max)},
-      told_{memory.carve<bool>(state_.bounds().connections_max)} {
-  std::fill(listed_topics_.begin(), listed_topics_.end(), wire::no_number);
-  std::fill(listed_services_.begin(), listed_services_.end(), wire::no_number);
+      readers_{memory.carve<reader>(state_.bounds().connections_max)},
+      told_{memory.carve<std::uint32_t>(std::size_t{state_.bounds().connections_max} *
+                                        rows_of_peer(state_.bounds()))} {
+  std::fill(told_.begin(), told_.end(), no_number);
 }
 
 // ---- numbers
@@ -110,80 +117,105 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
 
 // ---- who is told
 
-// Without it the peer would know less, or more, than there is: it is closed.
-template <class Write>
-void listings::send(connection& c, Write&& write) noexcept {
-  if (!c.open()) return;
-  const slot_id slot = outbox_.reply({c.id.index}, write, rt::never, true);
-  if (!slot) state_.peers.close_later(c, unread_sentence);
-}
-
-// `of(row, into)`: whether it is one of those that are told.
-template <class Of>
-void listings::tell(connection& c, bool topics, bool added, Of&& of) noexcept {
-  std::array<listed, listed_max> some;
+// Some of what is gone or new, as one message.
+struct listings::part {
+  const bool topics;
+  const bool added;
   std::size_t count = 0;
   std::size_t bytes = 0;
-  const auto flush = [&] {
-    if (count == 0 || !c.open()) return;
-    const auto part = std::span<const listed>{some}.first(std::exchange(count, 0));
-    bytes = 0;
-    const wire::codec& codec = c.protocol->topics;
-    send(c, [&](json::writer& into) {
-      return topics ? codec.write_topics(into, part, added) : codec.write_services(into, part, added);
-    });
+  std::array<listed, listed_max> which{};
+  std::array<std::uint32_t*, listed_max> told{}; // where the peer's row of each is
+};
+
+// How long a message with a part of a list may become. Slots for large messages are few: a part goes into a
+// small one, as long as those within the peer's share suffice.
+std::size_t listings::part_bytes_max(peer_index peer) const noexcept {
+  const limits& bounds = state_.bounds();
+  const std::uint32_t held = outbox_.entries().held_by(peer, queued_as::evictable, slot_class::small);
+  const bool within_share = held < equal_share(bounds.small_slots, state_.peers.count());
+  return within_share ? bounds.small_slot_bytes : bounds.message_bytes_max;
+}
+
+// False: it is to be sent later.
+bool listings::send(connection& c, part& of) noexcept {
+  if (of.count == 0) return true;
+  const peer_index peer{c.id.index};
+  if (!c.open() || outbox_.of(peer).replies.count >= listings_queued_max) return false;
+  const auto which = std::span<const listed>{of.which}.first(of.count);
+  const wire::codec& codec = c.protocol->topics;
+  const auto write = [&](json::writer& into) {
+    return of.topics ? codec.write_topics(into, which, of.added)
+                     : codec.write_services(into, which, of.added);
   };
-  const std::size_t rows = topics ? listed_topics_.size() : listed_services_.size();
-  for (std::uint32_t row = 0; row < rows; ++row) {
-    listed one;
-    if (!of(row, one)) continue;
-    if (count == some.size() || bytes + bytes_of(one) > message_bytes_max_) flush();
-    bytes += bytes_of(one);
-    some[count++] = one;
+  if (!outbox_.reply(peer, write, rt::never, true)) return false;
+  for (std::size_t i = 0; i < of.count; ++i) *of.told[i] = of.added ? of.which[i].number : no_number;
+  of.count = of.bytes = 0;
+  return true;
+}
+
+// What the peer was not told yet of what is gone, or of what is new. False: the rest is told later.
+bool listings::tell(connection& c, bool topics, bool added) noexcept {
+  const peer_index peer{c.id.index};
+  const std::size_t topics_max = state_.bounds().topics_max;
+  const std::span<std::uint32_t> its = topics ? told(peer).first(topics_max) : told(peer).subspan(topics_max);
+  part next{.topics = topics, .added = added};
+  for (std::uint32_t row = 0; row < its.size(); ++row) {
+    const listed now = topics ? topic_in({row}) : service_in(row);
+    if (its[row] == now.number) continue;
+    const listed one = added ? now : listed{.number = its[row]};
+    if (one.number == no_number) continue;
+    const std::size_t bytes = bytes_of(one);
+    if (next.count == next.which.size() || next.bytes + bytes > part_bytes_max(peer)) {
+      if (!send(c, next)) return false;
+    }
+    next.bytes += bytes;
+    next.told[next.count] = &its[row];
+    next.which[next.count++] = one;
   }
-  flush();
+  return send(c, next);
+}
+
+void listings::tell(connection& c) noexcept {
+  for (const bool topics : {true, false}) {
+    for (const bool added : {false, true}) {
+      if (tell(c, topics, added)) continue;
+      // When its socket has room again, a cycle comes.
+      const bool blocked = outbox_.of({c.id.index}).backpressured();
+      due_ = std::min(due_, blocked ? rt::never : state_.cycle.now + listings_retry);
+      return;
+    }
+  }
+  readers_[{c.id.index}].told_at = listed_at_;
 }
 
 void listings::greet(connection& c) noexcept {
-  list_changes();
-  told_[{c.id.index}] = true;
-  ++told_count_;
-  send(c, [&](json::writer& into) { return c.protocol->topics.write_hello(into, name_); });
-  for (const bool topics : {true, false}) {
-    tell(c, topics, true, [&](std::uint32_t row, listed& into) {
-      into = topics ? topic_in({row}) : service_in(row);
-      return into.number != no_number;
-    });
-  }
+  const peer_index peer{c.id.index};
+  readers_[peer] = {.reads = true, .told_at = never_told};
+  ++readers_count_;
+  const auto write = [&](json::writer& into) { return c.protocol->topics.write_hello(into, name_); };
+  if (!outbox_.reply(peer, write, rt::never, true)) state_.peers.close_later(c, unread_sentence);
+  tell(c);
 }
 
-void listings::tell_news() noexcept {
-  const bool news = listed_at_ != changes();
-  if (news && !tells_.take(state_.cycle.now)) {
-    due_ = std::min(due_, state_.cycle.now + listings_period);
-    return;
-  }
+void listings::forget(peer_index peer) noexcept {
+  if (!std::exchange(readers_[peer].reads, false)) return;
+  const std::span<std::uint32_t> its = told(peer);
+  std::fill(its.begin(), its.end(), no_number);
+  if (--readers_count_ == 0) due_ = rt::never;
+}
+
+void listings::tell_readers() noexcept {
   due_ = rt::never;
-  if (news) list_changes();
-}
-
-void listings::list_changes() noexcept {
-  if (std::exchange(listed_at_, changes()) == changes()) return;
-  for (const bool topics : {true, false}) {
-    const auto before = topics ? listed_topics_ : listed_services_;
-    const auto now = [&](std::uint32_t row) { return topics ? topic_in({row}) : service_in(row); };
-    for (connection& c : state_.peers) {
-      if (!c.open() || !told_[{c.id.index}]) continue;
-      tell(c, topics, false, [&](std::uint32_t row, listed& into) {
-        into.number = before[row];
-        return before[row] != no_number && before[row] != now(row).number;
-      });
-      tell(c, topics, true, [&](std::uint32_t row, listed& into) {
-        into = now(row);
-        return into.number != no_number && before[row] != into.number;
-      });
+  if (listed_at_ != changes()) {
+    if (tells_.take(state_.cycle.now)) {
+      listed_at_ = changes();
+    } else {
+      due_ = state_.cycle.now + listings_period;
     }
-    for (std::uint32_t row = 0; row < before.size(); ++row) before[row] = now(row).number;
+  }
+  for (connection& c : state_.peers) {
+    const reader& one = readers_[{c.id.index}];
+    if (c.open() && one.reads && one.told_at != listed_at_) tell(c);
   }
 }
 

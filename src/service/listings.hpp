@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <span>
 #include <string_view>
-#include <utility>
 
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
@@ -35,23 +34,18 @@ class listings {
     std::string_view endpoint_name; // outlives this
   };
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
-    return rt::arena::bytes_for<std::uint32_t>(bounds.topics_max) +
-           rt::arena::bytes_for<std::uint32_t>(std::size_t{service_directory::first_number} +
-                                               bounds.services_max) +
-           rt::arena::bytes_for<bool>(bounds.connections_max);
+    return rt::arena::bytes_for<std::uint32_t>(std::size_t{bounds.connections_max} * rows_of_peer(bounds)) +
+           rt::arena::bytes_for<reader>(bounds.connections_max);
   }
   listings(rt::arena& memory, const needs& parts) noexcept;
 
-  // A peer that wants to be told has come: who we are, and what there is. A peer that does not read it is
-  // closed.
+  // A peer that wants to be told has come: who we are, and what there is.
   void greet(connection& c) noexcept;
-  void forget(peer_index peer) noexcept {
-    if (std::exchange(told_[peer], false) && --told_count_ == 0) due_ = rt::never;
-  }
-  // Once a cycle: tells peers what is gone and what is new. Where changes never pause it waits in between:
-  // else they would fill the queues of peers that do not read fast enough, and those would be closed.
+  void forget(peer_index peer) noexcept;
+  // Once a cycle: tells peers what is gone and what is new. A peer that does not read what it was told last
+  // waits, and is told later what is different then. Where changes never pause, all wait in between.
   void tell_changes() noexcept {
-    if (told_count_ != 0) tell_news();
+    if (readers_count_ != 0) tell_readers();
   }
   // When tell_changes() is needed at the latest.
   rt::time_point due() const noexcept { return due_; }
@@ -59,12 +53,24 @@ class listings {
   std::string_view put_names(const connection& c, wire::request& asked) const noexcept;
 
  private:
-  template <class Write>
-  void send(connection& c, Write&& write) noexcept;
-  template <class Of>
-  void tell(connection& c, bool topics, bool added, Of&& of) noexcept;
-  void tell_news() noexcept;
-  void list_changes() noexcept;
+  // A peer that is told.
+  struct reader {
+    bool reads = false;
+    std::uint64_t told_at = 0; // after how many changes it was told all that there was
+  };
+  struct part;
+  static std::size_t rows_of_peer(const limits& bounds) noexcept {
+    return std::size_t{bounds.topics_max} + service_directory::first_number + bounds.services_max;
+  }
+  std::span<std::uint32_t> told(peer_index peer) const noexcept {
+    const std::size_t count = rows_of_peer(state_.bounds());
+    return told_.subspan(peer.value * count, count);
+  }
+  void tell_readers() noexcept;
+  void tell(connection& c) noexcept;
+  bool tell(connection& c, bool topics, bool added) noexcept;
+  bool send(connection& c, part& of) noexcept;
+  std::size_t part_bytes_max(peer_index) const noexcept;
   wire::listed topic_in(topic_id row) const noexcept;
   wire::listed service_in(std::uint32_t row) const noexcept;
   std::string_view service_numbered(std::uint32_t number) const noexcept;
@@ -80,13 +86,10 @@ class listings {
   outbox& outbox_;
   const std::string_view name_;
   const topic_id stop_topic_; // shown only where there is a stop
-  const std::size_t message_bytes_max_;
-  // The numbers that peers were told, by row; and after how many changes.
-  std::span<std::uint32_t> listed_topics_;
-  std::span<std::uint32_t> listed_services_;
-  std::uint64_t listed_at_ = 0;
-  rows<peer_index, bool> told_; // who is told
-  std::uint32_t told_count_ = 0;
+  rows<peer_index, reader> readers_;
+  std::uint32_t readers_count_ = 0;
+  std::span<std::uint32_t> told_; // of each peer the numbers that it was told: topics by row, then services
+  std::uint64_t listed_at_ = 0;   // after how many changes peers are told
   rate_limit tells_{listings_period, listings_burst};
   rt::time_point due_ = rt::never;
 };

@@ -21,7 +21,7 @@ memory_plan plan_memory(const limits& bounds) noexcept {
                  arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds),
       .waker = arena::bytes_for<rt::waker<>>(),
       .pairs = arena::bytes_for<detail::queue_pair>(bounds.lanes_max),
-      .lane_memory = arena::bytes_for(bounds.lane_bytes),
+      .pair_memory = arena::bytes_for(bounds.lane_bytes),
       .handshakes = arena::bytes_for(bounds.handshake_bytes),
   };
 }

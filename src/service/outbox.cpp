@@ -2,11 +2,11 @@
 #include "service/outbox.hpp"
 
 #include <algorithm>
-#include <cassert>
 
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/check_sum.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 
@@ -93,7 +93,7 @@ bool outbox::evict_for(slot_class of) noexcept {
 // A peer that holds more than an equal share; of several that hold as much, a backpressured one.
 peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : state_.bounds().queued_max;
-  return entries_.longest(of, all / std::max(state_.peers.count(), 1U),
+  return entries_.longest(of, equal_share(all, state_.peers.count()),
                           [this](peer_index i) { return queues_[i].backpressured(); });
 }
 
@@ -134,7 +134,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   // Other subscribers lose this message, too, if they are backpressured or hold more than an equal share.
   // They usually queue the same slots, and a slot is free only when no queue has it.
   const slot_class size = slots_.class_of(oldest.index);
-  const std::uint32_t share = slots_.count(size) / std::max(state_.peers.count(), 1U);
+  const std::uint32_t share = equal_share(slots_.count(size), state_.peers.count());
   for (subscription_id i = state_.topics.at(topic).first_subscription; i && slots_.alive(oldest);
        i = subscriptions_[i].next_on_topic) {
     subscription& same = subscriptions_[i];

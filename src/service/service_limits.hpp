@@ -101,11 +101,14 @@ inline constexpr std::uint32_t refusal_events_burst = 8;
 // The rate at which a partial frame is to go on: that of a poor radio link.
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
 // Peers that get lists of topics and services are told of changes this often at most, but this many times
-// without a pause. Each time takes up to four replies, and more if a list does not fit into one: topics and
-// services that are gone, topics and services that are new.
+// without a pause.
 inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
 inline constexpr std::uint32_t listings_burst = 4;
-static_assert(4 * listings_burst <= replies_max_backpressured);
+// A peer with so many replies gets no further part of a list until it has read some; that is looked at anew
+// after a pause.
+inline constexpr std::uint32_t listings_queued_max = 4;
+inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
+static_assert(listings_queued_max < replies_max_backpressured);
 
 // The sentence of a failed call, as handles keep it, is no longer than what a peer is told.
 static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);

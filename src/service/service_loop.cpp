@@ -77,7 +77,7 @@ void service_loop::idle_until(rt::time_point next, bool fifo) noexcept {
   case idle::poll: transport_.wait(now_, until); break;
   case idle::wake:
     if (until > now_)
-      waker_.sleep([&] { return core_.pairs_quiet(); }, [&] { transport_.wait(now_, until); });
+      waker_.sleep([&] { return core_.nothing_submitted(); }, [&] { transport_.wait(now_, until); });
     break;
   case idle::phase: {
     const rt::time_point due = core_.predictor().wait_until(now_, poll_period_);

@@ -81,6 +81,12 @@ constexpr std::uint32_t left_of(std::uint32_t share, std::uint32_t taken) noexce
   return share > taken ? share - taken : 0;
 }
 
+// What each of `peers` gets of `count` pieces that are divided equally. No peer loses a queued message while
+// it holds no more.
+constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) noexcept {
+  return count / (peers < 1 ? 1 : peers);
+}
+
 // How many slots of a size class may be partial at once: a quarter at most. A partial frame cannot be taken
 // back, so each of `connections` may keep one by not reading.
 constexpr std::uint32_t begun_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {

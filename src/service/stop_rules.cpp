@@ -100,7 +100,7 @@ std::uint32_t stop_rules::add_loop(std::string_view name, rt::duration timeout,
 }
 
 void stop_rules::remove_loop(std::uint32_t index, rt::time_point now) noexcept {
-  turn(now);
+  update(now);
   loop& gone = loops_[index];
   if (running_) stop(stop_cause::loop, gone.name(), now);
   gone.words = nullptr;
@@ -156,7 +156,7 @@ bool stop_rules::guarded(rt::time_point now) const noexcept {
 
 stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, bool resigns,
                                       std::uint64_t peer, bool role, rt::time_point now) noexcept {
-  turn(now);
+  update(now);
   guard* known = find_guard(name);
   const bool own = known != nullptr && known->peer == peer;
   if (!own && !role) return refusal::role;
@@ -186,7 +186,7 @@ stop_rules::refusal stop_rules::lease(std::string_view name, std::int64_t tick, 
 }
 
 void stop_rules::peer_gone(std::uint64_t peer, rt::time_point now) noexcept {
-  turn(now);
+  update(now);
   for (guard& g : guards_) {
     if (g.name_bytes == 0 || g.peer != peer) continue;
     g.peer = 0;
@@ -243,7 +243,7 @@ bool stop_rules::is_new(std::uint64_t asker) noexcept {
 }
 
 void stop_rules::request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept {
-  turn(now);
+  update(now);
   outdate_ticks(now); // also for a repeated request: it asks for a stop now
   const bool was_running = running_;
   if (was_running) stop(stop_cause::request, source, now);
@@ -255,7 +255,7 @@ void stop_rules::request(std::string_view source, std::uint64_t peer, rt::time_p
 
 stop_rules::refusal stop_rules::reset(std::int64_t number, std::int64_t tick, bool role,
                                       rt::time_point now) noexcept {
-  turn(now);
+  update(now);
   if (!role) return refusal::role;
   if (running_ || number < 0 || static_cast<std::uint64_t>(number) != number_) return refusal::number;
   const rt::time_point when = issued(tick, now);
@@ -307,7 +307,7 @@ bool stop_rules::find_trouble(rt::time_point now) noexcept {
   return false;
 }
 
-void stop_rules::turn(rt::time_point now) noexcept {
+void stop_rules::update(rt::time_point now) noexcept {
   for (loop& l : loops_) {
     if (l.words == nullptr) continue;
     const auto answered = l.words->acknowledged(now);
@@ -325,7 +325,7 @@ void stop_rules::turn(rt::time_point now) noexcept {
   permit_changed_ = true;
 }
 
-rt::time_point stop_rules::next_turn(rt::time_point now) const noexcept {
+rt::time_point stop_rules::next_update(rt::time_point now) const noexcept {
   if (!running_) return rt::never;
   rt::time_point next = now + options_.service_timeout / 4;
   for (const guard& g : guards_) {

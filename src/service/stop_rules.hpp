@@ -69,10 +69,10 @@ class stop_rules {
   bool guards_include(std::uint64_t peer) const noexcept;
 
   // ---- time. To be called in each cycle: looks at the loops' words, the leases and the clock.
-  void turn(rt::time_point now) noexcept;
-  // When turn() is needed at the latest, if nothing is asked before.
-  rt::time_point next_turn(rt::time_point now) const noexcept;
-  // What turn() and the requests granted or withdrew, for the permit.
+  void update(rt::time_point now) noexcept;
+  // When update() is needed at the latest, if nothing is asked before.
+  rt::time_point next_update(rt::time_point now) const noexcept;
+  // What update() and the requests granted or withdrew, for the permit.
   void write_permit(detail::permit_word<>& into) noexcept;
 
   // ---- what it is
@@ -85,8 +85,8 @@ class stop_rules {
   // Raised by everything that peers are shown, but for ticks and ages.
   std::uint64_t version() const noexcept { return version_; }
   std::uint64_t tick(rt::time_point now) const noexcept;
-  // When the last loop acknowledged this stop, as of the last turn(); never, as long as one has not, or there
-  // is none.
+  // When the last loop acknowledged this stop, as of the last update(); never, as long as one has not, or
+  // there is none.
   rt::time_point observed() const noexcept;
   // {"state":…} as docs/stop.md has it.
   void write_state(json::writer& into, rt::time_point now) const noexcept;
@@ -108,7 +108,7 @@ class stop_rules {
     std::uint8_t name_bytes = 0;
     rt::duration timeout{};
     rt::time_point since{};                           // it counts as having looked then
-    detail::latch_words<>::acknowledgment answered{}; // the one that turn() saw last,
+    detail::latch_words<>::acknowledgment answered{}; // the one that update() saw last,
     std::uint64_t answered_number = 0;                // and the stop's number that it was for
 
     std::string_view name() const noexcept { return {name_room.data(), name_bytes}; }

@@ -90,7 +90,7 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   if (!args.empty()) args = json::root(args).raw;
   // Waiters are told what the loops did until now, before this raises the number. Otherwise a peer that stops
   // more often than a loop looks would leave everyone without an answer.
-  switch_.turn();
+  switch_.update();
   answer_acknowledged();
   auto refused = stop_rules::refusal::none;
   switch (which) {
@@ -205,23 +205,23 @@ void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_poi
 
 void stop_service::look() noexcept {
   if (threads_.look()) {
-    switch_.turn();
+    switch_.update();
     answer_acknowledged(); // as in carry_out()
     threads_.carry_out_stop();
   }
   if (threads_.wants_reset()) {
-    switch_.turn();
+    switch_.update();
     answer_acknowledged(); // likewise
     threads_.carry_out_reset();
   }
-  switch_.turn();
+  switch_.update();
   switch_.show(); // a guard or a loop may have left, too
   answer_acknowledged();
 }
 
 rt::time_point stop_service::next_update() const noexcept {
   if (!in_use()) return rt::never;
-  const rt::time_point next = stop_rules_.next_turn(state_.cycle.now);
+  const rt::time_point next = stop_rules_.next_update(state_.cycle.now);
   if (waiting_ == 0 && !threads_.waits()) return next;
   const rt::duration waited = state_.cycle.now - std::max(waits_since_, threads_.waits_since());
   return std::min(next, state_.cycle.now +

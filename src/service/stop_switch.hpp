@@ -20,7 +20,7 @@ class stop_switch {
   stop_rules& rules() noexcept { return stop_rules_; } // show() afterwards
 
   // Looks at loops, guards and the clock.
-  void turn() noexcept { stop_rules_.turn(state_.cycle.now); }
+  void update() noexcept { stop_rules_.update(state_.cycle.now); }
   // Somebody asks for a stop.
   void request(std::string_view source, std::uint64_t key) noexcept {
     ++requests_;

@@ -66,7 +66,7 @@ void topic_handles::begin_publishing(pair_index pair) noexcept {
   // A value of a predicted topic that comes early waits; so do not predict if it would expire first.
   const bool outlives_rest =
       queues.ttl >= std::min(queues.period, publish_predictor::rest_max) || queues.ttl == rt::duration{0};
-  if (state_.options.phases && queues.period > rt::duration{0} && outlives_rest)
+  if (state_.options.predicts && queues.period > rt::duration{0} && outlives_rest)
     publish_predictor_.begin(pair, queues.period, queues.priority);
   subscriptions_.merge_requests(state_.pair_rows[pair].topic);
 }

@@ -76,15 +76,15 @@ struct subscription {
   bool timed = false;     // on the wheel until next_due
   bool unslashed = false; // the peer calls the topic by its name without the slash
   bool own_head = false;  // it is sent with a head of its own, not the shared text of the slot
+  bool merges = false;    // a newer value takes the place of an older one
+  bool owes_last = false; // the latched value is still to be queued, before newer values
+  bool discards = false;  // a value within the throttle period is dropped, not queued
   wire::codec_id codec{};
+  std::uint8_t request_count = 0;
   std::uint32_t tag = wire::no_number; // the peer's number for the subscription
-  bool merges = false;                 // a newer value takes the place of an older one
-  bool owes_last = false;              // the latched value is still to be queued, before newer values
-  bool discards = false;               // a value within the throttle period is dropped, not queued
   rt::duration throttle{0};
   rt::time_point sent_at{}; // the throttle counts from here; zero: nothing was sent
   rt::time_point next_due{};
-  std::uint8_t request_count = 0;
   std::array<subscribe_request, subscribe_requests_max> requests;
 };
 

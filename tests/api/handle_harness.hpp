@@ -36,16 +36,16 @@ using namespace rowe;
 
 inline constexpr time_point now{1000s};
 
-class lane_harness {
+class pair_harness {
  public:
-  explicit lane_harness(const detail::pair_request& asked)
+  explicit pair_harness(const detail::pair_request& asked)
       : bytes_{detail::pair_bytes(asked)}, pair_{std::make_unique<detail::queue_pair>()} {
     pair_->memory = {static_cast<std::byte*>(::operator new(bytes_, alignment)), bytes_};
     detail::build_pair(*pair_, asked, generations);
   }
-  lane_harness(const lane_harness&) = delete;
-  lane_harness& operator=(const lane_harness&) = delete;
-  ~lane_harness() { ::operator delete(pair_->memory.data(), alignment); }
+  pair_harness(const pair_harness&) = delete;
+  pair_harness& operator=(const pair_harness&) = delete;
+  ~pair_harness() { ::operator delete(pair_->memory.data(), alignment); }
 
   detail::queue_pair& operator*() { return *pair_; }
   detail::queue_pair* operator->() { return pair_.get(); }

@@ -23,7 +23,7 @@ constexpr std::uint32_t calls_max = 3;
 
 class talking : public ::testing::Test {
  protected:
-  lane_harness on{
+  pair_harness on{
       detail::talk_request({.depth = depth, .inbox_depth = 2, .calls = calls_max, .text_bytes_max = 200})};
   rowe::lane talk{on.handle()};
 
@@ -448,7 +448,7 @@ TEST_F(talking, moves_its_views) {
 // ---- callers
 
 TEST(caller, calls_with_structs) {
-  lane_harness on{detail::client_request<question, sum>("/add", {.depth = 2})};
+  pair_harness on{detail::client_request<question, sum>("/add", {.depth = 2})};
   caller<question, sum> add{on.handle()};
   const auto id = add.start({38, 4}, 50ms, now);
   ASSERT_TRUE(id);
@@ -469,7 +469,7 @@ TEST(caller, calls_with_structs) {
 }
 
 TEST(caller, tells_how_a_call_failed) {
-  lane_harness on{detail::client_request<question, sum>("/add", {.depth = 2})};
+  pair_harness on{detail::client_request<question, sum>("/add", {.depth = 2})};
   caller<question, sum> add{on.handle()};
   for (const errc why : {errc::timed_out, errc::peer_lost, errc::no_service, errc::missing_member,
                          errc::duplicate_member, errc::wrong_type, errc::out_of_range, errc::too_long}) {
@@ -484,7 +484,7 @@ TEST(caller, tells_how_a_call_failed) {
 }
 
 TEST(caller, has_depth_calls_in_flight_and_drops_those_it_cancelled) {
-  lane_harness on{detail::client_request<question, sum>("/add", {.depth = 2})};
+  pair_harness on{detail::client_request<question, sum>("/add", {.depth = 2})};
   caller<question, sum> add{on.handle()};
   const auto first = add.start({}, 1s, now);
   ASSERT_TRUE(first && add.start({}, 1s, now));
@@ -496,7 +496,7 @@ TEST(caller, has_depth_calls_in_flight_and_drops_those_it_cancelled) {
 }
 
 TEST(caller, waits_for_its_reply) {
-  lane_harness on{detail::client_request<json_text, json_text>("/add", {.depth = 2})};
+  pair_harness on{detail::client_request<json_text, json_text>("/add", {.depth = 2})};
   caller<json_text, json_text> add{on.handle()};
   std::thread service{[&] {
     while (true) {

@@ -78,7 +78,7 @@ TEST(lane_memory, that_is_too_small_is_told_with_what_is_wanted_what_is_left_and
   EXPECT_EQ(second.error().whole, 200'000U);
   EXPECT_GT(second.error().value, second.error().limit);
   EXPECT_GT(second.error().limit, 0);
-  const std::string expected = std::to_string(second.error().value) + " bytes of lane memory are needed, " +
+  const std::string expected = std::to_string(second.error().value) + " bytes of handle memory are needed, " +
                                std::to_string(second.error().limit) +
                                " of 200000 are left: raise `lane_bytes`";
   EXPECT_EQ(second.error().message(), expected);

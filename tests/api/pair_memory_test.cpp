@@ -12,16 +12,16 @@
 #include <rowe/rt/slab.hpp>
 
 namespace rowe::detail {
-namespace lane_memory_test {
+namespace pair_memory_test {
 namespace {
 
 // A queue in memory of exactly the size that is planned for it.
 class end {
  public:
   explicit end(std::uint32_t depth)
-      : bytes_{path_bytes(keep::all, depth, sizeof(double))},
+      : bytes_{queue_bytes(keep::all, depth, sizeof(double))},
         memory_{static_cast<std::byte*>(::operator new(bytes_, alignment))} {
-    build_path({memory_, bytes_}, keep::all, depth, sizeof(double), fills, empties);
+    build_queue({memory_, bytes_}, keep::all, depth, sizeof(double), fills, empties);
   }
   end(const end&) = delete;
   end& operator=(const end&) = delete;
@@ -44,7 +44,7 @@ class end {
   std::byte* memory_;
 };
 
-TEST(lane_memory, has_room_for_exactly_the_slots_that_were_asked_for) {
+TEST(pair_memory, has_room_for_exactly_the_slots_that_were_asked_for) {
   for (const std::uint32_t depth : {1U, 2U, 3U, 64U, 100U, 256U}) {
     end pair{depth};
     for (std::uint32_t i = 0; i < depth; ++i) EXPECT_TRUE(pair.send());
@@ -54,7 +54,7 @@ TEST(lane_memory, has_room_for_exactly_the_slots_that_were_asked_for) {
 
 // Slots are released one by one, places are given back at the end of a batch; the user thread may run at any
 // time between.
-TEST(lane_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_ends) {
+TEST(pair_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_ends) {
   for (const std::uint32_t depth : {1U, 2U, 3U, 64U, 100U, 256U}) {
     end pair{depth};
     while (pair.send()) {
@@ -96,7 +96,7 @@ std::uint32_t slots_of(const producer_end& end) {
   return count;
 }
 
-TEST(lane_memory, has_the_paths_that_each_kind_of_handle_needs) {
+TEST(pair_memory, has_the_queues_that_each_kind_of_handle_needs) {
   for (const std::uint32_t depth : {1U, 3U, 64U}) {
     built_lane said{advertise_request<json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(said->user.out), depth);
@@ -120,7 +120,7 @@ TEST(lane_memory, has_the_paths_that_each_kind_of_handle_needs) {
   }
 }
 
-TEST(lane_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
+TEST(pair_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
   built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
   for (const producer_end* end : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
     for (std::uint32_t slot = 0; slot < end->count; ++slot) {
@@ -132,5 +132,5 @@ TEST(lane_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behi
 }
 
 } // namespace
-} // namespace lane_memory_test
+} // namespace pair_memory_test
 } // namespace rowe::detail

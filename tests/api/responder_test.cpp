@@ -22,7 +22,7 @@ constexpr std::uint32_t depth = 2;
 
 class answering : public ::testing::Test {
  protected:
-  lane_harness on{detail::serve_request<question, sum>("/add", {.depth = depth})};
+  pair_harness on{detail::serve_request<question, sum>("/add", {.depth = depth})};
   responder<question, sum> add{on.handle()};
 
   bool ask(question q, std::uint32_t number = 1, time_point expires = rt::never, detail::peer_ref from = {}) {
@@ -129,7 +129,7 @@ TEST_F(answering, tells_when_there_is_nobody_to_answer_and_keeps_the_place) {
 }
 
 TEST_F(answering, says_misuse_of_requests_that_are_not_its_own) {
-  lane_harness elsewhere{detail::serve_request<question, sum>("/mul", {.depth = depth})};
+  pair_harness elsewhere{detail::serve_request<question, sum>("/mul", {.depth = depth})};
   responder<question, sum> mul{elsewhere.handle()};
   responder<question, sum> nothing;
   ASSERT_TRUE(ask({1, 0}));
@@ -156,7 +156,7 @@ TEST_F(answering, moves_its_requests) {
 }
 
 TEST(text_responder, keeps_the_text_of_a_request_until_it_is_answered) {
-  lane_harness on{detail::serve_request<json_text, json_text>("/echo", {.depth = 1, .text_bytes_max = 300})};
+  pair_harness on{detail::serve_request<json_text, json_text>("/echo", {.depth = 1, .text_bytes_max = 300})};
   responder<json_text, json_text> echo{on.handle()};
   ASSERT_TRUE(on.arrive(call_from({}, {17, 1}), R"({"a":1})"));
   auto request = echo.try_next(now);
@@ -174,7 +174,7 @@ TEST(text_responder, keeps_the_text_of_a_request_until_it_is_answered) {
 }
 
 TEST(text_responder, gives_back_the_text_of_a_request_that_is_dropped) {
-  lane_harness on{detail::serve_request<json_text, json_text>("/echo", {.depth = 1})};
+  pair_harness on{detail::serve_request<json_text, json_text>("/echo", {.depth = 1})};
   responder<json_text, json_text> echo{on.handle()};
   for (int i = 0; i < 10; ++i) {
     ASSERT_TRUE(on.arrive(call_from({}, {17, 1}), "{}")) << i;
@@ -188,7 +188,7 @@ TEST(text_responder, gives_back_the_text_of_a_request_that_is_dropped) {
 // ---- subscribers of structs
 
 TEST(typed_subscriber, takes_every_value_in_order) {
-  lane_harness on{detail::subscribe_request<question>("/q", {.depth = 2})};
+  pair_harness on{detail::subscribe_request<question>("/q", {.depth = 2})};
   subscriber<question> seen{on.handle()};
   EXPECT_EQ(seen.try_take().code(), errc::empty);
   ASSERT_TRUE(on.arrive_value(message_from({3, 9}), question{1, 2}));
@@ -213,7 +213,7 @@ TEST(typed_subscriber, takes_every_value_in_order) {
 }
 
 TEST(typed_subscriber, takes_the_newest_value_once) {
-  lane_harness on{detail::subscribe_request<question>("/q", {.keep = keep::newest})};
+  pair_harness on{detail::subscribe_request<question>("/q", {.keep = keep::newest})};
   subscriber<question> seen{on.handle()};
   const auto write = [&](question q) {
     auto& window = *on->service.in.newest;

@@ -102,7 +102,7 @@ class script_run {
                     options_of(setup).profile == rowe::peer_profile::standard},
         on_{options_of(setup), ours_, 1, rowe::rt::time_point{1000s},
             by_numbers_ ? &numbers::protocols() : nullptr},
-        pairs_{offer_lanes((setup & 16) != 0)} {
+        pairs_{offer_pairs((setup & 16) != 0)} {
     if ((setup & 64) != 0) {
       pairs_.push_back(&on_.offer(rowe::detail::latch_request({.name = "loop"})));
       latch_ = rowe::stop_latch{harness::core_harness::handle_of(*pairs_.back())};
@@ -175,7 +175,7 @@ class script_run {
   }
 
  private:
-  std::vector<rowe::detail::queue_pair*> offer_lanes(bool receives) {
+  std::vector<rowe::detail::queue_pair*> offer_pairs(bool receives) {
     const rowe::service_options small{.depth = 2, .text_bytes_max = 200};
     return {&on_.offer({.kind = rowe::detail::pair_kind::talk,
                         .receives = receives,
@@ -192,7 +192,7 @@ class script_run {
   }
 
   void cycle(rowe::duration later) {
-    if (pairs_.size() > latch_lane && pairs_[latch_lane] != nullptr && latch_.engaged(on_.now))
+    if (pairs_.size() > latch_pair && pairs_[latch_pair] != nullptr && latch_.engaged(on_.now))
       latch_.acknowledge(on_.now);
     on_.cycle(later);
     require(on_.core.check(), "the core's structures agree");
@@ -355,7 +355,7 @@ class script_run {
   }
 
   using threads_connection = swarm::threads::connection_ref;
-  static constexpr std::size_t latch_lane = 5;
+  static constexpr std::size_t latch_pair = 5;
 
   side ours_;
   bool by_numbers_;

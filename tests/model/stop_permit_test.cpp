@@ -59,7 +59,7 @@ struct service {
   latch_number number = 1;
   bool running = false;
 
-  void renew(rt::time_point until) { granted.grant(number, until); } // stop_rules::turn()
+  void renew(rt::time_point until) { granted.grant(number, until); } // stop_rules::update()
   void stop() {                                                      // stop_rules::stop()
     running = false;
     granted.withdraw(number);

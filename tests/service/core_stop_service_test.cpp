@@ -190,11 +190,11 @@ TEST_F(stopping, needs_no_slot_no_queue_and_no_place_for_a_call) {
 TEST_F(stopping, is_written_before_everything_that_waits_for_the_same_peer) {
   peer operator_{on};
   start(operator_);
-  rowe::detail::queue_pair& pose_lane = advertise_pose(on);
+  rowe::detail::queue_pair& pose_pair = advertise_pose(on);
   operator_.say(R"({"op":"subscribe","topic":"/pose"})");
   on.cycle();
   on.net.link_of(operator_.id()).room_bytes = 10; // a frame is begun, the rest waits
-  for (int i = 0; i < 10; ++i) (void)publish(on, pose_lane, {1.0 * i, 0});
+  for (int i = 0; i < 10; ++i) (void)publish(on, pose_pair, {1.0 * i, 0});
   on.cycle();
   operator_.say(stop_call);
   on.cycle();

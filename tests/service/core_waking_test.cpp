@@ -23,11 +23,11 @@ struct core_waking : testing::Test {
   template <class HandOver>
   void expect_told(HandOver hand_over) {
     on.cycles(2);
-    EXPECT_TRUE(on.core.pairs_quiet());
+    EXPECT_TRUE(on.core.nothing_submitted());
     hand_over();
-    EXPECT_FALSE(on.core.pairs_quiet());
+    EXPECT_FALSE(on.core.nothing_submitted());
     on.cycle();
-    EXPECT_TRUE(on.core.pairs_quiet());
+    EXPECT_TRUE(on.core.nothing_submitted());
   }
   static rowe::detail::pair_handle handle_of(rowe::detail::queue_pair& on) { return {nullptr, on}; }
 
@@ -54,7 +54,7 @@ TEST_F(core_waking, is_told_nothing_where_nobody_listens) {
   auto& pair = advertise_pose(on);
   on.cycles(2);
   EXPECT_EQ(publish(on, pair, {1, 0}).code(), rowe::errc::no_peer);
-  EXPECT_TRUE(on.core.pairs_quiet());
+  EXPECT_TRUE(on.core.nothing_submitted());
 }
 
 TEST_F(core_waking, is_told_what_lanes_callers_and_responders_hand_over) {

@@ -24,7 +24,7 @@ TEST(memory_plan, is_the_sum_of_what_is_carved) {
     options.limits = bounds;
     harness::core_harness built{options};
     const auto plan = rowe::service::plan_memory(bounds);
-    EXPECT_EQ(built.memory.bytes_used() + plan.lane_memory, plan.arena());
+    EXPECT_EQ(built.memory.bytes_used() + plan.pair_memory, plan.arena());
   }
 }
 

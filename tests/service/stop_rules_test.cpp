@@ -56,8 +56,8 @@ struct robot {
   void look_all() {
     for (loop& l : loops) look(l);
   }
-  void turn() {
-    rules.turn(now);
+  void update() {
+    rules.update(now);
     publish();
   }
   // So much time, a millisecond at a time, everybody well.
@@ -65,7 +65,7 @@ struct robot {
     for (const time_point end = now + how_long; now < end;) {
       now += 1ms;
       if (beats) beat();
-      turn();
+      update();
       look_all();
     }
   }
@@ -174,12 +174,12 @@ TEST(stop_rules, stop_within_the_lease_of_a_guard_that_falls_silent_each_of_a_th
     r.now += std::chrono::microseconds{random() % 1000};
     while (r.base().moving) {
       r.now += 1ms;
-      r.turn();
+      r.update();
       r.look_all();
       ASSERT_LT(r.now, last_tick + r.options.lease + 20ms) << round;
     }
     ASSERT_GE(r.now, last_tick + r.options.lease - 1ms) << round;
-    r.turn(); // the loop may have seen it first
+    r.update(); // the loop may have seen it first
     ASSERT_EQ(r.rules.cause_name(), "lease");
     ASSERT_EQ(r.rules.source(), "page");
   }
@@ -313,7 +313,7 @@ TEST(stop_rules, stop_every_loop_when_somebody_asks) {
   r.stop();
   r.look_all();
   EXPECT_FALSE(arm.moving || r.base().moving);
-  r.turn();
+  r.update();
   EXPECT_EQ(r.rules.observed(), r.now);
 }
 
@@ -321,7 +321,7 @@ TEST(stop_rules, remember_when_loops_acknowledged_for_longer_than_their_words_do
   moving_robot r;
   r.stop();
   r.look_all();
-  r.turn();
+  r.update();
   const time_point acknowledged = r.now;
   r.now += 100h;
   r.stop(); // a repeat
@@ -407,7 +407,7 @@ TEST(stop_rules, take_the_answer_to_a_stop_for_all_of_its_millisecond) {
   r.now += 1ms;
   r.stop("a");
   r.look_all();
-  r.turn();
+  r.update();
   const time_point braked = r.now;
   EXPECT_EQ(r.rules.observed(), braked);
   const auto first = r.rules.number();
@@ -423,7 +423,7 @@ TEST(stop_rules, take_the_answer_to_a_stop_for_all_of_its_millisecond) {
   EXPECT_EQ(r.rules.observed(), rowe::rt::never); // a new one
   EXPECT_NE(r.state().find(R"("acknowledged":)" + std::to_string(first)), std::string::npos) << r.state();
   r.look_all();
-  r.turn();
+  r.update();
   EXPECT_EQ(r.rules.observed(), r.now);
 }
 
@@ -439,7 +439,7 @@ TEST(stop_rules, stop_a_loop_that_was_let_go_in_the_same_millisecond) {
   EXPECT_EQ(r.rules.observed(), rowe::rt::never); // what it acknowledged was the stop before
   r.look(r.base());
   EXPECT_FALSE(r.base().moving);
-  r.turn();
+  r.update();
   EXPECT_EQ(r.rules.observed(), r.now);
   EXPECT_EQ(r.rules.reset(static_cast<std::int64_t>(r.rules.number()), r.tick(), true, r.now), refusal::tick);
   EXPECT_EQ(r.reset(), refusal::none);
@@ -556,7 +556,7 @@ TEST(stop_rules, stop_all_when_a_loop_does_not_look) {
   while (r.base().moving) {
     r.now += 1ms;
     r.beat();
-    r.turn();
+    r.update();
     r.look(r.base());
     ASSERT_LT(r.now, time_point{1000s} + 60ms);
   }
@@ -581,7 +581,7 @@ TEST(stop_rules, let_loops_stop_by_themselves_when_this_thread_is_silent_and_the
   }
   // It wakes up before the other loop has looked, and renews nothing.
   (void)r.lease();
-  r.turn();
+  r.update();
   r.look(arm);
   EXPECT_FALSE(arm.moving);
   EXPECT_EQ(r.rules.cause_name(), "service");
@@ -618,7 +618,7 @@ TEST(stop_rules, shorten_the_permit_at_once_for_a_guard_whose_lease_is_nearly_ov
   r.pass(600ms);
   const std::int64_t old_tick = r.tick() - 495;
   ASSERT_EQ(r.rules.lease("second", old_tick, false, operator_b, true, r.now), refusal::none);
-  r.turn();
+  r.update();
   r.now += 6ms;
   r.look(r.base()); // this thread does nothing more
   EXPECT_FALSE(r.base().moving);
@@ -631,7 +631,7 @@ TEST(stop_rules, renew_the_permit_in_steps) {
     const auto before = r.permit.read();
     r.now += 100us;
     r.beat();
-    r.turn();
+    r.update();
     r.look_all();
     renewals += r.permit.read() != before;
   }
@@ -648,7 +648,7 @@ TEST(stop_rules, raise_their_version_for_all_that_is_shown) {
   r.stop();
   EXPECT_TRUE(changed());
   r.look_all();
-  r.turn();
+  r.update();
   EXPECT_TRUE(changed()); // acknowledged
   EXPECT_EQ(r.reset(), refusal::none);
   EXPECT_TRUE(changed());

@@ -56,6 +56,7 @@ class honest_by_number {
 
  private:
   static constexpr std::uint32_t tag = 7;
+  static constexpr auto catches_up = 1s;
   static constexpr std::string_view steady = "/honest/steady";
   struct call {
     std::uint32_t service = 0;
@@ -151,8 +152,10 @@ class honest_by_number {
     second_ = open();
     anew_ = {};
     anew_in_ = in_.cycles;
+    anew_at_ = in_.on.now;
   }
-  // What one is told at once the other was told by and by. Both have read all that there is.
+  // What one is told at once the other was told by and by. Both have read all that there is. Where there are
+  // many changes both are told with pauses, and know the same some time after the second one came.
   void hear_anew() {
     for (const std::string& text : second_->hear()) {
       if (text.starts_with('{') && in_.on.options.bare_unasked) continue; // likewise
@@ -169,6 +172,7 @@ class honest_by_number {
       const auto& old = (of_topics ? knows_.topics : knows_.services).names();
       const auto& now = (of_topics ? anew_.topics : anew_.services).names();
       if (old == now) continue;
+      if (in_.on.now < anew_at_ + catches_up || in_.cycles < anew_in_ + honest::cycles_max) return;
       std::string text = of_topics ? "knows of other topics:" : "knows of other services:";
       for (const auto& [number, name] : old) text += now.contains(number) ? "" : " -" + name;
       for (const auto& [number, name] : now) text += old.contains(number) ? "" : " +" + name;
@@ -197,6 +201,7 @@ class honest_by_number {
   std::uint32_t calls_ = 0;
   time_point asks_next_{}, anew_next_{};
   std::uint64_t anew_in_ = 0;
+  time_point anew_at_{};
 };
 
 } // namespace swarm

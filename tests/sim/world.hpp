@@ -67,7 +67,7 @@ class world : public sim_base {
     case 5:
     case 6: publish(); break;
     case 7: read(); break;
-    case 8: change_lanes(); break;
+    case 8: change_pairs(); break;
     default: wait(); break;
     }
     on_.core.cycle(on_.now);
@@ -258,7 +258,7 @@ class world : public sim_base {
     }
   }
 
-  void change_lanes() {
+  void change_pairs() {
     if (!does_.lanes_change) return wait();
     if (sources_.size() > 1 && one_in(2)) {
       const std::size_t which = below(sources_.size());
