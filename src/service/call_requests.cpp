@@ -30,17 +30,17 @@ call_requests::call_requests(const needs& parts) noexcept
       stop_service_{parts.stop} {}
 
 void call_requests::send(call_index index, const connection* to, const wire::codec& in,
-                         std::string_view service, const wire::call_args& what) noexcept {
-  call& asked = state_.calls.at(index);
+                         const call_request& asked) noexcept {
+  call& open = state_.calls.at(index);
   std::array<char, call_table::our_id_bytes_max> room;
   const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
-  const auto write = [&](json::writer& into) { return in.write_call(into, service, id, what); };
-  const bool stops = stop_gate::service_named(service) == stop_verb::stop;
+  const auto write = [&](json::writer& into) { return in.write_call(into, asked.service, id, asked.what); };
+  const bool stops = asked.of_stop == stop_verb::stop;
   const slot_id slot = outbox_.compose(rt::never, write, stops ? slot_use::stop : slot_use::ordinary);
   if (!slot) return call_completion_.fail(index, {errc::full});
-  asked.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
-                               : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
-  asked.request = slots_.ref(slot);
+  open.callee = to != nullptr ? call_endpoint::of(to->id, in.id())
+                              : call_endpoint{.who = call_endpoint::kind::nobody, .speaks = in.id()};
+  open.request = slots_.ref(slot);
   state_.counts.add(counter::calls_out);
   const status sent = direct_messages_.send_request(
       slot, to != nullptr ? peer_index{to->id.index} : peer_index{}, state_.calls.ref(index), stops);
@@ -92,8 +92,8 @@ void call_requests::hand_to_pair(call_index index, pair_index pair, const wire::
   }
 }
 
-void call_requests::hand_to_receiver(call_index index, std::string_view service,
-                                     const wire::call_args& what) noexcept {
+void call_requests::hand_to_receiver(call_index index, const call_request& asked) noexcept {
+  const wire::call_args& what = asked.what;
   const pair_index pair = receiver_.pair();
   state_.calls.at(index).callee = pair ? call_endpoint::of(pair, state_.pair_rows[pair].generation)
                                        : call_endpoint{.who = call_endpoint::kind::thread};
@@ -104,8 +104,9 @@ void call_requests::hand_to_receiver(call_index index, std::string_view service,
   } else {
     std::array<char, call_table::our_id_bytes_max> room;
     const std::string_view id = state_.calls.write_id(room, index, state_.peers.opened());
-    const slot_id slot = outbox_.compose(
-        rt::never, [&](json::writer& into) { wire::write_delivered_call(into, service, what.text, id); });
+    const slot_id slot = outbox_.compose(rt::never, [&](json::writer& into) {
+      wire::write_delivered_call(into, asked.service, what.text, id);
+    });
     if (!slot) return call_completion_.fail(index, {errc::full});
     done = receiver_.deliver(header, text_at(slots_, slot));
     message_store_.release(slot);
@@ -119,14 +120,15 @@ void call_requests::hand_to_receiver(call_index index, std::string_view service,
                                           : done.error().message(why));
 }
 
-void call_requests::hand_to_stop(call_index index, stop_verb which, const wire::call_args& what) noexcept {
+void call_requests::hand_to_stop(call_index index, const call_request& asked) noexcept {
+  const wire::call_args& what = asked.what;
   state_.calls.at(index).callee = {.who = call_endpoint::kind::core};
   const stop_asker asker{.who = state_.calls.at(index).caller, .call = state_.calls.ref(index)};
-  if (what.is != form::value) return stop_service_.carry_out(which, asker, what.text);
+  if (what.is != form::value) return stop_service_.carry_out(asked.of_stop, asker, what.text);
   const slot_id slot = outbox_.compose(
       rt::never, [&](json::writer& into) { wire::write_args(into, what); }, slot_use::stop);
-  if (!slot) return stop_service_.carry_out(which, asker, {}); // still a stop, without its arguments
-  stop_service_.carry_out(which, asker, text_at(slots_, slot));
+  if (!slot) return stop_service_.carry_out(asked.of_stop, asker, {}); // still a stop, without its arguments
+  stop_service_.carry_out(asked.of_stop, asker, text_at(slots_, slot));
   message_store_.release(slot);
 }
 

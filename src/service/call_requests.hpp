@@ -19,6 +19,13 @@
 
 namespace rowe::service {
 
+// What is called, and what that asks of the stop.
+struct call_request {
+  std::string_view service; // empty: only the text names it
+  wire::call_args what;
+  stop_verb of_stop = stop_verb::none;
+};
+
 class call_requests {
  public:
   struct needs {
@@ -34,14 +41,13 @@ class call_requests {
   explicit call_requests(const needs& parts) noexcept;
 
   // To a peer; without one it waits for the first peer that connects.
-  void send(call_index call, const connection* to, const wire::codec& in, std::string_view service,
-            const wire::call_args& what) noexcept;
+  void send(call_index call, const connection* to, const wire::codec& in, const call_request& asked) noexcept;
   // To a responder of this process.
   void hand_to_pair(call_index call, pair_index pair, const wire::call_args& what) noexcept;
   // To the receiver, as one object, whatever codec it came by.
-  void hand_to_receiver(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+  void hand_to_receiver(call_index call, const call_request& asked) noexcept;
   // Only for calls of this process: a peer's stop is carried out before calls are routed.
-  void hand_to_stop(call_index call, stop_verb which, const wire::call_args& what) noexcept;
+  void hand_to_stop(call_index call, const call_request& asked) noexcept;
 
   // The handle that was given a call last in this cycle, and may answer at once; or none.
   pair_index awaited() const noexcept { return awaited_; }

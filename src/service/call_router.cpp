@@ -49,7 +49,8 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
     this->refuse(c, asked, by, code, why);
     return true;
   };
-  if (c.stop_only && !stop_gate::is_for_stop_peers(stop_gate::service_named(asked.service)))
+  const stop_verb of_stop = stop_gate::find(asked.service, {});
+  if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
     return refuse(cause::peer, "refused", stop_only_sentence);
   if (!state_.calls.admits({c.id.index})) {
     std::array<char, 160> why;
@@ -62,7 +63,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   }
   if (!asked.id_raw.empty() && state_.calls.find_asked(c.id, asked.id_raw))
     return refuse(cause::peer, "duplicate_id", "a call with this id is not answered yet");
-  if (goes_to_receiver(asked.service)) {
+  if (goes_to_receiver(asked.service, of_stop)) {
     switch (receiver_.admit({c.id.index})) {
     case admission::now: break;
     case admission::later: return false;
@@ -74,99 +75,98 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   const call_index index = call_completion_.open(call_endpoint::of(c.id, asked.codec), asked.id_raw,
                                                  asked.service, time_limit(asked.ttl_ns));
   if (!index) return refuse(cause::busy, "busy", "all calls_max calls are in flight");
-  route(index, asked.service, {.is = asked.form, .text = asked.body_raw}, {});
+  route(index, {asked.service, {.is = asked.form, .text = asked.body_raw}, of_stop}, {});
   return true;
 }
 
 // ---- asked by this process
 
-// A stop needs neither a deadline nor a row of the call table: only its answer does.
-void call_router::stop_anyway(const call_start& asked) noexcept {
-  if (!stop_service_.in_use()) return;
-  const bool named = stop_gate::service_named(asked.service) == stop_verb::stop;
-  const bool object =
-      asked.what.is == form::object && check_object_text(state_.seams.validator, asked.what.text);
-  if (named || (object && asked.to.generation == 0 && stop_gate::asks_to_stop(asked.what.text)))
-    stop_service_.carry_out(stop_verb::stop, {.who = asked.caller, .silent = true}, {});
+// Validates what is called. Returns the service, as a call's text names it where that is an object.
+result<std::string_view> call_router::service_of(const call_start& asked, std::span<char> room) noexcept {
+  const wire::call_args& what = asked.what;
+  if (what.is == form::object) {
+    if (const status fine = check_object_text(state_.seams.validator, what.text); !fine) return fine.error();
+    const auto named = json::find(what.text, "service");
+    const auto name = named && asked.to.generation == 0 ? json::to_string(*named, room) : std::nullopt;
+    return name.value_or(asked.service);
+  }
+  if (what.is == form::args) {
+    if (const status fine = state_.seams.validator.validate(what.text); !fine) return fine.error();
+    if (!json::is_object(what.text)) return error{errc::not_an_object};
+  }
+  return asked.service;
 }
 
 void call_router::start(const call_start& asked) noexcept {
   const auto fails = [&](const error& why) { local_delivery_.complete(asked.caller, asked.own, why); };
   if (state_.cycle.closing) return fails({errc::closed});
+  std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // of the service's name where it has escapes
+  const result<std::string_view> service = service_of(asked, room);
+  call_request request{service ? *service : asked.service, asked.what};
+  const bool says_what = service || asked.what.is != form::object;
+  if (asked.to.generation == 0 && says_what) request.of_stop = stop_gate::find(request.service, asked.what);
+  // A stop needs neither a deadline nor a row of the call table: only its answer does.
+  const auto stop_anyway = [&] {
+    if (stop_service_.in_use() && request.of_stop == stop_verb::stop)
+      stop_service_.carry_out(stop_verb::stop, {.who = asked.caller, .silent = true}, {});
+  };
   if (asked.deadline < state_.cycle.now) {
-    stop_anyway(asked);
+    stop_anyway();
     add(counter::calls_timed_out);
     return fails({errc::timed_out, 0, (asked.deadline - asked.began).count()});
   }
-  const wire::call_args& what = asked.what;
-  std::string_view service = asked.service;
-  std::array<char, 2 * detail::queue_pair::name_bytes_max> room; // of the service's name where it has escapes
-  if (what.is == form::object) {
-    if (const status fine = check_object_text(state_.seams.validator, what.text); !fine) {
-      add(counter::malformed);
-      return fails(fine.error());
-    }
-    const auto named = json::find(what.text, "service");
-    if (named && asked.to.generation == 0) {
-      if (const auto name = json::to_string(*named, room)) service = *name;
-    }
-  } else if (what.is == form::args) {
-    if (const status fine = state_.seams.validator.validate(what.text); !fine) {
-      add(counter::malformed);
-      return fails(fine.error());
-    }
-    if (!json::is_object(what.text)) return fails({errc::not_an_object});
+  if (!service) {
+    if (service.code() != errc::not_an_object || asked.what.is == form::object) add(counter::malformed);
+    return fails(service.error());
   }
-  const call_index index = call_completion_.open(asked.caller, {}, service, asked.deadline);
+  const call_index index = call_completion_.open(asked.caller, {}, request.service, asked.deadline);
   if (!index) {
-    stop_anyway(asked);
+    stop_anyway();
     return fails({errc::too_many_calls, state_.calls.in_flight(), state_.bounds().calls_max});
   }
   state_.calls.at(index).own = asked.own;
   state_.calls.at(index).timeout = asked.deadline == rt::never ? rt::for_ever : asked.deadline - asked.began;
-  route(index, service, what, asked.to);
+  route(index, request, asked.to);
 }
 
 // ---- who answers
 
-void call_router::route(call_index index, std::string_view service, const wire::call_args& what,
-                        detail::peer_ref to) noexcept {
+void call_router::route(call_index index, const call_request& asked, detail::peer_ref to) noexcept {
   const bool from_here = state_.calls.at(index).caller.who != call_endpoint::kind::peer;
   if (to.generation != 0) {
     const connection* const peer = state_.peers.find({to.index, to.generation});
     if (peer == nullptr || !peer->open()) return call_completion_.fail(index, {errc::peer_lost});
-    return call_requests_.send(index, peer, state_.seams.protocols.messages, service, what);
+    return call_requests_.send(index, peer, state_.seams.protocols.messages, asked);
   }
-  if (!service.empty()) {
+  if (asked.of_stop != stop_verb::none && stop_service_.in_use())
+    return call_requests_.hand_to_stop(index, asked);
+  if (!asked.service.empty()) {
     const bool ask_server = from_here && state_.options.ours == side::client;
-    const service_index found = service_directory_.find(service);
+    const service_index found = service_directory_.find(asked.service);
     if (found) {
       const service_entry& provider = service_directory_.at(found);
-      if (provider.pair) return call_requests_.hand_to_pair(index, provider.pair, what);
+      if (provider.pair) return call_requests_.hand_to_pair(index, provider.pair, asked.what);
       const connection* const peer = state_.peers.find(provider.peer);
       if ((from_here || state_.options.relay) && peer != nullptr && peer->open())
         return call_requests_.send(index, peer, state_.seams.protocols.of(provider.speaks),
-                                   service_directory_.name(found), what);
+                                   {service_directory_.name(found), asked.what, asked.of_stop});
     }
-    const auto of_stop = stop_gate::service_named(service);
-    if (of_stop != stop_verb::none && stop_service_.in_use())
-      return call_requests_.hand_to_stop(index, of_stop, what);
-    if (of_stop != stop_verb::none && !ask_server) return call_completion_.fail(index, {errc::no_service});
-    const std::string_view own = endpoint_services::find(service);
-    if (!found && !ask_server && !own.empty()) return endpoint_services_.answer(index, own, what);
+    if (asked.of_stop != stop_verb::none && !ask_server)
+      return call_completion_.fail(index, {errc::no_service});
+    const std::string_view own = endpoint_services::find(asked.service);
+    if (!found && !ask_server && !own.empty()) return endpoint_services_.answer(index, own, asked.what);
   }
-  if (from_here) return ask_anyone(index, service, what);
-  if (receiver_.is_there()) return call_requests_.hand_to_receiver(index, service, what);
+  if (from_here) return ask_anyone(index, asked);
+  if (receiver_.is_there()) return call_requests_.hand_to_receiver(index, asked);
   call_completion_.fail(index, {errc::no_service});
 }
 
 // Whether route() gives a peer's call of this service, which is not the stop's, to the receiver.
-bool call_router::goes_to_receiver(std::string_view service) const noexcept {
+bool call_router::goes_to_receiver(std::string_view service, stop_verb of_stop) const noexcept {
   if (!receiver_.is_there()) return false;
   if (service.empty()) return true;
   const service_index found = service_directory_.find(service);
-  if (!found)
-    return stop_gate::service_named(service) == stop_verb::none && endpoint_services::find(service).empty();
+  if (!found) return of_stop == stop_verb::none && endpoint_services::find(service).empty();
   const service_entry& provider = service_directory_.at(found);
   if (provider.pair) return false;
   const connection* const peer = state_.peers.find(provider.peer);
@@ -175,18 +175,17 @@ bool call_router::goes_to_receiver(std::string_view service) const noexcept {
 
 // A call of this process that no service in the directory takes: a client asks its server; a server asks the
 // first peer that takes messages, if the call is one. Where there is none, it waits for one.
-void call_router::ask_anyone(call_index index, std::string_view service,
-                             const wire::call_args& what) noexcept {
-  const bool object = what.is == form::object;
+void call_router::ask_anyone(call_index index, const call_request& asked) noexcept {
+  const bool object = asked.what.is == form::object;
   if (state_.options.ours == side::client) {
     const wire::codec& in = object ? state_.seams.protocols.messages : state_.seams.protocols.calls_to_server;
-    return call_requests_.send(index, state_.peers.server(), in, service, what);
+    return call_requests_.send(index, state_.peers.server(), in, asked);
   }
   if (!object) return call_completion_.fail(index, {errc::no_service});
   const auto takes = [](const connection& c) { return c.open() && c.takes_messages; };
   const auto first = std::find_if(state_.peers.begin(), state_.peers.end(), takes);
   call_requests_.send(index, first != state_.peers.end() ? &*first : nullptr, state_.seams.protocols.messages,
-                      service, what);
+                      asked);
 }
 
 } // namespace rowe::service

@@ -63,11 +63,10 @@ class call_router {
               std::string_view why) noexcept;
   void add(counter which) noexcept { state_.counts.add(which); }
   rt::time_point time_limit(std::int64_t time_ns) const noexcept;
-  bool goes_to_receiver(std::string_view service) const noexcept;
-  void stop_anyway(const call_start& asked) noexcept;
-  void route(call_index call, std::string_view service, const wire::call_args& what,
-             detail::peer_ref to) noexcept;
-  void ask_anyone(call_index call, std::string_view service, const wire::call_args& what) noexcept;
+  bool goes_to_receiver(std::string_view service, stop_verb of_stop) const noexcept;
+  result<std::string_view> service_of(const call_start& asked, std::span<char> room) noexcept;
+  void route(call_index call, const call_request& asked, detail::peer_ref to) noexcept;
+  void ask_anyone(call_index call, const call_request& asked) noexcept;
 
   core_state& state_;
   const service_directory& service_directory_;

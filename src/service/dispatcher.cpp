@@ -144,13 +144,43 @@ inline void dispatcher::take(connection& c, wire::decoded read, wire::request& a
       asked.codec == state_.seams.protocols.messages.id() && read != wire::decoded::malformed;
   if (speaks_messages && !c.stop_only && !std::exchange(c.takes_messages, true))
     direct_messages_.deliver_pending({c.id.index});
-  const std::string_view unknown = asked.by_number ? listings_.put_names(c, asked) : std::string_view{};
-  if (read == wire::decoded::request && unknown.empty()) return carry_out(c, asked, known, why);
-  if (stop_service_.in_use() && (stop_gate::asks_to_stop(known) || stop_gate::names_stop(asked)))
-    stop_service_.carry_out_unanswered(c, known.text);
-  if (drops_excess()) return;
-  const wire::diagnostic unnamed{.code = "unknown_number", .text = unknown};
-  refusals_.refuse(c, asked, read == wire::decoded::request ? unnamed : why);
+  wire::diagnostic refused = why;
+  const stop_verb of_stop = find_stop(c, read, asked, known, refused);
+  if (of_stop != stop_verb::none) carry_out_stop(c, read, asked, known, of_stop);
+  if (read == wire::decoded::request) {
+    if (of_stop == stop_verb::none) carry_out(c, asked, known, refused);
+  } else if (!drops_excess()) {
+    refusals_.refuse(c, asked, refused);
+  }
+}
+
+// What this peer asks of the stop here, if anything. Puts names in place of numbers before; a request with an
+// unknown number is refused.
+inline stop_verb dispatcher::find_stop(const connection& c, wire::decoded& read, wire::request& asked,
+                                       const json::document& known, wire::diagnostic& refused) noexcept {
+  if (asked.by_number) {
+    const std::string_view unknown = listings_.put_names(c, asked);
+    if (!unknown.empty() && read == wire::decoded::request) {
+      read = wire::decoded::refused;
+      refused = {.code = "unknown_number", .text = unknown};
+    }
+  }
+  // A peer on stop_path is never called: what looks like its answer is an ordinary message.
+  const bool object = asked.form == wire::call_args::form::object;
+  if (c.stop_only && asked.what == wire::verb::reply && object) asked.what = wire::verb::message;
+  if (!stop_service_.in_use()) return stop_verb::none;
+  const stop_verb found = stop_gate::find(read, asked, known);
+  return c.stop_only && !stop_gate::is_for_stop_peers(found) ? stop_verb::none : found;
+}
+
+// Before all else, whatever the peer's rate is. Only a call is answered.
+inline void dispatcher::carry_out_stop(connection& c, wire::decoded read, const wire::request& asked,
+                                       const json::document& known, stop_verb of_stop) noexcept {
+  const wire::verb what = read == wire::decoded::request ? asked.what : wire::verb::message;
+  if (what != wire::verb::call)
+    return stop_service_.carry_out_unanswered(c, what == wire::verb::publish ? asked.body_raw : known.text);
+  if (!heard_before_) state_.counts.add(counter::calls_in);
+  stop_service_.carry_out_call(c, asked, of_stop);
 }
 
 void dispatcher::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
@@ -163,29 +193,25 @@ void dispatcher::refuse_malformed(connection& c, std::string_view text, const er
 inline void dispatcher::carry_out(connection& c, const wire::request& asked, const json::document& text,
                                   const wire::diagnostic& unknown) noexcept {
   using wire::verb;
-  // A peer on stop_path is never called: what looks like its answer is an ordinary message.
-  const bool no_reply = c.stop_only && asked.form == wire::call_args::form::object;
-  if (asked.what == verb::message || (asked.what == verb::reply && no_reply))
-    return take_message(c, asked, text);
+  if (asked.what == verb::message) return take_message(c, asked, text);
   if (c.ours == side::client && is_for_servers(asked.what)) {
     // A server may ask nothing else of its clients. Other requests are counted, and not answered: the two
     // ends might refuse each other's refusals for ever.
     return state_.counts.add(counter::refused_requests);
   }
-  const bool may_stop = asked.what == verb::publish || asked.what == verb::call;
-  if (!may_stop && drops_excess()) return;
-  if (c.stop_only && !stop_gate::is_for_stop_peers(asked)) {
-    if (!drops_excess())
-      refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_sentence});
-    return;
-  }
+  if (asked.what == verb::call && !heard_before_) state_.counts.add(counter::calls_in);
+  if (drops_excess()) return;
+  if (c.stop_only && !stop_gate::is_for_stop_peers(asked))
+    return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_sentence});
   switch (asked.what) {
   case verb::subscribe: return subscriptions_.subscribe(c, asked);
   case verb::unsubscribe: return subscriptions_.unsubscribe(c, asked);
   case verb::advertise: return advertisements_.advertise(c, asked);
   case verb::unadvertise: return advertisements_.unadvertise(c, asked);
-  case verb::publish: return take_published(c, asked);
-  case verb::call: return take_call(c, asked);
+  case verb::publish: return broker_.relay(c, asked);
+  case verb::call:
+    if (!call_router_.take_call(c, asked)) ingress_.park({c.id.index});
+    return;
   case verb::reply: return call_completion_.take_reply(c, asked);
   case verb::advertise_service: return service_providers_.advertise(c, asked);
   case verb::unadvertise_service: return service_providers_.unadvertise(c, asked);
@@ -204,21 +230,9 @@ void dispatcher::take_status(connection& c, const wire::request& asked) noexcept
   state_.events.report(event::kind::status_from_peer, c.peer(), plain.value_or(asked.body_raw));
 }
 
-inline void dispatcher::take_call(connection& c, const wire::request& asked) noexcept {
-  if (!heard_before_) state_.counts.add(counter::calls_in);
-  const auto of_stop = stop_gate::service_named(asked.service);
-  const bool allowed = !c.stop_only || stop_gate::is_for_stop_peers(of_stop);
-  if (allowed && stop_service_.in_use() && of_stop != stop_verb::none)
-    return stop_service_.carry_out_call(c, asked, of_stop);
-  if (drops_excess()) return;
-  if (!call_router_.take_call(c, asked)) ingress_.park({c.id.index});
-}
-
 // A plain message: it goes to the receiver.
 inline void dispatcher::take_message(connection& c, const wire::request& asked,
                                      const json::document& text) noexcept {
-  if (stop_service_.in_use() && stop_gate::asks_to_stop(text))
-    return stop_service_.carry_out_unanswered(c, text.text);
   if (drops_excess()) return;
   if (c.stop_only)
     return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_sentence});
@@ -236,17 +250,10 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
       text.text);
 }
 
-// A stop goes before all else.
-inline void dispatcher::take_published(connection& c, const wire::request& asked) noexcept {
-  if (stop_service_.in_use() && stop_gate::service_named(asked.topic) == stop_verb::stop)
-    return stop_service_.carry_out_unanswered(c, asked.body_raw);
-  if (!drops_excess()) broker_.relay(c, asked);
-}
-
 bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept {
   const connection& c = state_.peers[from];
-  const std::string_view text{reinterpret_cast<const char*>(message.data()), message.size()};
-  if (!stop_service_.in_use() || (binary ? !c.protocol->can.binary : !state_.seams.validator.validate(text)))
+  if (!stop_service_.in_use() ||
+      (binary ? !c.protocol->can.binary : !state_.seams.validator.validate(text_of(message))))
     return false;
   const json::document known = binary ? json::document{} : state_.seams.validator.last();
   wire::request asked;
@@ -254,10 +261,9 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   sentence_room sentence;
   const wire::decode_room room = decode_room(sentence, 0);
   const wire::message_decoder& reads = c.protocol->reads;
-  const wire::decoded read =
+  wire::decoded read =
       binary ? reads.decode_binary(message, room, asked, why) : reads.decode(known, room, asked, why);
-  if (asked.by_number && !listings_.put_names(c, asked).empty()) return false;
-  return stop_gate::asks_to_stop(read, asked, known);
+  return find_stop(c, read, asked, known, why) == stop_verb::stop;
 }
 
 // Of a message beyond its peer's rate, which is no stop: true, counted.

@@ -78,11 +78,13 @@ class dispatcher {
   void refuse_malformed(connection& c, std::string_view text, const error& why) noexcept;
   void take(connection& c, wire::decoded read, wire::request& asked, const json::document& known,
             const wire::diagnostic& why) noexcept;
+  stop_verb find_stop(const connection& c, wire::decoded& read, wire::request& asked,
+                      const json::document& known, wire::diagnostic& refused) noexcept;
+  void carry_out_stop(connection& c, wire::decoded read, const wire::request& asked,
+                      const json::document& known, stop_verb of_stop) noexcept;
   void carry_out(connection& c, const wire::request& asked, const json::document& text,
                  const wire::diagnostic& unknown) noexcept;
   void take_message(connection& c, const wire::request& asked, const json::document& text) noexcept;
-  void take_call(connection& c, const wire::request& asked) noexcept;
-  void take_published(connection& c, const wire::request& asked) noexcept;
   void take_status(connection& c, const wire::request& asked) noexcept;
   bool drops_excess() noexcept;
 

@@ -9,6 +9,7 @@
 
 #include "service/service_limits.hpp"
 #include "service/shares.hpp"
+#include "service/stop_gate.hpp"
 
 namespace rowe::service {
 namespace {
@@ -16,8 +17,7 @@ namespace {
 using wire::listed;
 using wire::no_number;
 
-// Their places are their numbers, from 1 on; the stop's come first.
-constexpr std::size_t stop_services = 4;
+// Their places are their numbers, from 1 on.
 constexpr std::array own_services{wire::stop_name,          wire::stop_reset_name, wire::stop_lease_name,
                                   wire::stop_state_name,    wire::stats_name,      wire::list_topics_name,
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
@@ -79,9 +79,10 @@ std::string_view listings::service_numbered(std::uint32_t number) const noexcept
     const service_index found = service_directory_.find_number(number);
     return !found ? std::string_view{} : service_directory_.name(found);
   }
-  if (number == 0 || number > own_services.size() || (number <= stop_services && !stop_rules_.in_use()))
-    return {};
-  return own_services[number - 1];
+  if (number == 0 || number > own_services.size()) return {};
+  const std::string_view own = own_services[number - 1];
+  const bool of_stop = stop_gate::service_named(own) != stop_verb::none;
+  return of_stop && !stop_rules_.in_use() ? std::string_view{} : own;
 }
 
 topic_id listings::topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept {

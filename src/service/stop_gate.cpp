@@ -38,19 +38,22 @@ bool stop_gate::asks_to_stop(const json::document& text) noexcept {
   return false;
 }
 
-bool stop_gate::asks_to_stop(wire::decoded read, const wire::request& asked,
-                             const json::document& text) noexcept {
-  if (read == wire::decoded::malformed || read == wire::decoded::unsupported) return false;
-  if (read == wire::decoded::refused || asked.what == wire::verb::message) return asks_to_stop(text);
-  if (asked.what == wire::verb::publish) return service_named(asked.topic) == stop_verb::stop;
-  if (asked.what == wire::verb::call) return service_named(asked.service) == stop_verb::stop;
-  return false;
+stop_verb stop_gate::find(wire::decoded read, const wire::request& asked,
+                          const json::document& text) noexcept {
+  using wire::verb;
+  const stop_verb called = asked.what == verb::call ? service_named(asked.service) : stop_verb::none;
+  const bool published = asked.what == verb::publish && service_named(asked.topic) == stop_verb::stop;
+  const bool stops = published || called == stop_verb::stop;
+  if (read == wire::decoded::request && asked.what != verb::message)
+    return published ? stop_verb::stop : called;
+  // Of a text that is refused, members were perhaps not read; a refused frame has its name by number.
+  return asks_to_stop(text) || (asked.by_number && stops) ? stop_verb::stop : stop_verb::none;
 }
 
-bool stop_gate::names_stop(const wire::request& asked) noexcept {
-  if (!asked.by_number || (asked.what != wire::verb::publish && asked.what != wire::verb::call)) return false;
-  const std::string_view name = asked.what == wire::verb::call ? asked.service : asked.topic;
-  return service_named(name) == stop_verb::stop;
+stop_verb stop_gate::find(std::string_view service, const wire::call_args& what) noexcept {
+  const stop_verb named = service_named(service);
+  const bool object = what.is == wire::call_args::form::object;
+  return named == stop_verb::none && object && asks_to_stop(what.text) ? stop_verb::stop : named;
 }
 
 bool stop_gate::is_for_stop_peers(const wire::request& asked) noexcept {

@@ -33,15 +33,14 @@ struct stop_gate {
   static stop_verb service_named(std::string_view name) noexcept;
   static std::string_view name_of(stop_verb which) noexcept; // one that is not none
 
-  // Whether a validated text names the stop, whatever else is wrong with it: then it is a stop. A service's
-  // name may end in "#" and an id.
+  // What a peer's request asks for. `text`: what of its message is JSON. A request that is refused, and a
+  // plain message, asks to stop if it names the stop, whatever else is wrong with it.
+  static stop_verb find(wire::decoded read, const wire::request& asked, const json::document& text) noexcept;
+  // What a call of this process asks for. `service`: as its text says, if it is an object. The text was
+  // validated.
+  static stop_verb find(std::string_view service, const wire::call_args& what) noexcept;
+  // Whether a validated text names the stop. A service's name may end in "#" and an id.
   static bool asks_to_stop(const json::document& text) noexcept;
-  // The same of a text that was read as `asked`.
-  static bool asks_to_stop(wire::decoded read, const wire::request& asked,
-                           const json::document& text) noexcept;
-
-  // A request that names the stop by number, and is refused.
-  static bool names_stop(const wire::request& asked) noexcept;
 
   // What a peer on stop_path may ask.
   static bool is_for_stop_peers(stop_verb which) noexcept {

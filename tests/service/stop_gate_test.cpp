@@ -83,28 +83,38 @@ TEST(stop_gate, judges_a_request_by_its_verb_and_the_rest_by_its_text) {
     std::string_view topic;
     std::string_view service;
     std::string_view text;
-    bool expected;
+    stop_verb expected;
   } table[] = {
-      {decoded::request, verb::call, {}, stop, other, true},
-      {decoded::request, verb::call, {}, "/rowe/stop/reset", names_it, false},
-      {decoded::request, verb::publish, stop, {}, other, true},
-      {decoded::request, verb::publish, "/odom", {}, names_it, false},
-      {decoded::request, verb::subscribe, stop, stop, names_it, false},
-      {decoded::request, verb::reply, {}, stop, names_it, false},
-      {decoded::request, verb::message, {}, {}, names_it, true},
-      {decoded::request, verb::message, {}, stop, other, false},
-      {decoded::refused, verb::subscribe, {}, {}, names_it, true},
-      {decoded::refused, verb::call, {}, stop, other, false},
-      {decoded::malformed, verb::call, stop, stop, names_it, false},
+      {decoded::request, verb::call, {}, stop, other, stop_verb::stop},
+      {decoded::request, verb::call, {}, "/rowe/stop/reset", names_it, stop_verb::reset},
+      {decoded::request, verb::publish, stop, {}, other, stop_verb::stop},
+      {decoded::request, verb::publish, "/odom", {}, names_it, stop_verb::none},
+      {decoded::request, verb::subscribe, stop, stop, names_it, stop_verb::none},
+      {decoded::request, verb::reply, {}, stop, names_it, stop_verb::none},
+      {decoded::request, verb::message, {}, {}, names_it, stop_verb::stop},
+      {decoded::request, verb::message, {}, stop, other, stop_verb::none},
+      {decoded::refused, verb::subscribe, {}, {}, names_it, stop_verb::stop},
+      {decoded::refused, verb::call, {}, stop, other, stop_verb::none},
+      {decoded::malformed, verb::call, stop, stop, names_it, stop_verb::stop},
+      {decoded::malformed, verb::call, stop, stop, other, stop_verb::none},
   };
   for (const auto& row : table) {
     rowe::wire::request asked;
     asked.what = row.what;
     asked.topic = row.topic;
     asked.service = row.service;
-    EXPECT_EQ(stop_gate::asks_to_stop(row.read, asked, row.text), row.expected)
+    EXPECT_EQ(stop_gate::find(row.read, asked, row.text), row.expected)
         << "row " << &row - table << ": " << row.text;
   }
+}
+
+TEST(stop_gate, judges_a_call_of_this_process_by_its_service_and_an_object_by_its_text_too) {
+  using form = rowe::wire::call_args::form;
+  constexpr std::string_view names_it = R"({"topic":"/rowe/stop"})";
+  EXPECT_EQ(stop_gate::find("/rowe/stop/lease", {.is = form::object, .text = names_it}), stop_verb::lease);
+  EXPECT_EQ(stop_gate::find("/other", {.is = form::object, .text = names_it}), stop_verb::stop);
+  EXPECT_EQ(stop_gate::find("/other", {.is = form::object, .text = "{}"}), stop_verb::none);
+  EXPECT_EQ(stop_gate::find("/other", {.is = form::args, .text = names_it}), stop_verb::none);
 }
 
 TEST(stop_gate, lets_peers_that_came_for_the_stop_stop_and_see_the_state) {

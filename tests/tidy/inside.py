@@ -117,6 +117,21 @@ def limits_are_tied(t):
         yield finding(header, 1, "limits", f"{tied} static_asserts tie limits; there were {asserted_limits}")
 
 
+# Who asks the gate what a request wants of the stop, and how often: once each for what a peer said, for a
+# call of this process and for one of a peer that is no stop; and for the endpoint's own list of services.
+asks_the_gate = {"dispatcher.cpp": 1, "call_router.cpp": 2, "listings.cpp": 1}
+
+
+def the_stop_is_recognised_at_the_gate(t):
+    for path in t.within(["src/service"]):
+        asked, allowed = 0, asks_the_gate.get(path.rpartition("/")[2], 0)
+        for number, line in enumerate(t.code(path), 1):
+            asked += len(re.findall(r"\bstop_gate::(?:find|asks_to_stop|service_named)\(", line))
+            if asked > allowed and _stem(path) != "stop_gate":
+                yield finding(path, number, "stop-gate", f"asks the gate {asked} times; {allowed} are known")
+                break
+
+
 # ---- the page
 
 
@@ -305,5 +320,6 @@ def classes_are_small(t):
 
 
 rules = (files_include_what_stands_before_them, parts_are_made_in_that_order, parts_have_one_name,
-         rows_have_typed_indices, limits_are_tied, the_page_shows_the_parts, the_journeys_go_as_the_page_says,
+         rows_have_typed_indices, limits_are_tied,
+         the_stop_is_recognised_at_the_gate, the_page_shows_the_parts, the_journeys_go_as_the_page_says,
          parts_are_small, classes_are_small)

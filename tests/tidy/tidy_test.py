@@ -101,6 +101,8 @@ plants = [
      spdx + '#include "service/mask_keys.hpp"\n#include "service/ids.hpp"\n#include "service/sender.hpp"\n',
      [(4, "include-order")]),
     ("src/service/plant_8.cpp", spdx + '#include "service/ids.hpp"\n', [(2, "include-order")]),
+    ("src/service/batch.cpp", spdx + "bool of = stop_gate::find(read, asked, text) == stop_verb::stop;\n",
+     [(2, "stop-gate")]),
     ("src/service/plant_9.cpp", spdx + "int x;\n" * 400, [(1, "size")]),
     ("src/service/batch.hpp",
      spdx + "class batch {\n public:\n  struct needs {\n    core_state& state;\n"
