@@ -121,7 +121,7 @@ class pair_harness {
           on.service.out.free_ring->release(slot);
           if (header.own.generation == 0) return;
           header.what = detail::entry::end;
-          fill(on.service.ends, header);
+          fill(on.service.completions, header);
         },
         depth);
   }

@@ -84,7 +84,9 @@ class loopback final : public service::transport {
   void close(service::connection_id id, service::close_how how) noexcept override {
     sockets_->close(id, how);
   }
-  void set_near(service::connection_id id, bool near) noexcept override { sockets_->set_near(id, near); }
+  void set_low_rtt(service::connection_id id, bool low_rtt) noexcept override {
+    sockets_->set_low_rtt(id, near);
+  }
   void read_enabled(service::connection_id id, bool enabled) noexcept override {
     sockets_->read_enabled(id, enabled);
   }

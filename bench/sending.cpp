@@ -125,7 +125,7 @@ std::string batch_of(std::string_view frame) {
 net::socket_limits limits_of(bool clamped) {
   net::socket_limits limits;
   if (clamped) return limits;
-  limits.near_buffer_bytes = 0;
+  limits.low_rtt_buffer_bytes = 0;
   limits.unsent_bytes_max = 1 << 30;
   return limits;
 }
@@ -226,7 +226,7 @@ class frames final : public service::transport_sink {
   }
 
   void poll() { transport_->poll(monotonic_clock::now(), *this); }
-  void set_near() { transport_->set_near(peer_, true); }
+  void set_low_rtt() { transport_->set_low_rtt(peer_, true); }
 
   void send(std::string_view text) {
     std::size_t at = 0;
@@ -275,7 +275,7 @@ class frames final : public service::transport_sink {
 
 speed send_frames(bool clamped) {
   frames to{limits_of(clamped)};
-  if (clamped) to.set_near();
+  if (clamped) to.set_low_rtt();
   to.far->swallow();
   const std::string text = text_of_300();
   return measure([&] { to.send(text); }, [&] { return to.far->messages(); });

@@ -43,7 +43,7 @@ class frames_server final : public service::transport_sink {
     made->id = id;
     made->parser.reset(wire::role::server, {.message_bytes_max = message_bytes_max, .fragments_max = 1024},
                        made->assembly);
-    if (how_.clamped) transport_.set_near(id, true);
+    if (how_.clamped) transport_.set_low_rtt(id, true);
   }
   void on_bytes(connection_id id, std::span<std::byte> bytes) noexcept override {
     while (!bytes.empty() && connections_[id.index]) {

@@ -95,13 +95,13 @@ class caller {
  private:
   // The slot of a struct is released at once, that of a text with its view.
   result<reply_type> opened(std::uint32_t slot) noexcept {
-    detail::consumer_end& ends = pair_->user.ends;
-    if (ends.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
+    detail::consumer_end& completions = pair_->user.completions;
+    if (completions.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
     if constexpr (detail::is_text<A>) {
-      return message_view{*pair_, ends, slot};
+      return message_view{*pair_, completions, slot};
     } else {
-      const A value = detail::payload<A>::read(ends.slots, slot);
-      detail::give_end_back(*pair_, slot);
+      const A value = detail::payload<A>::read(completions.slots, slot);
+      detail::give_completion_back(*pair_, slot);
       return value;
     }
   }

@@ -156,8 +156,8 @@ class lane {
  private:
   // An end that was taken, as what the caller gets.
   result<message_view> opened(std::uint32_t slot) noexcept {
-    if (pair_->user.ends.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
-    return message_view{*pair_, pair_->user.ends, slot};
+    if (pair_->user.completions.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
+    return message_view{*pair_, pair_->user.completions, slot};
   }
   status answerable(const message_view& call, time_point now) const noexcept {
     if (!pair_ || call.pair_ != &*pair_ || !call.wants_reply()) return errc::misuse;

@@ -217,7 +217,7 @@ class message_of {
       explicit message_of(const Arguments&... names_and_values) noexcept {
     detail::message_writer to{text_, 0, Bytes};
     detail::write_value(to, detail::json_object<const Arguments&...>{std::tie(names_and_values...)});
-    settle(to);
+    complete(to);
   }
 
   // Adds a member behind the others. Names that occur already are not looked for. Returns *this. Never waits,
@@ -230,7 +230,7 @@ class message_of {
     to.key(name);
     detail::write_value(to, value);
     to.end('}');
-    settle(to);
+    complete(to);
     return *this;
   }
 
@@ -241,7 +241,7 @@ class message_of {
   ROWE_RT static constexpr std::size_t capacity() noexcept { return Bytes; }
 
  private:
-  void settle(const detail::message_writer& written) noexcept {
+  void complete(const detail::message_writer& written) noexcept {
     overflowed_ = written.overflowed();
     bytes_ = overflowed_ ? 2U : static_cast<std::uint32_t>(written.used());
     if (overflowed_) text_[0] = '{', text_[1] = '}';

@@ -48,7 +48,7 @@ class subscriber {
   ROWE_RT result<view> latest() noexcept {
     result<view> newest = try_take();
     if (!newest || keeps_newest()) return newest;
-    for (std::size_t left = pair_->user.in.out->waiting_at_least(); left > 0; --left) newest = try_take();
+    for (std::size_t left = pair_->user.in.out->pending_at_least(); left > 0; --left) newest = try_take();
     return newest;
   }
 

@@ -192,7 +192,7 @@ status endpoint_state::check(const pair_request& asked) const noexcept {
   if (asked.kind == pair_kind::talk) {
     for (const auto& [which, depth] :
          {std::pair{argument::depth, asked.out_depth}, std::pair{argument::inbox_depth, asked.in_depth},
-          std::pair{argument::calls, asked.ends_depth}}) {
+          std::pair{argument::calls, asked.completions_depth}}) {
       if (const status ok = in_range(which, depth, 1U, depth_max); !ok) return ok;
     }
     return {};
@@ -242,11 +242,11 @@ status endpoint_state::check_service(const pair_request& asked) const noexcept {
 // replaces handles finds the memory it had. For a queue pair whose last values a peer does not take this
 // waits no longer than for the peer itself, and only once: the peer may never come. It does not wait for a
 // queue pair that still has views: perhaps only this thread can release them.
-void endpoint_state::settle_pairs() noexcept {
+void endpoint_state::release_pairs() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     queue_pair& one = pairs_[i];
-    given_up_[i] = given_up_[i] || !one.lifecycle.wait_while_closing(one.news, deadline);
+    given_up_[i] = given_up_[i] || !one.lifecycle.wait_while_closing(one.arrival, deadline);
   }
 }
 
@@ -295,7 +295,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
 
   const std::lock_guard set_up{set_up_};
   if (closed_) return errc::closed;
-  settle_pairs();
+  release_pairs();
   const auto found = find_pair(pair_bytes(cut));
   if (!found) return found.error();
   queue_pair& built = **found;
@@ -314,7 +314,7 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   shown_->use_pair(static_cast<std::uint32_t>(index));
   built.lifecycle.offer();
   transport_->wake();
-  if (const status done = built.lifecycle.wait_answer(built.news); !done) return done.error();
+  if (const status done = built.lifecycle.wait_answer(built.arrival); !done) return done.error();
   if (is_latch(built.kind)) stops_->begin();
   return &built;
 }
@@ -341,7 +341,7 @@ status endpoint_state::close(duration drain) noexcept {
   for (queue_pair& one : pairs_) {
     one.audience.close();
     count_left(one);
-    one.news.notify();
+    one.arrival.notify();
   }
   if (loop_->drained()) return {};
   return error{errc::timed_out, 0, drain.count()};
@@ -352,7 +352,7 @@ void endpoint_state::count_left(const queue_pair& in) noexcept {
   if (in.lifecycle.is_detached()) return;
   const consumer_end& end = in.service.out;
   std::size_t left = 0;
-  if (end.out != nullptr) left = end.out->waiting_at_least();
+  if (end.out != nullptr) left = end.out->pending_at_least();
   if (end.newest != nullptr && end.newest->begin_read().state == rt::freshness::fresh) left = 1;
   shown_->counts.add(counter::lost_at_close, left);
 }

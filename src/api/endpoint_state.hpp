@@ -75,7 +75,7 @@ class endpoint_state {
   status check_topic(const pair_request& asked) const noexcept;
   status check_service(const pair_request& asked) const noexcept;
   void tell_refused(const rt::grants& granted) noexcept;
-  void settle_pairs() noexcept;
+  void release_pairs() noexcept;
   void count_left(const queue_pair& in) noexcept;
   result<queue_pair*> find_pair(std::size_t bytes) noexcept;
   std::span<std::byte> find_pair_memory(std::size_t bytes) const noexcept;
@@ -91,7 +91,7 @@ class endpoint_state {
   std::span<queue_pair> pairs_;
   std::span<std::byte> pair_memory_;
   std::vector<pair_codecs> codecs_; // of the queue pair with the same index
-  std::vector<bool> given_up_;      // likewise: settle_pairs() has waited for it in vain
+  std::vector<bool> given_up_;      // likewise: release_pairs() has waited for it in vain
   service::submission_queue* submissions_ = nullptr;
   service::shared_inbox* inbox_ = nullptr;
   std::optional<local_stops> stops_;

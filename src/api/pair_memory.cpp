@@ -101,7 +101,7 @@ std::uint32_t replies_of(const pair_request& asked) noexcept {
   return responds(asked.kind) ? asked.out_depth : 0;
 }
 
-void build_calls(queue_pair::user_side& of, std::span<call_place> places) noexcept {
+void build_calls(queue_pair::user_side& of, std::span<pending_call> places) noexcept {
   of.calls = places;
   of.free_call = 0;
   of.calls_open = 0;
@@ -120,8 +120,9 @@ std::size_t pair_bytes(const pair_request& asked) noexcept {
       rt::line_bytes; // of a latch, too, which has no queue: queue pairs are told apart by theirs
   return least + queue_bytes_of(asked, asked.out_depth, asked.out_bytes) +
          queue_bytes_of(asked, asked.in_depth, asked.in_bytes) +
-         queue_bytes_of(asked, asked.ends_depth, asked.ends_bytes) +
-         arena::bytes_for<call_place>(asked.ends_depth) + arena::bytes_for<std::uint32_t>(asked.ends_depth) +
+         queue_bytes_of(asked, asked.completions_depth, asked.completions_bytes) +
+         arena::bytes_for<pending_call>(asked.completions_depth) +
+         arena::bytes_for<std::uint32_t>(asked.completions_depth) +
          arena::bytes_for<std::uint32_t>(replies_of(asked));
 }
 
@@ -158,10 +159,10 @@ void build_pair(queue_pair& built, const pair_request& asked,
   };
   build(asked.out_depth, asked.out_bytes, built.user.out, built.service.out);
   build(asked.in_depth, asked.in_bytes, built.service.in, built.user.in);
-  build(asked.ends_depth, asked.ends_bytes, built.service.ends, built.user.ends);
-  build_calls(built.user, from.array<call_place>(asked.ends_depth));
-  built.user.ends_aside.places = from.array<std::uint32_t>(asked.ends_depth);
-  built.user.replies_aside.places = from.array<std::uint32_t>(replies_of(asked));
+  build(asked.completions_depth, asked.completions_bytes, built.service.completions, built.user.completions);
+  build_calls(built.user, from.array<pending_call>(asked.completions_depth));
+  built.user.parked_completions.places = from.array<std::uint32_t>(asked.completions_depth);
+  built.user.spare_replies.places = from.array<std::uint32_t>(replies_of(asked));
 }
 
 result<pair_codecs> pair_codecs::compile(const pair_request& asked) {

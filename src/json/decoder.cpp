@@ -311,8 +311,8 @@ class decoder::run {
     } else {
       return wrong_type(at);
     }
-    if (n.what == whole_number::verdict::fraction) return wrong_type(at);
-    if (n.what == whole_number::verdict::too_large || !store_if_it_fits(into, s.what, n)) {
+    if (n.what == whole_number::form::fraction) return wrong_type(at);
+    if (n.what == whole_number::form::too_large || !store_if_it_fits(into, s.what, n)) {
       return fail_at(errc::out_of_range, at);
     }
     return end;

@@ -26,16 +26,16 @@ std::size_t leading_zeros(std::string_view mantissa) noexcept {
 
 // The digits of `mantissa` times 10^exponent, counted from the last one, whatever their number.
 whole_number whole_from_digits(std::string_view mantissa, std::int64_t exponent, bool negative) noexcept {
-  using verdict = whole_number::verdict;
+  using form = whole_number::form;
   // Zeros at the end are taken off, so that a negative exponent is a fraction.
   while (!mantissa.empty() && (mantissa.back() == '0' || mantissa.back() == '.')) {
     exponent += mantissa.back() == '0';
     mantissa.remove_suffix(1);
   }
-  whole_number n{.what = verdict::whole, .negative = negative, .magnitude = 0};
+  whole_number n{.what = form::whole, .negative = negative, .magnitude = 0};
   if (mantissa.empty()) return n;
   if (exponent < 0) {
-    n.what = verdict::fraction;
+    n.what = form::fraction;
     return n;
   }
   bool overflow = exponent > static_cast<std::int64_t>(detail::exact_digits_max);
@@ -47,7 +47,7 @@ whole_number whole_from_digits(std::string_view mantissa, std::int64_t exponent,
     if (c != '.') append(detail::digit(c));
   }
   for (; exponent > 0 && !overflow; --exponent) append(0);
-  if (overflow) n.what = verdict::too_large;
+  if (overflow) n.what = form::too_large;
   return n;
 }
 
@@ -131,7 +131,7 @@ std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept
     ++characters;
     if (__builtin_mul_overflow(n.magnitude, std::uint64_t{10}, &n.magnitude) ||
         __builtin_add_overflow(n.magnitude, detail::digit(c), &n.magnitude)) {
-      n.what = whole_number::verdict::too_large;
+      n.what = whole_number::form::too_large;
     }
   }
   if (characters == 0) return std::nullopt;

@@ -42,8 +42,8 @@ bool to_real(const decimal& d, float& into) noexcept;
 
 // An integer, or why there is none.
 struct whole_number {
-  enum class verdict : std::uint8_t { whole, fraction, too_large };
-  verdict what = verdict::whole;
+  enum class form : std::uint8_t { whole, fraction, too_large };
+  form what = form::whole;
   bool negative = false;
   std::uint64_t magnitude = 0;
 };
@@ -148,7 +148,7 @@ inline bool to_real(const decimal& d, double& into) noexcept {
 inline whole_number to_whole(const decimal& d) noexcept {
   if (!d.exact || d.exponent != 0) [[unlikely]]
     return detail::to_whole_by_text(d);
-  return {.what = whole_number::verdict::whole, .negative = d.negative, .magnitude = d.significand};
+  return {.what = whole_number::form::whole, .negative = d.negative, .magnitude = d.significand};
 }
 
 } // namespace rowe::json

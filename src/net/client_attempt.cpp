@@ -236,7 +236,7 @@ void client_attempt::on_connected(rt::time_point now, transport_sink& sink) noex
   if (!watch_.wsi)
     return fail(
         sink, 0,
-        sentence{"%s: the request could not be sent (%s)", authority_.c_str(), watch_.complaint.data()},
+        sentence{"%s: the request could not be sent (%s)", authority_.c_str(), watch_.diagnostic.data()},
         "check that a WebSocket server is at this host and port");
   if (!watch_.asked) return; // connected, but not written yet
   now_ = phase::waiting;
@@ -283,9 +283,10 @@ void client_attempt::finish(std::string_view header, transport_sink& sink) noexc
       header.starts_with("HTTP/1.1 ") ? fault_of(header) : "the upgrade in another HTTP than 1.1";
   if (fault) return fail(sink, *status, sentence{"%s answered %s", authority_.c_str(), fault}, remedy_of(0));
   if (!lws_.take_answer(watch_, header))
-    return fail(sink, *status,
-                sentence{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.complaint.data()},
-                remedy_of(0));
+    return fail(
+        sink, *status,
+        sentence{"%s answered the upgrade wrongly (%s)", authority_.c_str(), watch_.diagnostic.data()},
+        remedy_of(0));
   const service::connection_id id = connections_.open(std::move(socket_), peer_);
   now_ = phase::idle;
   ++counters_.opened;

@@ -301,10 +301,10 @@ void established::close(connection_id id, close_how how) noexcept {
   closing_.arm(*one, now_);
 }
 
-void established::set_near(connection_id id, bool near) noexcept {
+void established::set_low_rtt(connection_id id, bool low_rtt) noexcept {
   connection* one = find(id);
   if (!one) return;
-  one->buffer_bytes = near ? limits_.near_buffer_bytes : limits_.send_buffer_bytes;
+  one->buffer_bytes = low_rtt ? limits_.low_rtt_buffer_bytes : limits_.send_buffer_bytes;
   limit_send_buffer(one->socket.get(), one->buffer_bytes);
   one->segment_bytes = segment_bytes_max(one->buffer_bytes);
 }

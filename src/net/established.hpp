@@ -64,7 +64,7 @@ class established {
   std::size_t write(service::connection_id id, std::span<const std::span<const std::byte>> pieces) noexcept;
   std::size_t write_rest(service::connection_id id, std::span<const std::byte> rest) noexcept;
   void close(service::connection_id id, service::close_how how) noexcept;
-  void set_near(service::connection_id id, bool near) noexcept;
+  void set_low_rtt(service::connection_id id, bool low_rtt) noexcept;
   void read_enabled(service::connection_id id, bool enabled) noexcept;
 
  private:

@@ -55,7 +55,7 @@ wire::http_refusal header_too_large(const socket_limits& limits) noexcept {
 }
 
 bool is_for_stop(const wire::http_judgement& request) noexcept {
-  return request.verdict == wire::http_verdict::upgrade && request.path == service::stop_path;
+  return request.outcome == wire::http_outcome::upgrade && request.path == service::stop_path;
 }
 
 // One small answer to a socket that has been written nothing yet: its buffer is empty and larger.
@@ -283,12 +283,12 @@ void handshakes::read_header(guest& one, std::uint32_t events, transport_sink& s
   const ssize_t taken = ::recv(one.socket.get(), text, end, MSG_DONTWAIT);
   if (taken != static_cast<ssize_t>(end)) return leave(one); // reset in between
   const wire::http_judgement judgement = wire::judge_request(seen.substr(0, end), policy_);
-  if (one.crowded && judgement.verdict != wire::http_verdict::refused && !is_for_stop(judgement))
+  if (one.crowded && judgement.outcome != wire::http_outcome::refused && !is_for_stop(judgement))
     return refuse_crowded(one, sink);
-  switch (judgement.verdict) {
-  case wire::http_verdict::refused: return refuse(one, judgement.refusal, sink);
-  case wire::http_verdict::page: return serve(one, judgement, sink);
-  case wire::http_verdict::upgrade: return upgrade(one, judgement, sink);
+  switch (judgement.outcome) {
+  case wire::http_outcome::refused: return refuse(one, judgement.refusal, sink);
+  case wire::http_outcome::page: return serve(one, judgement, sink);
+  case wire::http_outcome::upgrade: return upgrade(one, judgement, sink);
   }
 }
 

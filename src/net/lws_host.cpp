@@ -95,7 +95,7 @@ int on_event(lws* wsi, lws_callback_reasons reason, lws_watch& watch, const fixe
                                     WSI_TOKEN_PROTOCOL);
     return copied < 0 ? -1 : 0; // longer than any we offer
   }
-  case LWS_CALLBACK_CLIENT_CONNECTION_ERROR: copy_text(watch.complaint, in, in ? bytes : 0); return 0;
+  case LWS_CALLBACK_CLIENT_CONNECTION_ERROR: copy_text(watch.diagnostic, in, in ? bytes : 0); return 0;
   case LWS_CALLBACK_WSI_DESTROY: watch.wsi = nullptr; return 0;
   default: return 0;
   }

@@ -48,7 +48,7 @@ struct lws_watch {
 
   // Client: the subprotocol the other side chose; why libwebsockets gave up.
   std::array<char, 64> subprotocol{};
-  std::array<char, 96> complaint{};
+  std::array<char, 96> diagnostic{};
 };
 
 struct lws_client_target {

@@ -51,7 +51,7 @@ status check(const socket_limits& limits) noexcept {
       {limits.read_quantum_bytes, 512, most_bytes},
       {limits.read_alone_bytes, limits.read_quantum_bytes, most_bytes},
       {limits.send_buffer_bytes, 0, INT_MAX / 2},
-      {limits.near_buffer_bytes, 0, INT_MAX / 2},
+      {limits.low_rtt_buffer_bytes, 0, INT_MAX / 2},
       {limits.unsent_bytes_max, 1, INT_MAX},
   };
   for (const range& one : ranges)
@@ -84,8 +84,8 @@ class epoll_transport final : public socket_transport {
   void close(service::connection_id connection, service::close_how how) noexcept override {
     connections_.close(connection, how);
   }
-  void set_near(service::connection_id connection, bool near) noexcept override {
-    connections_.set_near(connection, near);
+  void set_low_rtt(service::connection_id connection, bool low_rtt) noexcept override {
+    connections_.set_low_rtt(connection, low_rtt);
   }
   void read_enabled(service::connection_id connection, bool enabled) noexcept override {
     connections_.read_enabled(connection, enabled);

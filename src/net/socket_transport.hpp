@@ -51,8 +51,8 @@ struct socket_limits {
   // SO_SNDBUF, which the kernel doubles; 0 leaves the kernel's. For links with a round trip below 2 ms only:
   // elsewhere a small buffer caps the rate.
   std::uint32_t send_buffer_bytes = 0;
-  // The same once a peer is known to be near (service::transport::set_near); 0 as above.
-  std::uint32_t near_buffer_bytes = 16384;
+  // The same once a peer is known to be near (service::transport::set_low_rtt); 0 as above.
+  std::uint32_t low_rtt_buffer_bytes = 16384;
   // TCP_NOTSENT_LOWAT: what the kernel may hold without having sent it.
   std::uint32_t unsent_bytes_max = 16384;
 

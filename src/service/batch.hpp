@@ -68,7 +68,7 @@ struct batch {
   std::size_t count = 0;
   std::size_t credit = 0;        // the peer's credit at the priority that is being gathered
   bool more = false;             // something was left out that another batch may take at once
-  bool held = false;             // something was left out until the peer has read more
+  bool out_of_credit = false;    // something was left out until the peer has read more
   std::span<batch_piece> pieces; // the first `count` are used
 
  private:

@@ -33,9 +33,9 @@ class credit {
  public:
   static constexpr std::size_t bytes_min = 12 * 1024; // of the bound
   static constexpr std::size_t bytes_max = 1024 * 1024;
-  static constexpr rt::duration queue_time_far = std::chrono::milliseconds{20};
-  static constexpr rt::duration near_below = std::chrono::milliseconds{2};
-  static constexpr rt::duration queue_time_near = std::chrono::milliseconds{1};
+  static constexpr rt::duration queue_time_high_rtt = std::chrono::milliseconds{20};
+  static constexpr rt::duration low_rtt_below = std::chrono::milliseconds{2};
+  static constexpr rt::duration queue_time_low_rtt = std::chrono::milliseconds{1};
   static constexpr rt::duration window = std::chrono::seconds{10};
   static constexpr rt::duration first_window = std::chrono::seconds{1};
   static constexpr rt::duration pong_late_after = std::chrono::milliseconds{100}; // and two round trips
@@ -75,7 +75,7 @@ class credit {
   bool settling() const noexcept { return now_ != phase::steady; }
   // Neither a ping nor the one after it was answered in time.
   bool slow(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
-  bool near() const noexcept { return rtt_min_ < near_below; }
+  bool low_rtt() const noexcept { return rtt_min_ < low_rtt_below; }
   std::uint64_t in_flight() const noexcept { return written_ - read_; }
   std::size_t bound() const noexcept { return bound_; }
   rt::duration shortest_round_trip() const noexcept { return rtt_min_; } // for_ever: not known yet
@@ -92,7 +92,7 @@ class credit {
     rt::time_point at{};
   };
 
-  rt::duration queue_time() const noexcept { return near() ? queue_time_near : queue_time_far; }
+  rt::duration queue_time() const noexcept { return low_rtt() ? queue_time_low_rtt : queue_time_high_rtt; }
   bool late(rt::time_point now) const noexcept;
   std::size_t ping_every() const noexcept;
   void note_round_trip(rt::duration took, rt::time_point now) noexcept;

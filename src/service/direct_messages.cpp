@@ -131,7 +131,7 @@ inline bool direct_messages::queue_to(peer_index to, slot_id slot) noexcept {
 // If it has no delivery, it is pending or has ended.
 inline void direct_messages::end_queueing(slot_id slot) noexcept {
   if (!trackers_.at(slot).everyone) return message_store_.release(slot);
-  if (slots_.references(slot) == 1) settle(slot, false);
+  if (slots_.references(slot) == 1) complete(slot, false);
 }
 
 // ---- of calls
@@ -165,7 +165,7 @@ void direct_messages::cancel(slot_ref which) noexcept {
 
 // ---- ends
 
-void direct_messages::settle_outcomes() noexcept {
+void direct_messages::complete_outcomes() noexcept {
   for (outcome what; message_store_.take_outcome(what);) {
     tracker& one = trackers_.at(what.slot);
     if (what.sent) {
@@ -178,15 +178,15 @@ void direct_messages::settle_outcomes() noexcept {
       trackers_.forget(what.slot);
       local_delivery_.complete(over.sender, over.own, over.sent ? status{} : status{errc::expired});
     } else if (what.ended) {
-      settle(what.slot, what.evicted);
+      complete(what.slot, what.evicted);
     }
   }
 }
 
 // All deliveries of a message have ended, one way or the other.
-inline void direct_messages::settle(slot_id slot, bool evicted) noexcept {
+inline void direct_messages::complete(slot_id slot, bool evicted) noexcept {
   const tracker& one = trackers_.at(slot);
-  if (one.now == tracker::state::waiting) return; // it is pending, with no delivery
+  if (one.now == tracker::state::pending) return; // it is pending, with no delivery
   if (one.sent) return end(slot, {});
   if (state_.cycle.closing) return end(slot, errc::closed);
   if (!one.everyone) return end(slot, evicted ? errc::full : errc::peer_lost);
@@ -207,7 +207,7 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
 // ---- what is pending
 
 void direct_messages::deliver_pending(peer_index peer) noexcept {
-  for (slot_id slot = trackers_.first_waiting(); slot; slot = trackers_.first_waiting()) {
+  for (slot_id slot = trackers_.first_pending(); slot; slot = trackers_.first_pending()) {
     if (slots_.expires(slot) < state_.cycle.now) {
       message_store_.expire(slot);
       take_outcomes();
@@ -215,7 +215,7 @@ void direct_messages::deliver_pending(peer_index peer) noexcept {
     }
     tracker& one = trackers_.at(slot);
     if (!has_room(peer, one.priority)) return;
-    trackers_.stop_waiting(slot);
+    trackers_.end_pending(slot);
     if (call* const asked = state_.calls.find(one.request_of)) {
       asked->callee = call_endpoint::of(state_.peers[peer].id, asked->callee.speaks);
       one.everyone = false;
@@ -238,7 +238,7 @@ void direct_messages::close() noexcept {
   take_outcomes();
   while (pending() != 0) {
     add(counter::lost_at_close);
-    end(trackers_.first_waiting(), errc::closed);
+    end(trackers_.first_pending(), errc::closed);
   }
 }
 

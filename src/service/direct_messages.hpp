@@ -81,11 +81,11 @@ class direct_messages {
   }
   // The endpoint closes: all pending messages end.
   void close() noexcept;
-  std::uint32_t pending() const noexcept { return trackers_.waiting(); }
+  std::uint32_t pending() const noexcept { return trackers_.pending(); }
 
   // Takes the outcomes since the last look, and tells the senders.
   void take_outcomes() noexcept {
-    if (message_store_.has_outcomes()) settle_outcomes();
+    if (message_store_.has_outcomes()) complete_outcomes();
   }
 
   bool check() const noexcept;
@@ -104,8 +104,8 @@ class direct_messages {
   void begin(slot_id slot, const tracker& as) noexcept;
   bool queue_to(peer_index to, slot_id slot) noexcept;
   void end_queueing(slot_id slot) noexcept;
-  void settle_outcomes() noexcept;
-  void settle(slot_id slot, bool evicted) noexcept;
+  void complete_outcomes() noexcept;
+  void complete(slot_id slot, bool evicted) noexcept;
   void end(slot_id slot, const status& outcome) noexcept;
 
   core_state& state_;

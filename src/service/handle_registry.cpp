@@ -47,7 +47,7 @@ void handle_registry::scan() noexcept {
       }
       break;
     case pair_phase::held:
-      if (all_slots_released(state_.pairs[i])) state_.pairs[i].lifecycle.release(state_.pairs[i].news);
+      if (all_slots_released(state_.pairs[i])) state_.pairs[i].lifecycle.release(state_.pairs[i].arrival);
       break;
     }
     if (state_.pair_rows[i].parked_first) handle_submissions_.note_waits();
@@ -66,7 +66,7 @@ void handle_registry::attach(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
   state_.pair_rows[pair] = {.generation = state_.pair_rows[pair].generation + 1, .order = ++attached_};
   const status done = attach_to_part(pair);
-  done ? queues.lifecycle.accept(queues.news) : queues.lifecycle.refuse(done.error(), queues.news);
+  done ? queues.lifecycle.accept(queues.arrival) : queues.lifecycle.refuse(done.error(), queues.arrival);
 }
 
 status handle_registry::attach_to_part(pair_index pair) noexcept {
@@ -142,7 +142,8 @@ void handle_registry::detach(pair_index pair) noexcept {
     topic_handles_.detach(pair);
   }
   queues.audience.set(detail::audience::nobody);
-  all_slots_released(queues) ? queues.lifecycle.release(queues.news) : queues.lifecycle.hold(queues.news);
+  all_slots_released(queues) ? queues.lifecycle.release(queues.arrival)
+                             : queues.lifecycle.hold(queues.arrival);
 }
 
 void handle_registry::detach_talker(pair_index pair) noexcept {

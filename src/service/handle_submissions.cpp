@@ -76,7 +76,7 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
     const std::size_t ample = topic_handles_.ample_budget(pair, values_per_cycle);
     more_left_ = end.out->drain(take, ample) == ample || more_left_;
   }
-  if (budget < values_per_cycle && taken == budget && end.out->waiting_at_least() != 0) waits_ = true;
+  if (budget < values_per_cycle && taken == budget && end.out->pending_at_least() != 0) waits_ = true;
 }
 
 void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
@@ -236,7 +236,7 @@ bool handle_submissions::has_unsent(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   if (!row.attached || detail::subscribes(queues.kind)) return false;
   if (row.parked_first) return true;
-  if (queues.service.out.out != nullptr && queues.service.out.out->waiting_at_least() != 0) return true;
+  if (queues.service.out.out != nullptr && queues.service.out.out->pending_at_least() != 0) return true;
   const queue* const towards =
       detail::publishes(queues.kind) ? topic_handles_.queue_to_server(pair) : nullptr;
   if (towards == nullptr) return false;
@@ -250,7 +250,7 @@ bool handle_submissions::drained() const noexcept {
     const detail::queue_pair& queues = state_.pairs[i];
     if (detail::subscribes(queues.kind)) continue;
     if (state_.pair_rows[i].parked_first) return false;
-    if (queues.service.out.out != nullptr && queues.service.out.out->waiting_at_least() != 0) return false;
+    if (queues.service.out.out != nullptr && queues.service.out.out->pending_at_least() != 0) return false;
   }
   return true;
 }
@@ -264,7 +264,7 @@ void handle_submissions::tell_those_who_ask(bool anywhere) noexcept {
     const bool look = asked != row.room_asked || row.gave || anywhere;
     row.room_asked = asked;
     row.gave = false;
-    if (asked != 0 && look) state_.pairs[i].news.notify();
+    if (asked != 0 && look) state_.pairs[i].arrival.notify();
   }
 }
 

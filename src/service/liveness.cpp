@@ -39,7 +39,7 @@ void liveness::check_silent(connection& c) noexcept {
   const rt::duration silence = state_.cycle.now - c.heard_at;
   if (silence > state_.options.silence_max) {
     // Unread: it answers no ping, and messages wait for it.
-    const bool unread = sender_.urgent().unresponsive(peer) && outbox_.of(peer).held;
+    const bool unread = sender_.urgent().unresponsive(peer) && outbox_.of(peer).out_of_credit;
     state_.counts.add(unread ? counter::stalled_peers : counter::silent_peers);
     return state_.peers.close_later(c, unread ? "the peer does not read" : "nothing was heard for too long");
   }

@@ -20,7 +20,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
   const pair_row& row = state_.pair_rows[whom.pair()];
   if (own.generation == 0 || !row.attached || row.generation != whom.generation) return;
   detail::queue_pair& queues = state_.pairs[whom.pair()];
-  const detail::producer_end& end = queues.service.ends;
+  const detail::producer_end& end = queues.service.completions;
   const auto slot = end.free_ring->try_take();
   if (!slot)
     return state_.counts.add(
@@ -56,7 +56,7 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
                               .own = own,
                               .outcome_value = outcome ? 0 : outcome.error().value,
                               .outcome_limit = outcome ? 0 : outcome.error().limit};
-  if (end.out->try_push(*slot)) queues.news.notify(); // there is a place for every slot
+  if (end.out->try_push(*slot)) queues.arrival.notify(); // there is a place for every slot
 }
 
 status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,
@@ -92,9 +92,9 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   end.slots.header(slot)->bytes = static_cast<std::uint32_t>(bytes);
   if (end.newest != nullptr) {
     end.newest->end_write(slot);
-    queues.news.notify();
+    queues.arrival.notify();
   } else if (end.out->try_push(slot)) { // there is a place for every slot
-    queues.news.notify();
+    queues.arrival.notify();
   }
   return {};
 }

@@ -122,7 +122,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   };
   look_at(its.replies, {});
   for (subscription_id i = state_.topics.first_subscription(from); i; i = subscriptions_[i].next_on_peer)
-    look_at(subscriptions_[i].waiting, subscriptions_[i].topic);
+    look_at(subscriptions_[i].pending, subscriptions_[i].topic);
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
   const slot_ref oldest = entries_.front(*longest);
@@ -142,9 +142,9 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     const auto may_lose_it = [&] {
       return !reads || entries_.held_by(same.peer, queued_as::evictable, size) > share;
     };
-    if (same.waiting.empty() || entries_.front(same.waiting) != oldest || !may_lose_it()) continue;
+    if (same.pending.empty() || entries_.front(same.pending) != oldest || !may_lose_it()) continue;
     state_.counts.add(reads ? counter::evicted : counter::outbox_full);
-    drop_front(same.waiting);
+    drop_front(same.pending);
   }
 }
 
@@ -189,7 +189,7 @@ bool outbox::check() const noexcept {
     }
     if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
     for (subscription_id s = state_.topics.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
-      if (!fits(subscriptions_[s].waiting)) return false;
+      if (!fits(subscriptions_[s].pending)) return false;
     }
     if (!charged(i)) return false;
   }
@@ -198,7 +198,7 @@ bool outbox::check() const noexcept {
   for (const slot_id i : slots_.ids()) {
     const bool in_use = slots_.references(i) != 0;
     references += weight(i) * slots_.references(i);
-    others += weight(i) * slots_.begun(i) + (in_use && slots_.kept(i) ? weight(i) : 0);
+    others += weight(i) * slots_.partial(i) + (in_use && slots_.kept(i) ? weight(i) : 0);
   }
   return left == 0 && scheduled == scheduled_.count() && references == queued + others;
 }

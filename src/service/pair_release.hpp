@@ -20,9 +20,10 @@ inline bool all_slots_released(detail::queue_pair& gone) noexcept {
     return end.free_ring->released() + aside == popped;
   };
   const detail::queue_pair::user_side& had = gone.user;
-  if (!released(gone.service.in, 0) || !released(gone.service.ends, had.ends_aside.count)) return false;
+  if (!released(gone.service.in, 0) || !released(gone.service.completions, had.parked_completions.count))
+    return false;
   if (gone.service.out.out == nullptr) return true;
-  return gone.service.out.out->pushed() + had.replies_aside.count == had.out.free_ring->taken();
+  return gone.service.out.out->pushed() + had.spare_replies.count == had.out.free_ring->taken();
 }
 
 } // namespace rowe::service

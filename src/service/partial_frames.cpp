@@ -36,9 +36,9 @@ void partial_frames::end(peer_index peer) noexcept {
 }
 
 bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexcept {
-  if (slots_.begun(slot) != 0) return true;
+  if (slots_.partial(slot) != 0) return true;
   const slot_id own = frames_[peer].slot;
-  if (own && slots_.class_of(own) == slots_.class_of(slot) && slots_.begun(own) == 1)
+  if (own && slots_.class_of(own) == slots_.class_of(slot) && slots_.partial(own) == 1)
     return true; // in its place
   outbox_.of(peer).waits_to_begin = waits_ = true;
   if (!state_.due.armed(timer::partial_frames))
@@ -48,7 +48,7 @@ bool partial_frames::may_begin_all_the_same(peer_index peer, slot_id slot) noexc
 
 bool partial_frames::is_worth_handing_over(peer_index peer) const noexcept {
   const slot_class of = slots_.class_of(frames_[peer].slot);
-  return of == slot_class::large && (slots_.count_begun(of) >= 2 || !slots_.may_begin(of));
+  return of == slot_class::large && (slots_.count_partial(of) >= 2 || !slots_.may_begin(of));
 }
 
 rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
@@ -71,7 +71,7 @@ bool partial_frames::check() const noexcept {
   for (const partial_frame& frame : frames_) {
     if (frame) partial += weight(frame.slot);
   }
-  for (const slot_id slot : slots_.ids()) counted += weight(slot) * slots_.begun(slot);
+  for (const slot_id slot : slots_.ids()) counted += weight(slot) * slots_.partial(slot);
   return partial == counted;
 }
 

@@ -20,12 +20,12 @@ struct peer_queues {
   std::uint32_t owed = 0;      // how many subscriptions still wait for their latched value
   bool scheduled = false;      // it has something to write, and is in the ring of such peers
   bool blocked = false;        // the transport has no room; on_writable() comes
-  bool held = false;           // its credit is used up, but for urgent frames; a pong comes
+  bool out_of_credit = false;  // its credit is used up, but for urgent frames; a pong comes
   bool told_full = false;      // senders are told `full`: its share is used up by what is parked
   bool waits_to_begin = false; // it may not begin a frame: others hold too many partial frames
 
   // It reads more slowly than we could write, or it waits for peers that do.
-  bool backpressured() const noexcept { return blocked || held || waits_to_begin; }
+  bool backpressured() const noexcept { return blocked || out_of_credit || waits_to_begin; }
 };
 
 } // namespace rowe::service

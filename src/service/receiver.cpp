@@ -85,7 +85,7 @@ void receiver::mark_released() noexcept {
     before_mark_ = state_.submissions.submitted();
   } else {
     released_mark_ = state_.pairs[counted_].service.in.free_ring->mark();
-    before_mark_ = state_.pairs[counted_].service.out.out->waiting_at_least();
+    before_mark_ = state_.pairs[counted_].service.out.out->pending_at_least();
   }
 }
 

@@ -49,7 +49,7 @@ void sender::writable(peer_index peer) noexcept {
 }
 
 void sender::ignore_credit(peer_index peer) noexcept {
-  if (outbox_.of(peer).held) outbox_.schedule(peer);
+  if (outbox_.of(peer).out_of_credit) outbox_.schedule(peer);
 }
 
 // ---- in turn
@@ -76,11 +76,11 @@ void sender::flush(peer_index peer) noexcept {
     if (queues.owed != 0) subscription_queues_.place_owed(peer); // before gathering, since it may evict
     batch next{buffer_, pieces_};
     if (gather_urgent(to, next)) gather_messages(to, next);
-    queues.held = next.held;
+    queues.out_of_credit = next.out_of_credit;
     const bool waited = queues.waits_to_begin;
     write(to, next);
     const bool may_begin_now = waited && !queues.waits_to_begin; // its own partial frame has ended
-    const bool owes = queues.owed != 0 && !next.held && !queues.waits_to_begin;
+    const bool owes = queues.owed != 0 && !next.out_of_credit && !queues.waits_to_begin;
     more = next.more || owes || may_begin_now;
   }
   queues.scheduled = scheduled;
@@ -128,7 +128,7 @@ inline void sender::gather_messages(const recipient& to, batch& into) noexcept {
     if (replies && !gather_queue(to, from.replies, {}, into)) return;
     if (!from.direct[p].empty() && !gather_queue(to, from.direct[p], {}, into)) return;
     for (subscription_id i = from.ready[p].head; i; i = subscription_rows_[i].next_ready) {
-      if (!gather_queue(to, subscription_rows_[i].waiting, i, into)) return;
+      if (!gather_queue(to, subscription_rows_[i].pending, i, into)) return;
     }
   }
 }
@@ -207,9 +207,9 @@ inline void sender::commit_message(const recipient& to, const batch_piece& piece
     count_message_out(to.peer);
     return message_store_.delivered(piece.slot);
   }
-  partial_frame begun{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
-  if (piece.own_head) begun.head = frames_.head_of(piece);
-  partial_.begin(to.index, begun);
+  partial_frame rest{.slot = piece.slot, .written = part, .key = piece.key, .own_head = piece.own_head};
+  if (piece.own_head) rest.head = frames_.head_of(piece);
+  partial_.begin(to.index, rest);
 }
 
 void sender::count_message_out(connection& peer) noexcept {
@@ -263,7 +263,7 @@ bool sender::check() const noexcept {
     if (!state_.peers[i].open() || queues.scheduled || queues.blocked) continue;
     if (partial_.of(i) || urgent_.any(i)) return false;
     const bool others_end = queues.waits_to_begin && partial_.wakes_who_waits();
-    if ((queues.held && urgent_.waits_for_pong(i)) || others_end) continue;
+    if ((queues.out_of_credit && urgent_.waits_for_pong(i)) || others_end) continue;
     if (subscription_queues_.any_due(i)) return false;
   }
   return partial_.check() && turn_left_ <= outbox_.scheduled();

@@ -89,7 +89,7 @@ constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) no
 
 // How many slots of a size class may be partial at once: a quarter at most. A partial frame cannot be taken
 // back, so each of `connections` may keep one by not reading.
-constexpr std::uint32_t begun_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
+constexpr std::uint32_t partial_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t quarter = slots / 4;
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
 }
@@ -97,7 +97,7 @@ constexpr std::uint32_t begun_slots_max(std::uint32_t slots, std::uint32_t conne
 // How many slots of a size class direct messages may have, which are kept until they are sent. A quarter is
 // for other messages, besides the slots that may be partial.
 constexpr std::uint32_t message_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
-  const std::uint32_t others = slots / 4 + begun_slots_max(slots, connections);
+  const std::uint32_t others = slots / 4 + partial_slots_max(slots, connections);
   return slots > others ? slots - others : 1;
 }
 

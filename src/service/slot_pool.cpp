@@ -48,12 +48,12 @@ slot_pool::slot_pool(rt::arena& memory, const limits& bounds) noexcept
       small_count_{first_large(bounds)},
       free_{free_slots{slots_, 0, small_count_}, free_slots{slots_, small_count_, slots_.size()}} {
   for (const slot_class of : {slot_class::small, slot_class::large})
-    begun_max_[static_cast<std::size_t>(of)] = begun_slots_max(count(of), bounds.connections_max);
+    partial_max_[static_cast<std::size_t>(of)] = partial_slots_max(count(of), bounds.connections_max);
 }
 
 std::optional<std::uint32_t> slot_pool::expire(slot_id index) noexcept {
   const slot& dead = slots_[index];
-  if (dead.begun != 0) return std::nullopt;
+  if (dead.partial != 0) return std::nullopt;
   const std::uint32_t deliveries = dead.references - (dead.kept ? 1 : 0);
   free(index);
   return deliveries;
@@ -61,15 +61,15 @@ std::optional<std::uint32_t> slot_pool::expire(slot_id index) noexcept {
 
 bool slot_pool::check() const noexcept {
   for (const free_slots& free : free_) {
-    if (!free.check([](const slot& one) { return one.references == 0 && one.begun == 0; })) return false;
+    if (!free.check([](const slot& one) { return one.references == 0 && one.partial == 0; })) return false;
   }
-  std::array<std::uint32_t, 2> begun{};
+  std::array<std::uint32_t, 2> partial{};
   std::array<std::uint32_t, 2> in_use{};
   for (const slot_id one : slots_.ids()) {
-    begun[static_cast<std::size_t>(class_of(one))] += slots_[one].begun != 0;
+    partial[static_cast<std::size_t>(class_of(one))] += slots_[one].partial != 0;
     in_use[static_cast<std::size_t>(class_of(one))] += slots_[one].references != 0;
   }
-  return begun == begun_ && in_use[0] == free_[0].in_use() && in_use[1] == free_[1].in_use();
+  return partial == partial_ && in_use[0] == free_[0].in_use() && in_use[1] == free_[1].in_use();
 }
 
 } // namespace rowe::service

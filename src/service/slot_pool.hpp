@@ -147,17 +147,17 @@ class slot_pool {
 
   // A socket has taken the first bytes: expire() must not free the slot before end().
   void begin(slot_id index) noexcept {
-    if (slots_[index].begun++ == 0) ++begun_[static_cast<std::size_t>(class_of(index))];
+    if (slots_[index].partial++ == 0) ++partial_[static_cast<std::size_t>(class_of(index))];
   }
   void end(slot_id index) noexcept {
-    if (--slots_[index].begun == 0) --begun_[static_cast<std::size_t>(class_of(index))];
+    if (--slots_[index].partial == 0) --partial_[static_cast<std::size_t>(class_of(index))];
   }
-  std::uint32_t begun(slot_id index) const noexcept { return slots_[index].begun; }
-  std::uint32_t count_begun(slot_class of) const noexcept { return begun_[static_cast<std::size_t>(of)]; }
+  std::uint32_t partial(slot_id index) const noexcept { return slots_[index].partial; }
+  std::uint32_t count_partial(slot_class of) const noexcept { return partial_[static_cast<std::size_t>(of)]; }
   // Whether one more slot of the class may be partly written.
   bool may_begin(slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);
-    return begun_[which] < begun_max_[which];
+    return partial_[which] < partial_max_[which];
   }
 
   // Frees a slot before its references are released; they become stale. Returns how many deliveries there
@@ -173,7 +173,7 @@ class slot_pool {
   struct slot {
     std::uint32_t generation = 1;
     std::uint32_t references = 0;
-    std::uint32_t begun = 0;
+    std::uint32_t partial = 0;
     bool tracked = false;
     bool kept = false;
     bool binary = false;
@@ -198,7 +198,7 @@ class slot_pool {
   }
   void free(slot_id index) noexcept {
     slot& freed = slots_[index];
-    assert(freed.begun == 0);
+    assert(freed.partial == 0);
     freed.references = 0;
     if (++freed.generation == 0) freed.generation = 1;
     free_[static_cast<std::size_t>(class_of(index))].give_back(index);
@@ -212,9 +212,9 @@ class slot_pool {
   std::size_t small_stride_;
   std::size_t large_stride_;
   std::uint32_t small_count_;
-  std::array<free_slots, 2> free_;       // by class
-  std::array<std::uint32_t, 2> begun_{}; // partly written slots, by class; and their limit
-  std::array<std::uint32_t, 2> begun_max_{};
+  std::array<free_slots, 2> free_;         // by class
+  std::array<std::uint32_t, 2> partial_{}; // partly written slots, by class; and their limit
+  std::array<std::uint32_t, 2> partial_max_{};
   std::uint64_t freed_ = 0;
 };
 

@@ -77,7 +77,7 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     for (const queue& waiting : queues.direct) queued += waiting.count;
     for (subscription_id i = state_.topics.first_subscription({c.id.index}); i;
          i = state_.topics.subscription_at(i).next_on_peer) {
-      queued += state_.topics.subscription_at(i).waiting.count;
+      queued += state_.topics.subscription_at(i).pending.count;
     }
     into.begin_object();
     into.key("address");

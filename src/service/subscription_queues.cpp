@@ -37,21 +37,21 @@ inline void subscription_queues::push(subscription_id index, slot_id slot) noexc
   subscription& s = subscription_rows_[index];
   state_.cycle.work_bytes += push_work;
   if (s.owes_last) place_latched(s);
-  outbox_.drop_expired(s.waiting);
-  if (s.waiting.count >= s.depth) trim(s, s.depth - 1);
-  if (!outbox_.enqueue(s.waiting, slot)) return add(counter::outbox_full);
+  outbox_.drop_expired(s.pending);
+  if (s.pending.count >= s.depth) trim(s, s.depth - 1);
+  if (!outbox_.enqueue(s.pending, slot)) return add(counter::outbox_full);
   message_store_.slots().retain(slot);
   make_ready(index);
 }
 
 // Drops the oldest messages of a subscription until it holds `most`.
 void subscription_queues::trim(subscription& s, std::uint32_t most) noexcept {
-  for (outbox_.drop_expired(s.waiting); s.waiting.count > most;
-       ROWE_MUTANT(depth) ? void() : outbox_.drop_expired(s.waiting)) {
+  for (outbox_.drop_expired(s.pending); s.pending.count > most;
+       ROWE_MUTANT(depth) ? void() : outbox_.drop_expired(s.pending)) {
     // The counter tells why: the peer wants only the newest, or fewer, or does not read fast enough.
     const bool chosen = s.throttle > rt::duration{0} && !outbox_.of(s.peer).backpressured();
     add(s.merges || s.discards ? counter::replaced : chosen ? counter::throttled : counter::outbox_full);
-    outbox_.drop_front(s.waiting);
+    outbox_.drop_front(s.pending);
   }
 }
 
@@ -98,7 +98,7 @@ void subscription_queues::place_latched(subscription& s) noexcept {
   const slot_id slot = compose_latched(s.topic);
   if (!slot) return;
   trim(s, s.depth - 1);
-  if (outbox_.enqueue(s.waiting, slot)) return; // the queue has the reference now
+  if (outbox_.enqueue(s.pending, slot)) return; // the queue has the reference now
   add(counter::outbox_full);
   message_store_.release(slot);
 }
@@ -129,9 +129,9 @@ void subscription_queues::rotate_ready(peer_index peer) noexcept {
     while (!before.empty()) {
       const subscription_id i = before.pop_front(subscription_rows_);
       subscription& s = subscription_rows_[i];
-      outbox_.drop_expired(s.waiting); // else it would stay ready with nothing to write, and schedule nobody
+      outbox_.drop_expired(s.pending); // else it would stay ready with nothing to write, and schedule nobody
       // A served subscription goes behind the others only if it has more to write.
-      if (s.served && !s.waiting.empty()) {
+      if (s.served && !s.pending.empty()) {
         served.push_back(subscription_rows_, i);
       } else {
         s.ready = s.served = false;
@@ -149,7 +149,7 @@ void subscription_queues::rotate_ready(peer_index peer) noexcept {
 void subscription_queues::drop(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
   peer_queues& its_peer = outbox_.of(s.peer);
-  outbox_.drop_all(s.waiting, counter::lost_with_peer);
+  outbox_.drop_all(s.pending, counter::lost_with_peer);
   if (std::exchange(s.owes_last, false)) --its_peer.owed;
   if (std::exchange(s.timed, false)) state_.due.disarm(index);
   if (std::exchange(s.ready, false)) {
@@ -172,7 +172,7 @@ bool subscription_queues::any_due(peer_index peer) const noexcept {
   if (any_in(of.replies) || std::any_of(of.direct.begin(), of.direct.end(), any_in)) return true;
   for (const ready_list& on : of.ready) {
     for (subscription_id s = on.head; s; s = subscription_rows_[s].next_ready) {
-      if (subscription_rows_[s].owes_last || any_in(subscription_rows_[s].waiting)) return true;
+      if (subscription_rows_[s].owes_last || any_in(subscription_rows_[s].pending)) return true;
     }
   }
   return false;

@@ -71,7 +71,7 @@ class subscription_queues {
   // Makes it ready if it has something to write, and is not ready yet.
   void make_ready(subscription_id index) noexcept {
     subscription& s = subscription_rows_[index];
-    if (!s.ready && (!s.waiting.empty() || s.owes_last)) put_on_ready_list(index, s);
+    if (!s.ready && (!s.pending.empty() || s.owes_last)) put_on_ready_list(index, s);
   }
   void put_on_ready_list(subscription_id index, subscription& s) noexcept;
   void begin_throttle(subscription& s) noexcept;

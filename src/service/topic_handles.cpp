@@ -129,7 +129,7 @@ std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) cons
        i = state_.topics.subscription_at(i).next_on_topic) {
     const subscription& s = state_.topics.subscription_at(i);
     if (outbox_.of(s.peer).backpressured()) return 0;
-    room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.waiting.count));
+    room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.pending.count));
   }
   return room;
 }
@@ -138,7 +138,7 @@ queue* topic_handles::queue_to_server(pair_index pair) noexcept {
   for (connection& c : state_.peers) {
     if (!c.open() || c.ours != side::client) continue;
     const subscription_id s = state_.topics.find_subscription(state_.pair_rows[pair].topic, {c.id.index});
-    if (s) return &state_.topics.subscription_at(s).waiting;
+    if (s) return &state_.topics.subscription_at(s).pending;
   }
   return nullptr;
 }

@@ -67,7 +67,7 @@ struct subscription {
   subscription_id previous_on_topic{};
   subscription_id next_on_peer{}; // or in the free list
   subscription_id next_ready{};
-  queue waiting;
+  queue pending;
   std::uint32_t depth = 0;
   std::uint32_t type_hash = 0;                      // of the type that the peer expects, hash_of_type()
   rowe::priority ready_as = rowe::priority::normal; // on which of its peer's lists, while ready

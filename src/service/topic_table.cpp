@@ -173,7 +173,7 @@ subscription_id topic_table::add_subscription(topic_id to, peer_index peer) noex
   fresh.topic = to;
   fresh.peer = peer;
   fresh.codec = envelope_.id();
-  fresh.waiting.owner = queue_entries::owner_of(peer, queued_as::evictable);
+  fresh.pending.owner = queue_entries::owner_of(peer, queued_as::evictable);
   fresh.next_on_peer = std::exchange(of_peers_[peer].first, added);
   ++of_peers_[peer].count;
   topic& of = topics_[to];
@@ -188,7 +188,7 @@ subscription_id topic_table::add_subscription(topic_id to, peer_index peer) noex
 
 void topic_table::remove_subscription(subscription_id index) noexcept {
   subscription& gone = subscriptions_[index];
-  assert(gone.waiting.empty() && !gone.ready && !gone.timed);
+  assert(gone.pending.empty() && !gone.ready && !gone.timed);
   subscription_id* link = &of_peers_[gone.peer].first;
   while (*link != index) link = &subscriptions_[*link].next_on_peer;
   *link = gone.next_on_peer;

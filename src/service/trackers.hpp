@@ -23,7 +23,7 @@
 namespace rowe::service {
 
 struct tracker {
-  enum class state : std::uint8_t { none, queued, waiting };
+  enum class state : std::uint8_t { none, queued, pending };
   state now = state::none;
   rowe::priority priority = rowe::priority::normal;
   bool everyone = false; // else to one peer; if that leaves, the message is lost
@@ -85,33 +85,33 @@ class trackers {
   bool under_way(slot_id slot) const noexcept { return rows_[slot].now != tracker::state::none; }
 
   void wait(slot_id slot) noexcept {
-    tracker& l = rows_[slot];
-    assert(l.now == tracker::state::queued);
-    l.now = tracker::state::waiting;
-    waiting_.push_back(rows_, slot);
+    tracker& it = rows_[slot];
+    assert(it.now == tracker::state::queued);
+    it.now = tracker::state::pending;
+    pending_.push_back(rows_, slot);
     ++began_to_wait_;
   }
   // It is not pending any more, if it was.
-  void stop_waiting(slot_id slot) noexcept {
-    tracker& l = rows_[slot];
-    if (l.now != tracker::state::waiting) return;
-    waiting_.erase(rows_, slot);
-    l.now = tracker::state::queued;
+  void end_pending(slot_id slot) noexcept {
+    tracker& it = rows_[slot];
+    if (it.now != tracker::state::pending) return;
+    pending_.erase(rows_, slot);
+    it.now = tracker::state::queued;
   }
   void forget(slot_id slot) noexcept {
-    stop_waiting(slot);
+    end_pending(slot);
     const std::size_t which = slot.value >= first_large_;
     begun_[which] -= rows_[slot].counted;
     if (rows_[slot].charged) claims_[which].give_back(held_[which][rows_[slot].charged]);
     rows_[slot] = {};
   }
 
-  slot_id first_waiting() const noexcept { return waiting_.head; }
-  std::uint32_t waiting() const noexcept { return waiting_.count; }
+  slot_id first_pending() const noexcept { return pending_.head; }
+  std::uint32_t pending() const noexcept { return pending_.count; }
   std::uint64_t began_to_wait() const noexcept { return began_to_wait_; } // so far
 
   bool check() const noexcept {
-    return waiting_.check(rows_, [](const tracker& l) { return l.now == tracker::state::waiting; }) &&
+    return pending_.check(rows_, [](const tracker& it) { return it.now == tracker::state::pending; }) &&
            check_shares();
   }
 
@@ -138,7 +138,7 @@ class trackers {
   std::array<claims, 2> claims_;
   std::array<rows<peer_index, std::uint32_t>, 2> held_; // by peer
   std::array<std::uint32_t, 2> begun_{};
-  index_list<slot_id, tracker, &tracker::next, &tracker::previous> waiting_;
+  index_list<slot_id, tracker, &tracker::next, &tracker::previous> pending_;
   std::uint64_t began_to_wait_ = 0;
 };
 

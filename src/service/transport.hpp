@@ -153,7 +153,7 @@ class transport {
 
   // Tells whether the peer's round trip is short. Then the transport keeps its own send buffer small. Until
   // this is called, the round trip is not short.
-  virtual void set_near(connection_id connection, bool near) noexcept = 0;
+  virtual void set_low_rtt(connection_id connection, bool low_rtt) noexcept = 0;
 
   // Stops (false) or resumes reading from a connection.
   virtual void read_enabled(connection_id connection, bool enabled) noexcept = 0;

@@ -90,7 +90,7 @@ bool urgent_frames::may_go_on(peer_index peer, batch& into) noexcept {
   credit& its = outputs_[peer].credit;
   if (into.bytes >= into.credit && its.ping_under_way()) {
     its.held_back();
-    into.held = true;
+    into.out_of_credit = true;
     return false;
   }
   if (!into.full() && into.bytes < into.credit) return true;
@@ -105,11 +105,11 @@ void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payloa
   // Of nobody's ping: having been heard is all it is for.
   if (!to.credit.take_pong(payload, state_.cycle.now)) return;
   to.unresponsive = false;
-  if (to.low_rtt != to.credit.near()) {
+  if (to.low_rtt != to.credit.low_rtt()) {
     to.low_rtt = !to.low_rtt;
-    state_.seams.to_peers.set_near(state_.peers[peer].id, to.low_rtt);
+    state_.seams.to_peers.set_low_rtt(state_.peers[peer].id, to.low_rtt);
   }
-  if (outbox_.of(peer).held || to.credit.settling()) outbox_.schedule(peer);
+  if (outbox_.of(peer).out_of_credit || to.credit.settling()) outbox_.schedule(peer);
 }
 
 void urgent_frames::check_responsive(peer_index peer) noexcept {

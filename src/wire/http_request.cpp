@@ -353,11 +353,11 @@ http_judgement judge_request(std::string_view header, const handshake_policy& po
                      (!steps.wants_upgrade() || steps.judge_upgrade());
   if (!right) return out;
   if (steps.wants_upgrade()) {
-    out.verdict = http_verdict::upgrade;
+    out.outcome = http_outcome::upgrade;
     out.accepts_gzip = false;
     out.if_none_match = {};
   } else {
-    out.verdict = http_verdict::page;
+    out.outcome = http_outcome::page;
     out.subprotocol = {};
   }
   return out;
@@ -390,7 +390,7 @@ std::string_view write_clean_request(std::span<char> out, const http_judgement& 
   text_out request{out};
   request.add(judgement.head ? "HEAD " : "GET ").add(judgement.target).add(" HTTP/1.1\r\nHost: ");
   request.add(judgement.host).add("\r\n");
-  if (judgement.verdict == http_verdict::upgrade) {
+  if (judgement.outcome == http_outcome::upgrade) {
     request.add(
         "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: ");
     request.add(judgement.key).add("\r\n");
@@ -404,7 +404,7 @@ std::string_view write_clean_request(std::span<char> out, const http_judgement& 
       request.add("If-None-Match: ").add(judgement.if_none_match).add("\r\n");
   }
   request.add("\r\n");
-  return request.cut() || judgement.verdict == http_verdict::refused ? std::string_view{} : request.text();
+  return request.cut() || judgement.outcome == http_outcome::refused ? std::string_view{} : request.text();
 }
 
 } // namespace rowe::wire

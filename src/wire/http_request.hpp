@@ -72,7 +72,7 @@ class http_refusal {
   std::uint8_t remedy_bytes_ = 0;
 };
 
-enum class http_verdict : std::uint8_t {
+enum class http_outcome : std::uint8_t {
   page,    // GET or HEAD of a path
   upgrade, // a WebSocket handshake that is right in every point
   refused,
@@ -80,7 +80,7 @@ enum class http_verdict : std::uint8_t {
 
 // The views point into the header that was judged, but `subprotocol`, which points into the policy.
 struct http_judgement {
-  http_verdict verdict = http_verdict::refused;
+  http_outcome outcome = http_outcome::refused;
   bool head = false;         // page: HEAD, not GET
   bool accepts_gzip = false; // page
   std::string_view target;   // as it stands in the request line

@@ -75,51 +75,51 @@ bool close_code_is_valid(std::uint16_t code) noexcept {
 
 // The header.
 
-auto frame_parser::check_first_byte(std::byte first) const noexcept -> std::optional<complaint> {
+auto frame_parser::check_first_byte(std::byte first) const noexcept -> std::optional<protocol_error> {
   const std::uint8_t bits = number_of(first);
   const std::uint8_t code = bits & opcode_bits;
-  if ((bits & reserved_bits) != 0) return complaint{close_code::protocol_error, "a reserved bit is set"};
-  if ((code & ~control_bit) > 2) return complaint{close_code::protocol_error, "the opcode is reserved"};
+  if ((bits & reserved_bits) != 0) return protocol_error{close_code::protocol_error, "a reserved bit is set"};
+  if ((code & ~control_bit) > 2) return protocol_error{close_code::protocol_error, "the opcode is reserved"};
   if ((code & control_bit) != 0) {
     if ((bits & final_bit) == 0)
-      return complaint{close_code::protocol_error, "a control frame is fragmented"};
+      return protocol_error{close_code::protocol_error, "a control frame is fragmented"};
     return std::nullopt;
   }
   const bool continues = code == static_cast<std::uint8_t>(opcode::continuation);
   if (continues && !in_message_) {
-    return complaint{close_code::protocol_error, "a continuation frame continues nothing"};
+    return protocol_error{close_code::protocol_error, "a continuation frame continues nothing"};
   }
   if (!continues && in_message_) {
-    return complaint{close_code::protocol_error, "a message begins inside a fragmented one"};
+    return protocol_error{close_code::protocol_error, "a message begins inside a fragmented one"};
   }
   return std::nullopt;
 }
 
 auto frame_parser::check_second_byte(std::byte first, std::byte second) const noexcept
-    -> std::optional<complaint> {
+    -> std::optional<protocol_error> {
   const bool masked = (number_of(second) & mask_bit) != 0;
   if (ours_ == role::server && !masked && !limits_.unmasked_accepted) {
-    return complaint{close_code::protocol_error, "a client's frame is not masked"};
+    return protocol_error{close_code::protocol_error, "a client's frame is not masked"};
   }
   if (ours_ == role::client && masked) {
-    return complaint{close_code::protocol_error, "a server's frame is masked"};
+    return protocol_error{close_code::protocol_error, "a server's frame is masked"};
   }
   if ((number_of(first) & control_bit) != 0 && (number_of(second) & length_bits) > control_bytes_max) {
-    return complaint{close_code::protocol_error, "a control frame is longer than 125 bytes"};
+    return protocol_error{close_code::protocol_error, "a control frame is longer than 125 bytes"};
   }
   return std::nullopt;
 }
 
-auto frame_parser::read_length(const std::byte* bytes) noexcept -> std::optional<complaint> {
+auto frame_parser::read_length(const std::byte* bytes) noexcept -> std::optional<protocol_error> {
   const std::size_t count = length_bytes(bytes[1]);
   if (count == 0) {
     frame_.payload_bytes = number_of(bytes[1]) & length_bits;
     return std::nullopt;
   }
   const std::uint64_t length = read_big_endian(bytes + 2, count);
-  if (length >> 63 != 0) return complaint{close_code::protocol_error, "the top bit of a length is set"};
+  if (length >> 63 != 0) return protocol_error{close_code::protocol_error, "the top bit of a length is set"};
   if (length <= (count == 2 ? 125U : 0xffffU)) {
-    return complaint{close_code::protocol_error, "a length is not written in its shortest form"};
+    return protocol_error{close_code::protocol_error, "a length is not written in its shortest form"};
   }
   frame_.payload_bytes = length;
   return std::nullopt;
@@ -127,7 +127,7 @@ auto frame_parser::read_length(const std::byte* bytes) noexcept -> std::optional
 
 // Takes a header, or what there is of it, from the front of `bytes`; in_frame_ says that it is complete.
 auto frame_parser::take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept
-    -> std::optional<complaint> {
+    -> std::optional<protocol_error> {
   const std::byte* from = bytes.data();
   std::size_t have = bytes.size();
   if (header_have_ >
@@ -162,7 +162,7 @@ auto frame_parser::take_header(std::span<const std::byte> bytes, std::size_t& co
   return begin_frame();
 }
 
-auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
+auto frame_parser::begin_frame() noexcept -> std::optional<protocol_error> {
   in_frame_ = true;
   payload_done_ = 0;
   if (is_control(frame_.what)) return std::nullopt;
@@ -180,7 +180,7 @@ auto frame_parser::begin_frame() noexcept -> std::optional<complaint> {
   return std::nullopt;
 }
 
-auto frame_parser::too_big() noexcept -> complaint {
+auto frame_parser::too_big() noexcept -> protocol_error {
   char* const room = reinterpret_cast<char*>(control_.data());
   const int bytes = std::snprintf(
       room, close_reason_bytes_max,
@@ -190,7 +190,7 @@ auto frame_parser::too_big() noexcept -> complaint {
   return {close_code::too_big, {room, written(bytes)}};
 }
 
-auto frame_parser::too_many_frames() noexcept -> complaint {
+auto frame_parser::too_many_frames() noexcept -> protocol_error {
   char* const room = reinterpret_cast<char*>(control_.data());
   const int bytes = std::snprintf(
       room, close_reason_bytes_max,
@@ -302,7 +302,7 @@ frame_step frame_parser::read_close(std::span<std::byte> body) noexcept {
           .reason = {reinterpret_cast<const char*>(reason.data()), reason.size()}};
 }
 
-frame_step frame_parser::violate(complaint what) noexcept {
+frame_step frame_parser::violate(protocol_error what) noexcept {
   ended_ = true;
   return {.event = frame_event::violation, .close_code = what.code, .reason = what.sentence};
 }

@@ -125,26 +125,26 @@ class frame_parser {
     std::uint64_t payload_bytes = 0;
     mask_key key{}; // zeros where the frame is not masked
   };
-  struct complaint {
+  struct protocol_error {
     std::uint16_t code;
     std::string_view sentence;
   };
 
-  static constexpr complaint not_utf8{close_code::invalid_text, "the text is not UTF-8"};
+  static constexpr protocol_error not_utf8{close_code::invalid_text, "the text is not UTF-8"};
 
-  std::optional<complaint> check_first_byte(std::byte first) const noexcept;
-  std::optional<complaint> check_second_byte(std::byte first, std::byte second) const noexcept;
-  std::optional<complaint> read_length(const std::byte* bytes) noexcept;
-  std::optional<complaint> take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept;
-  std::optional<complaint> begin_frame() noexcept;
+  std::optional<protocol_error> check_first_byte(std::byte first) const noexcept;
+  std::optional<protocol_error> check_second_byte(std::byte first, std::byte second) const noexcept;
+  std::optional<protocol_error> read_length(const std::byte* bytes) noexcept;
+  std::optional<protocol_error> take_header(std::span<const std::byte> bytes, std::size_t& consumed) noexcept;
+  std::optional<protocol_error> begin_frame() noexcept;
   bool take_whole_message(std::span<std::byte> bytes, frame_step& step) noexcept;
   frame_step take_control(std::span<std::byte> rest) noexcept;
   frame_step take_data(std::span<std::byte> rest) noexcept;
   frame_step end_message(std::span<std::byte> message, std::size_t consumed) noexcept;
   frame_step read_close(std::span<std::byte> body) noexcept;
-  frame_step violate(complaint what) noexcept;
-  complaint too_big() noexcept;
-  complaint too_many_frames() noexcept;
+  frame_step violate(protocol_error what) noexcept;
+  protocol_error too_big() noexcept;
+  protocol_error too_many_frames() noexcept;
 
   frame_limits limits_;
   std::span<std::byte> assembly_;

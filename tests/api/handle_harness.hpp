@@ -77,10 +77,10 @@ class pair_harness {
   }
   template <class T>
   bool end_with(detail::call_ref own, const T& value) {
-    return fill(pair_->service.ends, ok(own), &value, sizeof value);
+    return fill(pair_->service.completions, ok(own), &value, sizeof value);
   }
   bool end(detail::call_ref own, std::string_view text) {
-    return fill(pair_->service.ends, ok(own), text.data(), text.size());
+    return fill(pair_->service.completions, ok(own), text.data(), text.size());
   }
   bool fail(detail::call_ref own, const error& why, std::string_view sentence = {}) {
     detail::value_header header = ok(own);
@@ -88,7 +88,7 @@ class pair_harness {
     header.outcome = why.code;
     header.outcome_value = why.value;
     header.outcome_limit = why.limit;
-    return fill(pair_->service.ends, header, sentence.data(), sentence.size());
+    return fill(pair_->service.completions, header, sentence.data(), sentence.size());
   }
 
   std::vector<rt::std_atomics::variable<std::uint32_t>> generations =

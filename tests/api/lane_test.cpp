@@ -243,7 +243,7 @@ TEST_F(talking, waits_for_one_call_and_sets_the_ends_of_others_aside) {
       EXPECT_EQ(asked->header.what, entry::invocation);
       ASSERT_TRUE(on.end(ref(early), R"({"r":"early"})"));
       ASSERT_TRUE(on.end(asked->header.own, R"({"r":"own"})"));
-      on->news.notify();
+      on->arrival.notify();
       return;
     }
   }};
@@ -331,7 +331,7 @@ TEST_F(talking, frees_the_places_of_calls_that_it_gave_up_while_it_waits_for_sen
         if (!sent) continue;
         ASSERT_TRUE(on.end(asked->header.own, "{}"));
         ASSERT_TRUE(on.end(sent->header.own, ""));
-        on->news.notify();
+        on->arrival.notify();
         return;
       }
     }};
@@ -346,7 +346,7 @@ TEST_F(talking, wakes_a_call_that_waits_when_the_endpoint_closes) {
     while (!on.take()) {
     }
     on.close();
-    on->news.notify();
+    on->arrival.notify();
   }};
   EXPECT_EQ(talk.invoke("{}", -1ns).code(), errc::closed);
   closer.join();
@@ -361,7 +361,7 @@ TEST_F(talking, waits_until_a_message_was_written_or_will_not_be) {
         EXPECT_EQ(sent->header.what, entry::message);
         const bool well = outcome == errc::misuse;
         ASSERT_TRUE(well ? on.end(sent->header.own, "") : on.fail(sent->header.own, {outcome}));
-        on->news.notify();
+        on->arrival.notify();
         return;
       }
     }};
@@ -405,7 +405,7 @@ TEST_F(talking, waits_until_a_reply_was_written) {
       if (!reply) continue;
       EXPECT_EQ(reply->header.call, (detail::call_ref{17, 3}));
       ASSERT_TRUE(on.end(reply->header.own, ""));
-      on->news.notify();
+      on->arrival.notify();
       return;
     }
   }};
@@ -504,7 +504,7 @@ TEST(caller, waits_for_its_reply) {
       if (!asked) continue;
       EXPECT_EQ(asked->text, R"({"a":38,"b":4})");
       ASSERT_TRUE(on.end(asked->header.own, R"({"sum":42})"));
-      on->news.notify();
+      on->arrival.notify();
       return;
     }
   }};

@@ -107,28 +107,28 @@ TEST(pair_memory, has_the_queues_that_each_kind_of_handle_needs) {
     built_lane serves{serve_request<json_text, json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(serves->user.out), 2 * depth);
     EXPECT_EQ(slots_of(serves->service.in), depth);
-    EXPECT_EQ(serves->user.replies_aside.places.size(), 2 * depth);
+    EXPECT_EQ(serves->user.spare_replies.places.size(), 2 * depth);
     built_lane calls{client_request<json_text, json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(calls->user.out), depth);
-    EXPECT_EQ(slots_of(calls->service.ends), depth);
+    EXPECT_EQ(slots_of(calls->service.completions), depth);
     EXPECT_EQ(calls->user.calls.size(), depth);
     built_lane talks{talk_request({.depth = depth, .inbox_depth = 2 * depth, .calls = 5})};
     EXPECT_EQ(slots_of(talks->user.out), depth);
     EXPECT_EQ(slots_of(talks->service.in), 2 * depth);
-    EXPECT_EQ(slots_of(talks->service.ends), 5U);
-    EXPECT_EQ(talks->user.ends_aside.places.size(), 5U);
+    EXPECT_EQ(slots_of(talks->service.completions), 5U);
+    EXPECT_EQ(talks->user.parked_completions.places.size(), 5U);
   }
 }
 
 TEST(pair_memory, holds_a_value_of_full_size_in_every_slot_and_what_is_read_behind_it) {
   built_lane talks{talk_request({.depth = 3, .inbox_depth = 3, .calls = 3, .text_bytes_max = 1000})};
-  for (const producer_end* end : {&talks->user.out, &talks->service.in, &talks->service.ends}) {
+  for (const producer_end* end : {&talks->user.out, &talks->service.in, &talks->service.completions}) {
     for (std::uint32_t slot = 0; slot < end->count; ++slot) {
       *end->slots.header(slot) = {};
       std::memset(end->slots.value(slot), 0xff, 1000 + rt::tailroom_bytes);
     }
   }
-  EXPECT_EQ(talks->user.ends.slots.header(2)->bytes, 0U); // nobody wrote over it
+  EXPECT_EQ(talks->user.completions.slots.header(2)->bytes, 0U); // nobody wrote over it
 }
 
 } // namespace

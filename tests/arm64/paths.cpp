@@ -66,7 +66,7 @@ std::size_t ring_drain(ring::consumer& end, std::uint64_t& sum) {
   return end.drain([&](const std::uint32_t& item) { sum += item; }, 64);
 }
 // expects: ldar
-std::size_t ring_waiting(ring::consumer& end) { return end.waiting_at_least(); }
+std::size_t ring_waiting(ring::consumer& end) { return end.pending_at_least(); }
 // expects: ldar
 std::size_t ring_approximate_size(const ring& of) { return of.approximate_size(); }
 // Not real-time: set-up.

@@ -51,13 +51,13 @@ void check_acceptance(std::string_view header, const http_judgement& j, const ha
   const std::string_view clean = write_clean_request(room, j);
   require(!clean.empty(), "the clean request fits its buffer");
   const http_judgement again = judge_request(clean, policy);
-  require(again.verdict == j.verdict && again.target == j.target && again.host == j.host &&
+  require(again.outcome == j.outcome && again.target == j.target && again.host == j.host &&
               again.key == j.key && again.subprotocol == j.subprotocol && again.head == j.head &&
               again.accepts_gzip == j.accepts_gzip && again.if_none_match == j.if_none_match,
           "written anew it means the same");
   std::array<char, http_clean_bytes_max> second_room;
   require(write_clean_request(second_room, again) == clean, "written anew twice it is the same");
-  require(j.verdict == http_verdict::page || j.key.size() == 24, "an upgrade has a key");
+  require(j.outcome == http_outcome::page || j.key.size() == 24, "an upgrade has a key");
   if (!j.origin.empty()) {
     require(j.origin != "null" && j.origin.find("://") != std::string_view::npos, "an origin has a scheme");
     require(policy.any_host || j.origin.find("evil") == std::string_view::npos,
@@ -82,14 +82,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
 
   const http_judgement j = judge_request(header, policy);
-  if (j.verdict == http_verdict::refused) {
+  if (j.outcome == http_outcome::refused) {
     check_refusal(j.refusal);
   } else {
     check_acceptance(header, j, policy);
   }
   if (end > 0 && end < header.size()) { // as a reader does that found the end
     const http_judgement whole = judge_request(header.substr(0, end), policy);
-    if (whole.verdict != http_verdict::refused) check_acceptance(header.substr(0, end), whole, policy);
+    if (whole.outcome != http_outcome::refused) check_acceptance(header.substr(0, end), whole, policy);
   }
   return 0;
 }

@@ -197,14 +197,14 @@ void memory_transport::close(connection_id id, close_how how) noexcept {
   if (how == close_how::aborted) on->outbound.clear();
 }
 
-bool memory_transport::near(connection_id id) const noexcept {
+bool memory_transport::low_rtt(connection_id id) const noexcept {
   const link* const on = find(id);
-  return on != nullptr && on->near;
+  return on != nullptr && on->low_rtt;
 }
 
-void memory_transport::set_near(connection_id id, bool near) noexcept {
-  note(near ? "near" : "far", id, {});
-  if (link* const on = find(id)) on->near = near;
+void memory_transport::set_low_rtt(connection_id id, bool low_rtt) noexcept {
+  note(low_rtt ? "near" : "far", id, {}); // as the recorded traces say it
+  if (link* const on = find(id)) on->low_rtt = low_rtt;
 }
 
 void memory_transport::read_enabled(connection_id id, bool enabled) noexcept {

@@ -73,7 +73,7 @@ struct queue_pair {
   void afterwards() {
     require(free.check() == nullptr && out.check() == nullptr, "the invariants hold at rest");
     require(take_end.free_at_least() == Slots - (sent - received), "at rest the owner counts right");
-    while (pop_end.waiting_at_least() != 0) receive();
+    while (pop_end.pending_at_least() != 0) receive();
     require(received == sent, "what was sent is received in the end");
     require(take_end.free_at_least() == Slots, "every slot comes back");
     require(free.check() == nullptr, "no number comes back twice");
@@ -171,7 +171,7 @@ struct drained_in_batches : queue_pair<2> {
               }}}};
   }
   void afterwards() {
-    while (pop_end.waiting_at_least() != 0) receive();
+    while (pop_end.pending_at_least() != 0) receive();
     if (kept) require(push_end.try_push(*kept), "a slot that was kept has its place at rest");
     queue_pair::afterwards();
   }

@@ -23,8 +23,8 @@ using detail::pair_phase;
 using number_ring = rt::spsc_ring<std::uint32_t, atomics>;
 using number_free_ring = rt::free_ring<atomics>;
 
-// A path of a queue pair.
-struct path {
+// A queue of a queue pair.
+struct modelled_queue {
   std::array<number_ring::entry, 4> entries;
   number_ring queue{entries};
   number_ring::producer& in{*queue.take_producer()};
@@ -35,9 +35,9 @@ struct modelled_pair {
   detail::pair_lifecycle<atomics, futex> lifecycle;
   atomics::plain<std::uint32_t> built; // all that set-up writes: name, slots, codecs; here the life's number
   detail::audience_word<atomics> audience;
-  rt::notification<atomics, futex> news;
-  path to_service;
-  path to_handle;
+  rt::notification<atomics, futex> arrival;
+  modelled_queue to_service;
+  modelled_queue to_handle;
   std::array<number_free_ring::entry, 2> free_entries; // for the slots that went to the handle
   number_free_ring free_ring{free_entries, 2};
   number_free_ring::producer& free_ring_in{*free_ring.take_producer()};
@@ -49,12 +49,12 @@ struct modelled_pair {
 // open_pair(), with settle_pairs(), find_pair() and build_pair(). Errors: too_many_lanes, and what it was
 // refused with.
 inline status open_pair(modelled_pair& built, event_fd& service, std::uint32_t life) {
-  built.lifecycle.wait_while_closing(built.news, rt::never);
+  built.lifecycle.wait_while_closing(built.arrival, rt::never);
   if (!built.lifecycle.is_free()) return errc::too_many_lanes;
   built.built.store(life);
   built.lifecycle.offer();
   service.signal();
-  return built.lifecycle.wait_answer(built.news);
+  return built.lifecycle.wait_answer(built.arrival);
 }
 
 // close_pair()
@@ -66,7 +66,7 @@ inline void close_pair(modelled_pair& gone, event_fd& service) {
 // close(), when the service thread is joined.
 inline void close_handles(modelled_pair& one) {
   one.audience.close();
-  one.news.notify();
+  one.arrival.notify();
 }
 
 // ---- queue_pair.hpp, calls.hpp
@@ -82,7 +82,7 @@ inline bool publish(modelled_pair& on, std::uint32_t value) {
 inline std::optional<std::uint32_t> take_or_closed(modelled_pair& on) {
   std::optional<std::uint32_t> taken;
   bool over = false;
-  on.news.wait_until(rt::never, [&] {
+  on.arrival.wait_until(rt::never, [&] {
     over = on.audience.closed();
     taken = on.to_handle.out.try_pop();
     return taken || over;
@@ -113,10 +113,10 @@ bool turn_pair(modelled_pair& pair, const status& answer, Take take) {
   case pair_phase::offered:
     (void)pair.built.load();
     if (!answer) {
-      pair.lifecycle.refuse(answer.error(), pair.news);
+      pair.lifecycle.refuse(answer.error(), pair.arrival);
     } else {
       pair.audience.set(audience::somebody);
-      pair.lifecycle.accept(pair.news);
+      pair.lifecycle.accept(pair.arrival);
     }
     return false;
   case pair_phase::active: take_all(); return false;
@@ -124,13 +124,13 @@ bool turn_pair(modelled_pair& pair, const status& answer, Take take) {
     take_all();
     pair.audience.set(audience::nobody);
     if (all_slots_released(pair)) break;
-    pair.lifecycle.hold(pair.news);
+    pair.lifecycle.hold(pair.arrival);
     return false;
   case pair_phase::held:
     if (!all_slots_released(pair)) return false;
     break;
   }
-  pair.lifecycle.release(pair.news);
+  pair.lifecycle.release(pair.arrival);
   return true;
 }
 

@@ -203,7 +203,7 @@ struct closes_a_waiter {
                 loop.run([&] {
                   if (std::exchange(delivered, true)) return;
                   require(pair.to_handle.in.try_push(9), "there is a place");
-                  pair.news.notify();
+                  pair.arrival.notify();
                 });
                 joined.signal();
               }},

@@ -26,7 +26,7 @@ struct room_comes {
   atomics::variable<std::uint32_t> room_asked{0};
   atomics::variable<std::uint32_t> free_slots{0};
   atomics::variable<std::uint32_t> woken{0};
-  notification news;
+  notification arrival;
   notification service;
   std::uint32_t told = 0;
   bool gave = false;
@@ -40,7 +40,7 @@ struct room_comes {
     const bool look = asked != told || gave;
     told = asked;
     gave = false;
-    if (asked != 0 && look) news.notify();
+    if (asked != 0 && look) arrival.notify();
   }
   std::array<actor, 2> actors() {
     return {{{"service",
@@ -54,8 +54,9 @@ struct room_comes {
                 room_asked.store(1, order::release);
                 woken.store(1, order::release);
                 service.notify();
-                require(news.wait_until(rt::never, [this] { return free_slots.load(order::acquire) != 0; }),
-                        "without a deadline a wait ends only when there is room");
+                require(
+                    arrival.wait_until(rt::never, [this] { return free_slots.load(order::acquire) != 0; }),
+                    "without a deadline a wait ends only when there is room");
                 room_asked.store(0, order::release);
               }}}};
   }

@@ -53,7 +53,7 @@ struct ring_of_two {
   // Nothing is lost: what was pushed and not yet popped is still there, and the ring says so of itself.
   void afterwards() {
     require(queue.check() == nullptr, "the invariants hold at rest");
-    require(out.waiting_at_least() == pushed - popped, "at rest the consumer counts right");
+    require(out.pending_at_least() == pushed - popped, "at rest the consumer counts right");
     require(in.room_at_least() == 2 - (pushed - popped), "at rest the producer counts right");
     require(queue.approximate_size() == pushed - popped, "at rest the size is exact");
     while (pop()) {
@@ -83,7 +83,7 @@ struct pushes_and_pops_at_the_end : pushes_and_pops<6> {
   pushes_and_pops_at_the_end() : pushes_and_pops<6>{std::numeric_limits<std::uint64_t>::max()} {}
 };
 
-// In batches. What room_at_least() promises is kept, and so is what waiting_at_least() does.
+// In batches. What room_at_least() promises is kept, and so is what pending_at_least() does.
 struct pushes_and_drains : ring_of_two {
   std::array<actor, 2> actors() {
     return {{{"producer",
@@ -94,7 +94,7 @@ struct pushes_and_drains : ring_of_two {
                 }
               }},
              {"consumer", [this] {
-                const std::size_t waiting = out.waiting_at_least();
+                const std::size_t waiting = out.pending_at_least();
                 const std::size_t first = out.drain([this](std::uint32_t item) { receive(item); }, 2);
                 require(first >= waiting, "what waited is drained");
                 (void)out.drain([this](std::uint32_t item) { receive(item); }, 1);

@@ -38,7 +38,7 @@ struct segments : testing::Test {
 
 // A receiver acknowledges a lone segment late, and the buffer takes no other until then: see established.cpp.
 TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_near_peer) {
-  transport->set_near(id, true);
+  transport->set_low_rtt(id, true);
   const unsigned before = arrived();
   const std::string large(60'000, 'x');
   send({&large, 1});
@@ -46,7 +46,7 @@ TEST_F(segments, are_at_least_two_for_what_fills_the_send_buffer_of_a_near_peer)
 }
 
 TEST_F(segments, end_in_the_middle_of_pieces) {
-  transport->set_near(id, true);
+  transport->set_low_rtt(id, true);
   std::vector<std::string> pieces;
   for (int i = 0; i < 50; ++i)
     pieces.emplace_back(static_cast<std::size_t>(i * 100), static_cast<char>('a' + i % 26));
@@ -58,7 +58,7 @@ TEST_F(segments, end_in_the_middle_of_pieces) {
 
 // Of a frame that was begun; and then no more until that is read.
 TEST_F(segments, go_into_the_kernel_where_they_are_the_rest_of_what_was_begun) {
-  transport->set_near(id, true);
+  transport->set_low_rtt(id, true);
   const std::string large(200'000, 'x');
   const std::size_t begun = write(*transport, id, large);
   ASSERT_LT(begun, large.size());

@@ -47,7 +47,7 @@ TEST(spsc_ring, gives_out_each_end_once) {
 TEST(spsc_ring, is_empty_at_first) {
   rig<4> r;
   EXPECT_EQ(r.out.try_pop(), std::nullopt);
-  EXPECT_EQ(r.out.waiting_at_least(), 0U);
+  EXPECT_EQ(r.out.pending_at_least(), 0U);
   EXPECT_EQ(r.in.room_at_least(), 4U);
   EXPECT_EQ(r.shared.check(), nullptr);
 }
@@ -138,7 +138,7 @@ TEST(spsc_ring, counts_items_and_room) {
   rig<4> r;
   ASSERT_TRUE(r.in.try_push(1));
   EXPECT_EQ(r.in.room_at_least(), 3U);
-  EXPECT_EQ(r.out.waiting_at_least(), 1U);
+  EXPECT_EQ(r.out.pending_at_least(), 1U);
   EXPECT_EQ(r.shared.approximate_size(), 1U);
   EXPECT_EQ(r.shared.capacity(), 4U);
 }

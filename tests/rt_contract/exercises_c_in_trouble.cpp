@@ -41,8 +41,8 @@ struct all_handles {
         latch{(stops.granted = &permit,
                rt.make<rowe_stop_latch>(rowe_stop_latch{stop_latch{handle_of(stops)}}))} {}
 
-  void become(audience heard_by) {
-    for (detail::queue_pair* on : {&talks, &publishes, &subscribes, &stops}) set_audience(*on, heard_by);
+  void become(audience listening) {
+    for (detail::queue_pair* on : {&talks, &publishes, &subscribes, &stops}) set_audience(*on, listening);
   }
 };
 

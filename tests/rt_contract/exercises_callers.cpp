@@ -95,7 +95,7 @@ void finish_what_was_set_aside(real_time& rt, calling<Caller> with) {
     }
     serve(with.on);
     if (const auto end = detail::take_end_of(with.on, {last.index, last.generation}))
-      detail::give_end_back(with.on, *end);
+      detail::give_completion_back(with.on, *end);
     while (with.calls.try_finish()) {
     }
   });

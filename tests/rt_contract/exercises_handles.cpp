@@ -10,7 +10,7 @@ namespace {
 
 using detail::queue_pair;
 
-queue_pair& publishing_pair(real_time& rt, audience heard_by, rowe::keep kept = rowe::keep::all) {
+queue_pair& publishing_pair(real_time& rt, audience listening, rowe::keep kept = rowe::keep::all) {
   return pair_for(rt,
                   {.kind = detail::pair_kind::publish_value,
                    .name = "/odom",
@@ -18,13 +18,13 @@ queue_pair& publishing_pair(real_time& rt, audience heard_by, rowe::keep kept = 
                    .ttl = 20ms,
                    .out_depth = depth,
                    .out_bytes = std::max(sizeof(odometry), std::size_t{text_bytes})},
-                  heard_by);
+                  listening);
 }
 
-queue_pair& subscribing_pair(real_time& rt, audience heard_by) {
+queue_pair& subscribing_pair(real_time& rt, audience listening) {
   return pair_for(
       rt, detail::subscribe_request<json_text>("/odom", {.depth = depth, .text_bytes_max = text_bytes}),
-      heard_by);
+      listening);
 }
 
 publisher<odometry>& publisher_on(real_time& rt, queue_pair& on) {
@@ -46,8 +46,8 @@ void publish_each_in_turn(real_time& rt, rowe::keep kept) {
   });
 }
 
-void publish_to(real_time& rt, audience heard_by) {
-  auto& odom = publisher_on(rt, publishing_pair(rt, heard_by));
+void publish_to(real_time& rt, audience listening) {
+  auto& odom = publisher_on(rt, publishing_pair(rt, listening));
   rt.calls([&](std::uint64_t) { use(odom.publish({}, now)); });
 }
 
@@ -78,17 +78,17 @@ constexpr exercise list[] = {
        const auto slots = publishing_pair(rt, audience::somebody).user.out.slots;
        rt.calls([&](std::uint64_t i) { *slots.value(static_cast<std::uint32_t>(i % depth)) = std::byte{1}; });
      }},
-    {"detail::slots_aside::push", "until all places are taken, and popped",
+    {"detail::parked_slots::push", "until all places are taken, and popped",
      [](real_time& rt) {
-       detail::slots_aside aside{rt.array<std::uint32_t>(depth)};
+       detail::parked_slots aside{rt.array<std::uint32_t>(depth)};
        rt.calls([&](std::uint64_t i) {
          if (aside.count == depth) aside.count = 0;
          aside.push(static_cast<std::uint32_t>(i));
        });
      }},
-    {"detail::slots_aside::pop", "round and round",
+    {"detail::parked_slots::pop", "round and round",
      [](real_time& rt) {
-       detail::slots_aside aside{rt.array<std::uint32_t>(depth)};
+       detail::parked_slots aside{rt.array<std::uint32_t>(depth)};
        rt.calls([&](std::uint64_t i) {
          aside.push(static_cast<std::uint32_t>(i));
          use(aside.pop());

@@ -221,7 +221,7 @@ constexpr exercise list[] = {
          serve(on);
          // As a call that waits for the last one would.
          if (const auto end = detail::take_end_of(on, {last.index, last.generation}))
-           detail::give_end_back(on, *end);
+           detail::give_completion_back(on, *end);
          while (talk.try_finish()) {
          }
        });

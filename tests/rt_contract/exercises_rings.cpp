@@ -122,15 +122,15 @@ constexpr exercise list[] = {
          use(r.out.drain([](std::uint64_t item) { use(item); }, places));
        });
      }},
-    {"ring_consumer::waiting_at_least", "in an empty ring",
+    {"ring_consumer::pending_at_least", "in an empty ring",
      [](real_time& rt) {
        const auto r = ring_with(rt, 0);
-       rt.calls([&](std::uint64_t) { use(r.out.waiting_at_least()); });
+       rt.calls([&](std::uint64_t) { use(r.out.pending_at_least()); });
      }},
-    {"ring_consumer::waiting_at_least", "in a full ring",
+    {"ring_consumer::pending_at_least", "in a full ring",
      [](real_time& rt) {
        const auto r = ring_with(rt, places);
-       rt.calls([&](std::uint64_t) { use(r.out.waiting_at_least()); });
+       rt.calls([&](std::uint64_t) { use(r.out.pending_at_least()); });
      }},
     {"spsc_ring::capacity", "always",
      [](real_time& rt) {

@@ -10,9 +10,9 @@ struct stop_harness {
   detail::permit_word<>& permit;
   stop_latch latch;
 
-  explicit stop_harness(real_time& rt, audience heard_by = audience::somebody)
+  explicit stop_harness(real_time& rt, audience listening = audience::somebody)
       : permit{rt.make<detail::permit_word<>>()} {
-    detail::queue_pair& on = pair_for(rt, detail::latch_request({}), heard_by);
+    detail::queue_pair& on = pair_for(rt, detail::latch_request({}), listening);
     on.granted = &permit;
     latch = stop_latch{handle_of(on)};
   }

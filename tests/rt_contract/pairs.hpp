@@ -35,19 +35,19 @@ inline constexpr connection somebody{1, 5};
 inline constexpr connection somebody_gone{1, 4};
 
 // As the service thread says it, or whoever has joined it.
-inline void set_audience(detail::queue_pair& on, audience heard_by) {
-  heard_by == audience::closed ? on.audience.close() : on.audience.set(heard_by);
+inline void set_audience(detail::queue_pair& on, audience listening) {
+  listening == audience::closed ? on.audience.close() : on.audience.set(listening);
 }
 
 inline detail::queue_pair& pair_for(real_time& rt, const detail::pair_request& asked,
-                                    audience heard_by = audience::somebody) {
+                                    audience listening = audience::somebody) {
   auto& made = rt.make<detail::queue_pair>();
   const auto generations = rt.array<rt::std_atomics::variable<std::uint32_t>>(2);
   generations[1].store(5, std::memory_order_relaxed); // relaxed: one thread here
   made.memory = rt.array<std::byte>(detail::pair_bytes(asked));
   detail::build_pair(made, asked, generations);
   made.waker = rt.waker_for(made.published);
-  set_audience(made, heard_by);
+  set_audience(made, listening);
   return made;
 }
 
@@ -97,9 +97,9 @@ inline void serve(detail::queue_pair& on, const status& outcome = {}) {
         header.outcome = outcome.code();
         if (on.kind == detail::pair_kind::call_value && outcome) {
           const odometry reply{1, 2, 3, 4, 5};
-          return fill(on.service.ends, header, &reply, sizeof reply);
+          return fill(on.service.completions, header, &reply, sizeof reply);
         }
-        fill(on.service.ends, header, text.data(), text.size());
+        fill(on.service.completions, header, text.data(), text.size());
       },
       2 * std::size_t{depth});
 }

@@ -28,7 +28,7 @@ struct broker_test : topic_parts::topic_parts {
   // The bodies that wait for a subscriber.
   std::vector<std::string> waiting(const connection& at, topic_id topic) {
     std::vector<std::string> all;
-    const auto& of = topics.subscription_at(topics.find_subscription(topic, {at.id.index})).waiting;
+    const auto& of = topics.subscription_at(topics.find_subscription(topic, {at.id.index})).pending;
     for (auto one = of.entries.head; one; one = out.entries().after(one)) {
       const auto body = store.slots().body(out.entries().at(one).index);
       all.emplace_back(body.begin(), body.end());

@@ -38,10 +38,10 @@ rowe::lane open_lane(core_harness& on) {
                                     .receives = true,
                                     .out_depth = 12,
                                     .in_depth = 12,
-                                    .ends_depth = 4,
+                                    .completions_depth = 4,
                                     .out_bytes = 512,
                                     .in_bytes = 512,
-                                    .ends_bytes = 512});
+                                    .completions_bytes = 512});
 }
 using add_responder = rowe::responder<addends, sum>;
 using add_caller = rowe::caller<addends, sum>;
@@ -61,9 +61,9 @@ pair_request call_add() {
   return {.kind = pair_kind::call_value,
           .name = "/add",
           .out_depth = 4,
-          .ends_depth = 4,
+          .completions_depth = 4,
           .out_bytes = sizeof(addends),
-          .ends_bytes = 192,
+          .completions_bytes = 192,
           .encoded = &rowe::describe<addends>(),
           .decoded = &rowe::describe<sum>()};
 }

@@ -125,12 +125,12 @@ TEST_F(core_credit, tells_the_transport_who_is_near) {
   saturate();
   (void)p.hear();
   on.cycle(1ms);
-  EXPECT_TRUE(on.net.near(p.id()));
+  EXPECT_TRUE(on.net.low_rtt(p.id()));
   peer& far = viewer();
   saturate();
   (void)far.hear();
   on.cycle(2ms);
-  EXPECT_FALSE(on.net.near(far.id()));
+  EXPECT_FALSE(on.net.low_rtt(far.id()));
 }
 
 TEST_F(core_credit, begins_a_frame_while_there_is_any_credit_and_no_other_behind_it) {

@@ -409,10 +409,10 @@ struct parked_in_a_lane : parked {
                            .receives = true,
                            .out_depth = 4,
                            .in_depth = 4,
-                           .ends_depth = 4,
+                           .completions_depth = 4,
                            .out_bytes = 192,
                            .in_bytes = 192,
-                           .ends_bytes = 192});
+                           .completions_bytes = 192});
     on.cycle();
     talk = rowe::lane{core_harness::handle_of(pair)};
     while (talk.try_receive(on.now)) continue;
@@ -540,10 +540,10 @@ TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receiv
             .receives = true,
             .out_depth = 4,
             .in_depth = 4,
-            .ends_depth = 4,
+            .completions_depth = 4,
             .out_bytes = 192,
             .in_bytes = 192,
-            .ends_bytes = 192});
+            .completions_bytes = 192});
   on.cycles(3);
   for (std::size_t i = 0; i < 3; ++i) on.net.link_of(slow[i].id()).room_bytes = 64 * 1024;
   on.cycles(5);
@@ -558,10 +558,10 @@ TEST_F(plain_messages, has_slots_for_calls_when_half_of_them_wait_for_everyone) 
   rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 4,
                                                     .in_depth = 1,
-                                                    .ends_depth = 4,
+                                                    .completions_depth = 4,
                                                     .out_bytes = 192,
                                                     .in_bytes = 192,
-                                                    .ends_bytes = 4096}))};
+                                                    .completions_bytes = 4096}))};
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 0;
   for (std::uint32_t i = 0; i < on.options.limits.queue_depth_max + 2; ++i) {
@@ -594,10 +594,10 @@ TEST(parked_messages, has_a_slot_for_who_reads_beside_a_crowd_that_stopped_readi
   rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 64,
                                                     .in_depth = 1,
-                                                    .ends_depth = 1,
+                                                    .completions_depth = 1,
                                                     .out_bytes = 192,
                                                     .in_bytes = 192,
-                                                    .ends_bytes = 192}))};
+                                                    .completions_bytes = 192}))};
   on.cycle();
   for (peer& one : crowd) {
     on.net.link_of(one.id()).room_bytes = 0;
@@ -620,10 +620,10 @@ TEST_F(plain_messages, leaves_large_slots_to_others_than_a_peer_that_does_not_re
   rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 16,
                                                     .in_depth = 1,
-                                                    .ends_depth = 1,
+                                                    .completions_depth = 1,
                                                     .out_bytes = 2048,
                                                     .in_bytes = 192,
-                                                    .ends_bytes = 192}))};
+                                                    .completions_bytes = 192}))};
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 0;
   const std::string large = R"({"a":")" + std::string(1500, 'x') + R"("})";
@@ -645,10 +645,10 @@ TEST_F(plain_messages, keeps_the_order_towards_a_peer_when_slots_are_short) {
   rowe::lane talk{core_harness::handle_of(on.offer({.kind = rowe::detail::pair_kind::talk,
                                                     .out_depth = 8,
                                                     .in_depth = 1,
-                                                    .ends_depth = 1,
+                                                    .completions_depth = 1,
                                                     .out_bytes = 2048,
                                                     .in_bytes = 192,
-                                                    .ends_bytes = 192}))};
+                                                    .completions_bytes = 192}))};
   on.cycle();
   on.net.link_of(slow.id()).room_bytes = 0;
   on.net.link_of(slow_too.id()).room_bytes = 0;

@@ -344,10 +344,10 @@ struct receiver_shares : core_ingress {
                       .receives = true,
                       .out_depth = 10,
                       .in_depth = 10,
-                      .ends_depth = 1,
+                      .completions_depth = 1,
                       .out_bytes = 4096,
                       .in_bytes = 4096,
-                      .ends_bytes = 192});
+                      .completions_bytes = 192});
     on.cycle();
     talk = rowe::lane{core_harness::handle_of(*pair)};
   }
@@ -544,10 +544,10 @@ TEST(core_ingress_alone, leaves_a_stop_that_is_long_to_its_turn) {
                          .receives = true,
                          .out_depth = 2,
                          .in_depth = 2,
-                         .ends_depth = 1,
+                         .completions_depth = 1,
                          .out_bytes = 4096,
                          .in_bytes = 4096,
-                         .ends_bytes = 192});
+                         .completions_bytes = 192});
   on.cycle();
   rowe::lane talk{core_harness::handle_of(pair)};
   peer alone{on};
@@ -597,10 +597,10 @@ TEST(core_ingress_alone, keeps_long_messages_that_find_no_room) {
                          .receives = true,
                          .out_depth = 4,
                          .in_depth = 4,
-                         .ends_depth = 1,
+                         .completions_depth = 1,
                          .out_bytes = 64 * 1024,
                          .in_bytes = 64 * 1024,
-                         .ends_bytes = 192});
+                         .completions_bytes = 192});
   on.cycle();
   rowe::lane talk{core_harness::handle_of(pair)};
   peer alone{on};
@@ -716,10 +716,10 @@ TEST_F(receiver_shares, keeps_a_place_for_who_comes_last) {
                     .receives = true,
                     .out_depth = 32,
                     .in_depth = 32,
-                    .ends_depth = 1,
+                    .completions_depth = 1,
                     .out_bytes = 256,
                     .in_bytes = 256,
-                    .ends_bytes = 192});
+                    .completions_bytes = 192});
   on.cycle();
   talk = rowe::lane{core_harness::handle_of(*pair)};
   std::vector<std::unique_ptr<peer>> greedy;

@@ -556,10 +556,10 @@ TEST_F(core_numbers_codec, parks_a_plain_message_for_which_there_is_no_room) {
                                                      .receives = true,
                                                      .out_depth = 4,
                                                      .in_depth = 4,
-                                                     .ends_depth = 4,
+                                                     .completions_depth = 4,
                                                      .out_bytes = 64,
                                                      .in_bytes = 64,
-                                                     .ends_bytes = 64}))};
+                                                     .completions_bytes = 64}))};
   on.cycle();
   client p{on};
   for (int i = 0; i < 20; ++i) p.send(opcode::binary, R"(x{"i":)" + std::to_string(i) + "}");

@@ -799,10 +799,10 @@ TEST(core_shares, gives_a_service_to_this_process_whoever_advertised_it_first) {
                          .name = "/add",
                          .out_depth = 1,
                          .in_depth = 1,
-                         .ends_depth = 1,
+                         .completions_depth = 1,
                          .out_bytes = 64,
                          .in_bytes = 64,
-                         .ends_bytes = 64});
+                         .completions_bytes = 64});
   on.cycle();
   EXPECT_EQ(mine.lifecycle.look(), pair_phase::active);
   EXPECT_EQ(count_of(early.hear(), "this process provides /add now"), 1U);

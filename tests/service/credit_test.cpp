@@ -191,11 +191,11 @@ TEST_F(credit_test, asks_whether_a_silent_peer_is_alive) {
 }
 
 TEST_F(credit_test, knows_who_is_near) {
-  EXPECT_FALSE(of.near());
+  EXPECT_FALSE(of.low_rtt());
   round(1024, 2ms);
-  EXPECT_FALSE(of.near());
+  EXPECT_FALSE(of.low_rtt());
   round(8192, 1999us);
-  EXPECT_TRUE(of.near());
+  EXPECT_TRUE(of.low_rtt());
 }
 
 TEST_F(credit_test, keeps_the_shortest_way_while_nothing_is_held_back) {

@@ -92,11 +92,11 @@ struct outbox_test : state_fixture::state_fixture {
     return all;
   }
   std::vector<std::string> waiting(subscription_id subscription) {
-    return waiting(topics.subscription_at(subscription).waiting);
+    return waiting(topics.subscription_at(subscription).pending);
   }
   // As the sender does: everything of one subscription that is ready is written.
   void write(subscription_id subscription) {
-    queue& from = topics.subscription_at(subscription).waiting;
+    queue& from = topics.subscription_at(subscription).pending;
     while (!from.empty()) {
       const auto slot = out.entries().front(from).index;
       out.take_front(from, slot);
@@ -205,7 +205,7 @@ TEST_F(outbox_test, lets_ready_subscriptions_take_turns) {
     publish(topics.find("/b"), "b");
   }
   EXPECT_EQ(ready(peer), (std::vector{a, b}));
-  auto& from = topics.subscription_at(a).waiting;
+  auto& from = topics.subscription_at(a).pending;
   const auto slot = out.entries().front(from).index;
   out.take_front(from, slot);
   queues.mark_served(a); // one message of a is written
@@ -308,8 +308,8 @@ TEST_F(outbox_test, passes_over_what_is_over) {
   publish(odom, "new");
   cycle.now += 2ms;
   EXPECT_EQ(waiting(of), std::vector<std::string>{"new"});
-  out.drop_expired(topics.subscription_at(of).waiting);
-  EXPECT_EQ(topics.subscription_at(of).waiting.count, 1U);
+  out.drop_expired(topics.subscription_at(of).pending);
+  EXPECT_EQ(topics.subscription_at(of).pending.count, 1U);
   EXPECT_EQ(counts.read(counter::expired), 1U);
 }
 

@@ -96,7 +96,7 @@ class saturated {
 // How much may be in flight to such a reader. The rate is measured, and time passes in steps, so both have
 // noise.
 double bound(const simulated_link::properties& is) {
-  const double time = seconds(2 * (is.round_trip + 2 * step) + credit::queue_time_far);
+  const double time = seconds(2 * (is.round_trip + 2 * step) + credit::queue_time_high_rtt);
   return std::clamp(1.3 * is.bytes_per_second * time, double{credit::bytes_min}, double{credit::bytes_max});
 }
 

@@ -84,8 +84,8 @@ class actor {
     const auto all_free = [](auto& path, std::uint32_t aside) {
       return path.free_ring == nullptr || path.free_ring->free_at_least() + aside >= path.count;
     };
-    return user.calls_open == 0 && all_free(user.out, user.replies_aside.count) && all_free(service.in, 1) &&
-           all_free(service.ends, 0);
+    return user.calls_open == 0 && all_free(user.out, user.spare_replies.count) && all_free(service.in, 1) &&
+           all_free(service.completions, 0);
   }
 
  protected:
@@ -166,10 +166,10 @@ class lane_user final : public actor {
             .receives = receives,
             .out_depth = 8,
             .in_depth = 4,
-            .ends_depth = 4,
+            .completions_depth = 4,
             .out_bytes = 2000,
             .in_bytes = 512,
-            .ends_bytes = 512};
+            .completions_bytes = 512};
   }
 
   // With `waits` as lane::send() does it, but without waiting.

@@ -58,7 +58,7 @@ class handle {
     case handle_kind::latch: user_ = rowe::stop_latch{held()}; break;
     }
     text_max_ = asked.out_bytes;
-    depth_ = asked.ends_depth;
+    depth_ = asked.completions_depth;
   }
 
   handle_kind kind() const { return kind_; }
@@ -228,7 +228,7 @@ class handle {
     if (waits_) {
       const d::call_ref call{waits_->index, waits_->generation};
       if (const auto slot = d::take_end_of(*pair_, call)) {
-        d::give_end_back(*pair_, *slot);
+        d::give_completion_back(*pair_, *slot);
         waits_.reset();
         served_at_ = in_.cycles;
       } else if (in_.on.now >= gives_up_) {
@@ -400,10 +400,10 @@ class process {
                   .receives = receives && in_.random.one_in(2),
                   .out_depth = 8,
                   .in_depth = 4,
-                  .ends_depth = 4,
+                  .completions_depth = 4,
                   .out_bytes = 2000,
                   .in_bytes = 2000,
-                  .ends_bytes = 2000});
+                  .completions_bytes = 2000});
       return;
     case handle_kind::latch: open_latch(); return;
     }

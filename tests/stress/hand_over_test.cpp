@@ -240,7 +240,7 @@ TEST(notification_stress, lets_no_item_lie_while_its_receiver_sleeps) {
     // By turns without end and with deadlines so short that they pass in the middle of things.
     const bool for_ever = seen.received % 3 != 0;
     const auto deadline = for_ever ? rowe::rt::never : monotonic_clock::now() + 5us;
-    const bool came = arrival.wait_until(deadline, [&] { return out->waiting_at_least() != 0; });
+    const bool came = arrival.wait_until(deadline, [&] { return out->pending_at_least() != 0; });
     ASSERT_TRUE(came || !for_ever);
     out->drain([&](const wide& item) { seen.enter(item); }, 2);
   }

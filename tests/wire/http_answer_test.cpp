@@ -88,7 +88,7 @@ TEST(write_clean_request, writes_a_handshake_that_means_the_same) {
             "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
             "Sec-WebSocket-Protocol: rowe.v1\r\n\r\n");
   const http_judgement again = judge_request(clean, policy_at(8080));
-  EXPECT_EQ(again.verdict, http_verdict::upgrade);
+  EXPECT_EQ(again.outcome, http_outcome::upgrade);
   EXPECT_EQ(again.subprotocol, "rowe.v1");
 }
 

@@ -41,7 +41,7 @@ TEST(find_header_end, ends_a_header_of_bare_line_feeds_too) {
 TEST(judge_request, takes_a_right_handshake) {
   const std::string request = upgrade();
   const http_judgement j = judge_request(request, policy_at(8080));
-  ASSERT_EQ(j.verdict, http_verdict::upgrade) << j.refusal.what();
+  ASSERT_EQ(j.outcome, http_outcome::upgrade) << j.refusal.what();
   EXPECT_EQ(j.target, "/x?y=1");
   EXPECT_EQ(j.path, "/x");
   EXPECT_EQ(j.host, "localhost:8080");
@@ -75,7 +75,7 @@ TEST(judge_request, takes_requests_for_pages) {
       header({"GET /app.js?v=2 HTTP/1.1", "Host: localhost:8080", "Connection: keep-alive",
               "Accept-Encoding: br;q=1.0, gzip;q=0.8", "If-None-Match: \"abc\", W/\"d\""});
   const http_judgement j = judge_request(request, policy_at(8080));
-  ASSERT_EQ(j.verdict, http_verdict::page) << j.refusal.what();
+  ASSERT_EQ(j.outcome, http_outcome::page) << j.refusal.what();
   EXPECT_EQ(j.path, "/app.js");
   EXPECT_FALSE(j.head);
   EXPECT_TRUE(j.accepts_gzip);
@@ -99,7 +99,7 @@ TEST(judge_request, ignores_entity_tags_that_come_in_two_fields) {
   const http_judgement j = judge_request(
       header({"GET / HTTP/1.1", "Host: localhost", "If-None-Match: \"a\"", "If-None-Match: \"b\""}),
       policy_at(8080));
-  EXPECT_EQ(j.verdict, http_verdict::page);
+  EXPECT_EQ(j.outcome, http_outcome::page);
   EXPECT_EQ(j.if_none_match, "");
 }
 
@@ -243,7 +243,7 @@ TEST(judge_request, chooses_the_first_subprotocol_offered_that_it_speaks) {
   const auto chosen = [](std::initializer_list<change> offers) {
     const std::string request = upgrade(offers);
     const http_judgement j = judge_request(request, policy_at(8080));
-    EXPECT_EQ(j.verdict, http_verdict::upgrade) << j.refusal.what();
+    EXPECT_EQ(j.outcome, http_outcome::upgrade) << j.refusal.what();
     return j.subprotocol;
   };
   EXPECT_EQ(chosen({{"P", "Sec-WebSocket-Protocol: rowe.v1"}}), "rowe.v1");

@@ -58,7 +58,7 @@ inline ::testing::AssertionResult refused(const std::string& request, std::uint1
                                           std::string_view what, std::string_view remedy = {},
                                           const handshake_policy& policy = policy_at(8080)) {
   const http_judgement j = judge_request(request, policy);
-  if (j.verdict != http_verdict::refused) return ::testing::AssertionFailure() << "it is not refused";
+  if (j.outcome != http_outcome::refused) return ::testing::AssertionFailure() << "it is not refused";
   if (j.refusal.status != status || j.refusal.what().find(what) == std::string_view::npos ||
       j.refusal.remedy().find(remedy) == std::string_view::npos || j.refusal.remedy().empty()) {
     return ::testing::AssertionFailure()
@@ -69,9 +69,9 @@ inline ::testing::AssertionResult refused(const std::string& request, std::uint1
 
 inline ::testing::AssertionResult accepted(const std::string& request,
                                            const handshake_policy& policy = policy_at(8080),
-                                           http_verdict verdict = http_verdict::upgrade) {
+                                           http_outcome outcome = http_outcome::upgrade) {
   const http_judgement j = judge_request(request, policy);
-  if (j.verdict == verdict) return ::testing::AssertionSuccess();
+  if (j.outcome == outcome) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure()
          << j.refusal.status << ' ' << j.refusal.what() << " / " << j.refusal.remedy();
 }

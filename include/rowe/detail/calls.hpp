@@ -161,29 +161,29 @@ inline void free_place(queue_pair& on, std::uint32_t index) noexcept {
 }
 
 // Releases the slot of an end that arrived, and the call's place with it.
-inline void give_end_back(queue_pair& on, std::uint32_t slot) noexcept {
-  const std::uint32_t index = on.user.ends.slots.header(slot)->own.index;
-  on.user.ends.free_ring->release(slot);
+inline void give_completion_back(queue_pair& on, std::uint32_t slot) noexcept {
+  const std::uint32_t index = on.user.completions.slots.header(slot)->own.index;
+  on.user.completions.free_ring->release(slot);
   free_place(on, index);
 }
 
 // Closes the call of an end that arrived. False when the call was given up; then the slot is released.
 inline bool accept_end(queue_pair& on, std::uint32_t slot) noexcept {
-  call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
+  pending_call& place = on.user.calls[on.user.completions.slots.header(slot)->own.index];
   ++place.generation;
   if (!place.cancelled) return true;
-  give_end_back(on, slot);
+  give_completion_back(on, slot);
   return false;
 }
 
 // For a caller that does not take this end now: drops it if its call was given up, else sets it aside until
 // take_end().
-inline void set_aside(queue_pair& on, std::uint32_t slot) noexcept {
-  const call_place& place = on.user.calls[on.user.ends.slots.header(slot)->own.index];
+inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
+  const pending_call& place = on.user.calls[on.user.completions.slots.header(slot)->own.index];
   if (place.cancelled) {
     (void)accept_end(on, slot);
   } else {
-    on.user.ends_aside.push(slot);
+    on.user.parked_completions.push(slot);
   }
 }
 
@@ -191,9 +191,10 @@ inline void set_aside(queue_pair& on, std::uint32_t slot) noexcept {
 // most as many steps as there are places.
 [[gnu::noinline, gnu::cold]] inline void drop_unwanted_ends(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
-  for (std::uint32_t left = mine.ends_aside.count; left != 0; --left) set_aside(on, mine.ends_aside.pop());
-  for (std::size_t left = mine.ends.out->waiting_at_least(); left != 0; --left)
-    set_aside(on, *mine.ends.out->try_pop());
+  for (std::uint32_t left = mine.parked_completions.count; left != 0; --left)
+    park_completion(on, mine.parked_completions.pop());
+  for (std::size_t left = mine.completions.out->pending_at_least(); left != 0; --left)
+    park_completion(on, *mine.completions.out->try_pop());
 }
 
 // A place for a call, now open. Errors: too_many_calls.
@@ -203,7 +204,7 @@ inline result<call_ref> begin_call(queue_pair& on) noexcept {
     return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
   }
   const std::uint32_t index = mine.free_call;
-  call_place& place = mine.calls[index];
+  pending_call& place = mine.calls[index];
   mine.free_call = place.next_free;
   ++place.generation;
   place.cancelled = false;
@@ -298,19 +299,19 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
 }
 
 inline void give_back(queue_pair& on, const consumer_end& end, std::uint32_t slot) noexcept {
-  if (&end == &on.user.ends) return give_end_back(on, slot);
+  if (&end == &on.user.completions) return give_completion_back(on, slot);
   end.free_ring->release(slot);
 }
 
 // The next end that arrived and is wanted, those set aside first.
 inline std::optional<std::uint32_t> take_end(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
-  while (mine.ends_aside.count != 0) {
-    const std::uint32_t slot = mine.ends_aside.pop();
+  while (mine.parked_completions.count != 0) {
+    const std::uint32_t slot = mine.parked_completions.pop();
     if (accept_end(on, slot)) return slot;
   }
-  for (std::size_t left = mine.ends.out->waiting_at_least(); left != 0; --left) {
-    const std::uint32_t slot = *mine.ends.out->try_pop();
+  for (std::size_t left = mine.completions.out->pending_at_least(); left != 0; --left) {
+    const std::uint32_t slot = *mine.completions.out->try_pop();
     if (accept_end(on, slot)) return slot;
   }
   return std::nullopt;
@@ -318,12 +319,12 @@ inline std::optional<std::uint32_t> take_end(queue_pair& on) noexcept {
 
 // The end of this call, if it has arrived; ends of others are set aside.
 inline std::optional<std::uint32_t> take_end_of(queue_pair& on, call_ref call) noexcept {
-  while (const auto slot = on.user.ends.out->try_pop()) {
-    if (on.user.ends.slots.header(*slot)->own == call) {
+  while (const auto slot = on.user.completions.out->try_pop()) {
+    if (on.user.completions.slots.header(*slot)->own == call) {
       (void)accept_end(on, *slot); // the one who waits has not given up
       return slot;
     }
-    set_aside(on, *slot);
+    park_completion(on, *slot);
   }
   return std::nullopt;
 }
@@ -337,7 +338,7 @@ inline result<std::uint32_t> next_end(const pair_handle& on) noexcept {
 }
 
 inline call_id id_of_end(const queue_pair& on, std::uint32_t slot) noexcept {
-  const call_ref call = on.user.ends.slots.header(slot)->own;
+  const call_ref call = on.user.completions.slots.header(slot)->own;
   return {call.index, call.generation};
 }
 
@@ -354,7 +355,7 @@ inline error error_of(const value_header& end) noexcept {
 // then, and the call is given up. Not real-time: sleeps in the kernel.
 inline std::optional<std::uint32_t> wait_end(queue_pair& on, call_ref call, time_point deadline) noexcept {
   std::optional<std::uint32_t> slot;
-  on.news.wait_until(deadline, [&] {
+  on.arrival.wait_until(deadline, [&] {
     slot = take_end_of(on, call);
     return slot.has_value() || closed(on);
   });
@@ -370,7 +371,7 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
   on.wake_service();
   const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
   if (const auto slot = wait_end(*on, {call.index, call.generation}, deadline)) {
-    value_header& end = *on->user.ends.slots.header(*slot);
+    value_header& end = *on->user.completions.slots.header(*slot);
     if (end.failed && end.outcome == errc::timed_out) end.outcome_limit = timeout.count(); // known only here
     return *slot;
   }
@@ -382,9 +383,9 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
 inline status wait_sent(queue_pair& on, call_ref call) noexcept {
   const auto slot = wait_end(on, call, rt::never);
   if (!slot) return errc::closed;
-  const value_header& end = *on.user.ends.slots.header(*slot);
+  const value_header& end = *on.user.completions.slots.header(*slot);
   const status what = end.failed ? status{error_of(end)} : status{};
-  give_end_back(on, *slot);
+  give_completion_back(on, *slot);
   return what;
 }
 
@@ -393,7 +394,7 @@ inline status wait_sent(queue_pair& on, call_ref call) noexcept {
 // The next message or call that has arrived and has not expired; expired ones are released and counted.
 inline std::optional<std::uint32_t> take_arrived(queue_pair& on, time_point now) noexcept {
   const consumer_end& end = on.user.in;
-  for (std::size_t left = end.out->waiting_at_least(); left != 0; --left) {
+  for (std::size_t left = end.out->pending_at_least(); left != 0; --left) {
     const std::uint32_t slot = *end.out->try_pop();
     if (!expired_at(*end.slots.header(slot), now)) return slot;
     on.expired_here.add();
@@ -408,7 +409,7 @@ template <class TryNext>
 auto wait_next(const pair_handle& handle, duration timeout, TryNext&& try_next) noexcept {
   auto taken = try_next();
   if (taken || taken.code() != errc::empty) return taken;
-  handle->news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
+  handle->arrival.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
     taken = try_next();
     return taken || taken.code() != errc::empty;
   });
@@ -432,7 +433,7 @@ inline status wait_room(const pair_handle& handle, peer_ref to, duration timeout
   on.room_asked.store(on.user.room_waits, std::memory_order_release);
   handle.wake_service();
   bool room = false;
-  on.news.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
+  on.arrival.wait_until(rt::deadline_after(rt::monotonic_clock::now(), timeout), [&] {
     room = has_room(on, to);
     return room || gone(on, to) || closed(on);
   });
@@ -474,12 +475,12 @@ constexpr bool has_sentence(errc code) noexcept {
 
 // Of an end that failed: its error. Keeps its sentence and gives the slot back.
 inline error fail_with(queue_pair& on, std::uint32_t slot, sentence& refusal) noexcept {
-  const value_header& end = *on.user.ends.slots.header(slot);
+  const value_header& end = *on.user.completions.slots.header(slot);
   const error why = error_of(end);
   if (has_sentence(why.code)) {
-    refusal.assign({reinterpret_cast<const char*>(on.user.ends.slots.value(slot)), end.bytes});
+    refusal.assign({reinterpret_cast<const char*>(on.user.completions.slots.value(slot)), end.bytes});
   }
-  give_end_back(on, slot);
+  give_completion_back(on, slot);
   return why;
 }
 

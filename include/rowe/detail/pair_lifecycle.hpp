@@ -50,9 +50,9 @@ class pair_lifecycle {
     phase_.store(pair_phase::offered, std::memory_order_release);
   }
   // Sleeps until the service thread has answered. The error it refused with; the pair is free again then.
-  status wait_answer(notification& news) noexcept {
+  status wait_answer(notification& arrival) noexcept {
     pair_phase answered = pair_phase::offered;
-    news.wait_until(rt::never, [&] {
+    arrival.wait_until(rt::never, [&] {
       answered = look();
       return answered != pair_phase::offered;
     });
@@ -64,9 +64,9 @@ class pair_lifecycle {
   }
   // Sleeps until the service thread has emptied a pair that is closing. False when `deadline` came first. In
   // any other phase it returns at once: a handle that is there may itself be asleep on `news`.
-  bool wait_while_closing(notification& news, rt::time_point deadline) const noexcept {
+  bool wait_while_closing(notification& arrival, rt::time_point deadline) const noexcept {
     const auto is_over = [&] { return look() != pair_phase::closing; };
-    return is_over() || news.wait_until(deadline, is_over);
+    return is_over() || arrival.wait_until(deadline, is_over);
   }
   // Why the pair was refused; of one that is.
   error refusal() const noexcept { return refusal_.load(); }
@@ -78,26 +78,26 @@ class pair_lifecycle {
   }
 
   // The service thread.
-  void accept(notification& news) noexcept {
+  void accept(notification& arrival) noexcept {
     phase_.store(pair_phase::active, std::memory_order_release); // release: pairs with wait_answer()
-    news.notify();
+    arrival.notify();
   }
-  void refuse(const error& why, notification& news) noexcept {
+  void refuse(const error& why, notification& arrival) noexcept {
     refusal_.store(why);
     phase_.store(pair_phase::refused, std::memory_order_release); // release: pairs with wait_answer()
-    news.notify();
+    arrival.notify();
   }
   // It is emptied; but views or requests are left, so its memory stays as it is.
-  void hold(notification& news) noexcept {
+  void hold(notification& arrival) noexcept {
     // release: pairs with wait_while_closing(); weaker would do, as whoever finds it held leaves it alone
     phase_.store(pair_phase::held, std::memory_order_release);
-    news.notify();
+    arrival.notify();
   }
   // It is emptied, and nobody looks at its memory.
-  void release(notification& news) noexcept {
+  void release(notification& arrival) noexcept {
     // release: pairs with is_free(), after which set-up builds where this thread has read
     phase_.store(pair_phase::free, std::memory_order_release);
-    news.notify();
+    arrival.notify();
   }
 
  private:

@@ -28,10 +28,10 @@ struct pair_request {
 
   std::uint32_t out_depth = 0; // slots of each path, 1 to 4096
   std::uint32_t in_depth = 0;
-  std::uint32_t ends_depth = 0;
+  std::uint32_t completions_depth = 0;
   std::size_t out_bytes = 0; // of the largest value
   std::size_t in_bytes = 0;
-  std::size_t ends_bytes = 0;
+  std::size_t completions_bytes = 0;
 
   const schema_description* encoded = nullptr; // of the values that go out
   const schema_description* decoded = nullptr; // of those that come in
@@ -146,9 +146,9 @@ constexpr pair_request client_request(std::string_view name, const service_optio
           .name = name,
           .type = options.type,
           .out_depth = depth,
-          .ends_depth = depth,
+          .completions_depth = depth,
           .out_bytes = slot_bytes<Q>(options.text_bytes_max),
-          .ends_bytes = answer_bytes<A>(options.text_bytes_max),
+          .completions_bytes = answer_bytes<A>(options.text_bytes_max),
           .encoded = description_of<Q>(),
           .decoded = description_of<A>()};
 }
@@ -164,10 +164,10 @@ constexpr pair_request talk_request(const lane_options& options) noexcept {
           .receives = options.receive,
           .out_depth = options.depth,
           .in_depth = options.inbox_depth,
-          .ends_depth = options.calls,
+          .completions_depth = options.calls,
           .out_bytes = bytes,
           .in_bytes = bytes,
-          .ends_bytes = bytes};
+          .completions_bytes = bytes};
 }
 
 } // namespace rowe::detail

@@ -77,7 +77,7 @@ struct call_ref {
   friend bool operator==(const call_ref&, const call_ref&) = default;
 };
 
-// What a slot holds. A queue pair's own calls (`own`) are places in its table (call_place). The service
+// What a slot holds. A queue pair's own calls (`own`) are places in its table (pending_call). The service
 // thread's (`call`) are places in its own.
 enum class entry : std::uint8_t {
   message,    // out: to `peer`, or to everyone; with `own`, that ends when it was written
@@ -140,14 +140,14 @@ struct consumer_end {
 
 // The calls of a handle that were begun and whose completion was not taken. User thread only. There is one
 // place for each slot of `ends`, so the service thread can always deliver a completion.
-struct call_place {
+struct pending_call {
   std::uint32_t generation = 0; // raised when a call begins; odd while one is open
   std::uint32_t next_free = 0;
   bool cancelled = false; // its completion is to be dropped
 };
 
 // Slot numbers that the user thread has set aside: a ring of its own.
-struct slots_aside {
+struct parked_slots {
   std::span<std::uint32_t> places; // as many as there are slots
   std::uint32_t first = 0;
   std::uint32_t count = 0;
@@ -199,12 +199,12 @@ struct queue_pair {
   struct user_side {
     producer_end out;
     consumer_end in;
-    consumer_end ends;
-    std::span<call_place> calls;
+    consumer_end completions;
+    std::span<pending_call> calls;
     std::uint32_t free_call = 0; // the list's head; calls.size(): none
     std::uint32_t calls_open = 0;
-    slots_aside ends_aside;    // ends that came while another one was waited for
-    slots_aside replies_aside; // respond: out slots that were reserved and not needed
+    parked_slots parked_completions; // ends that came while another one was waited for
+    parked_slots spare_replies;      // respond: out slots that were reserved and not needed
     latch_memory latch;
     std::uint32_t room_waits = 0; // how often it has waited for room
   };
@@ -223,12 +223,12 @@ struct queue_pair {
   struct service_side {
     consumer_end out;
     producer_end in;
-    producer_end ends;
+    producer_end completions;
   };
   alignas(rt::line_bytes) service_side service;
 
   // Notified by the service thread: the queue pair was answered, or something arrived.
-  rt::notification<> news;
+  rt::notification<> arrival;
 
   std::string_view name() const noexcept { return {name_text.data(), name_bytes}; }
   std::string_view type() const noexcept { return {type_text.data(), type_bytes}; }

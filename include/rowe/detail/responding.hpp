@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a responder hands out with each call: its origin, and the slot that is reserved for its answer. A
 // responder's `out` has twice as many slots as its `in`, so that it can hand out calls while answers are on
-// their way. Reserved slots that were not needed stay on this side (`replies_aside`), because only the
+// their way. Reserved slots that were not needed stay on this side (`spare_replies`), because only the
 // service thread may give a number back to the free ring.
 //
 // For the handle's one thread; waits nowhere, allocates nothing.
@@ -69,7 +69,7 @@ class open_request {
     if (holds_text_) on.user.in.free_ring->release(slots_.in);
     const bool is_gone = gone(on, asked_.peer);
     if (closed(on) || is_gone || expired_at(asked_, now)) {
-      on.user.replies_aside.push(slots_.answer);
+      on.user.spare_replies.push(slots_.answer);
       return closed(on) ? errc::closed : is_gone ? errc::peer_lost : errc::expired;
     }
     value_header header = message_header(what, asked_.peer, now, rt::never);
@@ -108,7 +108,7 @@ class open_request {
 inline result<request_slots> next_request(const pair_handle& handle, time_point now) noexcept {
   if (!handle) return errc::misuse;
   queue_pair& on = *handle;
-  slots_aside& spare = on.user.replies_aside;
+  parked_slots& spare = on.user.spare_replies;
   const bool over = closed(on); // before looking: what came before it closed is still there
   if (spare.count == 0) {
     const auto free = on.user.out.free_ring->try_take();

@@ -121,7 +121,7 @@ class ring_consumer {
   }
 
   // So many pops will succeed; more may, since the other side only ever adds. Never waits.
-  ROWE_RT std::size_t waiting_at_least() noexcept {
+  ROWE_RT std::size_t pending_at_least() noexcept {
     look();
     return static_cast<std::size_t>(seen_tail_ - head_);
   }
