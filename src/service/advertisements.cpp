@@ -111,10 +111,9 @@ bool advertisements::take_back_topic() noexcept {
   for (const advertisement& one : advertisement_table_.of(most)) {
     if (state_.topics.of_peers(one.topic)) taken = one.topic;
   }
-  for (subscription_id i = state_.topics.first_subscription(most); i;
-       i = state_.topics.subscription_at(i).next_on_peer) {
-    if (state_.topics.of_peers(state_.topics.subscription_at(i).topic))
-      taken = state_.topics.subscription_at(i).topic;
+  for (subscription_id i = state_.subscriptions.first_of(most); i;
+       i = state_.subscriptions.at(i).next_on_peer) {
+    if (state_.topics.of_peers(state_.subscriptions.at(i).topic)) taken = state_.subscriptions.at(i).topic;
   }
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};

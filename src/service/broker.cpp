@@ -17,16 +17,16 @@ namespace rowe::service {
 
 // Whether anybody takes a message of this topic now. Counts why not.
 bool broker::is_wanted_now(const topic& on) noexcept {
-  if (on.first_inbox) return true;
-  if (!on.first_subscription) {
+  if (on.inboxes.head) return true;
+  if (!on.subscriptions.head) {
     state_.counts.add(counter::no_peer);
     return false;
   }
-  for (subscription_id i = on.first_subscription; i; i = state_.topics.subscription_at(i).next_on_topic) {
-    const subscription& s = state_.topics.subscription_at(i);
+  for (subscription_id i = on.subscriptions.head; i; i = state_.subscriptions.at(i).next_on_topic) {
+    const subscription& s = state_.subscriptions.at(i);
     if (!s.discards || state_.cycle.now >= s.next_due) return true;
   }
-  state_.counts.add(counter::throttled, on.subscriptions);
+  state_.counts.add(counter::throttled, on.subscriptions.count);
   return false;
 }
 
@@ -56,7 +56,7 @@ void broker::relay(connection& c, const wire::request& asked) noexcept {
   topic& on = state_.topics.at(index);
   topic_rates::note(on, state_.cycle.now);
   on.bytes = asked.body_raw.size();
-  if (!on.first_inbox) return state_.counts.add(counter::no_peer);
+  if (!on.inboxes.head) return state_.counts.add(counter::no_peer);
   deliver(on, asked.body_raw, who);
 }
 
@@ -94,7 +94,7 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
 // every message fails.
 void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
   const topic_id topic = state_.pair_rows[pair].topic;
-  rt::time_point& told_at = state_.pair_rows[state_.topics.at(topic).first_inbox]
+  rt::time_point& told_at = state_.pair_rows[state_.topics.at(topic).inboxes.head]
                                 .undecodable_at; // one place for all handles on the topic
   connection* const c = state_.peers.find({who.peer.index, who.peer.generation});
   const bool first = told_at == rt::time_point{} || state_.cycle.now - told_at >= undecodable_period;

@@ -57,7 +57,7 @@ class broker {
   void relay(connection& c, const wire::request& asked) noexcept;
   // A value that is not queued as a message of the topic, to the handles that subscribed.
   void deliver(const topic& on, std::span<const char> body, const published_by& who = {}) noexcept {
-    for (pair_index i = on.first_inbox; i; i = state_.pair_rows[i].next_inbox) deliver_to(i, body, who);
+    for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) deliver_to(i, body, who);
   }
   // The latched value, to a handle that was just attached.
   void deliver_latched(pair_index pair) noexcept;

@@ -194,7 +194,8 @@ topic_id core_parts::own_topic(std::string_view name) noexcept {
 
 std::string_view core_parts::inconsistency() const noexcept {
   if (!state_.peers.check()) return "the number of peers";
-  if (!state_.topics.check()) return "topics and their subscriptions";
+  if (!state_.topics.check()) return "topics";
+  if (!state_.subscriptions.check()) return "the subscriptions of topics and of peers";
   if (!state_.calls.check()) return "calls";
   if (!state_.due.check()) return "the wheel";
   if (!service_providers_.check()) return "who provides services";

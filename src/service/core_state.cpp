@@ -6,7 +6,8 @@ namespace rowe::service {
 std::size_t core_state::footprint_bytes(const limits& bounds) noexcept {
   return timers::footprint_bytes(bounds) + peer_table::footprint_bytes(bounds) +
          latch_store::footprint_bytes(bounds) + topic_table::footprint_bytes(bounds) +
-         rt::arena::bytes_for<pair_row>(bounds.lanes_max) + call_table::footprint_bytes(bounds);
+         subscription_table::footprint_bytes(bounds) + rt::arena::bytes_for<pair_row>(bounds.lanes_max) +
+         call_table::footprint_bytes(bounds);
 }
 
 core_state::core_state(rt::arena& memory, const core_options& chosen, const shared_parts& with_threads,
@@ -20,6 +21,7 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
       peers{memory, options.bounds},
       latches{memory, options.bounds},
       topics{memory, options.bounds, outside.protocols.envelope},
+      subscriptions{memory, options.bounds, topics},
       pairs{with_threads.pairs},
       pair_rows{memory.carve<pair_row>(options.bounds.lanes_max)},
       calls{memory, options.bounds, claimants()},

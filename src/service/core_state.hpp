@@ -23,6 +23,7 @@
 #include "service/shared_inbox.hpp"
 #include "service/shared_state.hpp"
 #include "service/submission_queue.hpp"
+#include "service/subscription_table.hpp"
 #include "service/timers.hpp"
 #include "service/topic_table.hpp"
 
@@ -58,6 +59,7 @@ struct core_state {
   peer_table peers;
   latch_store latches;
   topic_table topics;
+  subscription_table subscriptions;
   const rows<pair_index, detail::queue_pair> pairs;
   const rows<pair_index, pair_row> pair_rows;
   call_table calls;

@@ -10,7 +10,7 @@
 
 namespace rowe::service {
 
-// First in, first out; a link to the next row.
+// A link to the next row.
 template <class Id, class T, Id T::*Next>
 struct index_queue {
   Id head{};
@@ -25,6 +25,11 @@ struct index_queue {
       all[tail].*Next = which;
     }
     tail = which;
+  }
+  void push_front(rows<Id, T> all, Id which) noexcept {
+    all[which].*Next = head;
+    if (empty()) tail = which;
+    head = which;
   }
   // Of a queue that is not empty.
   Id pop_front(rows<Id, T> all) noexcept {

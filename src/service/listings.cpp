@@ -86,9 +86,9 @@ std::string_view listings::service_numbered(std::uint32_t number) const noexcept
 }
 
 topic_id listings::topic_subscribed(peer_index peer, std::uint32_t tag) const noexcept {
-  for (subscription_id i = state_.topics.first_subscription(peer); i;
-       i = state_.topics.subscription_at(i).next_on_peer) {
-    if (state_.topics.subscription_at(i).tag == tag) return state_.topics.subscription_at(i).topic;
+  for (subscription_id i = state_.subscriptions.first_of(peer); i;
+       i = state_.subscriptions.at(i).next_on_peer) {
+    if (state_.subscriptions.at(i).tag == tag) return state_.subscriptions.at(i).topic;
   }
   return {};
 }

@@ -16,7 +16,7 @@ namespace rowe::service {
 class message_frames {
  public:
   message_frames(core_state& state, slot_pool& slots) noexcept
-      : protocols_{state.seams.protocols}, subscription_rows_{state.topics.subscriptions()}, slots_{slots} {}
+      : protocols_{state.seams.protocols}, subscription_rows_{state.subscriptions.all()}, slots_{slots} {}
 
   // Adds the frame of the slot, without its first `skip` bytes. False: the batch has no room for it.
   bool add_shared(bool masked, std::size_t skip, batch& into, const batch_piece& of) const noexcept;

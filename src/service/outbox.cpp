@@ -20,7 +20,7 @@ outbox::outbox(rt::arena& memory, core_state& state, message_store& store) noexc
     : state_{state},
       message_store_{store},
       slots_{store.slots()},
-      subscriptions_{state_.topics.subscriptions()},
+      subscriptions_{state_.subscriptions.all()},
       entries_{memory, state_.bounds()},
       queues_{memory.carve<peer_queues>(state_.bounds().connections_max)},
       scheduled_{memory.carve<peer_index>(state_.bounds().connections_max)} {}
@@ -121,7 +121,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
     fits = this_fits;
   };
   look_at(its.replies, {});
-  for (subscription_id i = state_.topics.first_subscription(from); i; i = subscriptions_[i].next_on_peer)
+  for (subscription_id i = state_.subscriptions.first_of(from); i; i = subscriptions_[i].next_on_peer)
     look_at(subscriptions_[i].pending, subscriptions_[i].topic);
   assert(longest != nullptr);
   if (drop_expired_front(*longest)) return;
@@ -135,7 +135,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   // They usually queue the same slots, and a slot is free only when no queue has it.
   const slot_class size = slots_.class_of(oldest.index);
   const std::uint32_t share = equal_share(slots_.count(size), state_.peers.count());
-  for (subscription_id i = state_.topics.at(topic).first_subscription; i && slots_.alive(oldest);
+  for (subscription_id i = state_.topics.at(topic).subscriptions.head; i && slots_.alive(oldest);
        i = subscriptions_[i].next_on_topic) {
     subscription& same = subscriptions_[i];
     const bool reads = !queues_[same.peer].backpressured();
@@ -188,7 +188,7 @@ bool outbox::check() const noexcept {
       continue;
     }
     if (!fits(of.replies) || !std::all_of(of.direct.begin(), of.direct.end(), fits)) return false;
-    for (subscription_id s = state_.topics.first_subscription(i); s; s = subscriptions_[s].next_on_peer) {
+    for (subscription_id s = state_.subscriptions.first_of(i); s; s = subscriptions_[s].next_on_peer) {
       if (!fits(subscriptions_[s].pending)) return false;
     }
     if (!charged(i)) return false;

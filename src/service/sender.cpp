@@ -24,7 +24,7 @@ std::size_t sender::footprint_bytes(const limits& bounds) noexcept {
 
 sender::sender(rt::arena& memory, const needs& parts) noexcept
     : state_{parts.state},
-      subscription_rows_{state_.topics.subscriptions()},
+      subscription_rows_{state_.subscriptions.all()},
       message_store_{parts.store},
       outbox_{parts.out},
       subscription_queues_{parts.queues},

@@ -75,9 +75,9 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     const peer_queues& queues = outbox_.of({c.id.index});
     std::uint64_t queued = queues.replies.count;
     for (const queue& waiting : queues.direct) queued += waiting.count;
-    for (subscription_id i = state_.topics.first_subscription({c.id.index}); i;
-         i = state_.topics.subscription_at(i).next_on_peer) {
-      queued += state_.topics.subscription_at(i).pending.count;
+    for (subscription_id i = state_.subscriptions.first_of({c.id.index}); i;
+         i = state_.subscriptions.at(i).next_on_peer) {
+      queued += state_.subscriptions.at(i).pending.count;
     }
     into.begin_object();
     into.key("address");
@@ -102,7 +102,7 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     into.key("blocked");
     into.boolean(queues.backpressured());
     into.key("subscriptions");
-    into.number(state_.topics.subscriptions_of({c.id.index}));
+    into.number(state_.subscriptions.count_of({c.id.index}));
     into.key("calls");
     into.number(state_.calls.asked_by({c.id.index}));
     into.end_object();
@@ -167,7 +167,7 @@ void statistics_report::write_topics(json::writer& into, bool of_service) noexce
     const rt::duration marked = std::max(t.gap_marked[0], t.gap_marked[1]);
     into.number(rounded(seconds(of_service ? std::max(t.gap_max, marked) : t.gap_max) * 1000));
     into.key("subscribers");
-    into.number(t.subscriptions);
+    into.number(t.subscriptions.count);
     into.end_object();
   }
   into.end_array();

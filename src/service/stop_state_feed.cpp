@@ -34,19 +34,19 @@ void stop_state_feed::show_if_due() noexcept {
   // A client's handles that subscribe to it are told its server's state, never both by turns.
   const bool of_server =
       state_.options.ours == side::client && state_.seams.protocols.any(&wire::capabilities::topics);
-  if (on.first_inbox && !of_server) show_handles(state, changed);
+  if (on.inboxes.head && !of_server) show_handles(state, changed);
 }
 
 void stop_state_feed::show_subscribers(message& state, bool changed) noexcept {
   const rt::duration slow = stop_ticks_for_others * state_.options.stop.tick;
   const rt::duration early =
       state_.options.stop.tick / 2; // those that are due soon are shown it together with one that is due
-  for (subscription_id i = state_.topics.at(topic_).first_subscription; i;
-       i = state_.topics.subscription_at(i).next_on_topic) {
-    const subscription& to = state_.topics.subscription_at(i);
+  for (subscription_id i = state_.topics.at(topic_).subscriptions.head; i;
+       i = state_.subscriptions.at(i).next_on_topic) {
+    const subscription& to = state_.subscriptions.at(i);
     const connection& c = state_.peers[to.peer];
     // There is room for one state: a peer that subscribed by both names gets the one with the slash.
-    if (to.unslashed && state_.topics.find_subscription(topic_, to.peer, false)) continue;
+    if (to.unslashed && state_.subscriptions.find(topic_, to.peer, false)) continue;
     const bool guards = stop_rules_.guards_include(stop_key_of(c.id));
     const rt::duration period = guards ? state_.options.stop.tick : slow;
     rt::time_point& shown_at = shown_at_[to.peer];

@@ -21,7 +21,7 @@ slot_id subscription_queues::compose_latched(topic_id topic_index) noexcept {
 
 void subscription_queues::fan_out(topic_id topic_index, slot_id slot) noexcept {
   const topic& on = state_.topics.at(topic_index);
-  for (subscription_id i = on.first_subscription; i; i = subscription_rows_[i].next_on_topic) {
+  for (subscription_id i = on.subscriptions.head; i; i = subscription_rows_[i].next_on_topic) {
     if (accepts(subscription_rows_[i])) push(i, slot);
   }
 }
@@ -57,7 +57,7 @@ void subscription_queues::trim(subscription& s, std::uint32_t most) noexcept {
 
 void subscription_queues::merge_requests(subscription_id index) noexcept {
   subscription& s = subscription_rows_[index];
-  state_.topics.merge(s, state_.bounds().queue_depth_max);
+  state_.subscriptions.merge(s, state_.bounds().queue_depth_max);
   if (!ROWE_MUTANT(depth)) trim(s, s.depth);
   if (ROWE_MUTANT(throttle)) return;
   s.next_due = s.sent_at == rt::time_point{} ? s.sent_at : rt::deadline_after(s.sent_at, s.throttle);
@@ -184,7 +184,7 @@ bool subscription_queues::check() const noexcept {
     const peer_queues& of = std::as_const(outbox_).of(i);
     std::uint32_t ready = 0;
     std::uint32_t owed = 0;
-    for (subscription_id s = state_.topics.first_subscription(i); s; s = subscription_rows_[s].next_on_peer) {
+    for (subscription_id s = state_.subscriptions.first_of(i); s; s = subscription_rows_[s].next_on_peer) {
       const subscription& one = subscription_rows_[s];
       const bool on_wheel = one.timed && one.next_due != rt::never; // one never due is not on the wheel
       if (on_wheel != state_.due.armed(s)) return false;

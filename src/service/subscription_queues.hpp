@@ -27,7 +27,7 @@ class subscription_queues {
       : state_{parts.state},
         message_store_{parts.store},
         outbox_{parts.out},
-        subscription_rows_{parts.state.topics.subscriptions()} {}
+        subscription_rows_{parts.state.subscriptions.all()} {}
 
   // Queues a message for everyone who subscribes to the topic. The caller keeps its reference.
   void fan_out(topic_id topic, slot_id slot) noexcept;

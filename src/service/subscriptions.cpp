@@ -37,17 +37,17 @@ subscriptions::subscriptions(const needs& parts) noexcept
       claims_{state_.bounds().subscriptions_max, state_.claimants()} {}
 
 void subscriptions::forget(peer_index peer) noexcept {
-  while (const subscription_id s = state_.topics.first_subscription(peer)) remove(peer, s);
+  while (const subscription_id s = state_.subscriptions.first_of(peer)) remove(peer, s);
 }
 
 void subscriptions::subscribe(connection& c, const wire::request& asked) noexcept {
   const topic_id topic = topic_places_.topic_for(c, asked);
   if (!topic) return;
-  subscription_id index = state_.topics.find_subscription(topic, {c.id.index}, !has_slash(asked.topic));
+  subscription_id index = state_.subscriptions.find(topic, {c.id.index}, !has_slash(asked.topic));
   const bool fresh = !index;
   if (fresh) index = add(c, asked, topic);
   if (!index) return;
-  subscription& s = state_.topics.subscription_at(index);
+  subscription& s = state_.subscriptions.at(index);
   if (s.tag != asked.tag)
     return refusals_.refuse(c, asked.id_raw,
                             "subscribe: this peer subscribes to the topic already, by another number");
@@ -72,13 +72,13 @@ void subscriptions::subscribe(connection& c, const wire::request& asked) noexcep
 // A new one; none, and the peer is told: it may not have one.
 subscription_id subscriptions::add(connection& c, const wire::request& asked, topic_id topic) noexcept {
   const peer_index peer{c.id.index};
-  std::uint32_t held = state_.topics.subscriptions_of(peer);
+  std::uint32_t held = state_.subscriptions.count_of(peer);
   subscription_id index{};
   topic_places_.hold(topic); // until the subscription does
   const bool too_many = held >= state_.bounds().subscriptions_per_connection_max;
-  const std::uint32_t left = state_.bounds().subscriptions_max - state_.topics.subscription_count();
+  const std::uint32_t left = state_.bounds().subscriptions_max - state_.subscriptions.count();
   const bool may = claims_.may_take(held, left);
-  if (!too_many && may) index = state_.topics.add_subscription(topic, {c.id.index});
+  if (!too_many && may) index = state_.subscriptions.add(topic, {c.id.index});
   topic_places_.let_go(topic);
   if (too_many) {
     refusals_.refuse_limit(c, asked.id_raw, "subscriptions of one peer",
@@ -94,8 +94,8 @@ subscription_id subscriptions::add(connection& c, const wire::request& asked, to
                             .option = "subscriptions_max"});
   } else {
     claims_.take(held);
-    state_.topics.address(state_.topics.subscription_at(index), asked.codec, asked.tag,
-                          !has_slash(asked.topic));
+    state_.subscriptions.address(state_.subscriptions.at(index), asked.codec, asked.tag,
+                                 !has_slash(asked.topic));
   }
   return index;
 }
@@ -105,11 +105,11 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
   const topic_id topic = state_.topics.find(asked.topic);
   subscription_id index{};
   if (topic) {
-    index = state_.topics.find_subscription(topic, peer, !has_slash(asked.topic));
-    if (!index) index = state_.topics.find_subscription(topic, peer); // the other spelling
+    index = state_.subscriptions.find(topic, peer, !has_slash(asked.topic));
+    if (!index) index = state_.subscriptions.find(topic, peer); // the other spelling
   }
   if (!index) return refusals_.refuse(c, asked.id_raw, "unsubscribe: there is no such subscription");
-  subscription& s = state_.topics.subscription_at(index);
+  subscription& s = state_.subscriptions.at(index);
   if (!asked.id_raw.empty()) {
     const std::uint8_t place = place_of(s, hash_of(asked.id_raw));
     if (place == s.request_count)
@@ -121,37 +121,37 @@ void subscriptions::unsubscribe(connection& c, const wire::request& asked) noexc
 }
 
 void subscriptions::remove(peer_index peer, subscription_id index) noexcept {
-  const topic_id topic = state_.topics.subscription_at(index).topic;
+  const topic_id topic = state_.subscriptions.at(index).topic;
   subscription_queues_.drop(index);
-  std::uint32_t held = state_.topics.subscriptions_of(peer);
-  state_.topics.remove_subscription(index);
+  std::uint32_t held = state_.subscriptions.count_of(peer);
+  state_.subscriptions.remove(index);
   claims_.give_back(held);
   audiences_.update(topic);
   topic_places_.let_go(topic);
 }
 
 void subscriptions::merge_requests(topic_id topic) noexcept {
-  for (subscription_id i = state_.topics.at(topic).first_subscription; i;
-       i = state_.topics.subscription_at(i).next_on_topic)
+  for (subscription_id i = state_.topics.at(topic).subscriptions.head; i;
+       i = state_.subscriptions.at(i).next_on_topic)
     subscription_queues_.merge_requests(i);
 }
 
 void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslashed) noexcept {
-  std::uint32_t held = state_.topics.subscriptions_of({c.id.index});
-  subscription_id index = state_.topics.find_subscription(topic, {c.id.index});
+  std::uint32_t held = state_.subscriptions.count_of({c.id.index});
+  subscription_id index = state_.subscriptions.find(topic, {c.id.index});
   if (!index) {
-    index = state_.topics.add_subscription(topic, {c.id.index});
+    index = state_.subscriptions.add(topic, {c.id.index});
     if (!index) return state_.counts.add(counter::no_slot);
     claims_.take(held);
-    state_.topics.address(state_.topics.subscription_at(index), c.protocol->topics.id(), wire::no_number,
-                          unslashed);
+    state_.subscriptions.address(state_.subscriptions.at(index), c.protocol->topics.id(), wire::no_number,
+                                 unslashed);
   }
   subscription_queues_.merge_requests(index);
   audiences_.update(topic);
 }
 
 void subscriptions::unsubscribe_server(connection& c, topic_id topic) noexcept {
-  const subscription_id index = state_.topics.find_subscription(topic, {c.id.index});
+  const subscription_id index = state_.subscriptions.find(topic, {c.id.index});
   if (index) remove({c.id.index}, index);
   audiences_.update(topic);
 }
@@ -174,16 +174,16 @@ void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topi
 void subscriptions::tell_other_types(topic_id topic) noexcept {
   const std::uint32_t type = hash_of_type(state_.topics.type(topic));
   if (type == 0) return;
-  for (subscription_id i = state_.topics.at(topic).first_subscription; i;
-       i = state_.topics.subscription_at(i).next_on_topic) {
-    const subscription& s = state_.topics.subscription_at(i);
+  for (subscription_id i = state_.topics.at(topic).subscriptions.head; i;
+       i = state_.subscriptions.at(i).next_on_topic) {
+    const subscription& s = state_.subscriptions.at(i);
     if (s.type_hash != 0 && s.type_hash != type) tell_other_type(state_.peers[s.peer], {}, topic, {});
   }
 }
 
 bool subscriptions::end(peer_index peer, topic_id topic) noexcept {
   bool had = false;
-  for (subscription_id s; (s = state_.topics.find_subscription(topic, peer)); had = true) remove(peer, s);
+  for (subscription_id s; (s = state_.subscriptions.find(topic, peer)); had = true) remove(peer, s);
   return had;
 }
 
@@ -191,13 +191,13 @@ bool subscriptions::check() const noexcept {
   std::uint32_t wanted = claims_.connections() * claims_.claim();
   for (const peer_index peer : state_.peers.ids()) {
     std::uint32_t subscribed = 0;
-    for (subscription_id s = state_.topics.first_subscription(peer); s;
-         s = state_.topics.subscription_at(s).next_on_peer) {
-      if (state_.topics.subscription_at(s).peer != peer) return false;
+    for (subscription_id s = state_.subscriptions.first_of(peer); s;
+         s = state_.subscriptions.at(s).next_on_peer) {
+      if (state_.subscriptions.at(s).peer != peer) return false;
       ++subscribed;
     }
     const bool free = state_.peers[peer].state == connection::phase::free;
-    if (subscribed != state_.topics.subscriptions_of(peer) || (free && subscribed != 0)) return false;
+    if (subscribed != state_.subscriptions.count_of(peer) || (free && subscribed != 0)) return false;
     if (!free) wanted -= claims_.claim() - claims_.kept_for(subscribed);
   }
   return wanted == claims_.wanted();

@@ -18,8 +18,7 @@ status topic_handles::attach(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   pair_row& row = state_.pair_rows[pair];
   const topic_id topic_index = hold_topic(queues.name());
-  if (!topic_index)
-    return error{errc::too_many_topics, state_.topics.topic_count(), state_.bounds().topics_max};
+  if (!topic_index) return error{errc::too_many_topics, state_.topics.count(), state_.bounds().topics_max};
   bool typed = !state_.topics.type(topic_index).empty();
   if (!state_.topics.set_type(topic_index, queues.type())) {
     if (state_.topics.at(topic_index).own_holders > 1 || ROWE_MUTANT(pinned_type)) {
@@ -38,8 +37,7 @@ status topic_handles::attach(pair_index pair) noexcept {
   row.attached = true;
   row.topic = topic_index;
   if (reads) {
-    row.next_inbox = on.first_inbox;
-    on.first_inbox = pair;
+    on.inboxes.push_front(state_.pair_rows, pair);
     topic_rates_.begin_for(topic_index);
     broker_.deliver_latched(pair);
   } else {
@@ -75,9 +73,7 @@ void topic_handles::detach(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];
   const topic_id topic = row.topic;
   if (detail::subscribes(state_.pairs[pair].kind)) {
-    pair_index* link = &state_.topics.at(topic).first_inbox;
-    while (*link != pair) link = &state_.pair_rows[*link].next_inbox;
-    *link = row.next_inbox;
+    state_.topics.at(topic).inboxes.erase(state_.pair_rows, pair);
   }
   announce_to_servers(pair, false);
   audiences_.leave(pair);
@@ -119,15 +115,15 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
 std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) const noexcept {
   const topic& on = state_.topics.at(state_.pair_rows[pair].topic);
   const slot_pool& slots = message_store_.slots();
-  if (on.first_inbox || on.bytes > slots.small_bytes() / 2) return 0;
+  if (on.inboxes.head || on.bytes > slots.small_bytes() / 2) return 0;
   const std::size_t halves = 2 * std::max<std::size_t>(audiences_.listened(), 1);
   std::size_t room = std::min<std::size_t>(values_per_cycle_ample, slots.count() / halves);
   room = std::min<std::size_t>(room, (state_.bounds().queued_max - outbox_.entries().in_use()) /
-                                         (halves * std::max<std::size_t>(on.subscriptions, 1)));
+                                         (halves * std::max<std::size_t>(on.subscriptions.count, 1)));
   room -= std::min(room, taken);
-  for (subscription_id i = on.first_subscription; i && room != 0;
-       i = state_.topics.subscription_at(i).next_on_topic) {
-    const subscription& s = state_.topics.subscription_at(i);
+  for (subscription_id i = on.subscriptions.head; i && room != 0;
+       i = state_.subscriptions.at(i).next_on_topic) {
+    const subscription& s = state_.subscriptions.at(i);
     if (outbox_.of(s.peer).backpressured()) return 0;
     room = std::min<std::size_t>(room, s.depth - std::min(s.depth, s.pending.count));
   }
@@ -137,8 +133,8 @@ std::size_t topic_handles::ample_budget(pair_index pair, std::size_t taken) cons
 queue* topic_handles::queue_to_server(pair_index pair) noexcept {
   for (connection& c : state_.peers) {
     if (!c.open() || c.ours != side::client) continue;
-    const subscription_id s = state_.topics.find_subscription(state_.pair_rows[pair].topic, {c.id.index});
-    if (s) return &state_.topics.subscription_at(s).pending;
+    const subscription_id s = state_.subscriptions.find(state_.pair_rows[pair].topic, {c.id.index});
+    if (s) return &state_.subscriptions.at(s).pending;
   }
   return nullptr;
 }

@@ -17,9 +17,9 @@ constexpr std::size_t held_topic_work_bytes = 4;
 
 std::uint32_t topic_places::held_by(peer_index peer) const noexcept {
   std::uint32_t count = 0;
-  for (subscription_id i = state_.topics.first_subscription(peer); i;
-       i = state_.topics.subscription_at(i).next_on_peer)
-    count += state_.topics.of_peers(state_.topics.subscription_at(i).topic);
+  for (subscription_id i = state_.subscriptions.first_of(peer); i;
+       i = state_.subscriptions.at(i).next_on_peer)
+    count += state_.topics.of_peers(state_.subscriptions.at(i).topic);
   for (const advertisement& one : advertisement_table_.of(peer)) count += state_.topics.of_peers(one.topic);
   return count;
 }
@@ -57,7 +57,7 @@ claims topic_places::claims_now(std::uint32_t share) noexcept {
   for (const peer_index peer : state_.peers.ids()) {
     const auto mine = advertisement_table_.of(peer);
     state_.cycle.work_bytes +=
-        held_topic_work_bytes * (1 + state_.topics.subscriptions_of(peer) + mine.size());
+        held_topic_work_bytes * (1 + state_.subscriptions.count_of(peer) + mine.size());
     if (state_.peers[peer].state == connection::phase::free) continue;
     std::uint32_t charged = 0;
     const auto charge = [&](topic_id index) {
@@ -65,9 +65,9 @@ claims topic_places::claims_now(std::uint32_t share) noexcept {
       if (state_.topics.of_peers(index) && std::exchange(on.charged_in, charged_) != charged_)
         all.take(charged);
     };
-    for (subscription_id i = state_.topics.first_subscription(peer); i;
-         i = state_.topics.subscription_at(i).next_on_peer)
-      charge(state_.topics.subscription_at(i).topic);
+    for (subscription_id i = state_.subscriptions.first_of(peer); i;
+         i = state_.subscriptions.at(i).next_on_peer)
+      charge(state_.subscriptions.at(i).topic);
     for (const advertisement& one : mine) charge(one.topic);
   }
   return all;
@@ -77,9 +77,9 @@ bool topic_places::check(std::uint64_t own_held) const noexcept {
   std::uint64_t held = 0;
   for (const peer_index peer : state_.peers.ids()) {
     for (const advertisement& a : advertisement_table_.of(peer)) held += weight(a.topic);
-    for (subscription_id s = state_.topics.first_subscription(peer); s;
-         s = state_.topics.subscription_at(s).next_on_peer)
-      held += weight(state_.topics.subscription_at(s).topic);
+    for (subscription_id s = state_.subscriptions.first_of(peer); s;
+         s = state_.subscriptions.at(s).next_on_peer)
+      held += weight(state_.subscriptions.at(s).topic);
     const bool free = state_.peers[peer].state == connection::phase::free;
     if (free && (!advertisement_table_.of(peer).empty() || state_.latches.held_by(peer) != 0)) return false;
   }

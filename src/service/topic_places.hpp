@@ -54,7 +54,7 @@ class topic_places {
  private:
   claims claims_now(std::uint32_t share) noexcept;
   bool holds(peer_index peer, topic_id topic) const noexcept {
-    return state_.topics.find_subscription(topic, peer) || advertisement_table_.find(peer, topic) != nullptr;
+    return state_.subscriptions.find(topic, peer) || advertisement_table_.find(peer, topic) != nullptr;
   }
   void clear_of_last(topic_id topic) noexcept {
     if (state_.topics.at(topic).holders == 1) state_.latches.clear(state_.topics.at(topic).last);

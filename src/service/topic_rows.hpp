@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rows of the topic table: a topic, and a peer's subscription to one. Service thread only.
+// A peer's subscription to a topic, and a topic. Service thread only.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -9,49 +9,15 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/ids.hpp"
+#include "service/index_list.hpp"
 #include "service/latch_store.hpp"
 #include "service/message_queue.hpp"
+#include "service/pair_table.hpp"
 #include "service/service_limits.hpp"
 #include "wire/codec.hpp"
 #include "wire/request.hpp"
 
 namespace rowe::service {
-
-struct topic {
-  std::uint64_t hash = 0;
-  topic_id next{};               // in its bucket, or in the free list
-  std::uint32_t holders = 0;     // subscriptions, advertisements and handles
-  std::uint32_t own_holders = 0; // those of this process
-  std::uint32_t channel = 0;     // its number, for codecs that number their topics
-  std::uint32_t charged_in = 0;  // the count of topic_places::claims_now() in which its place was charged
-  subscription_id first_subscription{};
-  std::uint32_t subscriptions = 0;
-  pair_index first_inbox{};           // handles of this process that subscribe
-  std::uint32_t audience_changes = 0; // how often a subscriber came or went
-  std::uint16_t name_bytes = 0;
-  std::uint16_t type_bytes = 0;
-  std::uint16_t head_bytes = 0;
-  rowe::priority priority = rowe::priority::normal;
-  rowe::keep keep = rowe::keep::all;
-  // As a client: whether we send the name without its slash, as the first handle wrote it: in `subscribe`, in
-  // `advertise`.
-  bool asked_unslashed = false;
-  bool offered_unslashed = false;
-  latched_value last; // for late subscribers
-
-  bool has_audience() const noexcept { return first_subscription || first_inbox; }
-
-  // For /rowe/stats.
-  std::uint64_t messages = 0;
-  std::uint64_t messages_before = 0; // at the last report
-  std::size_t bytes = 0;             // of the newest body
-  rt::time_point newest_at{};        // zero: nobody has subscribed so far
-  rt::duration gap_max{0};           // since the last report
-
-  // For the service /rowe/stats, which has its own periods (topic_rates::mark_if_due).
-  std::array<std::uint64_t, 2> messages_marked{}; // when the newest period began, and the one before
-  std::array<rt::duration, 2> gap_marked{};       // in these two periods, without gap_max
-};
 
 // What one subscribe request asked for; a peer's requests for one topic are merged.
 struct subscribe_request {
@@ -86,6 +52,42 @@ struct subscription {
   rt::time_point sent_at{}; // the throttle counts from here; zero: nothing was sent
   rt::time_point next_due{};
   std::array<subscribe_request, subscribe_requests_max> requests;
+};
+
+struct topic {
+  std::uint64_t hash = 0;
+  topic_id next{};               // in its bucket, or in the free list
+  std::uint32_t holders = 0;     // subscriptions, advertisements and handles
+  std::uint32_t own_holders = 0; // those of this process
+  std::uint32_t channel = 0;     // its number, for codecs that number their topics
+  std::uint32_t charged_in = 0;  // the count of topic_places::claims_now() in which its place was charged
+  index_list<subscription_id, subscription, &subscription::next_on_topic, &subscription::previous_on_topic>
+      subscriptions;
+  index_queue<pair_index, pair_row, &pair_row::next_inbox> inboxes; // handles of this process that subscribe
+  std::uint32_t audience_changes = 0;                               // how often a subscriber came or went
+  std::uint16_t name_bytes = 0;
+  std::uint16_t type_bytes = 0;
+  std::uint16_t head_bytes = 0;
+  rowe::priority priority = rowe::priority::normal;
+  rowe::keep keep = rowe::keep::all;
+  // As a client: whether we send the name without its slash, as the first handle wrote it: in `subscribe`, in
+  // `advertise`.
+  bool asked_unslashed = false;
+  bool offered_unslashed = false;
+  latched_value last; // for late subscribers
+
+  bool has_audience() const noexcept { return !subscriptions.empty() || !inboxes.empty(); }
+
+  // For /rowe/stats.
+  std::uint64_t messages = 0;
+  std::uint64_t messages_before = 0; // at the last report
+  std::size_t bytes = 0;             // of the newest body
+  rt::time_point newest_at{};        // zero: nobody has subscribed so far
+  rt::duration gap_max{0};           // since the last report
+
+  // For the service /rowe/stats, which has its own periods (topic_rates::mark_if_due).
+  std::array<std::uint64_t, 2> messages_marked{}; // when the newest period began, and the one before
+  std::array<rt::duration, 2> gap_marked{};       // in these two periods, without gap_max
 };
 
 } // namespace rowe::service

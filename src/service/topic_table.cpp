@@ -29,9 +29,7 @@ std::size_t name_stride_of(const limits& bounds) noexcept {
 std::size_t topic_table::footprint_bytes(const limits& bounds) noexcept {
   using rt::arena;
   return arena::bytes_for<topic>(bounds.topics_max) + arena::bytes_for<topic_id>(bucket_count(bounds)) +
-         arena::bytes_for(bounds.topics_max * name_stride_of(bounds)) +
-         arena::bytes_for<subscription>(bounds.subscriptions_max) +
-         arena::bytes_for<of_peer>(bounds.connections_max);
+         arena::bytes_for(bounds.topics_max * name_stride_of(bounds));
 }
 
 topic_table::topic_table(rt::arena& memory, const limits& bounds, const wire::codec& envelope) noexcept
@@ -39,20 +37,10 @@ topic_table::topic_table(rt::arena& memory, const limits& bounds, const wire::co
       topics_{memory.carve<topic>(bounds.topics_max)},
       buckets_{memory.carve<topic_id>(bucket_count(bounds))},
       names_{memory.carve<char>(bounds.topics_max * name_stride_of(bounds))},
-      subscriptions_{memory.carve<subscription>(bounds.subscriptions_max)},
-      of_peers_{memory.carve<of_peer>(bounds.connections_max)},
       name_bytes_max_{name_bytes_max_of(bounds)},
       head_bytes_max_{head_bytes_max_of(bounds)},
-      name_stride_{name_stride_of(bounds)} {
-  for (std::uint32_t i = topic_places(); i-- > 0;) {
-    topics_[{i}].next = free_topic_;
-    free_topic_ = {i};
-  }
-  for (std::uint32_t i = subscription_places(); i-- > 0;) {
-    subscriptions_[{i}].next_on_peer = free_subscription_;
-    free_subscription_ = {i};
-  }
-}
+      name_stride_{name_stride_of(bounds)},
+      free_{topics_} {}
 
 std::string_view topic_table::name(topic_id index) const noexcept {
   return {names(index), topics_[index].name_bytes};
@@ -79,10 +67,9 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   const topic_id found = find(wanted);
   const std::size_t slash = has_slash(wanted) ? 0 : 1;
   const std::size_t bytes = slash + wanted.size();
-  if (found || !free_topic_ || bytes > name_bytes_max_) return found;
-  const topic_id added = free_topic_;
+  if (found || free_.empty() || bytes > name_bytes_max_) return found;
+  const topic_id added = free_.take();
   topic& fresh = topics_[added];
-  free_topic_ = fresh.next;
   fresh = topic{};
   fresh.hash = hash_of(without_slash(wanted));
   fresh.channel = ++channels_;
@@ -95,7 +82,6 @@ topic_id topic_table::find_or_add(std::string_view wanted) noexcept {
   fresh.head_bytes = static_cast<std::uint16_t>(head.bytes());
   fresh.next = bucket(fresh.hash);
   bucket(fresh.hash) = added;
-  ++topic_count_;
   return added;
 }
 
@@ -142,104 +128,23 @@ bool topic_table::let_go(topic_id index) noexcept {
   while (*link != index) link = &topics_[*link].next;
   *link = held.next;
   held = topic{};
-  held.next = free_topic_;
-  free_topic_ = index;
-  --topic_count_;
+  free_.give_back(index);
   ++changes_;
   return true;
-}
-
-subscription_id topic_table::find_subscription(topic_id wanted, peer_index of) const noexcept {
-  for (subscription_id i = of_peers_[of].first; i; i = subscriptions_[i].next_on_peer) {
-    if (subscriptions_[i].topic == wanted) return i;
-  }
-  return {};
-}
-
-subscription_id topic_table::find_subscription(topic_id wanted, peer_index of,
-                                               bool unslashed) const noexcept {
-  for (subscription_id i = of_peers_[of].first; i; i = subscriptions_[i].next_on_peer) {
-    if (subscriptions_[i].topic == wanted && subscriptions_[i].unslashed == unslashed) return i;
-  }
-  return {};
-}
-
-subscription_id topic_table::add_subscription(topic_id to, peer_index peer) noexcept {
-  if (!free_subscription_) return {};
-  const subscription_id added = free_subscription_;
-  subscription& fresh = subscriptions_[added];
-  free_subscription_ = fresh.next_on_peer;
-  fresh = subscription{};
-  fresh.topic = to;
-  fresh.peer = peer;
-  fresh.codec = envelope_.id();
-  fresh.pending.owner = queue_entries::owner_of(peer, queued_as::evictable);
-  fresh.next_on_peer = std::exchange(of_peers_[peer].first, added);
-  ++of_peers_[peer].count;
-  topic& of = topics_[to];
-  fresh.next_on_topic = of.first_subscription;
-  if (of.first_subscription) subscriptions_[of.first_subscription].previous_on_topic = added;
-  of.first_subscription = added;
-  ++of.subscriptions;
-  ++subscription_count_;
-  hold(to);
-  return added;
-}
-
-void topic_table::remove_subscription(subscription_id index) noexcept {
-  subscription& gone = subscriptions_[index];
-  assert(gone.pending.empty() && !gone.ready && !gone.timed);
-  subscription_id* link = &of_peers_[gone.peer].first;
-  while (*link != index) link = &subscriptions_[*link].next_on_peer;
-  *link = gone.next_on_peer;
-  topic& of = topics_[gone.topic];
-  (!gone.previous_on_topic ? of.first_subscription : subscriptions_[gone.previous_on_topic].next_on_topic) =
-      gone.next_on_topic;
-  if (gone.next_on_topic) subscriptions_[gone.next_on_topic].previous_on_topic = gone.previous_on_topic;
-  --of.subscriptions;
-  --of_peers_[gone.peer].count;
-  --subscription_count_;
-  gone = subscription{};
-  gone.next_on_peer = free_subscription_;
-  free_subscription_ = index;
-}
-
-void topic_table::merge(subscription& of, std::uint32_t depth_max) noexcept {
-  of.throttle = rt::duration{0};
-  of.depth = depth_max;
-  bool stated = false;
-  for (std::uint8_t i = 0; i < of.request_count; ++i) {
-    const subscribe_request& request = of.requests[i];
-    of.throttle = i == 0 ? request.throttle : std::min(of.throttle, request.throttle);
-    if (request.queue_length != 0) {
-      of.depth = std::min(of.depth, request.queue_length);
-      stated = true;
-    }
-  }
-  // Without a queue, a value within the throttle period is discarded.
-  of.discards = of.throttle > rt::duration{0} && !stated;
-  of.merges = topics_[of.topic].keep == keep::newest && !stated;
-  if (of.discards || of.merges) of.depth = 1;
 }
 
 bool topic_table::check() const noexcept {
   std::uint32_t held = 0;
   std::uint32_t own = 0;
-  std::uint32_t subscriptions = 0;
-  for (std::uint32_t b = 0; b < buckets_.size(); ++b) {
-    for (topic_id i = buckets_[b]; i; i = topics_[i].next) {
+  for (const topic_id first : buckets_) {
+    for (topic_id i = first; i; i = topics_[i].next) {
       if (++held > topics_.size() || topics_[i].holders == 0) return false;
       if (topics_[i].own_holders > topics_[i].holders) return false;
       own += topics_[i].own_holders != 0;
-      subscriptions += topics_[i].subscriptions;
-      std::uint32_t on_topic = 0;
-      for (subscription_id s = topics_[i].first_subscription; s; s = subscriptions_[s].next_on_topic) {
-        if (subscriptions_[s].topic != i || ++on_topic > topics_[i].subscriptions) return false;
-      }
-      if (on_topic != topics_[i].subscriptions) return false;
     }
   }
-  return held == topic_count_ && own == own_topics_ && subscriptions == subscription_count_;
+  return held == count() && own == own_topics_ &&
+         free_.check([](const topic& one) { return one.holders == 0 && !one.has_audience(); });
 }
 
 } // namespace rowe::service

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Topics and their subscriptions. A topic exists while something holds it: a subscription of a peer, an
+// Topics. A topic exists while something holds it: a subscription of a peer, an
 // advertisement of a peer, or a handle of this process. When the last holder leaves, its place is free.
 // Topics that only peers hold are counted apart: peers that make up names cannot take the places of this
 // process. Everything is an index into memory taken at open. Service thread only.
@@ -18,10 +18,9 @@
 #include <rowe/rt/arena.hpp>
 #include <rowe/rt/clock.hpp>
 
-#include "service/latch_store.hpp"
-#include "service/message_queue.hpp"
+#include "service/ids.hpp"
+#include "service/indexed_pool.hpp"
 #include "service/names.hpp"
-#include "service/slot_pool.hpp"
 #include "service/topic_rows.hpp"
 #include "wire/codec.hpp"
 
@@ -32,7 +31,6 @@ class topic_table {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   topic_table(rt::arena& memory, const limits& bounds, const wire::codec& envelope) noexcept;
 
-  // Topics.
   topic_id find(std::string_view name) const noexcept;  // none: there is none
   topic_id find_or_add(std::string_view name) noexcept; // none: topics_max are taken
   topic& at(topic_id index) noexcept { return topics_[index]; }
@@ -55,40 +53,15 @@ class topic_table {
   // True when that was the last holder and the place is free; the caller clears `last` first.
   bool let_go(topic_id index) noexcept;
   bool let_go_as_own(topic_id index) noexcept;
-  std::uint32_t topic_count() const noexcept { return topic_count_; }
+  std::uint32_t count() const noexcept { return free_.in_use(); }
   // Topics that no handle of this process holds.
   bool of_peers(topic_id index) const noexcept { return topics_[index].own_holders == 0; }
-  std::uint32_t topics_of_peers() const noexcept { return topic_count_ - own_topics_; }
+  std::uint32_t topics_of_peers() const noexcept { return count() - own_topics_; }
   // How often a topic was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
   // Places, for walking all topics: those in use have holders.
   std::uint32_t topic_places() const noexcept { return topics_.size(); }
   auto topic_ids() const noexcept { return topics_.ids(); }
-
-  // Subscriptions: on a topic's list and on a peer's.
-  subscription& subscription_at(subscription_id index) noexcept { return subscriptions_[index]; }
-  const subscription& subscription_at(subscription_id index) const noexcept { return subscriptions_[index]; }
-  rows<subscription_id, subscription> subscriptions() const noexcept { return subscriptions_; }
-  // A peer may have two subscriptions to a topic: one for each spelling. Finds the first of either spelling,
-  // or the one of this spelling; none: there is none.
-  subscription_id find_subscription(topic_id topic, peer_index of) const noexcept;
-  subscription_id find_subscription(topic_id topic, peer_index of, bool unslashed) const noexcept;
-  subscription_id first_subscription(peer_index of) const noexcept { return of_peers_[of].first; }
-  std::uint32_t subscriptions_of(peer_index of) const noexcept { return of_peers_[of].count; }
-  subscription_id add_subscription(topic_id topic, peer_index of) noexcept; // none: all are taken
-  void remove_subscription(subscription_id index) noexcept;
-  // Sets how the messages of a subscription are written.
-  void address(subscription& of, wire::codec_id codec, std::uint32_t tag, bool unslashed) noexcept {
-    of.codec = codec;
-    of.tag = tag;
-    of.unslashed = unslashed;
-    of.own_head = unslashed || codec != envelope_.id();
-  }
-  std::uint32_t subscription_count() const noexcept { return subscription_count_; }
-  std::uint32_t subscription_places() const noexcept { return subscriptions_.size(); }
-
-  // Merges the requests of a subscription into what it does: the smallest throttle, the smallest queue.
-  void merge(subscription& of, std::uint32_t depth_max) noexcept;
 
   bool check() const noexcept;
 
@@ -101,22 +74,13 @@ class topic_table {
   rows<topic_id, topic> topics_;
   std::span<topic_id> buckets_;
   std::span<char> names_; // name, type and head of each topic
-  rows<subscription_id, subscription> subscriptions_;
-  struct of_peer {
-    subscription_id first{};
-    std::uint32_t count = 0;
-  };
-  rows<peer_index, of_peer> of_peers_;
   std::size_t name_bytes_max_;
   std::size_t head_bytes_max_;
   std::size_t name_stride_;
-  topic_id free_topic_{};
-  subscription_id free_subscription_{};
-  std::uint32_t topic_count_ = 0;
+  indexed_pool<topic_id, topic, &topic::next> free_;
   std::uint32_t own_topics_ = 0;
   std::uint32_t channels_ = 0;
   std::uint64_t changes_ = 0;
-  std::uint32_t subscription_count_ = 0;
 };
 
 } // namespace rowe::service

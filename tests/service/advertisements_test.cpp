@@ -27,7 +27,7 @@ TEST_F(advertisements_test, hold_their_topic_and_give_it_their_type) {
   ASSERT_TRUE(advertises(peer, "/odom"));
   EXPECT_EQ(topics.type(topics.find("/odom")), "nav_msgs/Odometry");
   unadvertise(peer, "/odom");
-  EXPECT_EQ(topics.topic_count(), 0U);
+  EXPECT_EQ(topics.count(), 0U);
 }
 
 TEST_F(advertisements_test, of_one_topic_count_once) {
@@ -35,7 +35,7 @@ TEST_F(advertisements_test, of_one_topic_count_once) {
   advertise(peer, "/odom");
   EXPECT_EQ(places.held_by({0}), 1U);
   unadvertise(peer, "/odom");
-  EXPECT_EQ(topics.topic_count(), 0U);
+  EXPECT_EQ(topics.count(), 0U);
   EXPECT_TRUE(told(peer).empty());
 }
 
@@ -50,7 +50,7 @@ TEST_F(advertisements_test, by_another_type_are_refused) {
 TEST_F(advertisements_test, of_the_endpoints_own_topics_are_refused) {
   advertise(peer, "/rowe/mine");
   EXPECT_TRUE(was_told(peer, "topics below /rowe/ are the endpoint's own"));
-  EXPECT_EQ(topics.topic_count(), 0U);
+  EXPECT_EQ(topics.count(), 0U);
 }
 
 TEST_F(advertisements_test, that_are_not_there_cannot_end) {
@@ -70,7 +70,7 @@ TEST_F(advertisements_test, are_known_by_one_number_each) {
   writers.advertise(peer, other);
   EXPECT_EQ(told(peer).size(), 2U);
   EXPECT_EQ(advertised.find_tag({0}, 1), topics.find("/odom"));
-  EXPECT_EQ(topics.topic_count(), 1U);
+  EXPECT_EQ(topics.count(), 1U);
 }
 
 TEST_F(advertisements_test, yield_to_the_type_of_a_handle_and_their_peers_are_told) {
@@ -93,7 +93,7 @@ TEST_F(advertisements_test, give_a_place_back_where_this_process_needs_it) {
   advertise(second, "/second");
   subscribe(second, "/first5");
   ASSERT_TRUE(writers.take_back_topic());
-  EXPECT_EQ(topics.topic_count(), 6U) << "of who holds most";
+  EXPECT_EQ(topics.count(), 6U) << "of who holds most";
   EXPECT_TRUE(advertises(second, "/second"));
   EXPECT_FALSE(topics.find("/first5"));
   EXPECT_TRUE(was_told(peer, "the topic /first5 is given up"));

@@ -28,7 +28,7 @@ struct broker_test : topic_parts::topic_parts {
   // The bodies that wait for a subscriber.
   std::vector<std::string> waiting(const connection& at, topic_id topic) {
     std::vector<std::string> all;
-    const auto& of = topics.subscription_at(topics.find_subscription(topic, {at.id.index})).pending;
+    const auto& of = subscriptions.at(subscriptions.find(topic, {at.id.index})).pending;
     for (auto one = of.entries.head; one; one = out.entries().after(one)) {
       const auto body = store.slots().body(out.entries().at(one).index);
       all.emplace_back(body.begin(), body.end());
@@ -76,7 +76,7 @@ TEST_F(broker_test, encodes_nothing_that_all_who_listen_have_throttled) {
   asked.throttle_ms = 100;
   readers.subscribe(peer, asked);
   const topic_id topic = topics.find("/odom");
-  topics.subscription_at(topics.find_subscription(topic, {0})).next_due = cycle.now + 1ms;
+  subscriptions.at(subscriptions.find(topic, {0})).next_due = cycle.now + 1ms;
   publish(topic, R"({"n":1})");
   EXPECT_EQ(encoded, 0);
   EXPECT_EQ(counts.read(counter::throttled), 1U);
@@ -140,7 +140,7 @@ TEST_F(broker_of_hub, passes_it_back_to_who_published_it_if_that_one_subscribes)
 
 TEST_F(broker_of_hub, has_no_topic_for_what_nobody_asked_for) {
   relay(join(0), "/chat", "{}");
-  EXPECT_EQ(topics.topic_count(), 0U);
+  EXPECT_EQ(topics.count(), 0U);
   EXPECT_EQ(counts.read(counter::no_peer), 1U);
 }
 

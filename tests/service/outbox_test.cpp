@@ -63,8 +63,8 @@ struct outbox_test : state_fixture::state_fixture {
   }
   subscription_id subscribe(peer_index peer, topic_id topic, std::int64_t throttle_ms = 0,
                             std::uint32_t queue_length = 0) {
-    const auto index = topics.add_subscription(topic, peer);
-    auto& s = topics.subscription_at(index);
+    const auto index = subscriptions.add(topic, peer);
+    auto& s = subscriptions.at(index);
     s.request_count = 1;
     s.requests[0] = {.throttle = std::chrono::milliseconds{throttle_ms}, .queue_length = queue_length};
     queues.merge_requests(index);
@@ -92,11 +92,11 @@ struct outbox_test : state_fixture::state_fixture {
     return all;
   }
   std::vector<std::string> waiting(subscription_id subscription) {
-    return waiting(topics.subscription_at(subscription).pending);
+    return waiting(subscriptions.at(subscription).pending);
   }
   // As the sender does: everything of one subscription that is ready is written.
   void write(subscription_id subscription) {
-    queue& from = topics.subscription_at(subscription).pending;
+    queue& from = subscriptions.at(subscription).pending;
     while (!from.empty()) {
       const auto slot = out.entries().front(from).index;
       out.take_front(from, slot);
@@ -114,7 +114,7 @@ struct outbox_test : state_fixture::state_fixture {
   std::vector<subscription_id> ready(peer_index peer, priority at = priority::normal) {
     std::vector<subscription_id> all;
     const auto& on = out.of(peer).ready[static_cast<std::size_t>(at)];
-    for (auto i = on.head; i; i = topics.subscriptions()[i].next_ready) all.push_back(i);
+    for (auto i = on.head; i; i = subscriptions.all()[i].next_ready) all.push_back(i);
     return all;
   }
   void TearDown() override {
@@ -205,7 +205,7 @@ TEST_F(outbox_test, lets_ready_subscriptions_take_turns) {
     publish(topics.find("/b"), "b");
   }
   EXPECT_EQ(ready(peer), (std::vector{a, b}));
-  auto& from = topics.subscription_at(a).pending;
+  auto& from = subscriptions.at(a).pending;
   const auto slot = out.entries().front(from).index;
   out.take_front(from, slot);
   queues.mark_served(a); // one message of a is written
@@ -287,7 +287,7 @@ TEST_F(outbox_test, gives_everything_back_when_a_subscription_ends) {
   queues.drop(of);
   EXPECT_EQ(store.slots().in_use(), 0U);
   EXPECT_EQ(counts.read(counter::lost_with_peer), 3U);
-  topics.remove_subscription(of);
+  subscriptions.remove(of);
 }
 
 TEST_F(outbox_test, gives_everything_back_when_a_peer_goes) {
@@ -308,8 +308,8 @@ TEST_F(outbox_test, passes_over_what_is_over) {
   publish(odom, "new");
   cycle.now += 2ms;
   EXPECT_EQ(waiting(of), std::vector<std::string>{"new"});
-  out.drop_expired(topics.subscription_at(of).pending);
-  EXPECT_EQ(topics.subscription_at(of).pending.count, 1U);
+  out.drop_expired(subscriptions.at(of).pending);
+  EXPECT_EQ(subscriptions.at(of).pending.count, 1U);
   EXPECT_EQ(counts.read(counter::expired), 1U);
 }
 

@@ -48,6 +48,7 @@ struct state_fixture : testing::Test {
   rowe::service::timers& due = state.due;
   rowe::service::peer_table& peers = state.peers;
   rowe::service::topic_table& topics = state.topics;
+  rowe::service::subscription_table& subscriptions = state.subscriptions;
   rowe::service::call_table& calls = state.calls;
 };
 

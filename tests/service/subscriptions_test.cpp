@@ -16,16 +16,16 @@ struct subscriptions_test : topic_parts::topic_parts {
   connection& peer = join(0);
 
   rowe::service::subscription& only(std::string_view topic) {
-    return topics.subscription_at(topics.find_subscription(topics.find(topic), {peer.id.index}));
+    return subscriptions.at(subscriptions.find(topics.find(topic), {peer.id.index}));
   }
 };
 
 TEST_F(subscriptions_test, hold_their_topic_until_they_end) {
   subscribe(peer, "/odom");
   ASSERT_TRUE(subscribed(peer, "/odom"));
-  EXPECT_EQ(topics.topic_count(), 1U);
+  EXPECT_EQ(topics.count(), 1U);
   unsubscribe(peer, "/odom");
-  EXPECT_EQ(topics.topic_count(), 0U);
+  EXPECT_EQ(topics.count(), 0U);
   EXPECT_TRUE(told(peer).empty());
 }
 
@@ -34,7 +34,7 @@ TEST_F(subscriptions_test, of_one_peer_to_one_topic_are_one_with_several_request
   slow.throttle_ms = 100;
   readers.subscribe(peer, slow);
   subscribe(peer, "/odom", "\"fast\"");
-  EXPECT_EQ(topics.subscription_count(), 1U);
+  EXPECT_EQ(subscriptions.count(), 1U);
   EXPECT_EQ(only("/odom").throttle, 0ms) << "the request that wants most wins";
   unsubscribe(peer, "/odom", "\"fast\"");
   ASSERT_TRUE(subscribed(peer, "/odom"));
@@ -71,19 +71,19 @@ TEST_F(subscriptions_test, of_one_peer_leave_each_other_one_its_claim) {
   for (int i = 0; i < 32; ++i) (void)hold_as_own("/t" + std::to_string(i)); // which so cost a peer no topic
   for (int i = 0; i < 32; ++i) subscribe(peer, "/t" + std::to_string(i));
   EXPECT_TRUE(was_told(peer, "subscriptions_max"));
-  EXPECT_GT(topics.subscription_count(), 4U) << "what nobody claims is for who comes first";
+  EXPECT_GT(subscriptions.count(), 4U) << "what nobody claims is for who comes first";
   for (std::uint32_t other = 1; other < bounds.connections_max; ++other) {
     connection& late = join(other);
     for (int i = 0; i < 4; ++i) subscribe(late, "/t" + std::to_string(i));
-    EXPECT_EQ(topics.subscriptions_of({other}), 4U) << "a half of 32, by four connections";
+    EXPECT_EQ(subscriptions.count_of({other}), 4U) << "a half of 32, by four connections";
   }
 }
 
 TEST_F(subscriptions_test, end_with_their_peer_and_give_their_places_back) {
   for (int i = 0; i < 6; ++i) subscribe(peer, "/t" + std::to_string(i));
   leave(peer);
-  EXPECT_EQ(topics.subscription_count(), 0U);
-  EXPECT_EQ(topics.topic_count(), 0U);
+  EXPECT_EQ(subscriptions.count(), 0U);
+  EXPECT_EQ(topics.count(), 0U);
 }
 
 TEST_F(subscriptions_test, by_another_type_are_told_and_kept) {

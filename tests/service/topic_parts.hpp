@@ -117,7 +117,7 @@ struct topic_parts : state_fixture::state_fixture {
   }
   bool subscribed(const connection& c, std::string_view topic) {
     const topic_id found = topics.find(topic);
-    return found && topics.find_subscription(found, {c.id.index});
+    return found && subscriptions.find(found, {c.id.index});
   }
   // What a peer was told, oldest first.
   std::vector<std::string> told(const connection& to) {

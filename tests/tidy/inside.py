@@ -20,8 +20,9 @@ entrances = ("core.", "service_loop.")
 service_order = """
 ids index_list indexed_pool index_ring counters local_stop shared_state cycle_state rate_limit event_log
 transport service_limits stop_frames shares slot_pool timers connection peer_table latch_store names
-message_queue topic_rows topic_table call_table completion number_queue submission_queue shared_inbox
-pair_table core_options core_state topic_rates message_store check_sum peer_queues outbox subscription_queues
+message_queue pair_table topic_rows topic_table subscription_table call_table completion number_queue
+submission_queue shared_inbox core_options
+core_state topic_rates message_store check_sum peer_queues outbox subscription_queues
 batch mask_keys partial_frames control_frames credit urgent_frames message_frames sender refusals
 local_delivery receiver frame_handler ingress
 checked_text trackers message_parking direct_messages liveness call_completion
@@ -259,7 +260,6 @@ beyond = {
     "topic_handles": {"needs": 9},
     # Tables and queues, whose functions are a line or two for one field or one end.
     "slot_pool": {"public": 44, "functions": 48},
-    "topic_table": {"public": 38, "members": 16},
     "submission_queue": {"public": 27},
     "outbox": {"public": 26},
     # One algorithm each.

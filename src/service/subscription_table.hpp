@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who subscribes to what: each subscription is on the list of its topic and on the list of its peer. Service
+// thread only; nothing waits or allocates.
+#pragma once
+#include <cstddef>
+#include <cstdint>
+
+#include <rowe/limits.hpp>
+#include <rowe/rt/arena.hpp>
+
+#include "service/ids.hpp"
+#include "service/index_list.hpp"
+#include "service/indexed_pool.hpp"
+#include "service/topic_rows.hpp"
+#include "service/topic_table.hpp"
+#include "wire/codec.hpp"
+
+namespace rowe::service {
+
+class subscription_table {
+ public:
+  static std::size_t footprint_bytes(const limits& bounds) noexcept;
+  subscription_table(rt::arena& memory, const limits& bounds, topic_table& topics) noexcept;
+
+  subscription& at(subscription_id index) noexcept { return rows_[index]; }
+  const subscription& at(subscription_id index) const noexcept { return rows_[index]; }
+  rows<subscription_id, subscription> all() const noexcept { return rows_; }
+  // A peer may have two subscriptions to a topic: one for each spelling. Finds the first of either spelling,
+  // or the one of this spelling; none: there is none.
+  subscription_id find(topic_id topic, peer_index of) const noexcept;
+  subscription_id find(topic_id topic, peer_index of, bool unslashed) const noexcept;
+  subscription_id first_of(peer_index peer) const noexcept { return of_peers_[peer].list.head; }
+  std::uint32_t count_of(peer_index peer) const noexcept { return of_peers_[peer].count; }
+  std::uint32_t count() const noexcept { return free_.in_use(); }
+
+  // Holds the topic, too. None: subscriptions_max are taken.
+  subscription_id add(topic_id topic, peer_index of) noexcept;
+  // The caller lets the topic go.
+  void remove(subscription_id index) noexcept;
+  // Sets how the messages of a subscription are written.
+  void address(subscription& of, wire::codec_id codec, std::uint32_t tag, bool unslashed) noexcept {
+    of.codec = codec;
+    of.tag = tag;
+    of.unslashed = unslashed;
+    of.own_head = unslashed || codec != topics_.envelope().id();
+  }
+  // Merges the requests of a subscription into what it does: the smallest throttle, the smallest queue.
+  void merge(subscription& of, std::uint32_t depth_max) noexcept;
+
+  bool check() const noexcept;
+
+ private:
+  struct of_peer {
+    index_queue<subscription_id, subscription, &subscription::next_on_peer> list;
+    std::uint32_t count = 0;
+  };
+
+  topic_table& topics_;
+  rows<subscription_id, subscription> rows_;
+  rows<peer_index, of_peer> of_peers_;
+  indexed_pool<subscription_id, subscription, &subscription::next_on_peer> free_;
+};
+
+} // namespace rowe::service
