@@ -23,8 +23,6 @@ constexpr std::array own_services{wire::stop_name,          wire::stop_reset_nam
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
                                   wire::service_type_name};
 static_assert(own_services.size() < service_directory::first_number);
-// What a message takes for one of them at most, beside its name and type.
-constexpr std::size_t listed_bytes = 128;
 // A peer that was told nothing yet.
 constexpr std::uint64_t never_told = UINT64_MAX;
 // With its escapes.

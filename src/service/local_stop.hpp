@@ -24,7 +24,7 @@ namespace rowe::service {
 
 // What threads of this process have asked for so far.
 struct local_stop_asked {
-  static constexpr std::size_t source_bytes_max = 63; // stop_rules has room for no more
+  static constexpr std::size_t source_bytes_max = 63;
   static constexpr std::size_t reason_bytes_max = 192;
 
   std::uint64_t stops = 0;

@@ -7,6 +7,7 @@
 
 #include <rowe/detail/calls.hpp>
 #include <rowe/rt/clock.hpp>
+#include <rowe/rt/slab.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
 #include "service/transport.hpp"
@@ -14,6 +15,7 @@
 #include "wire/refusal.hpp"
 #include "wire/request.hpp"
 #include "wire/websocket.hpp"
+#include "json/reader.hpp"
 
 namespace rowe::service {
 
@@ -51,8 +53,12 @@ inline constexpr std::size_t answer_work = 10 * 1024;
 static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
 // Messages that are dropped until one slot is free.
 inline constexpr unsigned evictions_max = 64;
-// Topics or services that one message lists.
+// Topics or services that one message lists, and what it takes for one beside its name and type.
 inline constexpr std::size_t listed_max = 64;
+inline constexpr std::size_t listed_bytes = 128;
+// Looking at one place that a peer holds for a topic.
+inline constexpr std::size_t held_topic_work_bytes = 4;
+static_assert(held_topic_work_bytes < push_work);
 
 // ---- what is read
 
@@ -63,6 +69,10 @@ inline constexpr std::size_t staging_bytes =
 inline constexpr std::size_t stop_look_bytes = 160;
 inline constexpr std::size_t stop_frame_bytes_max = transport_sink::read_bytes_in_turn;
 static_assert(stop_look_bytes < stop_frame_bytes_max && stop_frame_bytes_max < staging_bytes);
+
+// What a JSON parser may read behind a text, and what is kept free for that behind each text.
+static_assert(transport_sink::tailroom_bytes >= json::reader::tailroom_bytes &&
+              rt::tailroom_bytes >= json::reader::tailroom_bytes);
 
 // Longest id of a peer's request, as written in its text. A longer one is refused; a stop with a longer one
 // is answered without it.
@@ -115,6 +125,8 @@ static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
 
 // ---- the stop
 
+// A member of a request for the stop, as text.
+inline constexpr std::size_t stop_member_bytes_max = 1024;
 // Bytes of the body of a stop's answer, or of its state, which lists guards and loops.
 inline constexpr std::size_t stop_body_bytes_max = 2560;
 // The same with the id and the envelope around it.

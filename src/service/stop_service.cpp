@@ -6,13 +6,11 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/service_limits.hpp"
 #include "json/reader.hpp"
 
 namespace rowe::service {
 namespace {
-
-// A member with escapes is read as far as this; a longer one counts as missing.
-constexpr std::size_t member_bytes_max = 1024;
 
 // Nanoseconds as a string of digits: browsers round integers beyond 2^53.
 void write_time(json::writer& into, std::string_view key, rt::time_point t) noexcept {
@@ -81,7 +79,7 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
   const connection* const c = peer_of(asker.who);
   const std::uint64_t key = c != nullptr ? stop_key_of(c->id) : stop_key_of_this_process;
   const bool may_reset = asker.who.who != call_endpoint::kind::peer || (c != nullptr && c->local);
-  std::array<char, member_bytes_max> room; // of one at a time
+  std::array<char, stop_member_bytes_max> room; // of one at a time
   const auto text_of = [&](std::string_view member) -> std::string_view {
     const auto found = json::find(args, member);
     const auto text = found ? json::to_string(*found, room) : std::nullopt;

@@ -10,6 +10,9 @@
 
 namespace rowe::service {
 
+// Of what a thread says who it is, the rules keep all.
+static_assert(local_stop_asked::source_bytes_max <= stop_rules::source_bytes_max);
+
 // It may be seen before its source and reason; these come with a second call then.
 void thread_stops::carry_out_stop() noexcept {
   const bool with_reason = std::exchange(stops_done_, asked_.stops) != asked_.stops;

@@ -6,14 +6,9 @@
 #include <rowe/detail/mutation_points.hpp>
 
 #include "service/check_sum.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
-namespace {
-
-// Looking at one topic of a peer takes as long as composing so many bytes.
-constexpr std::size_t held_topic_work_bytes = 4;
-
-} // namespace
 
 std::uint32_t topic_places::held_by(peer_index peer) const noexcept {
   std::uint32_t count = 0;
