@@ -135,11 +135,15 @@ std::size_t listings::part_bytes_max(peer_index peer) const noexcept {
   return within_share ? bounds.small_slot_bytes : bounds.message_bytes_max;
 }
 
+bool listings::takes_more(peer_index peer) const noexcept {
+  return outbox_.of(peer).replies.count < listings_queued_max;
+}
+
 // False: it is to be sent later.
 bool listings::send(connection& c, part& of) noexcept {
   if (of.count == 0) return true;
   const peer_index peer{c.id.index};
-  if (!c.open() || outbox_.of(peer).replies.count >= listings_queued_max) return false;
+  if (!c.open() || !takes_more(peer)) return false;
   const auto which = std::span<const listed>{of.which}.first(of.count);
   const wire::codec& codec = c.protocol->topics;
   const auto write = [&](json::writer& into) {
@@ -175,16 +179,13 @@ bool listings::tell(connection& c, bool topics, bool added) noexcept {
 }
 
 void listings::tell(connection& c) noexcept {
-  for (const bool topics : {true, false}) {
-    for (const bool added : {false, true}) {
-      if (tell(c, topics, added)) continue;
-      // When its socket has room again, a cycle comes.
-      const bool blocked = outbox_.of({c.id.index}).backpressured();
-      due_ = std::min(due_, blocked ? rt::never : state_.cycle.now + listings_retry);
-      return;
-    }
+  const peer_index peer{c.id.index};
+  if (takes_more(peer) && tell(c, true, false) && tell(c, true, true) && tell(c, false, false) &&
+      tell(c, false, true)) {
+    readers_[peer].told_at = listed_at_;
+  } else if (!outbox_.of(peer).backpressured()) { // else a cycle comes when its socket has room again
+    due_ = std::min(due_, state_.cycle.now + listings_retry);
   }
-  readers_[{c.id.index}].told_at = listed_at_;
 }
 
 void listings::greet(connection& c) noexcept {

@@ -69,6 +69,7 @@ class listings {
   void tell_readers() noexcept;
   void tell(connection& c) noexcept;
   bool tell(connection& c, bool topics, bool added) noexcept;
+  bool takes_more(peer_index peer) const noexcept;
   bool send(connection& c, part& of) noexcept;
   std::size_t part_bytes_max(peer_index) const noexcept;
   wire::listed topic_in(topic_id row) const noexcept;
