@@ -105,7 +105,7 @@ class pair_harness {
     header.bytes = steps::text.size();
     *end.slots.header(slot) = header;
     std::memcpy(end.slots.value(slot), steps::text.data(), steps::text.size());
-    steps::use(end.out->try_push(slot));
+    steps::use(end.ring->try_push(slot));
   }
   void arrive(detail::entry what = detail::entry::message) {
     detail::value_header header;
@@ -115,12 +115,12 @@ class pair_harness {
   }
   // Takes what was sent; calls end.
   void serve() {
-    on.service.out.out->drain(
+    on.service.out.ring->drain(
         [&](std::uint32_t slot) {
           detail::value_header header = *on.service.out.slots.header(slot);
           on.service.out.free_ring->release(slot);
           if (header.own.generation == 0) return;
-          header.what = detail::entry::end;
+          header.what = detail::entry::completion;
           fill(on.service.completions, header);
         },
         depth);

@@ -112,7 +112,7 @@ class pair_way {
       const auto found = end.newest->begin_read();
       if (found.state == rt::freshness::fresh) read(found.slot);
     } else {
-      end.out->drain(
+      end.ring->drain(
           [&](std::uint32_t slot) {
             read(slot);
             end.free_ring->release(slot);

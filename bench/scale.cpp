@@ -293,7 +293,7 @@ struct sending final : subject {
   double step() override {
     for (client& one : in->peers) one.say(message_);
     const double took = in->until(counter::messages_in, messages);
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->release(*slot);
+    while (const auto slot = inbox_->user.in.ring->try_pop()) inbox_->user.in.free_ring->release(*slot);
     return took;
   }
   detail::queue_pair* inbox_;

@@ -74,9 +74,9 @@ class caller {
   // The next call that has ended, in the order of their ends. Errors: empty (none has), closed. Each call
   // ends once. Never waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<answer> try_finish() noexcept {
-    const auto slot = detail::next_end(pair_);
+    const auto slot = detail::next_completion(pair_);
     if (!slot) return slot.error();
-    const call_id id = detail::id_of_end(*pair_, *slot);
+    const call_id id = detail::id_of_completion(*pair_, *slot);
     return answer{id, opened(*slot)};
   }
 
@@ -101,7 +101,7 @@ class caller {
       return message_view{*pair_, completions, slot};
     } else {
       const A value = detail::payload<A>::read(completions.slots, slot);
-      detail::give_completion_back(*pair_, slot);
+      detail::release_completion(*pair_, slot);
       return value;
     }
   }

@@ -105,9 +105,9 @@ class lane {
   // The next call that has ended, in the order of their ends. Errors: empty (none has). Each call ends once.
   // Never waits, never allocates, no system call; at most `calls` steps.
   ROWE_RT result<call_end> try_finish() noexcept {
-    const auto slot = detail::next_end(pair_);
+    const auto slot = detail::next_completion(pair_);
     if (!slot) return slot.error();
-    const call_id id = detail::id_of_end(*pair_, *slot);
+    const call_id id = detail::id_of_completion(*pair_, *slot);
     return call_end{id, opened(*slot)};
   }
 

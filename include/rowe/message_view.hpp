@@ -55,7 +55,7 @@ class message_view {
   const detail::value_header& header() const noexcept { return *end_->slots.header(slot_); }
 
   detail::queue_pair* pair_;
-  detail::consumer_end* end_; // of the queue pair: `in`, or `ends`
+  detail::consumer_end* end_; // of the queue pair: `in`, or `completions`
   std::uint32_t slot_;
 };
 

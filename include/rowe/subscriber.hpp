@@ -37,7 +37,7 @@ class subscriber {
         const auto found = end.newest->begin_read();
         if (found.state == rt::freshness::fresh) return view{*pair_, end, found.slot | view::of_window};
       }
-    } else if (const auto slot = end.out->try_pop()) {
+    } else if (const auto slot = end.ring->try_pop()) {
       return view{*pair_, end, *slot};
     }
     return over ? errc::closed : errc::empty;
@@ -48,7 +48,7 @@ class subscriber {
   ROWE_RT result<view> latest() noexcept {
     result<view> newest = try_take();
     if (!newest || keeps_newest()) return newest;
-    for (std::size_t left = pair_->user.in.out->pending_at_least(); left > 0; --left) newest = try_take();
+    for (std::size_t left = pair_->user.in.ring->pending_at_least(); left > 0; --left) newest = try_take();
     return newest;
   }
 

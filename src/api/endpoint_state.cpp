@@ -352,7 +352,7 @@ void endpoint_state::count_left(const queue_pair& in) noexcept {
   if (in.lifecycle.is_detached()) return;
   const consumer_end& end = in.service.out;
   std::size_t left = 0;
-  if (end.out != nullptr) left = end.out->pending_at_least();
+  if (end.ring != nullptr) left = end.ring->pending_at_least();
   if (end.newest != nullptr && end.newest->begin_read().state == rt::freshness::fresh) left = 1;
   shown_->counts.add(counter::lost_at_close, left);
 }

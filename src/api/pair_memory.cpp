@@ -80,9 +80,9 @@ void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t dep
     auto* const out = from.make<number_ring>(places);
     const auto free_places = from.array<number_free_ring::entry>(number_free_ring::places_for(depth));
     auto* const free_ring = from.make<number_free_ring>(free_places, depth);
-    fills.out = out->take_producer();
+    fills.ring = out->take_producer();
     fills.free_ring = free_ring->take_consumer();
-    empties.out = out->take_consumer();
+    empties.ring = out->take_consumer();
     empties.free_ring = free_ring->take_producer();
   }
   fills.count = static_cast<std::uint32_t>(slots);

@@ -55,7 +55,7 @@ class broker {
                WriteBody&& write_body, const published_by& who = {}) noexcept;
   // A peer published: passes it to subscribed handles of this process and, in a hub, to subscribed peers.
   void relay(connection& c, const wire::request& asked) noexcept;
-  // A value that is not queued as a message of the topic, to the handles that subscribed.
+  // Delivers a value to the handles of this process that subscribed. Peers get it by a queue.
   void deliver(const topic& on, std::span<const char> body, const published_by& who = {}) noexcept {
     for (pair_index i = on.inboxes.head; i; i = state_.pair_rows[i].next_inbox) deliver_to(i, body, who);
   }

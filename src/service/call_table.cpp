@@ -48,7 +48,7 @@ call_table::call_table(rt::arena& memory, const limits& bounds, std::uint32_t co
       texts_{memory.carve<char>(bounds.calls_max * stride_of(bounds))},
       text_stride_{stride_of(bounds)},
       service_bytes_max_{bounds.topic_bytes_max},
-      asked_{memory.carve<std::uint32_t>(bounds.connections_max)},
+      open_calls_{memory.carve<std::uint32_t>(bounds.connections_max)},
       per_connection_max_{bounds.calls_per_connection_max},
       of_peers_max_{calls_of_peers(bounds)},
       claims_{of_peers_max_, connections} {}
@@ -70,7 +70,7 @@ call_index call_table::open(const call_endpoint& caller, std::string_view id,
   std::copy(name.begin(), name.end(), texts(index) + call_id_bytes_max);
   if (has_bucket(index)) opened.next = std::exchange(bucket(caller.connection(), id), taken);
   if (caller.who == call_endpoint::kind::peer) {
-    claims_.take(asked_[{caller.index}]);
+    claims_.take(open_calls_[{caller.index}]);
     ++of_peers_;
   }
   return index;
@@ -85,7 +85,7 @@ void call_table::close(call_index index) noexcept {
     *link = closed.next;
   }
   if (closed.caller.who == call_endpoint::kind::peer) {
-    claims_.give_back(asked_[{closed.caller.index}]);
+    claims_.give_back(open_calls_[{closed.caller.index}]);
     --of_peers_;
   }
   closed.open = false;
@@ -153,7 +153,7 @@ bool call_table::check() const noexcept {
   // What is kept for peers is what they have not taken.
   std::uint32_t asked = 0;
   std::uint32_t wanted = claims_.connections() * claims_.claim();
-  for (const std::uint32_t held : asked_) {
+  for (const std::uint32_t held : open_calls_) {
     asked += held;
     wanted -= claims_.claim() - claims_.kept_for(held);
   }

@@ -81,11 +81,11 @@ class call_table {
 
   // Whether a peer may make one more call.
   bool admits(peer_index by) const noexcept {
-    return asked_[by] < per_connection_max_ &&
-           claims_.may_take(asked_[by], left_of(of_peers_max_, of_peers_));
+    return open_calls_[by] < per_connection_max_ &&
+           claims_.may_take(open_calls_[by], left_of(of_peers_max_, of_peers_));
   }
   // How many calls of a peer are not answered yet.
-  std::uint32_t asked_by(peer_index by) const noexcept { return asked_[by]; }
+  std::uint32_t open_calls_of(peer_index by) const noexcept { return open_calls_[by]; }
 
   // None: all entries are in flight. `id_raw` and `service` are copied; one that is too long becomes empty.
   call_index open(const call_endpoint& caller, std::string_view id_raw, std::string_view service) noexcept;
@@ -126,7 +126,7 @@ class call_table {
   std::span<char> texts_;
   std::size_t text_stride_;
   std::size_t service_bytes_max_;
-  rows<peer_index, std::uint32_t> asked_; // how many, by peer
+  rows<peer_index, std::uint32_t> open_calls_; // how many, by peer
   const std::uint32_t per_connection_max_;
   const std::uint32_t of_peers_max_;
   std::uint32_t of_peers_ = 0;

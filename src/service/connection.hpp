@@ -12,6 +12,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/rate_limit.hpp"
+#include "service/service_limits.hpp"
 #include "service/transport.hpp"
 #include "service/slot_pool.hpp"
 #include "wire/protocols.hpp"
@@ -66,7 +67,7 @@ struct connection {
     // The milliseconds wrap around after 49 days.
     const auto ms = static_cast<std::uint32_t>((now - opened_at) / std::chrono::milliseconds{1});
     const auto long_ago = [ms](const told_topic& one) {
-      return !one.topic || ms - one.told_ms >= 1000;
+      return !one.topic || ms - one.told_ms >= undecodable_period / std::chrono::milliseconds{1};
     };
     auto place = std::find_if(told_topics.begin(), told_topics.end(),
                               [&](const told_topic& one) { return one.topic == topic; });

@@ -114,7 +114,6 @@ class core final : public transport_sink, private frame_handler, private core_pa
 
   // connections
   connection* find(connection_id id) const noexcept { return state_.peers.find(id); }
-  void take_message(connection& c, const wire::frame_step& step) noexcept;
   void take_ping(connection& c, std::span<const std::byte> payload) noexcept;
   void close_marked() noexcept;
   void close(connection& c, std::uint16_t code, std::string_view reason) noexcept;

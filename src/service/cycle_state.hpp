@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every part of the core reads. Only the core changes it, except the work, to which each part adds.
+// What every part of the core reads. Only the core changes it, except `work_bytes` and `places_freed`, to
+// which the parts add.
 #pragma once
 #include <cstddef>
 #include <cstdint>

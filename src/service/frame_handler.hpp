@@ -8,9 +8,11 @@
 
 namespace rowe::service {
 
-// Carries out what is read. An interface, because that part calls everything else.
+// To whom ingress gives frames: the core, which alone may call every part. Service thread only; nothing waits
+// or allocates.
 class frame_handler {
  public:
+  // A whole message, a control frame, or a violation of the protocol.
   virtual void handle(peer_index from, const wire::frame_step& step) noexcept = 0;
   // A message that was parked.
   virtual void handle_again(peer_index from, std::span<const std::byte> message, bool binary) noexcept = 0;

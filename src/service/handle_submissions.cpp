@@ -39,7 +39,7 @@ void handle_submissions::take(pair_index pair) noexcept {
   if (sender_.round_open()) return; // the sender comes first; scheduled peers call for the next cycle
   if (queues.service.out.newest != nullptr) {
     take_newest(pair);
-  } else if (queues.service.out.out != nullptr) {
+  } else if (queues.service.out.ring != nullptr) {
     take_values(pair);
   }
 }
@@ -71,12 +71,12 @@ inline void handle_submissions::take_values(pair_index pair) noexcept {
     publish(pair, slot);
     end.free_ring->release(slot);
   };
-  const std::size_t taken = end.out->drain(take, budget);
+  const std::size_t taken = end.ring->drain(take, budget);
   if (taken == values_per_cycle) {
     const std::size_t ample = topic_handles_.ample_budget(pair, values_per_cycle);
-    more_left_ = end.out->drain(take, ample) == ample || more_left_;
+    more_left_ = end.ring->drain(take, ample) == ample || more_left_;
   }
-  if (budget < values_per_cycle && taken == budget && end.out->pending_at_least() != 0) waits_ = true;
+  if (budget < values_per_cycle && taken == budget && end.ring->pending_at_least() != 0) waits_ = true;
 }
 
 void handle_submissions::publish(pair_index pair, std::uint32_t slot) noexcept {
@@ -125,7 +125,7 @@ inline std::size_t handle_submissions::take_new_entries(pair_index pair) noexcep
   pair_row& row = state_.pair_rows[pair];
   const detail::consumer_end& end = state_.pairs[pair].service.out;
   for (std::size_t left = entries_per_cycle; left > 0; --left) {
-    const auto slot = end.out->try_pop();
+    const auto slot = end.ring->try_pop();
     if (!slot) return entries_per_cycle - left;
     if (take_entry(pair, *slot, false)) {
       end.free_ring->release(*slot);
@@ -203,7 +203,7 @@ inline bool handle_submissions::take_entry(pair_index pair, std::uint32_t slot, 
   }
   case entry::reply:
   case entry::refusal: answer(pair, slot, us, waits); return true;
-  case entry::end: break; // only sent to handles
+  case entry::completion: break; // only sent to handles
   }
   return true;
 }
@@ -236,7 +236,7 @@ bool handle_submissions::has_unsent(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
   if (!row.attached || detail::subscribes(queues.kind)) return false;
   if (row.parked_first) return true;
-  if (queues.service.out.out != nullptr && queues.service.out.out->pending_at_least() != 0) return true;
+  if (queues.service.out.ring != nullptr && queues.service.out.ring->pending_at_least() != 0) return true;
   const queue* const towards =
       detail::publishes(queues.kind) ? topic_handles_.queue_to_server(pair) : nullptr;
   if (towards == nullptr) return false;
@@ -250,7 +250,7 @@ bool handle_submissions::drained() const noexcept {
     const detail::queue_pair& queues = state_.pairs[i];
     if (detail::subscribes(queues.kind)) continue;
     if (state_.pair_rows[i].parked_first) return false;
-    if (queues.service.out.out != nullptr && queues.service.out.out->pending_at_least() != 0) return false;
+    if (queues.service.out.ring != nullptr && queues.service.out.ring->pending_at_least() != 0) return false;
   }
   return true;
 }

@@ -50,7 +50,7 @@ class handle_submissions {
   }
   // Whether the handle has submitted something since.
   bool has_new(pair_index pair) const noexcept {
-    return state_.pairs[pair].service.out.out->pending_at_least() != 0;
+    return state_.pairs[pair].service.out.ring->pending_at_least() != 0;
   }
   // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
   // What other handles publish on the same topic meanwhile does not count.

@@ -23,7 +23,7 @@ struct id {
 using slot_id = id<struct slot_tag>;                 // of slot_pool
 using entry_id = id<struct entry_tag>;               // of the entries of message queues
 using topic_id = id<struct topic_tag>;               // of topic_table
-using subscription_id = id<struct subscription_tag>; // of topic_table
+using subscription_id = id<struct subscription_tag>; // of subscription_table
 using peer_index = id<struct peer_tag>;              // of peer_table
 using pair_index = id<struct pair_tag>;              // of the queue pairs of handles
 using pair_slot = id<struct pair_slot_tag>;          // of one queue pair

@@ -50,13 +50,13 @@ inline void local_delivery::complete_at_pair(const call_endpoint& whom, detail::
   *end.slots.header(*slot) = {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
                               .expires_ns = rt::nanoseconds_of(rt::never),
                               .bytes = static_cast<std::uint32_t>(bytes),
-                              .what = detail::entry::end,
+                              .what = detail::entry::completion,
                               .failed = !outcome,
                               .outcome = outcome ? errc::misuse : outcome.code(),
                               .own = own,
                               .outcome_value = outcome ? 0 : outcome.error().value,
                               .outcome_limit = outcome ? 0 : outcome.error().limit};
-  if (end.out->try_push(*slot)) queues.arrival.notify(); // there is a place for every slot
+  if (end.ring->try_push(*slot)) queues.arrival.notify(); // there is a place for every slot
 }
 
 status local_delivery::deliver(pair_index index, const detail::value_header& header, std::string_view body,
@@ -93,7 +93,7 @@ status local_delivery::deliver(pair_index index, const detail::value_header& hea
   if (end.newest != nullptr) {
     end.newest->end_write(slot);
     queues.arrival.notify();
-  } else if (end.out->try_push(slot)) { // there is a place for every slot
+  } else if (end.ring->try_push(slot)) { // there is a place for every slot
     queues.arrival.notify();
   }
   return {};

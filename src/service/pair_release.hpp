@@ -15,15 +15,15 @@ namespace rowe::service {
 // date at once. True stays true, and all reads of the slots happen before it.
 inline bool all_slots_released(detail::queue_pair& gone) noexcept {
   const auto released = [](const detail::producer_end& end, std::uint32_t aside) {
-    if (end.out == nullptr) return true; // a window has no slots to release
-    const std::uint64_t popped = end.out->popped();
+    if (end.ring == nullptr) return true; // a window has no slots to release
+    const std::uint64_t popped = end.ring->popped();
     return end.free_ring->released() + aside == popped;
   };
   const detail::queue_pair::user_side& had = gone.user;
   if (!released(gone.service.in, 0) || !released(gone.service.completions, had.parked_completions.count))
     return false;
-  if (gone.service.out.out == nullptr) return true;
-  return gone.service.out.out->pushed() + had.spare_replies.count == had.out.free_ring->taken();
+  if (gone.service.out.ring == nullptr) return true;
+  return gone.service.out.ring->pushed() + had.spare_replies.count == had.out.free_ring->taken();
 }
 
 } // namespace rowe::service

@@ -14,7 +14,7 @@ namespace rowe::service {
 using ready_list = index_queue<subscription_id, subscription, &subscription::next_ready>;
 
 struct peer_queues {
-  queue replies;               // answers to its own requests
+  queue replies;               // what it alone is told: answers, refusals, announcements, lists
   std::array<queue, 3> direct; // messages to it, by priority
   std::array<ready_list, 3> ready;
   std::uint32_t owed = 0;      // how many subscriptions still wait for their latched value

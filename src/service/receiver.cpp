@@ -85,7 +85,7 @@ void receiver::mark_released() noexcept {
     before_mark_ = state_.submissions.submitted();
   } else {
     released_mark_ = state_.pairs[counted_].service.in.free_ring->mark();
-    before_mark_ = state_.pairs[counted_].service.out.out->pending_at_least();
+    before_mark_ = state_.pairs[counted_].service.out.ring->pending_at_least();
   }
 }
 
@@ -122,8 +122,9 @@ inline std::uint32_t receiver::slots() const noexcept {
 inline bool receiver::has_share(peer_index peer) const noexcept {
   const peer_queues& queues = outbox_.of(peer);
   // Answers to its calls have fewer places while the peer does not read.
-  const bool replies_wait = queues.backpressured() &&
-                            queues.replies.count + state_.calls.asked_by(peer) >= replies_max_backpressured;
+  const bool replies_wait =
+      queues.backpressured() &&
+      queues.replies.count + state_.calls.open_calls_of(peer) >= replies_max_backpressured;
   if (queues.told_full || replies_wait) return false;
   const held& of = held_[peer];
   const std::uint32_t left = left_of(slots(), untaken_ + answers_);

@@ -69,7 +69,8 @@ void sender::flush_scheduled(bool to_all) noexcept {
 void sender::flush(peer_index peer) noexcept {
   peer_queues& queues = outbox_.of(peer);
   const recipient to{peer, state_.peers[peer], queues, urgent_.masks(peer)};
-  // What is not written now waits for something, and whoever brings that schedules the peer.
+  // It counts as scheduled meanwhile, so that nothing schedules it twice. What stays unwritten waits for a
+  // pong, for room in the transport, or for the end of a partial frame. That schedules the peer again.
   const bool scheduled = std::exchange(queues.scheduled, true);
   bool more = true;
   for (unsigned round = 0; more && round < batches_per_cycle && !queues.blocked; ++round) {
@@ -113,7 +114,7 @@ inline void sender::write(const recipient& to, batch& what) noexcept {
 
 // Gathers what is written first: a partial frame, then urgent frames. False: no message may follow.
 inline bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
-  return gather_partial(to, into) && urgent_.gather(to.index, into);
+  return gather_partial(to, into) && urgent_.gather(to.index, to.peer.open(), into);
 }
 
 // Then gathers messages, by their priority.

@@ -116,6 +116,7 @@ class shared_inbox {
   }
   // The same in two steps: mark() notes which slots are released, collect_marked() reports them.
   void mark() noexcept {
+    if (marked_count_ == free_.size()) return; // all slots are free
     marked_count_ += static_cast<std::uint32_t>(released_.take_all(free_.subspan(marked_count_)));
   }
   template <class Released>

@@ -104,7 +104,7 @@ void statistics_report::write_connections(json::writer& into) noexcept {
     into.key("subscriptions");
     into.number(state_.subscriptions.count_of({c.id.index}));
     into.key("calls");
-    into.number(state_.calls.asked_by({c.id.index}));
+    into.number(state_.calls.open_calls_of({c.id.index}));
     into.end_object();
   }
   into.end_array();

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <utility>
 
 #include "service/stop_gate.hpp"
 #include "service/topic_rates.hpp"
@@ -21,12 +20,13 @@ stop_state_feed::stop_state_feed(rt::arena& memory, const needs& parts) noexcept
 
 void stop_state_feed::show_if_due() noexcept {
   const topic& on = state_.topics.at(topic_);
-  const bool changed = std::exchange(version_shown_, stop_rules_.version()) != stop_rules_.version();
+  const bool changed = version_shown_ != stop_rules_.version();
   // New subscribers are shown it. So are new peers, which may be shown it without a subscription.
-  const bool listens = std::exchange(audience_seen_, on.audience_changes) != on.audience_changes;
-  const bool came = std::exchange(opened_seen_, state_.peers.opened()) != state_.peers.opened();
-  if (listens || came) due_ = state_.cycle.now;
-  if (!changed && state_.cycle.now < due_) return;
+  const bool came = audience_seen_ != on.audience_changes || opened_seen_ != state_.peers.opened();
+  if (!changed && !came && state_.cycle.now < due_) return;
+  version_shown_ = stop_rules_.version();
+  audience_seen_ = on.audience_changes;
+  opened_seen_ = state_.peers.opened();
   message state;
   due_ = rt::never;
   show_subscribers(state, changed);

@@ -10,8 +10,8 @@ namespace rowe::service {
 using detail::entry;
 
 void thread_submissions::take() noexcept {
-  const std::uint64_t expired = state_.threads_inbox.expired();
-  state_.counts.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
+  if (const std::uint64_t expired = state_.threads_inbox.expired(); expired != expired_)
+    state_.counts.add(counter::inbound_expired, expired - std::exchange(expired_, expired));
   const bool receives = !receiver_.pair();
   if (receives) receiver_.mark_released();
   direct_messages_.parking().begin_turn(state_.submissions.slots(), receives);
@@ -76,7 +76,7 @@ bool thread_submissions::take_slot(std::uint32_t slot, bool parked) noexcept {
       state_.submissions.complete(slot, done);
     return true;
   }
-  case entry::end: break; // goes to handles only
+  case entry::completion: break; // goes to handles only
   }
   return true;
 }

@@ -58,20 +58,20 @@ class trackers {
     rows_[slot] = as;
     rows_[slot].now = tracker::state::queued;
     rows_[slot].counted = true;
-    ++begun_[slot.value >= first_large_];
+    ++tracked_[slot.value >= first_large_];
   }
   // How many more slots of a class may be tracked. Some slots are never for tracked messages, since these
   // keep theirs until they are sent.
   std::uint32_t slots_left(slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);
-    return left_of(slots_max_[which], begun_[which]);
+    return left_of(slots_max_[which], tracked_[which]);
   }
-  // Whether a peer may have one more slot to itself. Beyond its claim a backpressured peer (`behind`) gets
+  // Whether a peer may have one more slot to itself. Beyond its claim a backpressured peer gets
   // nothing of one half: the others need it, and release their slots soon.
-  bool has_share(peer_index peer, bool behind, slot_class of) const noexcept {
+  bool has_share(peer_index peer, bool backpressured, slot_class of) const noexcept {
     const auto which = static_cast<std::size_t>(of);
     const std::uint32_t held = held_[which][peer];
-    if (!behind || held < claims_[which].claim()) return claims_[which].may_take(held, slots_left(of));
+    if (!backpressured || held < claims_[which].claim()) return claims_[which].may_take(held, slots_left(of));
     return held + 1 + slots_max_[which] / 2 <= slots_left(of); // that half includes what is kept for claims
   }
   // Charges a peer for a message that goes to it alone.
@@ -101,7 +101,7 @@ class trackers {
   void forget(slot_id slot) noexcept {
     end_pending(slot);
     const std::size_t which = slot.value >= first_large_;
-    begun_[which] -= rows_[slot].counted;
+    tracked_[which] -= rows_[slot].counted;
     if (rows_[slot].charged) claims_[which].give_back(held_[which][rows_[slot].charged]);
     rows_[slot] = {};
   }
@@ -137,7 +137,7 @@ class trackers {
   const std::array<std::uint32_t, 2> slots_max_;
   std::array<claims, 2> claims_;
   std::array<rows<peer_index, std::uint32_t>, 2> held_; // by peer
-  std::array<std::uint32_t, 2> begun_{};
+  std::array<std::uint32_t, 2> tracked_{};
   index_list<slot_id, tracker, &tracker::next, &tracker::previous> pending_;
   std::uint64_t began_to_wait_ = 0;
 };

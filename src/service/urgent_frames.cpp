@@ -61,23 +61,23 @@ bool urgent_frames::add_stop_state(peer_index peer, std::span<const char> text, 
 
 // ---- writing
 
-bool urgent_frames::gather(peer_index peer, batch& into) noexcept {
+bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
   output& to = outputs_[peer];
-  // A frame that is begun goes on before any other.
+  // A partial frame goes on before any other.
   const bool stop_first = to.stop.begun();
   if (stop_first) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
-  if (!gather_ping(peer, into.bytes)) into.more = true; // then the next batch begins with it
+  // With a ping that has to wait the next batch begins.
+  if (open && to.credit.wants_ping(state_.cycle.now) && !gather_ping(peer, into.bytes)) into.more = true;
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
-  if (!state_.peers[peer].open()) return false;
+  if (!open) return false;
   if (!stop_first && !to.stop.rest().empty()) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
   return true;
 }
 
-// Puts a ping among the control frames if it is time for one; `in_front` bytes are written before these.
-// False when it has to wait until the control frames that are there are gone.
-inline bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
+// Puts a ping among the control frames; `in_front` bytes are written before these. False when it has to wait
+// until the control frames that are there are gone.
+bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
   output& to = outputs_[peer];
-  if (!state_.peers[peer].open() || !to.credit.wants_ping(state_.cycle.now)) return true;
   if (!to.control.rest().empty()) return false;
   const wire::role ours = masks(peer) ? wire::role::client : wire::role::server;
   const std::size_t frame = wire::frame_header_bytes(credit::ping_bytes, ours) + credit::ping_bytes;

@@ -54,7 +54,7 @@ class urgent_frames {
   // ---- writing
 
   // After a partial frame, before messages. False: no message may follow.
-  bool gather(peer_index peer, batch& into) noexcept;
+  bool gather(peer_index peer, bool open, batch& into) noexcept;
   void commit_control(peer_index peer, std::size_t taken) noexcept {
     outputs_[peer].control.written += taken;
   }

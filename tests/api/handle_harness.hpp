@@ -59,7 +59,7 @@ class pair_harness {
   };
   std::optional<sent_message> take() {
     auto& end = pair_->service.out;
-    const auto slot = end.out->try_pop();
+    const auto slot = end.ring->try_pop();
     if (!slot) return std::nullopt;
     const auto& header = *end.slots.header(*slot);
     sent_message taken{header, {reinterpret_cast<const char*>(end.slots.value(*slot)), header.bytes}};
@@ -100,7 +100,7 @@ class pair_harness {
   static detail::value_header ok(detail::call_ref own) {
     detail::value_header header;
     header.stamped_ns = rt::nanoseconds_of(now);
-    header.what = detail::entry::end;
+    header.what = detail::entry::completion;
     header.own = own;
     return header;
   }
@@ -111,7 +111,7 @@ class pair_harness {
     header.bytes = static_cast<std::uint32_t>(bytes);
     *end.slots.header(*slot) = header;
     if (bytes != 0) std::memcpy(end.slots.value(*slot), value, bytes);
-    EXPECT_TRUE(end.out->try_push(*slot));
+    EXPECT_TRUE(end.ring->try_push(*slot));
     return true;
   }
 

@@ -31,7 +31,7 @@ class end {
   bool send() {
     const std::optional<std::uint32_t> slot = fills.free_ring->try_take();
     if (!slot) return false;
-    EXPECT_TRUE(fills.out->try_push(*slot)) << "no place for a slot that is free";
+    EXPECT_TRUE(fills.ring->try_push(*slot)) << "no place for a slot that is free";
     return true;
   }
 
@@ -61,7 +61,7 @@ TEST(pair_memory, has_a_place_for_each_slot_that_is_sent_again_before_the_batch_
     }
     for (int batch = 0; batch < 5; ++batch) {
       std::uint32_t sent_again = 0;
-      pair.empties.out->drain(
+      pair.empties.ring->drain(
           [&](std::uint32_t slot) {
             pair.empties.free_ring->release(slot);
             sent_again += pair.send() ? 1U : 0U;
@@ -100,10 +100,10 @@ TEST(pair_memory, has_the_queues_that_each_kind_of_handle_needs) {
   for (const std::uint32_t depth : {1U, 3U, 64U}) {
     built_lane said{advertise_request<json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(said->user.out), depth);
-    EXPECT_EQ(said->user.in.out, nullptr);
+    EXPECT_EQ(said->user.in.ring, nullptr);
     built_lane heard{subscribe_request<json_text>("/a", {.keep = keep::newest, .depth = depth})};
     EXPECT_EQ(slots_of(heard->service.in), depth); // texts are kept all
-    EXPECT_EQ(heard->user.out.out, nullptr);
+    EXPECT_EQ(heard->user.out.ring, nullptr);
     built_lane serves{serve_request<json_text, json_text>("/a", {.depth = depth})};
     EXPECT_EQ(slots_of(serves->user.out), 2 * depth);
     EXPECT_EQ(slots_of(serves->service.in), depth);

@@ -34,7 +34,7 @@ struct queue_pair {
   std::array<out_ring::entry, Places> out_entries;
   free_ring free;
   out_ring out;
-  free_ring::consumer& take_end{*free.take_consumer()};
+  free_ring::consumer& take_completion{*free.take_consumer()};
   free_ring::producer& release_end{*free.take_producer()};
   out_ring::producer& push_end{*out.take_producer()};
   out_ring::consumer& pop_end{*out.take_consumer()};
@@ -44,7 +44,7 @@ struct queue_pair {
   std::uint32_t seen = 0;
 
   void send() {
-    const auto slot = take_end.try_take();
+    const auto slot = take_completion.try_take();
     if (!slot) return;
     payloads[*slot].store(++sent);
     require(push_end.try_push(*slot), "a ring with a place for every slot is never full");
@@ -52,10 +52,10 @@ struct queue_pair {
   // As send(), but looks at what came back first: each number is seen once for each time that it was away.
   void see_and_send() {
     see();
-    if (take_end.seen_by_owner() != 0) send();
+    if (take_completion.seen_by_owner() != 0) send();
   }
   void see() {
-    take_end.see(take_end.mark(), [this](std::uint32_t slot) {
+    take_completion.see(take_completion.mark(), [this](std::uint32_t slot) {
       require(payloads[slot].load() == 0, "what is seen has come back");
       ++seen;
     });
@@ -72,10 +72,10 @@ struct queue_pair {
 
   void afterwards() {
     require(free.check() == nullptr && out.check() == nullptr, "the invariants hold at rest");
-    require(take_end.free_at_least() == Slots - (sent - received), "at rest the owner counts right");
+    require(take_completion.free_at_least() == Slots - (sent - received), "at rest the owner counts right");
     while (pop_end.pending_at_least() != 0) receive();
     require(received == sent, "what was sent is received in the end");
-    require(take_end.free_at_least() == Slots, "every slot comes back");
+    require(take_completion.free_at_least() == Slots, "every slot comes back");
     require(free.check() == nullptr, "no number comes back twice");
   }
 };
@@ -136,7 +136,7 @@ struct all_free_again : queue_pair<2> {
                 send();
                 send();
                 for (int i = 0; i != 3 && !used; ++i) {
-                  if (take_end.free_at_least() != 2) continue;
+                  if (take_completion.free_at_least() != 2) continue;
                   used = true;
                   for (auto& payload : payloads) payload.store(99);
                 }
@@ -154,7 +154,7 @@ struct drained_in_batches : queue_pair<2> {
 
   void send_or_keep() {
     if (!kept) {
-      kept = take_end.try_take();
+      kept = take_completion.try_take();
       if (!kept) return;
       payloads[*kept].store(++sent);
     }

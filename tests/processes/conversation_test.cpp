@@ -111,7 +111,7 @@ TEST_P(conversation, has_many_calls_in_flight_and_ends_each_of_them_once) {
     open[{begun->index, begun->generation}] = answered;
   }
   for (std::size_t i = 0; i < calls; ++i) {
-    const auto ended = next_end(lane);
+    const auto ended = next_completion(lane);
     ASSERT_TRUE(ended) << ended.error().name();
     const auto found = open.find({ended->id.index, ended->id.generation});
     ASSERT_NE(found, open.end()) << "a call ended twice";

@@ -32,10 +32,10 @@ void lose_calls(endpoint& here, process_side& there) {
   EXPECT_EQ(mute.try_finish().code(), errc::empty);
   there.kill();
 
-  const auto first = next_end(mute);
+  const auto first = next_completion(mute);
   ASSERT_TRUE(first);
   EXPECT_EQ(first->reply.code(), errc::peer_lost);
-  const auto second = next_end(lane);
+  const auto second = next_completion(lane);
   ASSERT_TRUE(second);
   EXPECT_EQ(second->reply.code(), errc::peer_lost);
   waits.join();

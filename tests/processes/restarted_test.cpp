@@ -95,7 +95,7 @@ TEST_F(restarted_server, gets_the_calls_that_wait_for_it_and_none_that_gave_up) 
   EXPECT_EQ(lane.invoke(message("service", "/something", "stale", 2), 20ms).code(), errc::timed_out);
   ASSERT_TRUE(lane.start(message("service", "/something", "fresh", 3), timeout, clock_now()));
   start();
-  const auto ended = next_end(lane);
+  const auto ended = next_completion(lane);
   ASSERT_TRUE(ended);
   EXPECT_TRUE(ended->reply) << ended->reply.error().name();
   ASSERT_TRUE(mute.start(R"({"fresh":4})", timeout, clock_now())); // behind all the others

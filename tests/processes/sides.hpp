@@ -203,7 +203,7 @@ bool go_out(const rowe::endpoint& by, std::uint64_t count, Call&& call) {
 
 // The next end of a call that was started.
 template <class Handle>
-auto next_end(Handle& of) {
+auto next_completion(Handle& of) {
   auto ended = of.try_finish();
   EXPECT_TRUE(eventually([&] {
     if (!ended && ended.code() == rowe::errc::empty) ended = of.try_finish();

@@ -76,14 +76,14 @@ TEST(stopped_server, leaves_nothing_to_the_one_that_takes_its_place) {
   const std::uint64_t before = count_of(here, "calls_out");
   ASSERT_TRUE(go_out(here, 5, [&] { return mute.call(R"({"stale":1})", 20ms); }));
   for (int i = 0; i < 5; ++i) {
-    ASSERT_TRUE(lane.start(message("service", "/actor/mute", "stale", 2), timeout,
-                           rowe::rt::monotonic_clock::now()));
+    ASSERT_TRUE(
+        lane.start(message("service", "/actor/mute", "stale", 2), timeout, rowe::rt::monotonic_clock::now()));
   }
   // All of them are on their way: one that is taken up later would wait for the next server.
   ASSERT_TRUE(eventually([&] { return count_of(here, "calls_out") == before + 10; }));
   there->kill();
   for (int i = 0; i < 5; ++i) {
-    const auto ended = next_end(lane);
+    const auto ended = next_completion(lane);
     ASSERT_TRUE(ended);
     EXPECT_EQ(ended->reply.code(), errc::peer_lost);
   }

@@ -94,8 +94,8 @@ void finish_what_was_set_aside(real_time& rt, calling<Caller> with) {
       if (i % 2 == 0) with.calls.cancel(last);
     }
     serve(with.on);
-    if (const auto end = detail::take_end_of(with.on, {last.index, last.generation}))
-      detail::give_completion_back(with.on, *end);
+    if (const auto end = detail::take_completion_of(with.on, {last.index, last.generation}))
+      detail::release_completion(with.on, *end);
     while (with.calls.try_finish()) {
     }
   });

@@ -220,8 +220,8 @@ constexpr exercise list[] = {
          }
          serve(on);
          // As a call that waits for the last one would.
-         if (const auto end = detail::take_end_of(on, {last.index, last.generation}))
-           detail::give_completion_back(on, *end);
+         if (const auto end = detail::take_completion_of(on, {last.index, last.generation}))
+           detail::release_completion(on, *end);
          while (talk.try_finish()) {
          }
        });

@@ -63,7 +63,7 @@ inline void fill(const detail::producer_end& end, detail::value_header header, c
   header.bytes = static_cast<std::uint32_t>(bytes);
   *end.slots.header(*slot) = header;
   std::memcpy(end.slots.value(*slot), value, bytes);
-  use(end.out->try_push(*slot));
+  use(end.ring->try_push(*slot));
 }
 
 inline void arrive(detail::queue_pair& on, rt::time_point expires = rt::never) {
@@ -87,12 +87,12 @@ inline void ask(detail::queue_pair& on, rt::time_point expires = rt::never, conn
 // Takes what the handle sent and gives the slots back; calls end with `outcome`.
 inline void serve(detail::queue_pair& on, const status& outcome = {}) {
   if (on.service.out.newest != nullptr) return use(on.service.out.newest->begin_read());
-  on.service.out.out->drain(
+  on.service.out.ring->drain(
       [&](std::uint32_t slot) {
         detail::value_header header = *on.service.out.slots.header(slot);
         on.service.out.free_ring->release(slot);
         if (header.own.generation == 0) return;
-        header.what = detail::entry::end;
+        header.what = detail::entry::completion;
         header.failed = !outcome;
         header.outcome = outcome.code();
         if (on.kind == detail::pair_kind::call_value && outcome) {

@@ -128,14 +128,14 @@ TEST_F(call_completion_test, lets_a_peer_ask_so_many_and_gives_the_share_back) {
   connection& caller = join(0);
   std::uint32_t asked = 0;
   for (; calls.admits({0}); ++asked) ASSERT_TRUE(ask(caller, handle, rowe::rt::never, {}));
-  EXPECT_EQ(calls.asked_by({0}), asked);
+  EXPECT_EQ(calls.open_calls_of({0}), asked);
   EXPECT_LE(asked, bounds.calls_per_connection_max);
   connection& late = join(1);
   EXPECT_TRUE(calls.admits({1})); // its claim was kept
   ask(late, handle);
   completion.forget(caller.id);
-  EXPECT_EQ(calls.asked_by({0}), 0U);
-  EXPECT_EQ(calls.asked_by({1}), 1U);
+  EXPECT_EQ(calls.open_calls_of({0}), 0U);
+  EXPECT_EQ(calls.open_calls_of({1}), 1U);
   EXPECT_TRUE(calls.admits({0}));
 }
 

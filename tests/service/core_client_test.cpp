@@ -71,7 +71,7 @@ TEST_F(core_client, announces_its_handles_when_it_is_connected_and_masks_its_fra
 texts taken(rowe::detail::queue_pair& inbox) {
   texts all;
   const auto& path = inbox.user.in;
-  path.out->drain(
+  path.ring->drain(
       [&](std::uint32_t slot) {
         all.emplace_back(reinterpret_cast<const char*>(path.slots.value(slot)),
                          path.slots.header(slot)->bytes);
@@ -158,7 +158,7 @@ TEST_F(core_client, takes_what_the_server_publishes_with_its_text_unchanged) {
   peer server{on, side::client};
   server.say(R"({"op":"publish","topic":"\/in","msg":{"data":0.1}})");
   on.cycles(2);
-  const auto slot = inbox.user.in.out->try_pop();
+  const auto slot = inbox.user.in.ring->try_pop();
   ASSERT_TRUE(slot);
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(inbox.user.in.slots.value(*slot)),
                         inbox.user.in.slots.header(*slot)->bytes),

@@ -331,7 +331,7 @@ struct ample {
   void publish_all(int values) {
     for (int i = 0; i < values; ++i) ASSERT_TRUE(publish(on, pair, {1.0 * i, 0}));
   }
-  std::size_t waiting() { return pair.service.out.out->pending_at_least(); }
+  std::size_t waiting() { return pair.service.out.ring->pending_at_least(); }
   std::size_t heard(std::size_t values) {
     std::size_t all = 0;
     for (int i = 0; i < 100 && all < values; ++i) {

@@ -91,7 +91,7 @@ TEST_F(outliving, reply_keeps_the_lane_and_ends_that_were_set_aside_do_not) {
   on.cycle();
   auto end = std::optional{handle->try_finish()};
   ASSERT_TRUE(*end);
-  EXPECT_EQ(rowe::detail::take_end_of(one, {}), std::nullopt); // sets the other one aside
+  EXPECT_EQ(rowe::detail::take_completion_of(one, {}), std::nullopt); // sets the other one aside
   handle.reset();
   close(one);
   EXPECT_EQ(one.lifecycle.look(), pair_phase::held);

@@ -210,7 +210,7 @@ struct quiet : place {
     publish(*pair_);
     on.net.say(count - 1, publish_on("/up"));
     settle();
-    while (const auto slot = inbox_->user.in.out->try_pop()) inbox_->user.in.free_ring->release(*slot);
+    while (const auto slot = inbox_->user.in.ring->try_pop()) inbox_->user.in.free_ring->release(*slot);
   }
   rowe::detail::queue_pair* pair_;
   rowe::detail::queue_pair* inbox_;

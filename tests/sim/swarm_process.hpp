@@ -227,8 +227,8 @@ class handle {
     namespace d = rowe::detail;
     if (waits_) {
       const d::call_ref call{waits_->index, waits_->generation};
-      if (const auto slot = d::take_end_of(*pair_, call)) {
-        d::give_completion_back(*pair_, *slot);
+      if (const auto slot = d::take_completion_of(*pair_, call)) {
+        d::release_completion(*pair_, *slot);
         waits_.reset();
         served_at_ = in_.cycles;
       } else if (in_.on.now >= gives_up_) {

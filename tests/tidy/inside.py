@@ -229,10 +229,10 @@ def the_journeys_go_as_the_page_says(t):
         above.append((depth, path, function, list(code.calls(code.unit(path), function))))
 
 
-asserted_limits = 19
+asserted_limits = 21
 # Lines of a header and its source. What is larger may shrink, and is taken off this list then.
 part_lines_max = 400
-larger = {"core": 500, "publish_predictor": 401, "stop_rules": 561}
+larger = {"core": 499, "publish_predictor": 401, "stop_rules": 560}
 
 
 def parts_are_small(t):

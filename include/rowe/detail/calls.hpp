@@ -3,13 +3,13 @@
 // taking what arrived, and taking how calls ended.
 //
 // The *end* of a call is its completion. A call has a place in its handle's table from its beginning until
-// the slot of its end is released. There are as many slots in `ends` as places, so the service thread always
-// finds one, and no end can be lost. The place's generation is odd while the call is open, and taking the end
-// makes it even. A user that gives up earlier marks the place, and the end is dropped when it arrives. The
-// service thread is not told: the call ends at its deadline at the latest. Ends that were given up are
-// dropped by every function that takes, awaits or gives up a call, and by calls that wait and find no place.
-// So such a place becomes free whatever its handle does next. Starting a call does not look at ends: each
-// start would take half as long again.
+// the slot of its end is released. There are as many slots in `completions` as places, so the service thread
+// always finds one, and no end can be lost. The place's generation is odd while the call is open, and taking
+// the end makes it even. A user that gives up earlier marks the place, and the end is dropped when it
+// arrives. The service thread is not told: the call ends at its deadline at the latest. Ends that were given
+// up are dropped by every function that takes, awaits or gives up a call, and by calls that wait and find no
+// place. So such a place becomes free whatever its handle does next. Starting a call does not look at ends:
+// each start would take half as long again.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
 // steps bounded by the pair's depths, unless it says otherwise. The exercises of the handles that are made of
@@ -90,7 +90,7 @@ inline bool post_slot(queue_pair& on, std::uint32_t slot, value_header header, c
   *end.slots.header(slot) = header;
   if (bytes != 0) std::memcpy(end.slots.value(slot), value, bytes);
   on.published.add();
-  if (!end.out->try_push(slot)) return false;
+  if (!end.ring->try_push(slot)) return false;
   announce(on);
   return true;
 }
@@ -161,27 +161,27 @@ inline void free_place(queue_pair& on, std::uint32_t index) noexcept {
 }
 
 // Releases the slot of an end that arrived, and the call's place with it.
-inline void give_completion_back(queue_pair& on, std::uint32_t slot) noexcept {
+inline void release_completion(queue_pair& on, std::uint32_t slot) noexcept {
   const std::uint32_t index = on.user.completions.slots.header(slot)->own.index;
   on.user.completions.free_ring->release(slot);
   free_place(on, index);
 }
 
 // Closes the call of an end that arrived. False when the call was given up; then the slot is released.
-inline bool accept_end(queue_pair& on, std::uint32_t slot) noexcept {
+inline bool accept_completion(queue_pair& on, std::uint32_t slot) noexcept {
   pending_call& place = on.user.calls[on.user.completions.slots.header(slot)->own.index];
   ++place.generation;
   if (!place.cancelled) return true;
-  give_completion_back(on, slot);
+  release_completion(on, slot);
   return false;
 }
 
 // For a caller that does not take this end now: drops it if its call was given up, else sets it aside until
-// take_end().
+// take_completion().
 inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
   const pending_call& place = on.user.calls[on.user.completions.slots.header(slot)->own.index];
   if (place.cancelled) {
-    (void)accept_end(on, slot);
+    (void)accept_completion(on, slot);
   } else {
     on.user.parked_completions.push(slot);
   }
@@ -189,12 +189,12 @@ inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
 
 // Frees the places of calls that were given up and have ended; other ends are set aside, in their order. At
 // most as many steps as there are places.
-[[gnu::noinline, gnu::cold]] inline void drop_unwanted_ends(queue_pair& on) noexcept {
+[[gnu::noinline, gnu::cold]] inline void drop_unwanted_completions(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
   for (std::uint32_t left = mine.parked_completions.count; left != 0; --left)
     park_completion(on, mine.parked_completions.pop());
-  for (std::size_t left = mine.completions.out->pending_at_least(); left != 0; --left)
-    park_completion(on, *mine.completions.out->try_pop());
+  for (std::size_t left = mine.completions.ring->pending_at_least(); left != 0; --left)
+    park_completion(on, *mine.completions.ring->try_pop());
 }
 
 // A place for a call, now open. Errors: too_many_calls.
@@ -214,7 +214,8 @@ inline result<call_ref> begin_call(queue_pair& on) noexcept {
 
 // Before begin_call(), for calls that wait: a place is freed if one can be.
 inline void find_place(queue_pair& on) noexcept {
-  if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_places)) drop_unwanted_ends(on);
+  if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_places))
+    drop_unwanted_completions(on);
 }
 
 // Takes back a call that never left.
@@ -236,7 +237,7 @@ inline void give_up(queue_pair& on, call_ref call) noexcept {
 // calls that were given up.
 inline void cancel(queue_pair& on, call_ref call) noexcept {
   give_up(on, call);
-  drop_unwanted_ends(on);
+  drop_unwanted_completions(on);
 }
 
 // Begins a call, posts `value`, which then names it. Errors: as begin_call() and post().
@@ -253,7 +254,7 @@ result<call_ref> start_call(queue_pair& on, value_header header, const Value&...
   return call;
 }
 
-// Whether what is for everyone is refused: half of the slots wait for room with it.
+// Whether a message to everyone is refused: such messages have half of the slots that the lane may park.
 inline bool crowded(const queue_pair& on) noexcept { return on.audience.advice() == audience::crowded; }
 
 // post_to() where not simply everything is handed over; `empty`: it was. What it is given comes by value: a
@@ -299,29 +300,29 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
 }
 
 inline void give_back(queue_pair& on, const consumer_end& end, std::uint32_t slot) noexcept {
-  if (&end == &on.user.completions) return give_completion_back(on, slot);
+  if (&end == &on.user.completions) return release_completion(on, slot);
   end.free_ring->release(slot);
 }
 
 // The next end that arrived and is wanted, those set aside first.
-inline std::optional<std::uint32_t> take_end(queue_pair& on) noexcept {
+inline std::optional<std::uint32_t> take_completion(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
   while (mine.parked_completions.count != 0) {
     const std::uint32_t slot = mine.parked_completions.pop();
-    if (accept_end(on, slot)) return slot;
+    if (accept_completion(on, slot)) return slot;
   }
-  for (std::size_t left = mine.completions.out->pending_at_least(); left != 0; --left) {
-    const std::uint32_t slot = *mine.completions.out->try_pop();
-    if (accept_end(on, slot)) return slot;
+  for (std::size_t left = mine.completions.ring->pending_at_least(); left != 0; --left) {
+    const std::uint32_t slot = *mine.completions.ring->try_pop();
+    if (accept_completion(on, slot)) return slot;
   }
   return std::nullopt;
 }
 
 // The end of this call, if it has arrived; ends of others are set aside.
-inline std::optional<std::uint32_t> take_end_of(queue_pair& on, call_ref call) noexcept {
-  while (const auto slot = on.user.completions.out->try_pop()) {
+inline std::optional<std::uint32_t> take_completion_of(queue_pair& on, call_ref call) noexcept {
+  while (const auto slot = on.user.completions.ring->try_pop()) {
     if (on.user.completions.slots.header(*slot)->own == call) {
-      (void)accept_end(on, *slot); // the one who waits has not given up
+      (void)accept_completion(on, *slot); // the one who waits has not given up
       return slot;
     }
     park_completion(on, *slot);
@@ -330,14 +331,14 @@ inline std::optional<std::uint32_t> take_end_of(queue_pair& on, call_ref call) n
 }
 
 // The slot of the next end. Errors: empty (none has come), closed, misuse (an empty handle).
-inline result<std::uint32_t> next_end(const pair_handle& on) noexcept {
+inline result<std::uint32_t> next_completion(const pair_handle& on) noexcept {
   if (!on) return errc::misuse;
   const bool over = closed(*on); // before looking: what came before it closed is still there
-  if (const auto slot = take_end(*on)) return *slot;
+  if (const auto slot = take_completion(*on)) return *slot;
   return over ? errc::closed : errc::empty;
 }
 
-inline call_id id_of_end(const queue_pair& on, std::uint32_t slot) noexcept {
+inline call_id id_of_completion(const queue_pair& on, std::uint32_t slot) noexcept {
   const call_ref call = on.user.completions.slots.header(slot)->own;
   return {call.index, call.generation};
 }
@@ -353,13 +354,14 @@ inline error error_of(const value_header& end) noexcept {
 
 // Waits for the end of a call of this queue pair until `deadline`, or until the endpoint is closed; nothing
 // then, and the call is given up. Not real-time: sleeps in the kernel.
-inline std::optional<std::uint32_t> wait_end(queue_pair& on, call_ref call, time_point deadline) noexcept {
+inline std::optional<std::uint32_t> wait_completion(queue_pair& on, call_ref call,
+                                                    time_point deadline) noexcept {
   std::optional<std::uint32_t> slot;
   on.arrival.wait_until(deadline, [&] {
-    slot = take_end_of(on, call);
+    slot = take_completion_of(on, call);
     return slot.has_value() || closed(on);
   });
-  if (!slot) slot = take_end_of(on, call); // what came before it closed
+  if (!slot) slot = take_completion_of(on, call); // what came before it closed
   if (!slot) give_up(on, call);
   return slot;
 }
@@ -370,7 +372,7 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
                                        duration timeout) noexcept {
   on.wake_service();
   const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
-  if (const auto slot = wait_end(*on, {call.index, call.generation}, deadline)) {
+  if (const auto slot = wait_completion(*on, {call.index, call.generation}, deadline)) {
     value_header& end = *on->user.completions.slots.header(*slot);
     if (end.failed && end.outcome == errc::timed_out) end.outcome_limit = timeout.count(); // known only here
     return *slot;
@@ -381,11 +383,11 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
 
 // Waits until what `call` names was written, has expired, or will not be. Not real-time.
 inline status wait_sent(queue_pair& on, call_ref call) noexcept {
-  const auto slot = wait_end(on, call, rt::never);
+  const auto slot = wait_completion(on, call, rt::never);
   if (!slot) return errc::closed;
   const value_header& end = *on.user.completions.slots.header(*slot);
   const status what = end.failed ? status{error_of(end)} : status{};
-  give_completion_back(on, *slot);
+  release_completion(on, *slot);
   return what;
 }
 
@@ -394,8 +396,8 @@ inline status wait_sent(queue_pair& on, call_ref call) noexcept {
 // The next message or call that has arrived and has not expired; expired ones are released and counted.
 inline std::optional<std::uint32_t> take_arrived(queue_pair& on, time_point now) noexcept {
   const consumer_end& end = on.user.in;
-  for (std::size_t left = end.out->pending_at_least(); left != 0; --left) {
-    const std::uint32_t slot = *end.out->try_pop();
+  for (std::size_t left = end.ring->pending_at_least(); left != 0; --left) {
+    const std::uint32_t slot = *end.ring->try_pop();
     if (!expired_at(*end.slots.header(slot), now)) return slot;
     on.expired_here.add();
     end.free_ring->release(slot);
@@ -480,7 +482,7 @@ inline error fail_with(queue_pair& on, std::uint32_t slot, sentence& refusal) no
   if (has_sentence(why.code)) {
     refusal.assign({reinterpret_cast<const char*>(on.user.completions.slots.value(slot)), end.bytes});
   }
-  give_completion_back(on, slot);
+  release_completion(on, slot);
   return why;
 }
 

@@ -27,7 +27,7 @@ namespace rowe::detail {
 
 enum class pair_phase : std::uint32_t { free, offered, active, refused, closing, held };
 
-// `news` is the pair's own notification. Neither copied nor moved.
+// `arrival` is the pair's own notification. Neither copied nor moved.
 template <class Atomics = rt::std_atomics, class Kernel = rt::futex>
 class pair_lifecycle {
   using notification = rt::notification<Atomics, Kernel>;
@@ -63,7 +63,7 @@ class pair_lifecycle {
     return why;
   }
   // Sleeps until the service thread has emptied a pair that is closing. False when `deadline` came first. In
-  // any other phase it returns at once: a handle that is there may itself be asleep on `news`.
+  // any other phase it returns at once: a handle that is there may itself be asleep on `arrival`.
   bool wait_while_closing(notification& arrival, rt::time_point deadline) const noexcept {
     const auto is_over = [&] { return look() != pair_phase::closing; };
     return is_over() || arrival.wait_until(deadline, is_over);
@@ -105,8 +105,8 @@ class pair_lifecycle {
   typename Atomics::template plain<error> refusal_{errc::misuse};
 };
 
-// Whether publishing reaches anybody. Crowded, of pairs that talk: not what is for everyone, of which half of
-// the pair's slots wait for room.
+// Whether publishing reaches anybody. `crowded`, of lanes: messages to everyone are refused, because such
+// messages have half of the slots that the lane may park.
 enum class audience : std::uint32_t { nobody, somebody, closed, crowded };
 
 template <class Atomics = rt::std_atomics>

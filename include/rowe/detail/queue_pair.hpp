@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The queue pair of one handle: what its user thread shares with the service thread. `out` goes to the
-// service thread, `in` comes from it, and `ends` has the completions of calls and of sends that wait. It lies
-// in the endpoint's memory. pair_lifecycle.hpp says how it changes hands. While it is active the two threads
-// share only its rings, its window and the few words named here. Slots travel as numbers: the producer of a
-// queue takes a free one out of the free ring, fills it, and pushes its number; the consumer gives the number
-// back through the free ring.
+// service thread, `in` comes from it, and `completions` has the completions of calls and of sends that wait.
+// It lies in the endpoint's memory. pair_lifecycle.hpp says how it changes hands. While it is active the two
+// threads share only its rings, its window and the few words named here. Slots travel as numbers: the
+// producer of a queue takes a free one out of the free ring, fills it, and pushes its number; the consumer
+// gives the number back through the free ring.
 //
 // This header is part of the interface only because the calls of a loop are inline; use publisher,
 // subscriber, caller, responder and rowe::lane.
@@ -44,10 +44,10 @@ enum class pair_kind : std::uint8_t {
   publish_text,    // out: texts
   subscribe_value, // in: values
   subscribe_text,  // in: texts
-  talk,            // out: messages, invocations, replies; in: messages and calls; ends
+  talk,            // out: messages, invocations, replies; in: messages and calls; completions
   respond_value,   // in: calls; out: replies
   respond_text,
-  call_value, // out: calls; ends: replies
+  call_value, // out: calls; completions: replies
   call_text,
   stop_latch, // no queue: the permit and the latch's words
 };
@@ -84,7 +84,7 @@ enum class entry : std::uint8_t {
   invocation, // out: of the queue pair's `own`; in: the service thread's `call`, to be named in the answer
   reply,      // out: to the service thread's `call`; with `own`, that ends when it was written
   refusal,    // out: likewise, with a sentence instead of a reply
-  end,        // ends: of the queue pair's `own`: a reply (none where a message was sent), or an error
+  completion, // completions: of the queue pair's `own`: a reply (none where a message was sent), or an error
 };
 
 // In front of every value in a slot. The value behind it is aligned to value_alignment.
@@ -123,7 +123,7 @@ using newest_window = rt::window_core<>;
 
 // The producer's side of a queue.
 struct producer_end {
-  number_ring::producer* out = nullptr;            // keep::all
+  number_ring::producer* ring = nullptr;           // keep::all
   number_free_ring::consumer* free_ring = nullptr; // keep::all
   newest_window::writer* newest = nullptr;         // keep::newest
   pair_slots slots;
@@ -132,14 +132,14 @@ struct producer_end {
 
 // The consumer's side.
 struct consumer_end {
-  number_ring::consumer* out = nullptr;
+  number_ring::consumer* ring = nullptr;
   number_free_ring::producer* free_ring = nullptr;
   newest_window::reader* newest = nullptr;
   pair_slots slots;
 };
 
 // The calls of a handle that were begun and whose completion was not taken. User thread only. There is one
-// place for each slot of `ends`, so the service thread can always deliver a completion.
+// place for each slot of `completions`, so the service thread can always deliver a completion.
 struct pending_call {
   std::uint32_t generation = 0; // raised when a call begins; odd while one is open
   std::uint32_t next_free = 0;
@@ -203,7 +203,7 @@ struct queue_pair {
     std::span<pending_call> calls;
     std::uint32_t free_call = 0; // the list's head; calls.size(): none
     std::uint32_t calls_open = 0;
-    parked_slots parked_completions; // ends that came while another one was waited for
+    parked_slots parked_completions; // that came while another one was waited for
     parked_slots spare_replies;      // respond: out slots that were reserved and not needed
     latch_memory latch;
     std::uint32_t room_waits = 0; // how often it has waited for room
@@ -289,8 +289,7 @@ inline void announce(queue_pair& on) noexcept {
     wake_for(on);
 }
 
-// Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. The shared half of every
-// publisher.
+// Publishes `bytes` of one value, written into its slot by `fill(std::byte*)`. All publishers share it.
 template <class Fill>
 ROWE_RT status publish_into(queue_pair& on, std::size_t bytes, time_point now, Fill&& fill) noexcept {
   switch (on.audience.advice()) {
@@ -320,7 +319,7 @@ ROWE_RT status publish_into(queue_pair& on, std::size_t bytes, time_point now, F
   on.published.add();
   if (end.newest != nullptr) {
     end.newest->end_write(slot);
-  } else if (!end.out->try_push(slot)) {
+  } else if (!end.ring->try_push(slot)) {
     return errc::misuse; // the ring has places for all slots twice: only a second thread in this handle
                          // leads here
   }
