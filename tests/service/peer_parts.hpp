@@ -33,7 +33,7 @@ class no_sink final : public rowe::service::transport_sink {
 };
 
 struct peer_parts : state_fixture::state_fixture {
-  explicit peer_parts(const rowe::endpoint_options& chosen) : state_fixture{chosen} {}
+  using state_fixture::state_fixture;
 
   rowe::service::message_store store{memory, state};
   rowe::service::outbox out{memory, state, store};
@@ -45,12 +45,13 @@ struct peer_parts : state_fixture::state_fixture {
 
   // A peer that is connected as far as the parts can tell; the transport knows nothing of it.
   connection& join(std::uint32_t index, std::uint32_t generation = 1) { return join({index, generation}); }
-  connection& join(connection_id id) {
+  connection& join(connection_id id, std::string_view subprotocol = {}) {
     connection& c = peers[{id.index}];
     c = {};
     c.id = id;
     c.state = connection::phase::open;
-    c.protocol = &protocols.find({});
+    c.ours = ours;
+    c.protocol = &protocols.find(subprotocol);
     c.opened_at = c.heard_at = cycle.now;
     peers.add();
     const peer_index peer{id.index};
