@@ -232,6 +232,11 @@ TEST_F(direct_messages_test, give_back_the_share_of_a_peer_that_left) {
   block(first);
   const std::uint32_t before = fill(first);
   (void)ended();
+  messages.parking().begin_turn(4, false);
+  while (!post(1, first)) {
+  }
+  (void)ended();
+  ASSERT_TRUE(out.of({first.id.index}).told_full);
   leave(first);
   const auto all = ended();
   EXPECT_EQ(all.size(), before);
@@ -348,6 +353,17 @@ TEST_F(direct_messages_test, that_are_pending_requests_go_to_the_first_peer_that
 }
 
 // ---- the end
+
+TEST_F(direct_messages_test, wait_for_no_other_peer_when_the_endpoint_closes) {
+  connection& only = arrive();
+  block(only);
+  EXPECT_TRUE(post(1));
+  write();
+  cycle.closing = true;
+  leave(only);
+  EXPECT_EQ(ended(), (ends{{1, errc::closed}}));
+  EXPECT_EQ(messages.pending(), 0U);
+}
 
 TEST_F(direct_messages_test, end_as_closed_when_the_endpoint_closes) {
   EXPECT_TRUE(post(1));

@@ -37,7 +37,8 @@ inline rowe::limits few() {
 }
 
 struct topic_parts : peer_parts::peer_parts {
-  explicit topic_parts(bool relay = false) : peer_parts{::state_fixture::with(few(), relay)} {}
+  explicit topic_parts(bool relay = false, rowe::service::side side = rowe::service::side::server)
+      : peer_parts{::state_fixture::with(few(), relay), side} {}
 
   rowe::service::publish_predictor phases{memory, bounds, counts};
   rowe::service::audiences audience{{.state = state, .predictor = phases}};
