@@ -29,8 +29,9 @@ inline rowe::endpoint_options with(const rowe::limits& bounds, bool relay = fals
   return options;
 }
 
-struct state_fixture : testing::Test {
-  explicit state_fixture(
+// What lies outside of a core's state.
+struct outside_fixture : testing::Test {
+  explicit outside_fixture(
       const rowe::endpoint_options& chosen, rowe::service::side side = rowe::service::side::server,
       const rowe::wire::protocol_set& spoken = rowe::wire::protocols_of(rowe::peer_profile::standard))
       : options{chosen}, ours{side}, protocols{spoken} {}
@@ -46,24 +47,23 @@ struct state_fixture : testing::Test {
   rowe::service::shared_state shown{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
   rowe::service::shared_inbox shared{memory, bounds};
-  rowe::service::core_state state{
-      memory,
-      rowe::service::core_options::from(options, ours, "robot"),
-      {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shown, submissions, shared},
-      {to_peers, random, validator, nullptr, protocols},
-      rowe::rt::time_point{1s}};
-  rowe::service::cycle_state& cycle = state.cycle;
-  rowe::service::counters& counts = state.counts;
-  rowe::service::timers& due = state.due;
-  rowe::service::peer_table& peers = state.peers;
-  rowe::service::topic_table& topics = state.topics;
-  rowe::service::call_table& calls = state.calls;
+  std::vector<std::unique_ptr<rowe::detail::pair_codecs>> codecs;
+
+  rowe::service::core_options chosen_options() const {
+    return rowe::service::core_options::from(options, ours, "robot");
+  }
+  rowe::service::shared_parts with_threads() {
+    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shown, submissions, shared};
+  }
+  rowe::service::core_seams seams() { return {to_peers, random, validator, nullptr, protocols}; }
+  static constexpr rowe::rt::time_point start_time{1s};
 
   // Builds and offers a queue pair as set-up does, at the first place that is free.
-  rowe::service::pair_index offer(const rowe::detail::pair_request& asked) {
+  rowe::service::pair_index offer(const rowe::service::core_state& to,
+                                  const rowe::detail::pair_request& asked) {
     rowe::service::pair_index at{0};
-    while (!state.pairs[at].lifecycle.is_free()) ++at.value;
-    rowe::detail::queue_pair& one = state.pairs[at];
+    while (!to.pairs[at].lifecycle.is_free()) ++at.value;
+    rowe::detail::queue_pair& one = to.pairs[at];
     const std::size_t bytes = rowe::detail::pair_bytes(asked);
     if (one.memory.size() < bytes) one.memory = memory.carve_bytes(bytes);
     rowe::detail::build_pair(one, asked, shown.generations());
@@ -77,7 +77,22 @@ struct state_fixture : testing::Test {
     one.lifecycle.offer();
     return at;
   }
-  std::vector<std::unique_ptr<rowe::detail::pair_codecs>> codecs;
+};
+
+struct state_fixture : outside_fixture {
+  using outside_fixture::outside_fixture;
+
+  rowe::service::core_state state{memory, chosen_options(), with_threads(), seams(), start_time};
+  rowe::service::cycle_state& cycle = state.cycle;
+  rowe::service::counters& counts = state.counts;
+  rowe::service::timers& due = state.due;
+  rowe::service::peer_table& peers = state.peers;
+  rowe::service::topic_table& topics = state.topics;
+  rowe::service::call_table& calls = state.calls;
+
+  rowe::service::pair_index offer(const rowe::detail::pair_request& asked) {
+    return outside_fixture::offer(state, asked);
+  }
 };
 
 // What a handle's thread takes from one of its queues; empty: there is nothing.
