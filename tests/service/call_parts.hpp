@@ -9,16 +9,12 @@
 #include <vector>
 
 #include "service/call_completion.hpp"
-#include "service/state_fixture.hpp"
+#include "service/peer_parts.hpp"
 
 namespace call_parts {
 
-using namespace std::chrono_literals;
+using namespace ::peer_parts;
 using rowe::service::call_endpoint;
-using rowe::service::connection;
-using rowe::service::connection_id;
-using rowe::service::counter;
-using rowe::service::peer_index;
 
 inline rowe::limits few() {
   rowe::limits bounds;
@@ -35,15 +31,10 @@ inline rowe::limits few() {
   return bounds;
 }
 
-struct call_parts : state_fixture::state_fixture {
+struct call_parts : peer_parts::peer_parts {
   explicit call_parts(const rowe::endpoint_options& chosen = ::state_fixture::with(few()))
-      : state_fixture{chosen} {}
+      : peer_parts{chosen} {}
 
-  rowe::service::message_store store{memory, state};
-  rowe::service::outbox out{memory, state, store};
-  rowe::service::refusals refused{memory, {.state = state, .out = out}};
-  rowe::service::local_delivery delivery{state};
-  rowe::service::receiver inbox{memory, {.state = state, .out = out, .delivery = delivery}};
   rowe::service::direct_messages messages{
       memory, {.state = state, .store = store, .out = out, .delivery = delivery, .inbox = inbox}};
   rowe::service::call_completion completion{memory,
@@ -54,26 +45,8 @@ struct call_parts : state_fixture::state_fixture {
                                              .messages = messages,
                                              .delivery = delivery}};
 
-  connection& join(std::uint32_t index) {
-    connection& c = peers[{index}];
-    c = {};
-    c.id = {index, 1};
-    c.state = connection::phase::open;
-    c.protocol = &protocols.find({});
-    peers.add();
-    out.open({index});
-    refused.open({index});
-    return c;
-  }
   // What is queued for a peer as answers, oldest first.
-  std::vector<std::string> replies(const connection& to) {
-    std::vector<std::string> all;
-    for (auto at = out.of({to.id.index}).replies.entries.head; at; at = out.entries().after(at)) {
-      const auto text = store.slots().text(out.entries().at(at).index);
-      all.emplace_back(text.begin(), text.end());
-    }
-    return all;
-  }
+  std::vector<std::string> replies(const connection& to) { return told(to); }
   // No further answer to it finds room.
   void fill(const connection& to) {
     while (out.has_place_for_reply({to.id.index}))
@@ -82,8 +55,8 @@ struct call_parts : state_fixture::state_fixture {
   void TearDown() override {
     EXPECT_TRUE(calls.check());
     EXPECT_TRUE(completion.check());
-    EXPECT_TRUE(due.check());
-    EXPECT_TRUE(store.check());
+    EXPECT_TRUE(messages.check());
+    peer_parts::TearDown();
   }
 };
 

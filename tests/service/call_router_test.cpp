@@ -18,10 +18,8 @@ struct call_router_test : call_parts::call_parts {
   explicit call_router_test(bool relay = false) : call_parts{::state_fixture::with(few(), relay)} {}
 
   rowe::service::stop_rules rules{options.stop, cycle.now, 1};
-  rowe::service::subscription_queues queues{{.state = state, .store = store, .out = out}};
-  rowe::service::sender writer{memory, {.state = state, .store = store, .out = out, .queues = queues}};
   rowe::service::stop_service stop{
-      memory, {.state = state, .writer = writer, .completion = completion, .rules = rules}};
+      memory, {.state = state, .writer = sending, .completion = completion, .rules = rules}};
   rowe::service::service_directory directory{memory, bounds};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
   rowe::service::advertisement_table advertised{memory, bounds};

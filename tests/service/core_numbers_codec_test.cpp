@@ -8,16 +8,18 @@
 
 #include <algorithm>
 #include <deque>
-#include <map>
 
-#include "wire/numbers_codec.hpp"
+#include "service/numbers_lists.hpp"
 
 namespace core_numbers_codec_test {
 namespace {
 
 using namespace harness;
 using numbers::four;
+using numbers::gone_of;
+using numbers::list_of;
 using numbers::number_at;
+using numbers::numbered;
 using rowe::service::side;
 using rowe::wire::opcode;
 
@@ -26,32 +28,6 @@ rowe::endpoint_options hub_options() {
   options.relay = true;
   options.stop.unguarded = true;
   return options;
-}
-
-// Name to number, as a list says it.
-using numbered = std::map<std::string, std::uint32_t>;
-
-numbered list_of(const texts& heard, char kind) {
-  numbered all;
-  for (std::string_view text : heard) {
-    if (!text.starts_with(kind)) continue;
-    for (text.remove_prefix(1); text.size() >= 8;) {
-      const std::uint32_t number = number_at(text);
-      const std::size_t bytes = number_at(text.substr(4));
-      all[std::string{text.substr(8, bytes)}] = number;
-      text.remove_prefix(8 + bytes);
-    }
-  }
-  return all;
-}
-
-std::vector<std::uint32_t> gone_of(const texts& heard, char kind) {
-  std::vector<std::uint32_t> all;
-  for (const std::string_view text : heard) {
-    for (std::size_t at = 1; text.starts_with(kind) && at + 8 <= text.size(); at += 8)
-      all.push_back(number_at(text.substr(at)));
-  }
-  return all;
 }
 
 std::string message(std::uint32_t tag, rowe::rt::time_point at, std::string_view body) {

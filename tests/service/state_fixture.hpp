@@ -4,9 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include <rowe/endpoint.hpp>
 
+#include "api/pair_memory.hpp"
 #include "memory_transport/memory_transport.hpp"
 #include "service/core_harness.hpp"
 #include "service/core_state.hpp"
@@ -24,25 +29,60 @@ inline rowe::endpoint_options with(const rowe::limits& bounds, bool relay = fals
   return options;
 }
 
-struct state_fixture : testing::Test {
-  explicit state_fixture(const rowe::endpoint_options& chosen) : options{chosen} {}
+// What lies outside of a core's state.
+struct outside_fixture : testing::Test {
+  explicit outside_fixture(
+      const rowe::endpoint_options& chosen, rowe::service::side side = rowe::service::side::server,
+      const rowe::wire::protocol_set& spoken = rowe::wire::protocols_of(rowe::peer_profile::standard))
+      : options{chosen}, ours{side}, protocols{spoken} {}
 
   const rowe::endpoint_options options;
+  const rowe::service::side ours;
+  const rowe::wire::protocol_set& protocols;
   const rowe::limits& bounds = options.limits;
   rowe::rt::arena memory{rowe::service::plan_memory(bounds).arena(), rowe::rt::page_lock::none};
   rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
-  const rowe::wire::protocol_set& protocols = rowe::wire::protocols_of(rowe::peer_profile::standard);
   rowe::net::memory_transport to_peers{bounds.connections_max};
   harness::seeded_entropy random{1};
   rowe::service::shared_state shown{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
   rowe::service::shared_inbox shared{memory, bounds};
-  rowe::service::core_state state{
-      memory,
-      rowe::service::core_options::from(options, rowe::service::side::server, "robot"),
-      {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shown, submissions, shared},
-      {to_peers, random, validator, nullptr, protocols},
-      rowe::rt::time_point{1s}};
+  std::vector<std::unique_ptr<rowe::detail::pair_codecs>> codecs;
+
+  rowe::service::core_options chosen_options() const {
+    return rowe::service::core_options::from(options, ours, "robot");
+  }
+  rowe::service::shared_parts with_threads() {
+    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shown, submissions, shared};
+  }
+  rowe::service::core_seams seams() { return {to_peers, random, validator, nullptr, protocols}; }
+  static constexpr rowe::rt::time_point start_time{1s};
+
+  // Builds and offers a queue pair as set-up does, at the first place that is free.
+  rowe::service::pair_index offer(const rowe::service::core_state& to,
+                                  const rowe::detail::pair_request& asked) {
+    rowe::service::pair_index at{0};
+    while (!to.pairs[at].lifecycle.is_free()) ++at.value;
+    rowe::detail::queue_pair& one = to.pairs[at];
+    const std::size_t bytes = rowe::detail::pair_bytes(asked);
+    if (one.memory.size() < bytes) one.memory = memory.carve_bytes(bytes);
+    rowe::detail::build_pair(one, asked, shown.generations());
+    one.peers_taking = shown.takers();
+    one.granted = &shown.permit;
+    const auto& compiled = *codecs.emplace_back(std::make_unique<rowe::detail::pair_codecs>(
+        std::move(rowe::detail::pair_codecs::compile(asked)).value()));
+    one.encoder = compiled.encoder ? &*compiled.encoder : nullptr;
+    one.decoder = compiled.decoder ? &*compiled.decoder : nullptr;
+    shown.use_pair(at.value);
+    one.lifecycle.offer();
+    return at;
+  }
+};
+
+struct state_fixture : outside_fixture {
+  using outside_fixture::outside_fixture;
+
+  rowe::service::core_state state{memory, chosen_options(), with_threads(), seams(), start_time};
   rowe::service::cycle_state& cycle = state.cycle;
   rowe::service::counters& counts = state.counts;
   rowe::service::timers& due = state.due;
@@ -50,6 +90,19 @@ struct state_fixture : testing::Test {
   rowe::service::topic_table& topics = state.topics;
   rowe::service::subscription_table& subscriptions = state.subscriptions;
   rowe::service::call_table& calls = state.calls;
+
+  rowe::service::pair_index offer(const rowe::detail::pair_request& asked) {
+    return outside_fixture::offer(state, asked);
+  }
 };
+
+// What a handle's thread takes from one of its queues; empty: there is nothing.
+inline std::string taken(rowe::detail::consumer_end& from) {
+  const auto slot = from.ring->try_pop();
+  if (!slot) return {};
+  std::string text{reinterpret_cast<const char*>(from.slots.value(*slot)), from.slots.header(*slot)->bytes};
+  from.free_ring->release(*slot);
+  return text;
+}
 
 } // namespace state_fixture

@@ -4,21 +4,16 @@
 #pragma once
 #include <gtest/gtest.h>
 
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "service/advertisements.hpp"
 #include "service/broker.hpp"
-#include "service/state_fixture.hpp"
+#include "service/peer_parts.hpp"
 
 namespace topic_parts {
 
-using namespace std::chrono_literals;
-using rowe::service::connection;
-using rowe::service::counter;
+using namespace ::peer_parts;
 using rowe::service::latch_owner;
-using rowe::service::peer_index;
 using rowe::service::topic_id;
 using rowe::wire::request;
 
@@ -41,14 +36,10 @@ inline rowe::limits few() {
   return bounds;
 }
 
-struct topic_parts : state_fixture::state_fixture {
-  explicit topic_parts(bool relay = false) : state_fixture{::state_fixture::with(few(), relay)} {}
+struct topic_parts : peer_parts::peer_parts {
+  explicit topic_parts(bool relay = false, rowe::service::side side = rowe::service::side::server)
+      : peer_parts{::state_fixture::with(few(), relay), side} {}
 
-  rowe::service::message_store store{memory, state};
-  rowe::service::outbox out{memory, state, store};
-  rowe::service::subscription_queues queues{{.state = state, .store = store, .out = out}};
-  rowe::service::refusals refused{memory, {.state = state, .out = out}};
-  rowe::service::local_delivery delivery{state};
   rowe::service::publish_predictor phases{memory, bounds, counts};
   rowe::service::audiences audience{{.state = state, .predictor = phases}};
   rowe::service::topic_rates rates{{.state = state, .statistics_topic = {}}};
@@ -70,17 +61,6 @@ struct topic_parts : state_fixture::state_fixture {
                                 .delivery = delivery,
                                 .advertised = advertised}};
 
-  connection& join(std::uint32_t index) {
-    connection& c = peers[{index}];
-    c = {};
-    c.id = {index, 1};
-    c.state = connection::phase::open;
-    c.protocol = &protocols.find({});
-    peers.add();
-    out.open({index});
-    refused.open({index});
-    return c;
-  }
   // Its connection has ended.
   void leave(connection& c) {
     const peer_index peer{c.id.index};
@@ -119,25 +99,9 @@ struct topic_parts : state_fixture::state_fixture {
     const topic_id found = topics.find(topic);
     return found && subscriptions.find(found, {c.id.index});
   }
-  // What a peer was told, oldest first.
-  std::vector<std::string> told(const connection& to) {
-    std::vector<std::string> all;
-    for (auto at = out.of({to.id.index}).replies.entries.head; at; at = out.entries().after(at)) {
-      const auto text = store.slots().text(out.entries().at(at).index);
-      all.emplace_back(text.begin(), text.end());
-    }
-    return all;
-  }
-  bool was_told(const connection& to, std::string_view part) {
-    for (const std::string& text : told(to)) {
-      if (text.find(part) != std::string::npos) return true;
-    }
-    return false;
-  }
   void TearDown() override {
     EXPECT_TRUE(readers.check());
-    EXPECT_TRUE(store.check());
-    EXPECT_TRUE(due.check());
+    peer_parts::TearDown();
   }
 };
 
