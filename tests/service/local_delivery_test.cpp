@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <optional>
 #include <string>
 
 #include <rowe/schema.hpp>
@@ -39,6 +40,7 @@ struct local_delivery_test : state_fixture::state_fixture {
   local_delivery_test() : state_fixture{rowe::endpoint_options{}} {}
 
   rowe::service::local_delivery delivery{state};
+  std::optional<rowe::tests::padded> body; // of the last delivery: `why` refers to it
   rowe::json::decoder::diagnosis why;
 
   // A handle that is attached.
@@ -70,8 +72,8 @@ struct local_delivery_test : state_fixture::state_fixture {
                    .completions_bytes = 64});
   }
   rowe::status deliver(pair_index to, std::string_view text) {
-    const rowe::tests::padded body{text};
-    return delivery.deliver(to, {.stamped_ns = 7}, body.text(), why);
+    body.emplace(text);
+    return delivery.deliver(to, {.stamped_ns = 7}, body->text(), why);
   }
   call_endpoint of(pair_index at) { return call_endpoint::of(at, state.pair_rows[at].generation); }
   queue_pair& pair(pair_index at) { return state.pairs[at]; }
