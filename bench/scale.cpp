@@ -85,7 +85,7 @@ class loopback final : public service::transport {
     sockets_->close(id, how);
   }
   void set_low_rtt(service::connection_id id, bool low_rtt) noexcept override {
-    sockets_->set_low_rtt(id, near);
+    sockets_->set_low_rtt(id, low_rtt);
   }
   void read_enabled(service::connection_id id, bool enabled) noexcept override {
     sockets_->read_enabled(id, enabled);
