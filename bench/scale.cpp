@@ -195,7 +195,7 @@ class stand {
     on.next_wake = on.core.cycle(on.now);
     if (cycles != nullptr) cycles->push_back(nanoseconds_since(begin));
   }
-  std::uint64_t count(counter which) const { return on.shown.counts.read(which); }
+  std::uint64_t count(counter which) const { return on.shared.counts.read(which); }
   // Cycles until so many more are counted; returns what that took of the CPU.
   double until(counter which, std::uint64_t more) {
     const std::uint64_t due = count(which) + more;

@@ -30,12 +30,12 @@ class sending_core {
         transport_{net::socket_transport::listen({.limits = sockets}).value()},
         pairs_{memory_.carve<detail::queue_pair>(options_.limits.lanes_max)},
         pair_memory_{memory_.carve_bytes(options_.limits.lane_bytes)},
-        shown_{*memory_.make<service::shared_state>(memory_, options_.limits)},
+        shared_{*memory_.make<service::shared_state>(memory_, options_.limits)},
         submissions_{*memory_.make<service::submission_queue>(memory_, options_.limits)},
         inbox_{*memory_.make<service::shared_inbox>(memory_, options_.limits)},
         core_{*memory_.make<service::core>(
             memory_, service::core_options::from(options_, service::side::server, "robot"),
-            service::shared_parts{pairs_, shown_, submissions_, inbox_},
+            service::shared_parts{pairs_, shared_, submissions_, inbox_},
             service::core_seams{*transport_, random_, validator_,
                                 [](const service::http_request&) noexcept { return service::http_answer{}; },
                                 wire::protocols_of(options_.profile)},
@@ -46,8 +46,8 @@ class sending_core {
   std::uint32_t peers() const { return core_.peers(); }
   std::uint16_t port() const { return transport_->port(); }
   std::uint64_t lost() const {
-    return shown_.counts.read(service::counter::outbox_full) + shown_.counts.read(service::counter::no_slot) +
-           shown_.counts.read(service::counter::expired);
+    return shared_.counts.read(service::counter::outbox_full) +
+           shared_.counts.read(service::counter::no_slot) + shared_.counts.read(service::counter::expired);
   }
 
   // Its only queue pair. Active after a cycle.
@@ -55,10 +55,10 @@ class sending_core {
     detail::queue_pair& one = pairs_[0];
     if (detail::pair_bytes(asked) > pair_memory_.size()) std::abort();
     one.memory = pair_memory_;
-    detail::build_pair(one, asked, shown_.generations());
+    detail::build_pair(one, asked, shared_.generations());
     codecs_.emplace(detail::pair_codecs::compile(asked).value());
     one.encoder = &*codecs_->encoder;
-    shown_.use_pair(0);
+    shared_.use_pair(0);
     one.lifecycle.offer();
     return one;
   }
@@ -75,7 +75,7 @@ class sending_core {
   std::span<detail::queue_pair> pairs_;
   std::span<std::byte> pair_memory_;
   std::optional<detail::pair_codecs> codecs_;
-  service::shared_state& shown_;
+  service::shared_state& shared_;
   service::submission_queue& submissions_;
   service::shared_inbox& inbox_;
   service::core& core_;

@@ -24,9 +24,9 @@ namespace rowe {
 //
 // How a call may fail, whether it was waited for or not: timed_out; peer_lost (who answers it went away
 // before); no_service (nobody provides the service); refused (the provider says no: refusal() has its
-// sentence); missing_member, duplicate_member, wrong_type, out_of_range, too_long (the reply is not what A's
-// schema says); too_big (the reply does not fit its slot); malformed, not_an_object (the request, a text);
-// closed.
+// diagnostic); missing_member, duplicate_member, wrong_type, out_of_range, too_long (the reply is not what
+// A's schema says); too_big (the reply does not fit its slot); malformed, not_an_object (the request, a
+// text); closed.
 template <class Q, class A>
 class caller {
   static_assert(detail::is_text<Q> == detail::is_text<A>, "either both are structs, or both are json_text");
@@ -50,7 +50,7 @@ class caller {
   // start(). Not for real-time loops: sleeps in the kernel.
   result<reply_type> call(given request, duration timeout) noexcept {
     const time_point now = rt::monotonic_clock::now();
-    if (pair_) detail::find_place(*pair_);
+    if (pair_) detail::reclaim_rows(*pair_);
     const auto started = start(request, timeout, now);
     if (!started) return started.error();
     const auto slot = detail::wait_call(pair_, *started, now, timeout);
@@ -58,7 +58,7 @@ class caller {
     return opened(*slot);
   }
 
-  // Calls without waiting; the end is fetched by try_finish(). `timeout` counts from `now`. Errors: full,
+  // Calls without waiting; try_finish() takes the completion. `timeout` counts from `now`. Errors: full,
   // too_many_calls (both: the option `depth`), closed; of json_text also too_big (longer than the option
   // `text_bytes_max`, or a message that overflowed). Never waits, never allocates, no system call.
   ROWE_RT result<call_id> start(given request, duration timeout, time_point now) noexcept {
@@ -71,8 +71,8 @@ class caller {
     }
   }
 
-  // The next call that has ended, in the order of their ends. Errors: empty (none has), closed. Each call
-  // ends once. Never waits, never allocates, no system call; at most `depth` steps.
+  // The next call that has ended, in the order in which they ended. Errors: empty (none has), closed. Each
+  // call ends once. Never waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<answer> try_finish() noexcept {
     const auto slot = detail::next_completion(pair_);
     if (!slot) return slot.error();
@@ -80,16 +80,17 @@ class caller {
     return answer{id, opened(*slot)};
   }
 
-  // Its end is not wanted any more. Until it has come, and cancel(), try_finish() or a call that waits has
-  // met it, the call keeps its place. The service is not told. Nothing happens to a call that has ended.
-  // Never waits, never allocates; at most as many steps as calls may be in flight.
+  // Gives the call up: try_finish() will not return it. It counts as in flight until it has ended, and
+  // cancel(), try_finish() or a call that waits has dropped its completion. The service is not told. Does
+  // nothing for a call that has ended. Never waits, never allocates; at most as many steps as calls may be in
+  // flight.
   ROWE_RT void cancel(call_id call) noexcept {
     if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }
 
   // What is said of the last call that failed with refused or no_service (the provider's or the server's own
-  // sentence), or because of its reply (which member, what was wanted and what was found); cut at 192 bytes.
-  // Valid until the next one.
+  // diagnostic), or because of its reply (which member, what was wanted and what was found); cut at 192
+  // bytes. Valid until the next one.
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
  private:
@@ -107,7 +108,7 @@ class caller {
   }
 
   detail::pair_handle pair_;
-  detail::sentence refusal_;
+  detail::diagnostic refusal_;
 };
 
 } // namespace rowe

@@ -133,7 +133,7 @@ class endpoint {
   result<received> receive(duration timeout);
 
   // Sends an invocation and waits for its reply at most `timeout` (negative: for ever). Errors: as
-  // lane::invoke(). Where it was refused, or nobody provides it, and `why` is given, the sentence that says
+  // lane::invoke(). Where it was refused, or nobody provides it, and `why` is given, the diagnostic that says
   // so is assigned to it.
   result<received> invoke(body object, duration timeout, connection to = everyone,
                           std::string* why = nullptr);
@@ -145,8 +145,8 @@ class endpoint {
   status reply(const received& call, body object, duration ttl = rt::for_ever);
   // Queues the reply and returns at once. Errors: misuse, peer_lost, expired.
   status try_reply(const received& call, body object);
-  // Says no, with a sentence (cut at 192 bytes), and returns at once. Errors: as try_reply().
-  status refuse(const received& call, std::string_view sentence);
+  // Says no, with a diagnostic (cut at 192 bytes), and returns at once. Errors: as try_reply().
+  status refuse(const received& call, std::string_view diagnostic);
 
   // ---- peers and what happens
 

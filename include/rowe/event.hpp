@@ -39,7 +39,7 @@ struct event {
 
   kind what_kind = kind::warning;
   text<64> peer;    // its numeric address and port; empty where there is none
-  text<224> what;   // a sentence
+  text<224> what;   // a diagnostic
   text<192> remedy; // what to change; empty where nothing can be
 };
 

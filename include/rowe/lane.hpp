@@ -89,12 +89,12 @@ class lane {
   // (negative: for ever). It goes to `to`, or else to whoever provides the service: a handle of this process,
   // the server that a client is connected to, a peer. Errors: full, too_big; too_many_calls (the option
   // `calls`, or the limit `calls_max`); timed_out; peer_lost (it went away before it replied); no_service,
-  // no_peer (nobody to ask); refused (the service says no: refusal() has its sentence); malformed,
+  // no_peer (nobody to ask); refused (the service says no: refusal() has its diagnostic); malformed,
   // not_an_object, reserved_member. Not for real-time loops.
   result<message_view> invoke(body object, duration timeout, connection to = everyone) noexcept;
 
-  // The same without waiting: the end is fetched by try_finish(). `timeout` counts from `now`. Errors: full,
-  // too_big, too_many_calls, peer_lost; the others are the call's end. Never waits, never allocates, no
+  // The same without waiting: try_finish() takes the completion. `timeout` counts from `now`. Errors: full,
+  // too_big, too_many_calls, peer_lost; the others come with the completion. Never waits, never allocates, no
   // system call.
   ROWE_RT result<call_id> start(body object, duration timeout, time_point now,
                                 connection to = everyone) noexcept {
@@ -102,8 +102,8 @@ class lane {
     return detail::named(detail::start_call_to(*pair_, to, object, detail::call_header(now, timeout, to)));
   }
 
-  // The next call that has ended, in the order of their ends. Errors: empty (none has). Each call ends once.
-  // Never waits, never allocates, no system call; at most `calls` steps.
+  // The next call that has ended, in the order in which they ended. Errors: empty (none has). Each call ends
+  // once. Never waits, never allocates, no system call; at most `calls` steps.
   ROWE_RT result<call_end> try_finish() noexcept {
     const auto slot = detail::next_completion(pair_);
     if (!slot) return slot.error();
@@ -111,14 +111,15 @@ class lane {
     return call_end{id, opened(*slot)};
   }
 
-  // Its end is not wanted any more. Until it has come, and cancel(), try_finish() or a call that waits has
-  // met it, the call keeps its place. The peer is not told. Nothing happens to a call that has ended. Never
-  // waits, never allocates; at most as many steps as calls may be in flight.
+  // Gives the call up: try_finish() will not return it. It counts as in flight until it has ended, and
+  // cancel(), try_finish() or a call that waits has dropped its completion. The peer is not told. Does
+  // nothing for a call that has ended. Never waits, never allocates; at most as many steps as calls may be in
+  // flight.
   ROWE_RT void cancel(call_id call) noexcept {
     if (pair_) detail::cancel(*pair_, {call.index, call.generation});
   }
 
-  // The sentence of the last call that failed with refused or no_service; cut at 192 bytes. Valid until the
+  // The diagnostic of the last call that failed with refused or no_service; cut at 192 bytes. Valid until the
   // next one.
   ROWE_RT std::string_view refusal() const noexcept { return refusal_.view(); }
 
@@ -137,11 +138,11 @@ class lane {
   // full, too_big and too_many_calls it can be answered again. Not for real-time loops.
   status reply(const message_view& call, body object, duration ttl) noexcept;
 
-  // Says no, with a sentence (cut at 192 bytes). Errors: as try_reply(). Never waits, never allocates.
-  ROWE_RT status try_refuse(const message_view& call, std::string_view sentence, time_point now) noexcept {
+  // Says no, with a diagnostic (cut at 192 bytes). Errors: as try_reply(). Never waits, never allocates.
+  ROWE_RT status try_refuse(const message_view& call, std::string_view diagnostic, time_point now) noexcept {
     if (const status fine = answerable(call, now); !fine) return fine;
     return detail::post(*pair_, answer_to(call, detail::entry::refusal, now, rt::never),
-                        sentence.substr(0, detail::sentence_bytes_max));
+                        diagnostic.substr(0, detail::diagnostic_bytes_max));
   }
 
   // ---- counters, any thread
@@ -154,7 +155,7 @@ class lane {
   ROWE_RT std::uint64_t expired() const noexcept { return pair_ ? pair_->expired_here.get() : 0; }
 
  private:
-  // An end that was taken, as what the caller gets.
+  // A completion that was taken, as what the caller gets.
   result<message_view> opened(std::uint32_t slot) noexcept {
     if (pair_->user.completions.slots.header(slot)->failed) return detail::fail_with(*pair_, slot, refusal_);
     return message_view{*pair_, pair_->user.completions, slot};
@@ -173,7 +174,7 @@ class lane {
   }
 
   detail::pair_handle pair_;
-  detail::sentence refusal_;
+  detail::diagnostic refusal_;
 };
 
 // ---- what waits
@@ -182,7 +183,7 @@ inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!pair_) return errc::misuse;
   if (!to && detail::crowded(*pair_)) return detail::with_depth(*pair_, errc::full);
   const time_point now = rt::monotonic_clock::now();
-  detail::find_place(*pair_);
+  detail::reclaim_rows(*pair_);
   const auto call = detail::start_call_to(*pair_, to, object,
                                           detail::message_header(detail::entry::message, detail::ref_of(to),
                                                                  now, detail::expiry_after(now, ttl)));
@@ -197,7 +198,7 @@ inline result<message_view> lane::receive(duration timeout) noexcept {
 
 inline result<message_view> lane::invoke(body object, duration timeout, connection to) noexcept {
   const time_point now = rt::monotonic_clock::now();
-  if (pair_) detail::find_place(*pair_);
+  if (pair_) detail::reclaim_rows(*pair_);
   const auto started = start(object, timeout, now, to);
   if (!started) return started.error();
   const auto slot = detail::wait_call(pair_, *started, now, timeout);
@@ -208,7 +209,7 @@ inline result<message_view> lane::invoke(body object, duration timeout, connecti
 inline status lane::reply(const message_view& call, body object, duration ttl) noexcept {
   const time_point now = rt::monotonic_clock::now();
   if (const status fine = answerable(call, now); !fine) return fine;
-  detail::find_place(*pair_);
+  detail::reclaim_rows(*pair_);
   const auto waiting = detail::begin_call(*pair_);
   if (!waiting) return waiting.error();
   detail::value_header header = answer_to(call, detail::entry::reply, now, detail::expiry_after(now, ttl));

@@ -67,12 +67,12 @@ struct limits {
 
   // Sets the limit called `name` to a whole number written in decimal digits. Errors: bad_argument (no limit
   // is called so, or the value is no such number or out of its range); nothing is changed then, and where
-  // `why` is given a sentence with the name, the value and the range is assigned to it. Set-up.
+  // `why` is given a diagnostic with the name, the value and the range is assigned to it. Set-up.
   status set(std::string_view name, std::string_view value, std::string* why = nullptr);
 
   // These limits with what the environment says of them: ROWE_LIMIT_TOPICS_MAX=256 is topics_max. The library
   // itself never looks there. Errors: as set(), also for a ROWE_LIMIT_... that no limit is called; the
-  // sentence names the variable. Set-up: no other thread may change the environment meanwhile.
+  // diagnostic names the variable. Set-up: no other thread may change the environment meanwhile.
   result<limits> with_environment(std::string* why = nullptr) const;
 };
 

@@ -108,8 +108,8 @@ ROWE_RT void rowe_lane_cancel(struct rowe_lane* lane, struct rowe_call call);
 // answered already).
 ROWE_RT int rowe_lane_try_reply(struct rowe_lane* lane, struct rowe_view* call, const char* text,
                                 size_t bytes, int64_t now_ns);
-// Refuses it, with a sentence of at most 192 bytes. Errors: the same.
-ROWE_RT int rowe_lane_try_refuse(struct rowe_lane* lane, struct rowe_view* call, const char* sentence,
+// Refuses it, with a diagnostic of at most 192 bytes. Errors: the same.
+ROWE_RT int rowe_lane_try_refuse(struct rowe_lane* lane, struct rowe_view* call, const char* diagnostic,
                                  int64_t now_ns);
 
 // ---- Topics: what a page, roslib or `rowe echo` subscribes to and publishes

@@ -26,7 +26,7 @@ class message_view {
     return *this;
   }
   ROWE_RT ~message_view() {
-    if (pair_ != nullptr) detail::give_back(*pair_, *end_, slot_);
+    if (pair_ != nullptr) detail::release_slot(*pair_, *end_, slot_);
   }
 
   // The text: one JSON value; an object where it is a message, a call, or a reply to a lane. Valid as long as

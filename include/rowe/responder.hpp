@@ -45,7 +45,7 @@ class request : public detail::open_request {
 };
 
 // Answers with structs that have schemas: requests are decoded into Q, replies are A. A request that is not
-// what Q's schema says never gets here: it is refused with a sentence that says why. Or, where both are
+// what Q's schema says never gets here: it is refused with a diagnostic that says why. Or, where both are
 // json_text, with text that is JSON: one object, which the service thread validates; a reply that is none is
 // counted as `malformed`, and the call is refused. Move-only; one thread at a time. An empty handle says
 // errc::misuse to everything.
@@ -93,13 +93,13 @@ class responder {
     return reply(to, value, rt::monotonic_clock::now());
   }
 
-  // Says no, with a sentence (cut at 192 bytes). Errors: as reply(), but for too_big. Never waits, never
+  // Says no, with a diagnostic (cut at 192 bytes). Errors: as reply(), but for too_big. Never waits, never
   // allocates, no system call.
-  ROWE_RT status refuse(request<Q>& to, std::string_view sentence, time_point now) noexcept {
-    return to.refuse(pair_, sentence, now);
+  ROWE_RT status refuse(request<Q>& to, std::string_view diagnostic, time_point now) noexcept {
+    return to.refuse(pair_, diagnostic, now);
   }
-  ROWE_RT status refuse(request<Q>& to, std::string_view sentence) noexcept {
-    return refuse(to, sentence, rt::monotonic_clock::now());
+  ROWE_RT status refuse(request<Q>& to, std::string_view diagnostic) noexcept {
+    return refuse(to, diagnostic, rt::monotonic_clock::now());
   }
 
  private:

@@ -20,7 +20,7 @@
 
 namespace rowe {
 
-// code, sentence. %v is replaced by the value, %l by the limit, %w by the whole, %n by the name of the
+// code, pattern. %v is replaced by the value, %l by the limit, %w by the whole, %n by the name of the
 // argument and a space.
 #define ROWE_ERRORS(X)                                                                                       \
   X(full, "the queue is full: all %l slots are taken")                                                       \
@@ -104,7 +104,7 @@ struct error {
 
   // The code's name, for logs and tests: "full". Never waits, never allocates.
   ROWE_RT std::string_view name() const noexcept;
-  // The sentence, with the numbers filled in. Allocates; throws std::bad_alloc only.
+  // The text, with the numbers filled in. Allocates; throws std::bad_alloc only.
   std::string message() const;
   // The same, written into `buffer` and cut where that ends; returns the part written. Never waits, never
   // allocates.
@@ -119,7 +119,7 @@ inline constexpr std::size_t message_bytes_max = 191; // of any error, with the 
 
 struct error_description {
   std::string_view name;
-  std::string_view sentence;
+  std::string_view pattern;
 };
 inline constexpr std::string_view argument_names[] = {"",
 #define ROWE_ARGUMENT_ROW(name) #name,
@@ -127,7 +127,7 @@ inline constexpr std::string_view argument_names[] = {"",
 #undef ROWE_ARGUMENT_ROW
 };
 inline constexpr error_description error_descriptions[] = {
-#define ROWE_ERROR_ROW(name, sentence) {#name, sentence},
+#define ROWE_ERROR_ROW(name, pattern) {#name, pattern},
     ROWE_ERRORS(ROWE_ERROR_ROW)
 #undef ROWE_ERROR_ROW
 };
@@ -144,27 +144,27 @@ inline std::string_view error::name() const noexcept {
 }
 
 inline std::string_view error::message(std::span<char> buffer) const noexcept {
-  std::string_view sentence = detail::error_descriptions[static_cast<std::size_t>(code)].sentence;
+  std::string_view pattern = detail::error_descriptions[static_cast<std::size_t>(code)].pattern;
   if (code == errc::bad_url && value == 0)
-    sentence = "missing ws://: the URL must read ws://HOST[:PORT][/PATH]";
+    pattern = "missing ws://: the URL must read ws://HOST[:PORT][/PATH]";
   char* at = buffer.data();
   char* const end = at + buffer.size();
   const auto put = [&](std::string_view words) { at += words.copy(at, static_cast<std::size_t>(end - at)); };
-  while (!sentence.empty() && at != end) {
-    if (sentence.starts_with("%v") || sentence.starts_with("%l") || sentence.starts_with("%w")) {
+  while (!pattern.empty() && at != end) {
+    if (pattern.starts_with("%v") || pattern.starts_with("%l") || pattern.starts_with("%w")) {
       char digits[20]; // of the longest 64-bit number
-      const std::int64_t number = sentence[1] == 'v' ? value : sentence[1] == 'l' ? limit : whole;
+      const std::int64_t number = pattern[1] == 'v' ? value : pattern[1] == 'l' ? limit : whole;
       const char* const last = std::to_chars(digits, digits + sizeof digits, number).ptr;
       put({digits, last});
-      sentence.remove_prefix(2);
-    } else if (sentence.starts_with("%n")) {
+      pattern.remove_prefix(2);
+    } else if (pattern.starts_with("%n")) {
       const std::string_view named = name_of(about);
       put(named);
       if (!named.empty() && at != end) *at++ = ' ';
-      sentence.remove_prefix(2);
+      pattern.remove_prefix(2);
     } else {
-      *at++ = sentence.front();
-      sentence.remove_prefix(1);
+      *at++ = pattern.front();
+      pattern.remove_prefix(1);
     }
   }
   return {buffer.data(), static_cast<std::size_t>(at - buffer.data())};

@@ -22,7 +22,7 @@ extern "C" {
 
 // ---- Errors
 
-// number, name. The numbers stay; rowe/result.hpp has the sentences.
+// number, name. The numbers stay; rowe/result.hpp has the diagnostics.
 // clang-format off
 #define ROWE_ERROR_CODES(X)                                                                                  \
   X(1, full)               /* the queue is full */                                                           \
@@ -70,11 +70,11 @@ enum rowe_error {
 #undef ROWE_ERROR_CODE
 };
 
-// The sentence for an error, with N for the value and MAX for the limit it is about (TOTAL: what MAX is left
-// of); static. Any number is fine: one that is no error says so.
+// The diagnostic for an error, with N for the value and MAX for the limit it is about (TOTAL: what MAX is
+// left of); static. Any number is fine: one that is no error says so.
 const char* rowe_strerror(int error);
 
-// The error of this thread's last call here that failed, and its sentence with the numbers filled in, which
+// The error of this thread's last call here that failed, and its diagnostic with the numbers filled in, which
 // stays until the next one that fails. Success leaves both alone. rowe_ok and "" before the first.
 int rowe_last_error(void);
 const char* rowe_last_error_text(void);
@@ -223,9 +223,9 @@ int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_obj
                      const struct rowe_object* object);
 
 // Answers with an error instead: the rowe_invoke() of who asked fails with rowe_error_refused, and its
-// rowe_last_error_text() has `sentence` (cut at 192 bytes). Does not wait. Errors: as rowe_async_reply().
+// rowe_last_error_text() has `diagnostic` (cut at 192 bytes). Does not wait. Errors: as rowe_async_reply().
 int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
-                const char* sentence);
+                const char* diagnostic);
 
 // ---- What happened
 
@@ -245,7 +245,7 @@ enum rowe_event_kind {
 struct rowe_event {
   enum rowe_event_kind kind;
   char peer[65];    // its address and port; "" where there is none
-  char what[225];   // a sentence
+  char what[225];   // a diagnostic
   char remedy[193]; // what to change; "" where nothing can be
 };
 

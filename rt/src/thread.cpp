@@ -17,7 +17,7 @@
 #include <cstring>
 #include <mutex>
 
-#include "sentence.hpp"
+#include "diagnostic.hpp"
 
 namespace rowe::rt {
 namespace {
@@ -121,7 +121,7 @@ sigset_t blockable_signals() noexcept {
 } // namespace
 
 std::string_view grants::text(std::span<char> buffer) const noexcept {
-  detail::sentence s{buffer};
+  detail::diagnostic s{buffer};
   if (pinned) s.say("pinned to cpu ").say(cpu);
   if (fifo) s.next(", ").say("SCHED_FIFO ").say(priority);
   if (!pinned.asked && !fifo.asked) s.say("ordinary scheduling");

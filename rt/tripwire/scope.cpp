@@ -2,7 +2,7 @@
 // The armed scope, its report, and the end of a program that broke the contract.
 #include "state.hpp"
 
-#include "../src/sentence.hpp"
+#include "../src/diagnostic.hpp"
 
 #include <execinfo.h>
 #include <sys/prctl.h>
@@ -31,7 +31,7 @@ report kernel_counts() noexcept {
   return counts;
 }
 
-void say_count(detail::sentence& s, std::uint64_t count, std::string_view what,
+void say_count(detail::diagnostic& s, std::uint64_t count, std::string_view what,
                std::string_view last) noexcept {
   if (count == 0) return;
   s.next(", ").say(static_cast<long>(count)).say(" ").say(what).say(count == 1 ? "" : "s");
@@ -52,7 +52,7 @@ void make_backtrace_ready() noexcept {
 } // namespace
 
 std::string_view report::text(std::span<char> buffer) const noexcept {
-  detail::sentence s{buffer};
+  detail::diagnostic s{buffer};
   if (clean()) return s.say("clean").view();
   say_count(s, allocations, "heap call", locks == 0 ? last_call : "");
   say_count(s, locks, "lock", last_call);
@@ -67,7 +67,7 @@ void stop_program(const char* call) noexcept {
   char name[17]{};
   (void)system_call_past_the_filter(SYS_prctl, PR_GET_NAME, name);
   char text[200];
-  detail::sentence s{text};
+  detail::diagnostic s{text};
   s.say("real-time contract broken in thread ").say(name).say(": ");
   if (call != nullptr) {
     s.say(call);

@@ -138,13 +138,13 @@ status endpoint_state::start(service::side ours) {
   pair_memory_ = memory_.carve_bytes(options_.limits.lane_bytes);
   codecs_.resize(pairs_.size());
   given_up_.resize(pairs_.size());
-  shown_ = memory_.make<service::shared_state>(memory_, options_.limits);
+  shared_ = memory_.make<service::shared_state>(memory_, options_.limits);
   submissions_ = memory_.make<service::submission_queue>(memory_, options_.limits);
   inbox_ = memory_.make<service::shared_inbox>(memory_, options_.limits);
-  stops_.emplace(shown_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
+  stops_.emplace(shared_->stops, *submissions_, *transport_, options_.stop.observe_timeout);
   waker_ = memory_.make<rt::waker<>>(rt::eventfd_signal{transport_->wake_descriptor()});
   core_ = memory_.make<service::core>(memory_, service::core_options::from(options_, ours, name_),
-                                      service::shared_parts{pairs_, *shown_, *submissions_, *inbox_},
+                                      service::shared_parts{pairs_, *shared_, *submissions_, *inbox_},
                                       service::core_seams{*transport_, random_, *validator_,
                                                           options_.page ? page::answer : no_page,
                                                           wire::protocols_of(options_.profile)},
@@ -155,7 +155,7 @@ status endpoint_state::start(service::side ours) {
     warning.what = "reading the clock enters the kernel on this machine, in every cycle of a loop too";
     warning.remedy = "choose the clock source tsc or arch_sys_counter "
                      "(/sys/devices/system/clocksource/clocksource0/current_clocksource)";
-    shown_->post(warning); // the service thread, the ring's producer, does not run yet
+    shared_->post(warning); // the service thread, the ring's producer, does not run yet
   }
   loop_.emplace(*core_, *transport_, *waker_, options_.idle_policy, options_.poll_period);
 
@@ -182,7 +182,7 @@ void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
   warning.what_kind = event::kind::warning;
   warning.what = std::string_view{room.data(), begin_bytes + rest_bytes};
   warning.remedy = "`rowe doctor` says what this machine permits";
-  shown_->post(warning);
+  shared_->post(warning);
 }
 
 // ---- queue pairs
@@ -301,17 +301,17 @@ result<queue_pair*> endpoint_state::open_pair(const pair_request& asked) {
   queue_pair& built = **found;
   const auto index = static_cast<std::size_t>(&built - pairs_.data());
   given_up_[index] = false;
-  build_pair(built, cut, shown_->generations());
-  built.peers_taking = shown_->takers();
+  build_pair(built, cut, shared_->generations());
+  built.peers_taking = shared_->takers();
   pair_codecs& kept = codecs_[index];
   kept = std::move(codecs).value();
   built.encoder = kept.encoder ? &*kept.encoder : nullptr;
   built.decoder = kept.decoder ? &*kept.decoder : nullptr;
   built.waker = handles_wake() ? waker_ : nullptr;
 
-  built.granted = &shown_->permit;
+  built.granted = &shared_->permit;
 
-  shown_->use_pair(static_cast<std::uint32_t>(index));
+  shared_->use_pair(static_cast<std::uint32_t>(index));
   built.lifecycle.offer();
   transport_->wake();
   if (const status done = built.lifecycle.wait_answer(built.arrival); !done) return done.error();
@@ -333,7 +333,7 @@ status endpoint_state::close(duration drain) noexcept {
   if (!thread_.joinable()) return {};
   submissions_->close();
   inbox_->close();
-  shown_->peers_changed.notify(); // wait_peer() looks whether submissions are closed
+  shared_->peers_changed.notify(); // wait_peer() looks whether submissions are closed
   loop_->stop(rt::deadline_after(rt::monotonic_clock::now(), std::max(drain, duration::zero())));
   thread_.join();
   stops_->end();
@@ -354,14 +354,14 @@ void endpoint_state::count_left(const queue_pair& in) noexcept {
   std::size_t left = 0;
   if (end.ring != nullptr) left = end.ring->pending_at_least();
   if (end.newest != nullptr && end.newest->begin_read().state == rt::freshness::fresh) left = 1;
-  shown_->counts.add(counter::lost_at_close, left);
+  shared_->counts.add(counter::lost_at_close, left);
 }
 
 status endpoint_state::wait_peer(duration timeout) noexcept {
   const std::lock_guard one_waiter{peer_waiter_};
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), timeout);
-  const auto over = [&] { return submissions_->is_closed() || shown_->peers() > 0; };
-  if (shown_->peers_changed.wait_until(deadline, over)) {
+  const auto over = [&] { return submissions_->is_closed() || shared_->peers() > 0; };
+  if (shared_->peers_changed.wait_until(deadline, over)) {
     return submissions_->is_closed() ? status{errc::closed} : status{};
   }
   return error{errc::timed_out, 0, timeout.count()};
@@ -369,7 +369,7 @@ status endpoint_state::wait_peer(duration timeout) noexcept {
 
 std::optional<event> endpoint_state::try_event() noexcept {
   const std::lock_guard one_reader{events_};
-  return shown_->try_event();
+  return shared_->try_event();
 }
 
 std::vector<count> endpoint_state::counts() const {
@@ -379,14 +379,14 @@ std::vector<count> endpoint_state::counts() const {
   for (std::size_t i = 0; i < service::counter_descriptions.size(); ++i) {
     const auto& what = service::counter_descriptions[i];
     all.push_back({what.name, groups[static_cast<std::size_t>(what.group)], what.meaning,
-                   service::read_count(*shown_, pairs_, static_cast<counter>(i))});
+                   service::read_count(*shared_, pairs_, static_cast<counter>(i))});
   }
   return all;
 }
 
 bool endpoint_state::gone(peer_ref whom) const noexcept {
   if (whom.generation == 0) return false;
-  const auto generations = shown_->generations();
+  const auto generations = shared_->generations();
   if (whom.index >= generations.size()) return true; // of another endpoint
   // relaxed: pairs with the stores in shared_state::set_connection(); advice, which the service thread checks
   // again
@@ -397,7 +397,7 @@ bool endpoint_state::takes(peer_ref whom) const noexcept {
   if (whom.generation == 0) return true;
   // relaxed: pairs with the stores in shared_state::set_taking(); advice, which the service thread checks
   // again
-  return shown_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
+  return shared_->takers()[whom.index].load(std::memory_order_relaxed) == whom.generation;
 }
 
 void close_pair(endpoint_state& of, queue_pair& gone) noexcept { of.close_pair(gone); }

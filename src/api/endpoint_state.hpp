@@ -54,8 +54,8 @@ class endpoint_state {
   status wait_peer(duration timeout) noexcept;
   std::optional<event> try_event() noexcept;
   std::vector<count> counts() const;
-  std::uint32_t peers() const noexcept { return shown_->peers(); }
-  std::vector<peer> connections() const { return shown_->connections(); }
+  std::uint32_t peers() const noexcept { return shared_->peers(); }
+  std::vector<peer> connections() const { return shared_->connections(); }
   // Whether a connection has ended since it was named. Any thread.
   bool gone(peer_ref whom) const noexcept;
   // Whether one that is there takes messages, or has its share of what waits. Any thread.
@@ -87,7 +87,7 @@ class endpoint_state {
   kernel_entropy random_;
   std::unique_ptr<service::transport> transport_;
   std::optional<json::reader> validator_;
-  service::shared_state* shown_ = nullptr;
+  service::shared_state* shared_ = nullptr;
   std::span<queue_pair> pairs_;
   std::span<std::byte> pair_memory_;
   std::vector<pair_codecs> codecs_; // of the queue pair with the same index

@@ -48,8 +48,7 @@ status set_as(limits& in, const limit_row& row, std::string_view shown, std::str
     why->append(range).append(")");
   }
   const bool below = is_number && failure == std::errc{} && number < row.least;
-  return error{errc::bad_argument,
-               static_cast<std::int64_t>(std::min<std::uint64_t>(number, INT64_MAX)),
+  return error{errc::bad_argument, static_cast<std::int64_t>(std::min<std::uint64_t>(number, INT64_MAX)),
                static_cast<std::int64_t>(below ? row.least : row.most), row.which};
 }
 
@@ -85,8 +84,8 @@ result<limits> limits::with_environment(std::string* why) const {
     if (!entry.starts_with(variable_prefix) || equals == entry.npos) continue;
     const std::string_view variable = entry.substr(0, equals);
     const limit_row* const row = find_limit(lowered(variable.substr(variable_prefix.size())));
-    const status done = row == nullptr ? unknown(variable, why)
-                                       : set_as(made, *row, variable, entry.substr(equals + 1), why);
+    const status done =
+        row == nullptr ? unknown(variable, why) : set_as(made, *row, variable, entry.substr(equals + 1), why);
     if (!done) return done.error();
   }
   return made;

@@ -139,7 +139,7 @@ result<received> endpoint::invoke(body object, duration timeout, connection to, 
   if (outcome) {
     return received{state_, *slot, {.text = text, .arrived = rt::monotonic_clock::now(), .reply = true}};
   }
-  if (why != nullptr && detail::has_sentence(outcome.code())) why->assign(text);
+  if (why != nullptr && detail::has_diagnostic(outcome.code())) why->assign(text);
   queue.release(*slot);
   if (outcome.code() == errc::timed_out) return error{errc::timed_out, 0, timeout.count()};
   return outcome.error();
@@ -175,12 +175,12 @@ status endpoint::try_reply(const received& call, body object) {
   return submit_only(*state_, *header, object);
 }
 
-status endpoint::refuse(const received& call, std::string_view sentence) {
+status endpoint::refuse(const received& call, std::string_view diagnostic) {
   if (call.state_ != state_ || !call.wants_reply()) return errc::misuse;
   const auto header =
       answer_header(*state_, entry::refusal, call.is_.peer, call.is_.call, call.is_.expires, rt::for_ever);
   if (!header) return header.error();
-  return submit_only(*state_, *header, sentence.substr(0, detail::sentence_bytes_max));
+  return submit_only(*state_, *header, diagnostic.substr(0, detail::diagnostic_bytes_max));
 }
 
 } // namespace rowe

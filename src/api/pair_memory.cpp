@@ -64,29 +64,29 @@ std::size_t queue_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_
 }
 
 void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
-                 producer_end& fills, consumer_end& empties) noexcept {
+                 producer_end& producer, consumer_end& consumer) noexcept {
   builder from{memory};
-  fills = {};
-  empties = {};
+  producer = {};
+  consumer = {};
   const std::size_t stride = stride_of(value_bytes);
   std::size_t slots = depth;
   if (kept == keep::newest) {
     auto* const window = from.make<newest_window>();
-    fills.newest = window->take_writer();
-    empties.newest = window->take_reader();
+    producer.newest = window->take_writer();
+    consumer.newest = window->take_reader();
     slots = newest_window::slots;
   } else {
     const auto places = from.array<number_ring::entry>(places_out(depth));
     auto* const out = from.make<number_ring>(places);
     const auto free_places = from.array<number_free_ring::entry>(number_free_ring::places_for(depth));
     auto* const free_ring = from.make<number_free_ring>(free_places, depth);
-    fills.ring = out->take_producer();
-    fills.free_ring = free_ring->take_consumer();
-    empties.ring = out->take_consumer();
-    empties.free_ring = free_ring->take_producer();
+    producer.ring = out->take_producer();
+    producer.free_ring = free_ring->take_consumer();
+    consumer.ring = out->take_consumer();
+    consumer.free_ring = free_ring->take_producer();
   }
-  fills.count = static_cast<std::uint32_t>(slots);
-  fills.slots = empties.slots = {from.take(slots * stride).data(), stride, value_bytes};
+  producer.count = static_cast<std::uint32_t>(slots);
+  producer.slots = consumer.slots = {from.take(slots * stride).data(), stride, value_bytes};
 }
 
 namespace {
@@ -96,7 +96,7 @@ std::size_t queue_bytes_of(const pair_request& asked, std::uint32_t depth, std::
   return depth == 0 ? 0 : queue_bytes(asked.keep, depth, value_bytes);
 }
 
-// Slots of a responder's `out` that may be put aside.
+// Slots of a responder's `out` that may be parked.
 std::uint32_t replies_of(const pair_request& asked) noexcept {
   return responds(asked.kind) ? asked.out_depth : 0;
 }
@@ -153,9 +153,10 @@ void build_pair(queue_pair& built, const pair_request& asked,
   }
 
   builder from{built.memory};
-  const auto build = [&](std::uint32_t depth, std::size_t bytes, producer_end& fills, consumer_end& empties) {
+  const auto build = [&](std::uint32_t depth, std::size_t bytes, producer_end& producer,
+                         consumer_end& consumer) {
     const std::size_t takes = queue_bytes_of(asked, depth, bytes);
-    if (takes != 0) build_queue(from.take(takes), asked.keep, depth, bytes, fills, empties);
+    if (takes != 0) build_queue(from.take(takes), asked.keep, depth, bytes, producer, consumer);
   };
   build(asked.out_depth, asked.out_bytes, built.user.out, built.service.out);
   build(asked.in_depth, asked.in_bytes, built.service.in, built.user.in);

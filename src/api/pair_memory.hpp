@@ -19,9 +19,9 @@ namespace rowe::detail {
 std::size_t queue_bytes(rowe::keep kept, std::uint32_t depth, std::size_t value_bytes) noexcept;
 
 // Builds it at the beginning of `memory`, which is queue_bytes() long and aligned to a line, and hands out
-// its ends.
+// its two ends.
 void build_queue(std::span<std::byte> memory, rowe::keep kept, std::uint32_t depth, std::size_t value_bytes,
-                 producer_end& fills, consumer_end& empties) noexcept;
+                 producer_end& producer, consumer_end& consumer) noexcept;
 
 // What the queues and tables of a queue pair take together.
 std::size_t pair_bytes(const pair_request& asked) noexcept;

@@ -35,7 +35,7 @@ void advertisements::advertise(connection& c, const wire::request& asked) noexce
   advertisement* const known = advertisement_table_.find(peer, topic);
   topic_places_.hold(topic); // the advertisement's
   if (!state_.topics.set_type(topic, asked.type)) {
-    std::array<char, 192> why;
+    std::array<char, detail::diagnostic_bytes_max> why;
     const std::string_view type = state_.topics.type(topic);
     const int bytes = std::snprintf(why.data(), why.size(), "advertise: the topic exists with the type %.*s",
                                     static_cast<int>(std::min<std::size_t>(type.size(), 128)), type.data());

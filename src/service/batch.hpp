@@ -34,7 +34,7 @@ struct batch_piece {
 
 struct batch {
   // Both are lent.
-  batch(std::span<std::byte> joined, std::span<batch_piece> places) noexcept : room{joined}, pieces{places} {}
+  batch(std::span<std::byte> buffer, std::span<batch_piece> places) noexcept : room{buffer}, pieces{places} {}
 
   std::span<const std::byte> whole() const noexcept { return {start, bytes}; }
   bool full() const noexcept { return count == pieces.size() || bytes >= batch_bytes_max; }

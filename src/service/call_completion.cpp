@@ -12,7 +12,7 @@ namespace rowe::service {
 namespace {
 
 // A string's text for people; what does not fit or is no string is shown as it stands there.
-std::string_view sentence_of(std::string_view raw, std::span<char> scratch) noexcept {
+std::string_view diagnostic_of(std::string_view raw, std::span<char> scratch) noexcept {
   if (raw.empty()) return {};
   const json::value v = json::root(raw);
   if (const auto text = json::to_string(v, scratch)) return *text;
@@ -89,7 +89,7 @@ status call_completion::answer(const call_endpoint& callee, detail::call_ref whi
   }
   if (!slot) return slot.error();
   const bool here = !*slot; // the caller is of this process, and has its answer
-  here ? tell(with.waits, with.own, {}) : direct_messages_.track_reply(*slot, with.waits, with.own);
+  here ? complete(with.waits, with.own, {}) : direct_messages_.track_reply(*slot, with.waits, with.own);
   return {};
 }
 
@@ -110,10 +110,10 @@ void call_completion::take_reply(connection& c, const wire::request& said) noexc
   const call_index call{meant->index};
   if (!said.failed) return complete(call, said.body_raw.empty() ? std::string_view{"{}"} : said.body_raw);
   std::array<char, wire::no_service_bytes_max> room;
-  const std::string_view sentence = sentence_of(said.body_raw, room);
+  const std::string_view diagnostic = diagnostic_of(said.body_raw, room);
   const wire::codec& in = state_.seams.protocols.of(said.codec);
-  const bool unknown = in.means_no_service(said, sentence, state_.calls.service(call));
-  fail(call, {unknown ? errc::no_service : errc::refused}, sentence);
+  const bool unknown = in.means_no_service(said, diagnostic, state_.calls.service(call));
+  fail(call, {unknown ? errc::no_service : errc::refused}, diagnostic);
 }
 
 // Answers the call with a value; an answer to a peer may expire. Returns the slot of an answer to a peer, or
@@ -156,12 +156,12 @@ result<slot_id> call_completion::finish_with(call_index index, std::string_view 
         outbox_.compose(rt::never, [&](json::writer& into) { wire::write_result(into, text); });
     if (!slot) return errc::full;
     close(index);
-    tell(ended.caller, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});
+    complete(ended.caller, ended.own, {}, {slots_.text(slot).data(), slots_.text(slot).size()});
     message_store_.release(slot);
     return slot_id{};
   }
   close(index);
-  tell(ended.caller, ended.own, {}, text);
+  complete(ended.caller, ended.own, {}, text);
   return slot_id{};
 }
 
@@ -179,26 +179,26 @@ void call_completion::time_out(call_index index) noexcept {
   fail(index, {errc::timed_out, 0, state_.calls.at(index).timeout.count()});
 }
 
-void call_completion::fail(call_index index, const error& why, std::string_view sentence) noexcept {
+void call_completion::fail(call_index index, const error& why, std::string_view diagnostic) noexcept {
   const call ended = state_.calls.at(index);
   std::array<char, wire::no_service_bytes_max> room;
-  if (why.code == errc::no_service && sentence.empty() && ended.service_bytes != 0) {
-    sentence = wire::no_service_sentence(state_.calls.service(index), room);
+  if (why.code == errc::no_service && diagnostic.empty() && ended.service_bytes != 0) {
+    diagnostic = wire::no_service_diagnostic(state_.calls.service(index), room);
   } else if (why.code == errc::timed_out) {
-    sentence = "the service did not answer in time";
-  } else if (sentence.empty()) {
-    sentence = why.message(room);
+    diagnostic = "the service did not answer in time";
+  } else if (diagnostic.empty()) {
+    diagnostic = why.message(room);
   }
   if (ended.caller.who != call_endpoint::kind::peer) {
     close(index);
-    return tell(ended.caller, ended.own, why, sentence);
+    return complete(ended.caller, ended.own, why, diagnostic);
   }
   add(counter::calls_refused);
   connection* const c = state_.peers.find(ended.caller.connection());
   if (c != nullptr && c->open()) {
     refusals_.fail_call(*c, ended.caller.speaks,
                         {.service = state_.calls.service(index), .id_raw = state_.calls.id_raw(index)},
-                        {.code = why.name(), .text = sentence});
+                        {.code = why.name(), .text = diagnostic});
   }
   close(index);
 }

@@ -77,7 +77,7 @@ class call_completion {
   // ---- not answered
 
   // The call fails; the caller is told the code and the diagnostic.
-  void fail(call_index call, const error& why, std::string_view sentence = {}) noexcept;
+  void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;
   void fail_for_room(call_index call) noexcept;
   void time_out(call_index call) noexcept;
   // A peer has left: its own calls need no answer, and the calls that it was to answer fail.
@@ -89,8 +89,8 @@ class call_completion {
 
  private:
   void add(counter which) noexcept { state_.counts.add(which); }
-  void tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
-            std::string_view text = {}) noexcept {
+  void complete(const call_endpoint& whom, detail::call_ref own, const status& outcome,
+                std::string_view text = {}) noexcept {
     local_delivery_.complete(whom, own, outcome, text);
   }
   // The error for a caller whose callee has left.

@@ -115,7 +115,7 @@ void call_requests::hand_to_receiver(call_index index, const call_request& asked
     awaited_ = pair; // none: a thread takes it, and has to wake up first
     return;
   }
-  std::array<char, 192> why;
+  std::array<char, detail::diagnostic_bytes_max> why;
   refuse(index, done.code() == errc::full ? "nobody takes calls fast enough: the inbox is full"
                                           : done.error().message(why));
 }

@@ -51,7 +51,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   };
   const stop_verb of_stop = stop_gate::find(asked.service, {});
   if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
-    return refuse(cause::peer, "refused", stop_only_sentence);
+    return refuse(cause::peer, "refused", stop_only_diagnostic);
   if (!state_.calls.admits({c.id.index})) {
     std::array<char, 160> why;
     const limits& bounds = state_.bounds();

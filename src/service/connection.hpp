@@ -13,20 +13,20 @@
 
 #include "service/rate_limit.hpp"
 #include "service/service_limits.hpp"
-#include "service/transport.hpp"
 #include "service/slot_pool.hpp"
+#include "service/transport.hpp"
 #include "wire/protocols.hpp"
 #include "wire/websocket.hpp"
 
 namespace rowe::service {
 
 // The answer to a peer on stop_path when it asks for anything but the stop.
-inline constexpr std::string_view stop_only_sentence =
+inline constexpr std::string_view stop_only_diagnostic =
     "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
 
-inline constexpr std::string_view no_binary_sentence = "binary messages have no meaning here";
+inline constexpr std::string_view no_binary_diagnostic = "binary messages have no meaning here";
 // Of a peer that lost a list which it must get.
-inline constexpr std::string_view unread_sentence = "the peer does not read which topics there are";
+inline constexpr std::string_view unread_diagnostic = "the peer does not read which topics there are";
 
 struct connection {
   // to_close: see peer_table::close_later()
@@ -35,11 +35,11 @@ struct connection {
   connection_id id;
   phase state = phase::free;
   side ours = side::server;
-  bool unheard = false; // we do not read it: its pongs and its silence mean nothing
+  bool unheard = false;                     // we do not read it: its pongs and its silence mean nothing
   const wire::protocol* protocol = nullptr; // set unless the row is free
 
-  bool stop_only = false;         // it came on stop_path: see core.cpp
-  bool local = false;             // on this machine: it may reset a stop, and guard
+  bool stop_only = false;      // it came on stop_path: see core.cpp
+  bool local = false;          // on this machine: it may reset a stop, and guard
   bool takes_messages = false; // plain messages may be sent to it
   wire::codec_id spoke_last{}; // the codec to answer in, if a message does not tell
   rate_limit messages;         // limits what it says
@@ -49,8 +49,8 @@ struct connection {
   rt::time_point opened_at{};
   rt::time_point heard_at{};
   rt::time_point unheard_until{}; // when we last did not read it
-  std::uint16_t closes_as = 0; // close code; to_close
-  std::string_view close_reason; // or empty; the text outlives the peer
+  std::uint16_t closes_as = 0;    // close code; to_close
+  std::string_view close_reason;  // or empty; the text outlives the peer
 
   std::array<char, 64> address{};
   std::size_t address_bytes = 0;

@@ -169,7 +169,7 @@ void core::handle(peer_index from, const wire::frame_step& step) noexcept {
       dispatcher_.dispatch(from, step.payload, true);
     } else {
       state_.counts.add(counter::refused_requests);
-      close(c, wire::close_code::unsupported_data, no_binary_sentence);
+      close(c, wire::close_code::unsupported_data, no_binary_diagnostic);
     }
     break;
   case wire::frame_event::ping: take_ping(c, step.payload); break;
@@ -225,7 +225,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
   refusals_.open({id.index});
   sender_.open({id.index});
   liveness_.open({id.index});
-  state_.shown.set_connection(id.index, id.generation, c.peer());
+  state_.shared.set_connection(id.index, id.generation, c.peer());
   stop_service_.open({id.index});
   stop_state_feed_.open({id.index});
   if (c.ours == side::client && !state_.cycle.closing) handle_registry_.announce_all(c);
@@ -233,7 +233,7 @@ void core::on_open(connection_id id, const peer_info& peer) noexcept {
                                       c.protocol->can.takes_messages);
   if (c.takes_messages && !state_.cycle.closing) direct_messages_.deliver_pending({id.index});
   state_.peers.add();
-  state_.shown.set_peers(state_.peers.count()); // last: a thread that waits for a peer may publish at once
+  state_.shared.set_peers(state_.peers.count()); // last: a thread that waits for a peer may publish at once
   if (c.protocol->can.listing && c.ours == side::server && !c.stop_only && !state_.cycle.closing)
     listings_.greet(c);
   if (state_.cycle.closing) close(c, wire::close_code::going_away, "the endpoint is closing");
@@ -249,9 +249,9 @@ void core::on_close(connection_id id, close_cause cause) noexcept {
                        c->close_reason.empty() ? words[static_cast<std::size_t>(cause)] : c->close_reason);
   forget(*c);
   direct_messages_.take_outcomes();
-  state_.shown.set_connection(id.index, 0, {});
+  state_.shared.set_connection(id.index, 0, {});
   state_.peers.remove();
-  state_.shown.set_peers(state_.peers.count());
+  state_.shared.set_peers(state_.peers.count());
   if (state_.options.ours == side::client) reconnect_later();
 }
 

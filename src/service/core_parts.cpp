@@ -60,7 +60,7 @@ core_parts::core_parts(rt::arena& memory, const core_options& options, const sha
                         .refused = refusals_,
                         .messages = direct_messages_,
                         .delivery = local_delivery_}},
-      publish_predictor_{memory, state_.bounds(), with_threads.shown.counts},
+      publish_predictor_{memory, state_.bounds(), with_threads.shared.counts},
       audiences_{{.state = state_, .predictor = publish_predictor_}},
       advertisement_table_{memory, state_.bounds()},
       topic_places_{{.state = state_, .advertised = advertisement_table_, .refused = refusals_}},

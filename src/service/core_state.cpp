@@ -14,9 +14,9 @@ core_state::core_state(rt::arena& memory, const core_options& chosen, const shar
                        const core_seams& outside, rt::time_point start) noexcept
     : options{chosen},
       cycle{.now = start},
-      shown{with_threads.shown},
-      counts{shown.counts},
-      events{cycle, shown},
+      shared{with_threads.shared},
+      counts{shared.counts},
+      events{cycle, shared},
       due{memory, options.bounds, start},
       peers{memory, options.bounds},
       latches{memory, options.bounds},

@@ -32,7 +32,7 @@ namespace rowe::service {
 // What other threads use, too.
 struct shared_parts {
   rows<pair_index, detail::queue_pair> pairs;
-  shared_state& shown;
+  shared_state& shared;
   submission_queue& submissions;
   shared_inbox& inbox;
 };
@@ -52,7 +52,7 @@ struct core_state {
 
   const core_options options;
   cycle_state cycle;
-  shared_state& shown;
+  shared_state& shared;
   counters& counts;
   event_log events;
   timers due;

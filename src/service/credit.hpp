@@ -74,7 +74,7 @@ class credit {
   rt::time_point waits_since() const noexcept { return pings_ == 0 ? rt::never : under_way_[0].at; }
   bool settling() const noexcept { return now_ != phase::steady; }
   // Neither a ping nor the one after it was answered in time.
-  bool slow(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
+  bool unresponsive(rt::time_point now) const noexcept { return pings_ == under_way_.size() && late(now); }
   bool low_rtt() const noexcept { return rtt_min_ < low_rtt_below; }
   std::uint64_t in_flight() const noexcept { return written_ - read_; }
   std::size_t bound() const noexcept { return bound_; }

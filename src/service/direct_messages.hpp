@@ -60,6 +60,7 @@ class direct_messages {
   // False: the message is to be parked until its sender's next turn. What one sender has for a peer reaches
   // that peer in order.
   bool post(const direct_message& m) noexcept;
+
   // ---- of calls
 
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the

@@ -21,7 +21,7 @@ std::string_view text_of(std::span<const std::byte> bytes) noexcept {
 }
 
 // Why a text is no JSON. Some programs write NaN and infinities, which JSON does not have.
-std::string_view sentence_of(const error& why, std::string_view text, std::span<char> room) noexcept {
+std::string_view diagnostic_of(const error& why, std::string_view text, std::span<char> room) noexcept {
   const auto at = std::min(static_cast<std::size_t>(why.value), text.size());
   for (const std::string_view word : {std::string_view{"NaN"}, std::string_view{"Infinity"}}) {
     if (why.code != errc::malformed || !text.substr(at).starts_with(word)) continue;
@@ -34,7 +34,7 @@ std::string_view sentence_of(const error& why, std::string_view text, std::span<
   return why.message(room);
 }
 
-constexpr std::string_view long_list_sentence =
+constexpr std::string_view long_list_diagnostic =
     "the message lists more requests than subscriptions or advertisements of one peer are allowed";
 
 bool is_for_servers(wire::verb what) noexcept {
@@ -96,8 +96,8 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
   for (std::uint32_t from = 0;;) {
     wire::request asked;
     wire::diagnostic why;
-    sentence_room sentence;
-    const wire::decoded read = c.protocol->reads.decode(known, decode_room(sentence, from), asked, why);
+    diagnostic_room diagnostic;
+    const wire::decoded read = c.protocol->reads.decode(known, decode_room(diagnostic, from), asked, why);
     take(c, read, asked, known, why);
     from = asked.next;
     if (from == 0 || !c.open()) return;
@@ -105,7 +105,7 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
     state_.cycle.work_bytes += read_work_bytes;                               // likewise
     if (--left == 0) {
       if (!drops_excess())
-        refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = long_list_sentence});
+        refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = long_list_diagnostic});
       return;
     }
     known = json::document{text}; // what was noted may be gone
@@ -115,17 +115,17 @@ inline void dispatcher::read_text(connection& c, std::span<const std::byte> payl
 void dispatcher::read_binary(connection& c, std::span<const std::byte> message) noexcept {
   wire::request asked;
   wire::diagnostic why;
-  sentence_room sentence;
-  wire::decoded read = c.protocol->reads.decode_binary(message, decode_room(sentence, 0), asked, why);
+  diagnostic_room diagnostic;
+  wire::decoded read = c.protocol->reads.decode_binary(message, decode_room(diagnostic, 0), asked, why);
   if (read == wire::decoded::unsupported) {
     state_.counts.add(counter::refused_requests);
-    return state_.peers.close_later(c, no_binary_sentence, wire::close_code::unsupported_data);
+    return state_.peers.close_later(c, no_binary_diagnostic, wire::close_code::unsupported_data);
   }
   json::document body;
   if (read == wire::decoded::request && !asked.body_raw.empty()) {
     if (const status valid = state_.seams.validator.validate(asked.body_raw); !valid) {
       read = wire::decoded::malformed;
-      why = {.code = valid.error().name(), .text = sentence_of(valid.error(), asked.body_raw, sentence)};
+      why = {.code = valid.error().name(), .text = diagnostic_of(valid.error(), asked.body_raw, diagnostic)};
     } else if (body = state_.seams.validator.last(); !json::is_object(body.text)) {
       read = wire::decoded::malformed;
       why = {.code = "not_an_object", .text = "the body must be a JSON object"};
@@ -184,9 +184,9 @@ inline void dispatcher::carry_out_stop(connection& c, wire::decoded read, const 
 }
 
 void dispatcher::refuse_malformed(connection& c, std::string_view text, const error& why) noexcept {
-  std::array<char, 192> room;
+  std::array<char, detail::diagnostic_bytes_max> room;
   refusals_.refuse(c, c.protocol->reads.guess(text, c.spoke_last), {},
-                   {.code = why.name(), .text = sentence_of(why, text, room)});
+                   {.code = why.name(), .text = diagnostic_of(why, text, room)});
 }
 
 // `unknown`: the diagnostic if nobody here carries out the request.
@@ -202,7 +202,7 @@ inline void dispatcher::carry_out(connection& c, const wire::request& asked, con
   if (asked.what == verb::call && !heard_before_) state_.counts.add(counter::calls_in);
   if (drops_excess()) return;
   if (c.stop_only && !stop_gate::is_for_stop_peers(asked))
-    return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_sentence});
+    return refusals_.refuse(c, asked.codec, asked.id_raw, {.code = "refused", .text = stop_only_diagnostic});
   switch (asked.what) {
   case verb::subscribe: return subscriptions_.subscribe(c, asked);
   case verb::unsubscribe: return subscriptions_.unsubscribe(c, asked);
@@ -235,7 +235,7 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
                                      const json::document& text) noexcept {
   if (drops_excess()) return;
   if (c.stop_only)
-    return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_sentence});
+    return refusals_.refuse(c, asked.codec, {}, {.code = "refused", .text = stop_only_diagnostic});
   switch (receiver_.admit({c.id.index})) {
   case admission::now: break;
   case admission::later: return ingress_.park({c.id.index});
@@ -258,8 +258,8 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   const json::document known = binary ? json::document{} : state_.seams.validator.last();
   wire::request asked;
   wire::diagnostic why;
-  sentence_room sentence;
-  const wire::decode_room room = decode_room(sentence, 0);
+  diagnostic_room diagnostic;
+  const wire::decode_room room = decode_room(diagnostic, 0);
   const wire::message_decoder& reads = c.protocol->reads;
   wire::decoded read =
       binary ? reads.decode_binary(message, room, asked, why) : reads.decode(known, room, asked, why);

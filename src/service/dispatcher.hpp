@@ -62,11 +62,11 @@ class dispatcher {
   bool is_stop(peer_index from, std::span<const std::byte> message, bool binary) noexcept;
 
  private:
-  using sentence_room = std::array<char, wire::refusal::text_bytes_max>;
+  using diagnostic_room = std::array<char, wire::refusal::text_bytes_max>;
 
-  wire::decode_room decode_room(sentence_room& sentence, std::uint32_t from) const noexcept {
+  wire::decode_room decode_room(diagnostic_room& diagnostic, std::uint32_t from) const noexcept {
     return {.scratch = scratch_,
-            .sentence = sentence,
+            .diagnostic = diagnostic,
             .limits = {.name_bytes_max = state_.bounds().topic_bytes_max},
             .from = from};
   }

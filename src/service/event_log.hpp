@@ -18,25 +18,25 @@ class event_log {
  public:
   static constexpr std::size_t text_bytes_max = 224; // of event::what
 
-  event_log(const cycle_state& cycle, shared_state& shown) noexcept : cycle_{cycle}, shown_{shown} {}
+  event_log(const cycle_state& cycle, shared_state& shared) noexcept : cycle_{cycle}, shared_{shared} {}
 
   // What has no place in the ring is counted as lost; so are too many events of peers that come and go.
   void report(event::kind kind, std::string_view peer, std::string_view what,
               std::string_view remedy = {}) noexcept {
     const bool of_coming = kind == event::kind::peer_joined || kind == event::kind::peer_left ||
                            kind == event::kind::refused_handshake;
-    if (of_coming && !comings_.take(cycle_.now)) return shown_.counts.add(counter::events_lost);
+    if (of_coming && !comings_.take(cycle_.now)) return shared_.counts.add(counter::events_lost);
     event happened;
     happened.what_kind = kind;
     happened.peer = peer;
     happened.what = what;
     happened.remedy = remedy;
-    shown_.post(happened);
+    shared_.post(happened);
   }
 
  private:
   const cycle_state& cycle_;
-  shared_state& shown_;
+  shared_state& shared_;
   rate_limit comings_{std::chrono::milliseconds{20}, 128};
 };
 

@@ -31,7 +31,7 @@ handle_registry::handle_registry(const needs& parts) noexcept
 void handle_registry::scan() noexcept {
   handle_submissions_.begin_cycle();
   publish_predictor_.looks(state_.cycle.now);
-  const std::uint32_t used = state_.shown.pairs_used();
+  const std::uint32_t used = state_.shared.pairs_used();
   for (pair_index i{0}; i.value < used; ++i.value) {
     switch (state_.pairs[i].lifecycle.look()) {
     case pair_phase::free:
@@ -55,7 +55,7 @@ void handle_registry::scan() noexcept {
 }
 
 bool handle_registry::quiet() const noexcept {
-  return std::all_of(state_.pairs.begin(), state_.pairs.begin() + state_.shown.pairs_used(),
+  return std::all_of(state_.pairs.begin(), state_.pairs.begin() + state_.shared.pairs_used(),
                      [](const detail::queue_pair& one) { return one.epoch.quiet(); });
 }
 

@@ -193,7 +193,7 @@ void listings::greet(connection& c) noexcept {
   readers_[peer] = {.reads = true, .told_at = never_told};
   ++readers_count_;
   const auto write = [&](json::writer& into) { return c.protocol->topics.write_hello(into, name_); };
-  if (!outbox_.reply(peer, write, rt::never, true)) state_.peers.close_later(c, unread_sentence);
+  if (!outbox_.reply(peer, write, rt::never, true)) state_.peers.close_later(c, unread_diagnostic);
   tell(c);
 }
 

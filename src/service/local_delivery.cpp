@@ -9,8 +9,8 @@
 
 namespace rowe::service {
 
-void local_delivery::tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
-                          std::string_view text) noexcept {
+void local_delivery::deliver_completion(const call_endpoint& whom, detail::call_ref own,
+                                        const status& outcome, std::string_view text) noexcept {
   if (whom.who == call_endpoint::kind::pair) complete_at_pair(whom, own, outcome, text);
   if (whom.who == call_endpoint::kind::thread) state_.submissions.complete(whom.index, outcome, text);
 }

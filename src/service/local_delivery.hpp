@@ -26,12 +26,12 @@ class local_delivery {
   // submitted it; or nobody. With an error, `text` is the diagnostic.
   void complete(const call_endpoint& whom, detail::call_ref own, const status& outcome,
                 std::string_view text = {}) noexcept {
-    if (whom.who != call_endpoint::kind::nobody) tell(whom, own, outcome, text);
+    if (whom.who != call_endpoint::kind::nobody) deliver_completion(whom, own, outcome, text);
   }
 
  private:
-  void tell(const call_endpoint& whom, detail::call_ref own, const status& outcome,
-            std::string_view text) noexcept;
+  void deliver_completion(const call_endpoint& whom, detail::call_ref own, const status& outcome,
+                          std::string_view text) noexcept;
   void complete_at_pair(const call_endpoint& whom, detail::call_ref own, status outcome,
                         std::string_view text) noexcept;
 

@@ -16,9 +16,9 @@ namespace rowe::service {
 
 class mask_keys {
  public:
-  static std::size_t footprint_bytes() noexcept { return rt::arena::bytes_for(mask_bytes_drawn); }
+  static std::size_t footprint_bytes() noexcept { return rt::arena::bytes_for(mask_buffer_bytes); }
   mask_keys(rt::arena& memory, entropy& random) noexcept
-      : random_{random}, drawn_{memory.carve_bytes(mask_bytes_drawn)}, used_{mask_bytes_drawn} {}
+      : random_{random}, drawn_{memory.carve_bytes(mask_buffer_bytes)}, used_{mask_buffer_bytes} {}
 
   wire::mask_key next() noexcept {
     wire::mask_key key;

@@ -16,7 +16,7 @@ memory_plan plan_memory(const limits& bounds) noexcept {
   using rt::arena;
   return {
       .core = arena::bytes_for<core>() + core::footprint_bytes(bounds),
-      .shown = arena::bytes_for<shared_state>() + shared_state::footprint_bytes(bounds),
+      .shared = arena::bytes_for<shared_state>() + shared_state::footprint_bytes(bounds),
       .threads = arena::bytes_for<submission_queue>() + submission_queue::footprint_bytes(bounds) +
                  arena::bytes_for<shared_inbox>() + shared_inbox::footprint_bytes(bounds),
       .waker = arena::bytes_for<rt::waker<>>(),

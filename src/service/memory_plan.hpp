@@ -11,14 +11,14 @@ namespace rowe::service {
 
 struct memory_plan {
   std::size_t core;        // the core's tables and buffers, and the core itself
-  std::size_t shown;       // what it shows to other threads
+  std::size_t shared;      // what it shows to other threads
   std::size_t threads;     // the submission queue and the shared inbox
   std::size_t waker;       // with which handles wake the service thread
   std::size_t pairs;       // the queue pairs' shared words
   std::size_t pair_memory; // their rings, windows and slots
   std::size_t handshakes;  // for those under way; the transport takes it
 
-  std::size_t arena() const noexcept { return core + shown + threads + waker + pairs + pair_memory; }
+  std::size_t arena() const noexcept { return core + shared + threads + waker + pairs + pair_memory; }
   std::size_t total() const noexcept { return arena() + handshakes; }
 };
 

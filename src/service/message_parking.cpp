@@ -23,7 +23,7 @@ bool message_parking::park(peer_index to, bool before) noexcept {
   if (now_.of_receiver) receiver_.count_answer(to);
   if (of.count + now_.parked >= now_.slots && !std::exchange(outbox_.of(to).told_full, true)) {
     ++told_full_;
-    state_.shown.set_taking(to.value, 0);
+    state_.shared.set_taking(to.value, 0);
   }
   return true;
 }
@@ -34,7 +34,7 @@ void message_parking::show_room() noexcept {
     if (!queues.told_full || rows_[i].turn > cycle_turn_) continue;
     queues.told_full = false;
     --told_full_;
-    state_.shown.set_taking(i.value, state_.peers[i].id.generation);
+    state_.shared.set_taking(i.value, state_.peers[i].id.generation);
     ++state_.cycle.places_freed;
     room_came_ = true;
   }

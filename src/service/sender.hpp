@@ -104,7 +104,6 @@ class sender {
   bool gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept;
   void commit(const recipient& to, batch& sent, std::size_t taken) noexcept;
   void commit_message(const recipient& to, const batch_piece& piece, std::size_t part) noexcept;
-
   void hand_over_rest(const recipient& to) noexcept;
 
   core_state& state_;

@@ -94,8 +94,8 @@ inline constexpr std::size_t batch_bytes_max = 60 * 1024;
 inline constexpr std::size_t batch_pieces_max = 256;
 static_assert(batch_bytes_max < 65'483);
 // Bytes for masks that are drawn at once; a key has four.
-inline constexpr std::size_t mask_bytes_drawn = 4096;
-static_assert(mask_bytes_drawn % 4 == 0);
+inline constexpr std::size_t mask_buffer_bytes = 4096;
+static_assert(mask_buffer_bytes % 4 == 0);
 
 // Replies that wait to be written to one peer. A backpressured peer may have fewer: else a few peers that ask
 // and never read would take everybody's slots.
@@ -103,7 +103,7 @@ inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
 
-// Bytes of a name that the sentence of a refusal repeats.
+// Bytes of a name that the diagnostic of a refusal repeats.
 inline constexpr std::size_t name_bytes_shown = 128;
 static_assert(name_bytes_shown + 64 <= wire::refusal::text_bytes_max);
 // Events about refusals to one peer at once; then one a second.
@@ -120,8 +120,8 @@ inline constexpr std::uint32_t listings_queued_max = 4;
 inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
 static_assert(listings_queued_max < replies_max_backpressured);
 
-// The sentence of a failed call, as handles keep it, is no longer than what a peer is told.
-static_assert(wire::refusal::text_bytes_max >= detail::sentence_bytes_max);
+// The diagnostic of a failed call, as handles keep it, is no longer than what a peer is told.
+static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
 
 // ---- the stop
 
@@ -132,8 +132,8 @@ inline constexpr std::size_t stop_body_bytes_max = 2560;
 // The same with the id and the envelope around it.
 inline constexpr std::size_t stop_answer_bytes_max = stop_body_bytes_max + call_id_bytes_max + 128;
 // The buffer that each peer has for answers and the state.
-inline constexpr std::size_t stop_room_bytes = 4096;
-static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_room_bytes);
+inline constexpr std::size_t stop_buffer_bytes = 4096;
+static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_buffer_bytes);
 // How many stops of one peer may wait for the loops. One more is answered at once.
 inline constexpr int stops_awaited_per_peer = 2;
 // Places for the stops of this process, besides one for each connection.

@@ -25,7 +25,7 @@ void service_providers::advertise(connection& c, const wire::request& asked) noe
                             "advertise_service: services below /rowe/ are the endpoint's own");
   if (const service_index found = service_directory_.find(asked.service)) {
     if (provides(c.id, found)) return; // clients that reconnect say it again
-    std::array<char, 192> room;
+    std::array<char, detail::diagnostic_bytes_max> room;
     wire::text_out why{room};
     why.add("advertise_service: ").add(asked.service.substr(0, name_bytes_shown)).add(" is provided already");
     return refusals_.refuse(c, asked.id_raw, why.text());
@@ -57,7 +57,7 @@ void service_providers::unadvertise(connection& c, const wire::request& asked) n
 }
 
 void service_providers::take_from_peer(service_index service) noexcept {
-  std::array<char, 192> room;
+  std::array<char, detail::diagnostic_bytes_max> room;
   wire::text_out why{room};
   why.add("advertise_service: this process provides ");
   why.add(service_directory_.name(service).substr(0, name_bytes_shown)).add(" now");

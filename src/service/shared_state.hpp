@@ -160,9 +160,9 @@ class shared_state {
 };
 
 // A counter with the part of it that user threads count in their queue pairs. Any thread.
-inline std::uint64_t read_count(const shared_state& shown, std::span<const detail::queue_pair> pairs,
+inline std::uint64_t read_count(const shared_state& shared, std::span<const detail::queue_pair> pairs,
                                 counter which) noexcept {
-  std::uint64_t sum = shown.counts.read(which);
+  std::uint64_t sum = shared.counts.read(which);
   if (which != counter::full && which != counter::no_peer && which != counter::too_big &&
       which != counter::inbound_expired) {
     return sum;

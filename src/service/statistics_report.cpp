@@ -48,7 +48,7 @@ void statistics_report::write_for_service(json::writer& into) noexcept {
   into.begin_object();
   for (std::size_t i = 0; i < counter_descriptions.size(); ++i) {
     into.key(counter_descriptions[i].name);
-    into.number(read_count(state_.shown, state_.pairs, static_cast<counter>(i)));
+    into.number(read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
   }
   into.end_object();
   into.key("limits");
@@ -182,7 +182,7 @@ void statistics_report::write_losses(json::writer& into) noexcept {
     const counter_description& what = counter_descriptions[i];
     if (what.group != counter_group::loss && what.group != counter_group::chosen) continue;
     into.key(what.name);
-    into.number(read_count(state_.shown, state_.pairs, static_cast<counter>(i)));
+    into.number(read_count(state_.shared, state_.pairs, static_cast<counter>(i)));
   }
   into.end_object();
 }

@@ -15,7 +15,7 @@ namespace rowe::service {
 
 class stop_frames {
  public:
-  static constexpr std::size_t room_bytes = stop_room_bytes;
+  static constexpr std::size_t room_bytes = stop_buffer_bytes;
 
   // What is to be written, oldest first.
   std::span<const std::byte> rest() const noexcept { return {bytes_.data() + written_, size_ - written_}; }

@@ -31,11 +31,11 @@ class stop_switch {
   std::uint64_t requests() const noexcept { return requests_; }
   // What the rules say now: to the loops, and to the log where it has changed.
   void show(std::string_view reason = {}) noexcept {
-    stop_rules_.write_permit(state_.shown.permit);
+    stop_rules_.write_permit(state_.shared.permit);
     if (stop_rules_.running() != reported_running_) report(reason);
   }
   // To the loops alone: a loop or a peer has come or gone, and the next show() tells the log.
-  void write_permit() noexcept { stop_rules_.write_permit(state_.shown.permit); }
+  void write_permit() noexcept { stop_rules_.write_permit(state_.shared.permit); }
   void count_refusal() noexcept { state_.counts.add(counter::stop_refusals); }
 
  private:

@@ -38,7 +38,7 @@ class subscription_table {
   // The caller lets the topic go.
   void remove(subscription_id index) noexcept;
   // Sets how the messages of a subscription are written.
-  void address(subscription& of, wire::codec_id codec, std::uint32_t tag, bool unslashed) noexcept {
+  void set_form(subscription& of, wire::codec_id codec, std::uint32_t tag, bool unslashed) noexcept {
     of.codec = codec;
     of.tag = tag;
     of.unslashed = unslashed;

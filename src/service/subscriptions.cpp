@@ -94,8 +94,8 @@ subscription_id subscriptions::add(connection& c, const wire::request& asked, to
                             .option = "subscriptions_max"});
   } else {
     claims_.take(held);
-    state_.subscriptions.address(state_.subscriptions.at(index), asked.codec, asked.tag,
-                                 !has_slash(asked.topic));
+    state_.subscriptions.set_form(state_.subscriptions.at(index), asked.codec, asked.tag,
+                                  !has_slash(asked.topic));
   }
   return index;
 }
@@ -143,8 +143,8 @@ void subscriptions::subscribe_server(connection& c, topic_id topic, bool unslash
     index = state_.subscriptions.add(topic, {c.id.index});
     if (!index) return state_.counts.add(counter::no_slot);
     claims_.take(held);
-    state_.subscriptions.address(state_.subscriptions.at(index), c.protocol->topics.id(), wire::no_number,
-                                 unslashed);
+    state_.subscriptions.set_form(state_.subscriptions.at(index), c.protocol->topics.id(), wire::no_number,
+                                  unslashed);
   }
   subscription_queues_.merge_requests(index);
   audiences_.update(topic);

@@ -44,7 +44,7 @@ void thread_stops::tell_if_acknowledged() noexcept {
 void thread_stops::carry_out_reset() noexcept {
   if (state_.cycle.closing) return answer_reset(errc::closed);
   // Signed: the count turns.
-  const auto later = static_cast<std::int32_t>(state_.shown.stops.taken() - asked_.count_before_reset);
+  const auto later = static_cast<std::int32_t>(state_.shared.stops.taken() - asked_.count_before_reset);
   if (later < 0) return;
   stop_rules& rules = stop_switch_.rules();
   if (std::exchange(reset_, asked_.resets) != asked_.resets) {
@@ -81,7 +81,7 @@ void thread_stops::answer_reset(const status& outcome) noexcept {
 }
 
 void thread_stops::tell() noexcept {
-  state_.shown.stops.tell(answered_);
+  state_.shared.stops.tell(answered_);
   state_.submissions.tell_room();
 }
 

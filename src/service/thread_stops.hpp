@@ -23,8 +23,8 @@ class thread_stops {
 
   // Whether one has asked for a stop since the last look.
   bool look() noexcept {
-    const bool asked = state_.shown.stops.take(); // first: then the source and the reason are there
-    state_.shown.stops.look(asked_);
+    const bool asked = state_.shared.stops.take(); // first: then the source and the reason are there
+    state_.shared.stops.look(asked_);
     return asked;
   }
   bool wants_reset() const noexcept { return asked_.resets != answered_.resets; }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Topics. A topic exists while something holds it: a subscription of a peer, an
-// advertisement of a peer, or a handle of this process. When the last holder leaves, its place is free.
-// Topics that only peers hold are counted apart: peers that make up names cannot take the places of this
-// process. Everything is an index into memory taken at open. Service thread only.
+// Topics. A topic exists while something holds it: a subscription of a peer, an advertisement of a peer, or a
+// handle of this process. When the last holder leaves, its row is free. Topics that only peers hold are
+// counted apart: peers that make up names cannot take the rows of this process. Everything is an index into
+// memory taken at open. Service thread only.
 //
 // "odom" and "/odom" are one topic, which is called "/odom" here. A peer that subscribes to "odom" gets its
 // messages under that name. They come from the same slot; only the byte of the slash is skipped when they are

@@ -26,7 +26,7 @@ namespace rowe::wire {
 
 // ---- reading
 
-// Why something failed: a code for programs, and a sentence for people.
+// Why something failed: a code for programs, and a diagnostic for people.
 struct diagnostic {
   std::string_view code;
   std::string_view text;
@@ -35,7 +35,7 @@ struct diagnostic {
 // What a decoder is lent, as long as the request and the diagnostic are used.
 struct decode_room {
   std::span<char> scratch; // decode_scratch_bytes(limits)
-  std::span<char, refusal::text_bytes_max> sentence;
+  std::span<char, refusal::text_bytes_max> diagnostic;
   name_limits limits;
   std::uint32_t from = 0; // the place of the request in its message: 0, or `next` of the one before
 };
@@ -179,8 +179,8 @@ class codec {
                                    const body& value) const noexcept = 0;
   virtual message_kind write_failure(json::writer& out, const call_origin& call,
                                      const diagnostic& why) const noexcept = 0;
-  // Whether a reply that failed, with this sentence, says that nobody provides the service.
-  virtual bool means_no_service(const request& failed, std::string_view sentence,
+  // Whether a reply that failed, with this diagnostic, says that nobody provides the service.
+  virtual bool means_no_service(const request& failed, std::string_view diagnostic,
                                 std::string_view service) const noexcept = 0;
 
   // Nothing, if this peer is not to be told.

@@ -47,7 +47,7 @@ std::optional<std::uint64_t> to_number(std::string_view digits) noexcept {
   return number;
 }
 
-std::string_view sentence_of(line_fault fault) noexcept {
+std::string_view diagnostic_of(line_fault fault) noexcept {
   switch (fault) {
   case line_fault::none: return "";
   case line_fault::no_end: return "the request header does not end where it should";

@@ -34,7 +34,7 @@ enum class line_fault : std::uint8_t {
   no_colon,
   bad_name, // not a token, or white space before the colon
 };
-std::string_view sentence_of(line_fault fault) noexcept;
+std::string_view diagnostic_of(line_fault fault) noexcept;
 
 struct http_field {
   std::string_view name;

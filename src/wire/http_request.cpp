@@ -22,7 +22,7 @@ struct fields {
   field_value host, origin, upgrade, key, version, content_length, transfer_encoding;
   bool connection_upgrade = false; // Connection says Upgrade
   bool offers = false;             // a subprotocol was offered
-  std::string_view offered;        // the last of the offers, for the sentence
+  std::string_view offered;        // the last of the offers, for the diagnostic
   unsigned if_none_match_count = 0;
 };
 
@@ -145,7 +145,7 @@ constexpr std::string_view check_the_client =
 bool judge::read(std::string_view header) noexcept {
   http_lines lines{header};
   const auto first = lines.request_line();
-  if (!first) return refuse(400, sentence_of(lines.fault()), check_the_client, lines.last_line());
+  if (!first) return refuse(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
   const std::size_t method_end = std::min(first->find(' '), first->size());
   const std::size_t target_end = first->find(' ', std::min(method_end + 1, first->size()));
   seen_.method = first->substr(0, method_end);
@@ -158,7 +158,7 @@ bool judge::read(std::string_view header) noexcept {
     if (!take(*field)) return false;
   }
   if (lines.fault() == line_fault::none) return true;
-  return refuse(400, sentence_of(lines.fault()), check_the_client, lines.last_line());
+  return refuse(400, diagnostic_of(lines.fault()), check_the_client, lines.last_line());
 }
 
 bool judge::take_once(field_value& member, const http_field& field) noexcept {

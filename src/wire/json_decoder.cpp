@@ -25,7 +25,7 @@ bool says_stop(std::string_view escaped) noexcept {
 }
 
 diagnostic diagnose(const refusal& why, const decode_room& room) noexcept {
-  return {.code = why.code(), .text = why.text(room.sentence)};
+  return {.code = why.code(), .text = why.text(room.diagnostic)};
 }
 
 } // namespace

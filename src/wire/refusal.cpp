@@ -7,7 +7,7 @@
 namespace rowe::wire {
 namespace {
 
-constexpr std::size_t value_bytes_max = 64; // of a value shown in a sentence
+constexpr std::size_t value_bytes_max = 64; // of a value shown in a diagnostic
 
 constexpr std::string_view no_service_begins = "Service ";
 constexpr std::string_view no_service_ends = " does not exist";
@@ -65,17 +65,17 @@ std::string_view refusal::text(std::span<char> buffer) const noexcept {
   return out.text();
 }
 
-std::string_view no_service_sentence(std::string_view service, std::span<char> room) noexcept {
+std::string_view no_service_diagnostic(std::string_view service, std::span<char> room) noexcept {
   text_out out{room};
   return out.add(no_service_begins).add(service).add(no_service_ends).text();
 }
 
-bool says_no_service(std::string_view sentence, std::string_view service) noexcept {
-  if (!sentence.starts_with(no_service_begins) || !sentence.ends_with(no_service_ends)) return false;
-  sentence.remove_prefix(no_service_begins.size());
-  if (sentence.size() < no_service_ends.size()) return false;
-  sentence.remove_suffix(no_service_ends.size());
-  return !sentence.empty() && without_slash(sentence) == without_slash(service);
+bool says_no_service(std::string_view diagnostic, std::string_view service) noexcept {
+  if (!diagnostic.starts_with(no_service_begins) || !diagnostic.ends_with(no_service_ends)) return false;
+  diagnostic.remove_prefix(no_service_begins.size());
+  if (diagnostic.size() < no_service_ends.size()) return false;
+  diagnostic.remove_suffix(no_service_ends.size());
+  return !diagnostic.empty() && without_slash(diagnostic) == without_slash(service);
 }
 
 } // namespace rowe::wire

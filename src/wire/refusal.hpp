@@ -38,16 +38,16 @@ struct refusal {
     return what == kind::not_an_object ? "not_an_object" : "bad_request";
   }
 
-  // The sentence, e.g. `subscribe: the member "throttle_rate" must be an integer; it is "50"`; long values
+  // The diagnostic, e.g. `subscribe: the member "throttle_rate" must be an integer; it is "50"`; long values
   // are shortened; cut where `buffer` ends, which never happens with text_bytes_max.
   static constexpr std::size_t text_bytes_max = 416;
   std::string_view text(std::span<char> buffer) const noexcept;
 };
 
 // What the caller of a service is told that nobody provides: "Service /add does not exist". rosbridge has no
-// code for that; its clients and servers know it by this sentence.
+// code for that; its clients and servers know it by this diagnostic.
 inline constexpr std::size_t no_service_bytes_max = 320; // with the longest name
-std::string_view no_service_sentence(std::string_view service, std::span<char> room) noexcept;
-bool says_no_service(std::string_view sentence, std::string_view service) noexcept;
+std::string_view no_service_diagnostic(std::string_view service, std::span<char> room) noexcept;
+bool says_no_service(std::string_view diagnostic, std::string_view service) noexcept;
 
 } // namespace rowe::wire

@@ -2,7 +2,7 @@
 // The rosbridge v2 format: JSON text to request, and back. The core calls it on the service thread, with
 // texts that json::reader has validated whole; this file only reads the envelope and never looks into `msg`.
 // The rules are those of the protocol text where it and the reference server agree, and stricter where the
-// server is silent: whatever it would log and drop is refused here with a sentence that names member, value
+// server is silent: whatever it would log and drop is refused here with a diagnostic that names member, value
 // and limit, for a `status` answer.
 //
 // Both ends are here, since rowe is also a client of rosbridge servers: `publish` and `status` come either

@@ -56,9 +56,9 @@ message_kind rosbridge_codec::write_failure(json::writer& out, const call_origin
   return message_kind::text;
 }
 
-bool rosbridge_codec::means_no_service(const request&, std::string_view sentence,
+bool rosbridge_codec::means_no_service(const request&, std::string_view diagnostic,
                                        std::string_view service) const noexcept {
-  return says_no_service(sentence, service);
+  return says_no_service(diagnostic, service);
 }
 
 message_kind rosbridge_codec::write_error(json::writer& out, const error_context& to,

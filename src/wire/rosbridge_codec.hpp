@@ -20,7 +20,7 @@ class rosbridge_codec final : public codec {
                            const body& value) const noexcept override;
   message_kind write_failure(json::writer& out, const call_origin& call,
                              const diagnostic& why) const noexcept override;
-  bool means_no_service(const request& failed, std::string_view sentence,
+  bool means_no_service(const request& failed, std::string_view diagnostic,
                         std::string_view service) const noexcept override;
   message_kind write_error(json::writer& out, const error_context& to,
                            const diagnostic& why) const noexcept override;

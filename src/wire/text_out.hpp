@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pieces of text put one behind the other into a caller's span, for the answers and sentences of this room.
+// Pieces of text put one behind the other into a caller's span, for the answers and diagnostics of this room.
 // What does not fit is cut, and cut() says so. One thread; never waits, never allocates.
 #pragma once
 #include <algorithm>

@@ -304,7 +304,7 @@ frame_step frame_parser::read_close(std::span<std::byte> body) noexcept {
 
 frame_step frame_parser::violate(protocol_error what) noexcept {
   ended_ = true;
-  return {.event = frame_event::violation, .close_code = what.code, .reason = what.sentence};
+  return {.event = frame_event::violation, .close_code = what.code, .reason = what.diagnostic};
 }
 
 void frame_parser::reset(role ours, frame_limits limits, std::span<std::byte> assembly) noexcept {

@@ -74,7 +74,7 @@ struct frame_step {
   std::size_t consumed = 0;       // from the front of what was given
   std::span<std::byte> payload{}; // unmasked; of a close: the body as it came, code included
   std::uint16_t close_code = 0;   // close: the peer's (1005 when it gave none); violation: the one to send
-  std::string_view reason{};      // close: the peer's, valid UTF-8; violation: the sentence to send, which
+  std::string_view reason{};      // close: the peer's, valid UTF-8; violation: the diagnostic to send, which
                                   // stays until the parser is reset
 };
 
@@ -127,7 +127,7 @@ class frame_parser {
   };
   struct protocol_error {
     std::uint16_t code;
-    std::string_view sentence;
+    std::string_view diagnostic;
   };
 
   static constexpr protocol_error not_utf8{close_code::invalid_text, "the text is not UTF-8"};
@@ -160,7 +160,7 @@ class frame_parser {
   utf8_check text_;
   std::uint8_t header_have_ = 0; // bytes in header_
   std::array<std::byte, frame_header_bytes_max> header_{};
-  std::array<std::byte, control_bytes_max> control_{}; // after a violation: its sentence, if it has numbers
+  std::array<std::byte, control_bytes_max> control_{}; // after a violation: its diagnostic, if it has numbers
 };
 
 // Bytes of the header in front of a payload, by who we are (a client's frames carry a key).

@@ -255,7 +255,7 @@ struct row {
   error (*provoke)();
 };
 constexpr row table[] = {
-#define ROWE_ERROR_ROW(name, sentence) {errc::name, provoked::name},
+#define ROWE_ERROR_ROW(name, text) {errc::name, provoked::name},
     ROWE_ERRORS(ROWE_ERROR_ROW)
 #undef ROWE_ERROR_ROW
 };
@@ -267,9 +267,9 @@ INSTANTIATE_TEST_SUITE_P(all, errors, ::testing::ValuesIn(table),
 TEST_P(errors, can_be_met_and_say_what_they_mean) try {
   const error met = GetParam().provoke();
   EXPECT_EQ(met.name(), error{GetParam().code}.name());
-  const std::string sentence = met.message();
-  EXPECT_GT(sentence.size(), 10U);
-  EXPECT_EQ(sentence.find('%'), std::string::npos) << sentence;
+  const std::string diagnostic = met.message();
+  EXPECT_GT(diagnostic.size(), 10U);
+  EXPECT_EQ(diagnostic.find('%'), std::string::npos) << diagnostic;
 } catch (const out_of_reach& why) {
   GTEST_SKIP() << why.what(); // of no_thread alone, where the kernel has no seccomp to refuse one
 }

@@ -82,13 +82,13 @@ class pair_harness {
   bool end(detail::call_ref own, std::string_view text) {
     return fill(pair_->service.completions, ok(own), text.data(), text.size());
   }
-  bool fail(detail::call_ref own, const error& why, std::string_view sentence = {}) {
+  bool fail(detail::call_ref own, const error& why, std::string_view diagnostic = {}) {
     detail::value_header header = ok(own);
     header.failed = true;
     header.outcome = why.code;
     header.outcome_value = why.value;
     header.outcome_limit = why.limit;
-    return fill(pair_->service.completions, header, sentence.data(), sentence.size());
+    return fill(pair_->service.completions, header, diagnostic.data(), diagnostic.size());
   }
 
   std::vector<rt::std_atomics::variable<std::uint32_t>> generations =

@@ -145,7 +145,7 @@ TEST(lanes, tell_lost_peers_time_outs_and_missing_services_apart) {
   EXPECT_EQ((*ended)->reply.code(), errc::peer_lost);
 }
 
-TEST(lanes, refuse_with_a_sentence) {
+TEST(lanes, refuse_with_a_diagnostic) {
   auto hop = endpoint::listen(0, quick()).value();
   auto answers = hop.open_lane().value();
   auto robot = connected(hop);

@@ -225,12 +225,12 @@ TEST_F(talking, keeps_the_place_of_a_call_while_its_reply_is_looked_at) {
   for (std::uint32_t i = 0; i < calls_max; ++i) ASSERT_TRUE(on.end(ref(start()), "{}"));
 }
 
-TEST_F(talking, keeps_the_sentence_of_a_refusal) {
+TEST_F(talking, keeps_the_diagnostic_of_a_refusal) {
   const call_id refused = start();
-  const std::string sentence(300, 'n');
-  ASSERT_TRUE(on.fail(ref(refused), {errc::refused}, std::string_view{sentence}.substr(0, 192)));
+  const std::string diagnostic(300, 'n');
+  ASSERT_TRUE(on.fail(ref(refused), {errc::refused}, std::string_view{diagnostic}.substr(0, 192)));
   EXPECT_EQ(talk.try_finish()->reply.code(), errc::refused);
-  EXPECT_EQ(talk.refusal(), sentence.substr(0, 192));
+  EXPECT_EQ(talk.refusal(), diagnostic.substr(0, 192));
 }
 
 TEST_F(talking, waits_for_one_call_and_sets_the_ends_of_others_aside) {
@@ -392,7 +392,7 @@ TEST_F(talking, replies_to_the_call_and_to_the_peer_it_came_from) {
   ASSERT_TRUE(talk.try_refuse(*call, std::string(500, 'x'), now));
   const auto refusal = on.take();
   EXPECT_EQ(refusal->header.what, entry::refusal);
-  EXPECT_EQ(refusal->text.size(), detail::sentence_bytes_max);
+  EXPECT_EQ(refusal->text.size(), detail::diagnostic_bytes_max);
 }
 
 TEST_F(talking, waits_until_a_reply_was_written) {

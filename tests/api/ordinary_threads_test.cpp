@@ -170,7 +170,7 @@ TEST(ordinary_threads, keeps_calls_for_receive_from_the_start_by_option) {
   asks.join();
 }
 
-TEST(ordinary_threads, hands_on_the_sentence_of_a_refusal) {
+TEST(ordinary_threads, hands_on_the_diagnostic_of_a_refusal) {
   auto options = quick();
   options.answers_any = true;
   auto robot = endpoint::listen(0, options).value();

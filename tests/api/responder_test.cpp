@@ -90,7 +90,7 @@ TEST_F(answering, keeps_the_place_it_reserved_in_vain) {
   EXPECT_TRUE(add.try_next(now));
 }
 
-TEST_F(answering, refuses_with_a_sentence) {
+TEST_F(answering, refuses_with_a_diagnostic) {
   ASSERT_TRUE(ask({1, 0}, 17));
   auto request = add.try_next(now);
   ASSERT_TRUE(add.refuse(*request, "b must not be 0", now));

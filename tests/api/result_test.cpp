@@ -15,7 +15,7 @@ namespace {
 
 using rowe::errc;
 
-TEST(error, renders_its_sentence_with_the_value_and_the_limit) {
+TEST(error, renders_its_diagnostic_with_the_value_and_the_limit) {
   const rowe::error what{errc::too_big, 5120, 4096};
   std::array<char, 128> room;
   EXPECT_EQ(what.message(), "5120 bytes exceed the limit of 4096 bytes");
@@ -23,19 +23,19 @@ TEST(error, renders_its_sentence_with_the_value_and_the_limit) {
   EXPECT_EQ((rowe::error{errc::full, 0, 64}.name()), "full");
 }
 
-TEST(error, cuts_its_sentence_where_the_room_ends) {
+TEST(error, cuts_its_diagnostic_where_the_room_ends) {
   const rowe::error what{errc::too_big, 5120, 4096};
   std::array<char, 128> whole;
-  const std::string sentence{what.message(whole)};
-  for (std::size_t room = 0; room < sentence.size(); ++room) {
+  const std::string diagnostic{what.message(whole)};
+  for (std::size_t room = 0; room < diagnostic.size(); ++room) {
     std::array<char, 128> some;
     const auto text = what.message(std::span{some}.first(room));
     EXPECT_LE(text.size(), room);
-    EXPECT_EQ(text, sentence.substr(0, text.size()));
+    EXPECT_EQ(text, diagnostic.substr(0, text.size()));
   }
 }
 
-TEST(error, has_room_for_each_sentence_with_the_longest_numbers) {
+TEST(error, has_room_for_each_diagnostic_with_the_longest_numbers) {
   constexpr auto least = std::numeric_limits<std::int64_t>::min();
   std::array<char, 1024> room;
   for (int code = 0; code <= static_cast<int>(errc::misuse); ++code) {
@@ -79,7 +79,7 @@ TEST(result, is_usable_where_constants_are) {
   static_assert(!bad && bad.code() == errc::full && bad.error().limit == 0);
 }
 
-TEST(result, throws_its_sentence_where_value_is_asked_for_without_one) {
+TEST(result, throws_its_diagnostic_where_value_is_asked_for_without_one) {
   const rowe::result<int> bad = rowe::error{errc::address_in_use, 8080};
   try {
     (void)bad.value();

@@ -110,7 +110,7 @@ TEST(services, answer_with_text) {
   EXPECT_EQ(echo.call("{", timeout).code(), errc::malformed);
 }
 
-TEST(services, refuse_with_a_sentence) {
+TEST(services, refuse_with_a_diagnostic) {
   auto robot = endpoint::listen(0, quick()).value();
   auto provides = robot.serve<two_numbers, one_number>("/divide").value();
   const serving_thread serving{provides,

@@ -203,21 +203,21 @@ static bool out_of_reach(int code) {
          code == rowe_error_no_service || code == rowe_error_no_peer;
 }
 
-static void each_error_has_its_sentence(void) {
+static void each_error_has_its_diagnostic(void) {
   static const int codes[] = {
 #define ROWE_CODE(number, name) rowe_error_##name,
       ROWE_ERROR_CODES(ROWE_CODE)
 #undef ROWE_CODE
   };
   for (size_t i = 0; i < sizeof codes / sizeof *codes; ++i) {
-    const char* const sentence = rowe_strerror(codes[i]);
+    const char* const diagnostic = rowe_strerror(codes[i]);
     CHECK_EQUAL(codes[i], i + 1);
-    CHECK(strlen(sentence) > 10);
-    CHECK(strchr(sentence, '%') == NULL);
-    for (size_t j = 0; j < i; ++j) CHECK(strcmp(sentence, rowe_strerror(codes[j])) != 0);
+    CHECK(strlen(diagnostic) > 10);
+    CHECK(strchr(diagnostic, '%') == NULL);
+    for (size_t j = 0; j < i; ++j) CHECK(strcmp(diagnostic, rowe_strerror(codes[j])) != 0);
     if (!met[codes[i]] && !out_of_reach(codes[i])) {
       ++failures;
-      fprintf(stderr, "nothing here met error %d: %s\n", codes[i], sentence);
+      fprintf(stderr, "nothing here met error %d: %s\n", codes[i], diagnostic);
     }
   }
   CHECK_TEXT(rowe_strerror(rowe_ok), "no error");
@@ -250,7 +250,7 @@ int main(void) {
   errors_of_loops();
   errors_of_messages_and_calls();
   errors_of_values();
-  each_error_has_its_sentence();
+  each_error_has_its_diagnostic();
   each_thread_has_its_own_last_error();
   return failures != 0;
 }

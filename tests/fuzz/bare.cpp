@@ -159,8 +159,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (wrong) {
     std::array<char, refusal::text_bytes_max> room;
     std::array<char, 2 * refusal::text_bytes_max> plenty;
-    const std::string_view sentence = wrong->text(room);
-    require(!sentence.empty() && sentence == wrong->text(plenty), "a diagnostic is whole");
+    const std::string_view diagnostic = wrong->text(room);
+    require(!diagnostic.empty() && diagnostic == wrong->text(plenty), "a diagnostic is whole");
     require(lies_in(out.id_raw, text), "an answer has a good id");
   } else if (op == op_member::none) {
     check_request(out, text, {scratch.data(), scratch.size()});

@@ -171,7 +171,7 @@ class script_run {
     }
     require(on_.core.slots_in_use() == 0, "every slot is free");
     require(on_.all_slots_free(), "every slot of the submission queue is free");
-    require(on_.shown.peers() == 0, "no peer is left");
+    require(on_.shared.peers() == 0, "no peer is left");
   }
 
  private:

@@ -46,12 +46,12 @@ void read_back(reader& validator, std::string_view text, std::span<char> scratch
 void check_refusal(reader& validator, const refusal& why, const request& asked) {
   std::array<char, refusal::text_bytes_max> room;
   std::array<char, 2 * refusal::text_bytes_max> plenty;
-  const std::string_view sentence = why.text(room);
-  require(!sentence.empty() && sentence == why.text(plenty), "a diagnostic is whole");
+  const std::string_view diagnostic = why.text(room);
+  require(!diagnostic.empty() && diagnostic == why.text(plenty), "a diagnostic is whole");
   std::array<char, 6 * refusal::text_bytes_max + 512> status;
   request again;
   scratch_buffer scratch;
-  read_back(validator, written(status, write_status, severity::error, asked.id_raw, sentence), scratch,
+  read_back(validator, written(status, write_status, severity::error, asked.id_raw, diagnostic), scratch,
             again);
   require(again.what == verb::status && again.id_raw == asked.id_raw, "a status carries the id");
 }

@@ -25,7 +25,7 @@ using rowe::rt::grants;
 using rowe::rt::prepare_this_thread;
 using rowe::rt::thread;
 
-std::string sentence(const grants& given) {
+std::string text_of(const grants& given) {
   char buffer[400];
   return std::string{given.text(buffer)};
 }
@@ -185,7 +185,7 @@ TEST(thread, tells_its_function_what_was_granted) {
   thread t{{.name = "curious"}, [&](const grants& given) { told = given; }};
   t.join();
   EXPECT_TRUE(told.named);
-  EXPECT_EQ(sentence(told), sentence(t.grants()));
+  EXPECT_EQ(text_of(told), text_of(t.grants()));
 }
 
 TEST(thread, moves_with_what_it_was_granted) {
@@ -229,27 +229,27 @@ TEST(lock_process_memory, locks_it_or_says_why_not) {
 }
 
 TEST(grants, say_what_was_granted) {
-  EXPECT_EQ(sentence({.pinned = {true, 0}, .fifo = {true, 0}, .cpu = 2, .priority = 80}),
+  EXPECT_EQ(text_of({.pinned = {true, 0}, .fifo = {true, 0}, .cpu = 2, .priority = 80}),
             "pinned to cpu 2, SCHED_FIFO 80");
-  EXPECT_EQ(sentence({.fifo = {true, 0}, .priority = 80}), "SCHED_FIFO 80");
-  EXPECT_EQ(sentence({}), "ordinary scheduling");
+  EXPECT_EQ(text_of({.fifo = {true, 0}, .priority = 80}), "SCHED_FIFO 80");
+  EXPECT_EQ(text_of({}), "ordinary scheduling");
 }
 
 TEST(grants, say_what_was_refused_why_and_what_to_do) {
-  EXPECT_EQ(sentence({.fifo = {true, EPERM}, .priority = 80}),
+  EXPECT_EQ(text_of({.fifo = {true, EPERM}, .priority = 80}),
             "SCHED_FIFO 80 not permitted (rtprio limit 0): raise `ulimit -r` or run as root");
-  EXPECT_EQ(sentence({.pinned = {true, EINVAL}, .cpu = 9}),
+  EXPECT_EQ(text_of({.pinned = {true, EINVAL}, .cpu = 9}),
             "cpu 9 does not exist or is not allowed to this process: see `taskset -p`");
-  EXPECT_EQ(sentence({.pinned = {true, 0}, .fifo = {true, EINVAL}, .cpu = 2, .priority = 100}),
+  EXPECT_EQ(text_of({.pinned = {true, 0}, .fifo = {true, EINVAL}, .cpu = 2, .priority = 100}),
             "pinned to cpu 2; SCHED_FIFO has no priority 100: 1 to 99");
-  EXPECT_EQ(sentence({.stack_locked = {true, ENOMEM}, .locked_bytes_limit = 65'536}),
+  EXPECT_EQ(text_of({.stack_locked = {true, ENOMEM}, .locked_bytes_limit = 65'536}),
             "ordinary scheduling; stack not locked (memlock limit 65536 bytes): raise `ulimit -l`");
-  EXPECT_EQ(sentence({.named = {true, 5}, .slack = {true, 6}}),
+  EXPECT_EQ(text_of({.named = {true, 5}, .slack = {true, 6}}),
             "ordinary scheduling; name not set (errno 5); timer slack not set (errno 6)");
-  EXPECT_EQ(sentence({.pinned = {true, EPERM}, .cpu = 1}), "not pinned to cpu 1 (errno 1)");
+  EXPECT_EQ(text_of({.pinned = {true, EPERM}, .cpu = 1}), "not pinned to cpu 1 (errno 1)");
 }
 
-TEST(grants, cut_their_sentence_where_the_buffer_ends) {
+TEST(grants, cut_their_text_where_the_buffer_ends) {
   char buffer[10];
   EXPECT_EQ((grants{.pinned = {true, 0}, .cpu = 2}).text(buffer), "pinned to ");
   EXPECT_EQ(grants{}.text({}), "");

@@ -74,7 +74,7 @@ void cancel_each(real_time& rt, calling<Caller> with) {
   });
 }
 
-// Nobody finishes any: the places come free because cancelling looks for ends that are not wanted.
+// Nobody finishes any: rows become free because cancelling drops completions that nobody wants.
 template <class Caller>
 void start_among_cancelled(real_time& rt, calling<Caller> with) {
   rt.calls([&](std::uint64_t i) {
@@ -84,9 +84,9 @@ void start_among_cancelled(real_time& rt, calling<Caller> with) {
   });
 }
 
-// The ends of all but the last were set aside by one who waited for that.
+// Waiting for the last call has parked the completions of the others.
 template <class Caller>
-void finish_what_was_set_aside(real_time& rt, calling<Caller> with) {
+void finish_what_was_parked(real_time& rt, calling<Caller> with) {
   rt.calls([&](std::uint64_t) {
     call_id last;
     for (std::uint32_t i = 0; i < options.depth; ++i) {
@@ -124,10 +124,10 @@ constexpr exercise list[] = {
          use(calls.start(std::string_view{many.data(), many.size()}, timeout, now));
        });
      }},
-    {"caller::try_finish", "with structs, when ends were set aside",
-     [](real_time& rt) { finish_what_was_set_aside(rt, structs_in(rt)); }},
-    {"caller::try_finish", "with texts, when ends were set aside",
-     [](real_time& rt) { finish_what_was_set_aside(rt, texts_in(rt)); }},
+    {"caller::try_finish", "with structs, when completions were parked",
+     [](real_time& rt) { finish_what_was_parked(rt, structs_in(rt)); }},
+    {"caller::try_finish", "with texts, when completions were parked",
+     [](real_time& rt) { finish_what_was_parked(rt, texts_in(rt)); }},
     {"caller::cancel", "of structs", [](real_time& rt) { cancel_each(rt, structs_in(rt)); }},
     {"caller::cancel", "of texts", [](real_time& rt) { cancel_each(rt, texts_in(rt)); }},
     {"caller::cancel", "of calls in flight, when it closed",

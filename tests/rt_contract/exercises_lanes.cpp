@@ -200,7 +200,7 @@ constexpr exercise list[] = {
          use(talk.try_finish());
        });
      }},
-    {"lane::try_finish", "when all ends are of calls that were cancelled",
+    {"lane::try_finish", "when all calls were cancelled",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
        rt.calls([&on = on, &talk = talk](std::uint64_t) {
@@ -209,7 +209,7 @@ constexpr exercise list[] = {
          use(talk.try_finish());
        });
      }},
-    {"lane::try_finish", "when ends were set aside, cancelled ones among them",
+    {"lane::try_finish", "when completions were parked, of cancelled calls among them",
      [](real_time& rt) {
        auto [on, talk] = talk_in(rt);
        rt.calls([&on = on, &talk = talk](std::uint64_t) {

@@ -191,7 +191,7 @@ TEST_F(core_calls, refuses_at_once_what_nobody_provides) {
   EXPECT_EQ(on.count(counter::calls_refused), 2U);
 }
 
-TEST_F(core_calls, passes_a_refusal_on_with_its_sentence) {
+TEST_F(core_calls, passes_a_refusal_on_with_its_diagnostic) {
   auto add = handle_on<add_responder>(on, serve_add());
   peer page{on};
   page.say(R"({"op":"call_service","id":"1","service":"/add","args":{"a":1,"b":1}})");
@@ -784,24 +784,24 @@ TEST_F(core_calls_client, asks_its_server_by_rosbridge_and_waits_for_it) {
   EXPECT_EQ(end->reply->sum, 42);
 }
 
-// rosbridge has no code for it, only a sentence; whatever else ends likewise is the provider's own.
+// rosbridge has no code for it, only a diagnostic; whatever else ends likewise is the provider's own.
 TEST_F(core_calls_client, knows_a_service_that_its_server_has_not_from_one_that_refuses) {
   auto add = handle_on<add_caller>(on, call_add());
   peer server{on, rowe::service::side::client};
   on.cycle();
-  for (const auto& [sentence, code] : {std::pair{R"(Service \/add does not exist)", errc::no_service},
-                                       std::pair{"Service add does not exist", errc::no_service},
-                                       std::pair{"Service /other does not exist", errc::refused},
-                                       std::pair{"Service /add does not exist any more", errc::refused},
-                                       std::pair{"Service  does not exist", errc::refused},
-                                       std::pair{"Service does not exist", errc::refused},
-                                       std::pair{"The plan for /add does not exist", errc::refused}}) {
+  for (const auto& [diagnostic, code] : {std::pair{R"(Service \/add does not exist)", errc::no_service},
+                                         std::pair{"Service add does not exist", errc::no_service},
+                                         std::pair{"Service /other does not exist", errc::refused},
+                                         std::pair{"Service /add does not exist any more", errc::refused},
+                                         std::pair{"Service  does not exist", errc::refused},
+                                         std::pair{"Service does not exist", errc::refused},
+                                         std::pair{"The plan for /add does not exist", errc::refused}}) {
     ASSERT_TRUE(add.start({1, 1}, 1s, on.now));
     on.cycle();
     server.say(R"({"op":"service_response","id":")" + member(server.hear().at(0), "id") +
-               R"(","service":"/add","values":")" + sentence + R"(","result":false})");
+               R"(","service":"/add","values":")" + diagnostic + R"(","result":false})");
     on.cycle();
-    EXPECT_EQ(add.try_finish()->reply.code(), code) << sentence;
+    EXPECT_EQ(add.try_finish()->reply.code(), code) << diagnostic;
     EXPECT_FALSE(add.refusal().empty());
   }
 }
@@ -831,7 +831,7 @@ TEST_F(core_calls_client, names_the_member_of_a_reply_that_it_cannot_read) {
   auto add = handle_on<add_caller>(on, call_add());
   peer server{on, rowe::service::side::client};
   on.cycle();
-  for (const auto& [values, code, sentence] :
+  for (const auto& [values, code, diagnostic] :
        {std::tuple{R"({"total":3})", errc::missing_member,
                    R"(the member "sum" is missing; a whole number of 64 bits is wanted)"},
         std::tuple{R"({"sum":0.5})", errc::wrong_type,
@@ -843,7 +843,7 @@ TEST_F(core_calls_client, names_the_member_of_a_reply_that_it_cannot_read) {
                R"(","service":"/add","values":)" + values + R"(,"result":true})");
     on.cycle();
     EXPECT_EQ(add.try_finish()->reply.code(), code) << values;
-    EXPECT_EQ(add.refusal(), sentence);
+    EXPECT_EQ(add.refusal(), diagnostic);
   }
 }
 

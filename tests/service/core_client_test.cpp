@@ -47,7 +47,7 @@ TEST_F(core_client, reports_why_it_cannot_connect) {
   on.cycle();
   on.net.refuse("connection refused");
   on.cycle();
-  const auto what = on.shown.try_event();
+  const auto what = on.shared.try_event();
   ASSERT_TRUE(what);
   EXPECT_EQ(what->what_kind, rowe::event::kind::cannot_connect);
   EXPECT_EQ(std::string_view{what->what}, "connection refused");
@@ -205,7 +205,7 @@ TEST_F(core_client, never_answers_a_server_and_shows_its_status) {
   on.cycles(2);
   EXPECT_TRUE(server.hear().empty());
   bool shown = false;
-  while (const auto what = on.shown.try_event()) {
+  while (const auto what = on.shared.try_event()) {
     shown = shown || what->what_kind == rowe::event::kind::status_from_peer;
   }
   EXPECT_TRUE(shown);

@@ -147,7 +147,7 @@ TEST_F(core_test, gives_everything_back_when_a_peer_vanishes_in_the_middle_of_a_
   on.cycles(2);
   EXPECT_EQ(on.core.slots_in_use(), 0U);
   EXPECT_EQ(on.count(counter::lost_with_peer), 5U);
-  EXPECT_EQ(on.shown.peers(), 0U);
+  EXPECT_EQ(on.shared.peers(), 0U);
 }
 
 TEST_F(core_test, understands_messages_however_their_bytes_arrive) {

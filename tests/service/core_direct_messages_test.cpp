@@ -510,7 +510,7 @@ TEST_F(parked, tells_a_thread_that_waits_what_became_of_a_message_beyond_the_sha
   EXPECT_EQ(on.count(counter::outbox_full), 1U);
 }
 
-// While threads receive they may have more put aside than afterwards, when a queue pair does.
+// While threads receive they may have more parked than afterwards, when a queue pair does.
 TEST(parked_messages, keeps_what_was_put_aside_when_another_one_begins_to_receive) {
   auto options = with_many_slots();
   options.limits.small_slots = 512;

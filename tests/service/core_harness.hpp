@@ -85,13 +85,13 @@ class core_harness_over {
         net{chosen.limits.connections_max},
         pairs{memory.carve<rowe::detail::queue_pair>(chosen.limits.lanes_max)},
         now{begins},
-        shown{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
+        shared{*memory.make<rowe::service::shared_state>(memory, chosen.limits)},
         submissions{*memory.make<rowe::service::submission_queue>(memory, chosen.limits)},
         inbox{*memory.make<rowe::service::shared_inbox>(memory, chosen.limits)},
         waker{*memory.make<rowe::rt::waker<>>(rowe::rt::eventfd_signal{})},
         core{*memory.make<rowe::service::core>(
             memory, rowe::service::core_options::from(options, ours, "robot"),
-            rowe::service::shared_parts{pairs, shown, submissions, inbox},
+            rowe::service::shared_parts{pairs, shared, submissions, inbox},
             rowe::service::core_seams{
                 net, random, validator,
                 [](const rowe::service::http_request&) noexcept { return rowe::service::http_answer{}; },
@@ -109,7 +109,7 @@ class core_harness_over {
   }
 
   std::uint64_t count(rowe::service::counter which) const {
-    return rowe::service::read_count(shown, pairs, which);
+    return rowe::service::read_count(shared, pairs, which);
   }
 
   // Of ordinary threads.
@@ -126,14 +126,14 @@ class core_harness_over {
       if (!one.lifecycle.is_free()) continue;
       if (one.memory.size() < pair_bytes(asked)) one.memory = memory.carve_bytes(pair_bytes(asked));
       if (one.memory.empty()) throw std::runtime_error{"no memory for a lane"};
-      build_pair(one, asked, shown.generations());
-      one.peers_taking = shown.takers();
+      build_pair(one, asked, shared.generations());
+      one.peers_taking = shared.takers();
       codecs.push_back(std::make_unique<pair_codecs>(std::move(pair_codecs::compile(asked)).value()));
       one.encoder = codecs.back()->encoder ? &*codecs.back()->encoder : nullptr;
-      one.granted = &shown.permit;
+      one.granted = &shared.permit;
       one.decoder = codecs.back()->decoder ? &*codecs.back()->decoder : nullptr;
       one.waker = options.idle_policy == rowe::idle::wake ? &waker : nullptr;
-      shown.use_pair(static_cast<std::uint32_t>(&one - pairs.data()));
+      shared.use_pair(static_cast<std::uint32_t>(&one - pairs.data()));
       one.lifecycle.offer();
       return one;
     }
@@ -173,7 +173,7 @@ class core_harness_over {
   std::span<rowe::detail::queue_pair> pairs;
   rowe::rt::time_point now;
   rowe::rt::time_point next_wake{};
-  rowe::service::shared_state& shown;
+  rowe::service::shared_state& shared;
   rowe::service::submission_queue& submissions;
   rowe::service::shared_inbox& inbox;
   rowe::rt::waker<>& waker; // of idle::wake; nobody sleeps here

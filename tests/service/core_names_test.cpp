@@ -211,13 +211,13 @@ TEST_F(core_names, lets_a_handle_share_a_topic_whose_type_is_spelt_the_other_way
 TEST_F(core_names, says_which_types_met_when_a_handle_is_refused) {
   on.offer(pair_kind::publish_text, "/cmd_vel", 100, {}, nullptr, "std_msgs/msg/String");
   on.cycle();
-  while (on.shown.try_event()) continue;
+  while (on.shared.try_event()) continue;
   auto& pair = on.offer(pair_kind::subscribe_value, "cmd_vel", sizeof(rowe::ros::twist), {},
                         &rowe::describe<rowe::ros::twist>(), "geometry_msgs/Twist");
   on.cycle();
   EXPECT_EQ(pair.lifecycle.look(), pair_phase::refused);
   EXPECT_EQ(pair.lifecycle.refusal().code, rowe::errc::type_conflict);
-  const auto told = on.shown.try_event();
+  const auto told = on.shared.try_event();
   ASSERT_TRUE(told);
   EXPECT_EQ(std::string_view{told->what},
             "subscribe /cmd_vel: the topic has the type std_msgs/msg/String, not geometry_msgs/Twist");

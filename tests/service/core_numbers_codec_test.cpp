@@ -419,7 +419,7 @@ TEST_F(core_numbers_codec, answers_every_call_that_fails_under_its_id) {
 
 // ---- what is refused
 
-TEST_F(core_numbers_codec, refuses_what_nobody_understands_with_a_sentence) {
+TEST_F(core_numbers_codec, refuses_what_nobody_understands_with_a_diagnostic) {
   client p{on};
   say(p, R"({"offer":[[5,"/cmd"]]})");
   for (const std::string& bytes : {std::string{}, std::string{"q"}, std::string{"p"}, "p" + four(5),
@@ -490,7 +490,8 @@ TEST_F(numbers_and_a_latch, stops_before_what_the_peer_said_first) {
 TEST_F(numbers_and_a_latch, stops_on_the_path_of_the_stop_and_does_nothing_else_there) {
   client p{on, rowe::service::stop_path};
   EXPECT_EQ(p.greeting, texts{});
-  EXPECT_EQ(say(p, R"({"offer":[[5,"/cmd"]]})"), texts{"e" + std::string{rowe::service::stop_only_sentence}});
+  EXPECT_EQ(say(p, R"({"offer":[[5,"/cmd"]]})"),
+            texts{"e" + std::string{rowe::service::stop_only_diagnostic}});
   send(p, "c" + four(1) + "abcd{}");
   EXPECT_EQ(on.count(counter::stops), 1U);
 }

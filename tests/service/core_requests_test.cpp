@@ -194,7 +194,7 @@ TEST_F(refusals, name_the_limit_on_topics_and_free_their_places_with_the_peer) {
   }
   EXPECT_NE(last.find("topics_max"), std::string::npos) << last;
   bool told = false;
-  while (const auto what = on.shown.try_event()) {
+  while (const auto what = on.shared.try_event()) {
     told = told || (what->what_kind == rowe::event::kind::limit &&
                     std::string_view{what->remedy} == "raise `limits::topics_max`");
   }

@@ -613,7 +613,7 @@ TEST(core_shares, tells_so_many_times_a_second_that_somebody_came_or_said_someth
   for (int i = 0; i < 100; ++i) says.say(R"({"op":"status","level":"error","msg":"wrong"})");
   on.cycles(10);
   std::size_t statuses = 0;
-  while (const auto one = on.shown.try_event())
+  while (const auto one = on.shared.try_event())
     statuses += one->what_kind == rowe::event::kind::status_from_peer;
   EXPECT_EQ(statuses, 8U);
   EXPECT_EQ(on.count(counter::events_lost), 92U);
@@ -623,7 +623,7 @@ TEST(core_shares, tells_so_many_times_a_second_that_somebody_came_or_said_someth
     on.cycle();
     comes.leave();
     on.cycle();
-    while (const auto one = on.shown.try_event())
+    while (const auto one = on.shared.try_event())
       comings +=
           one->what_kind == rowe::event::kind::peer_joined || one->what_kind == rowe::event::kind::peer_left;
   }
@@ -643,7 +643,7 @@ TEST(core_shares, has_room_for_events_of_this_process_however_many_peers_come_an
   offer_text(on, pair_kind::publish_text, "/a", 64, {}, "test/A");
   offer_text(on, pair_kind::publish_text, "/a", 64, {}, "test/B"); // which is refused
   bool told = false;
-  while (const auto one = on.shown.try_event()) told = told || one->what_kind == rowe::event::kind::warning;
+  while (const auto one = on.shared.try_event()) told = told || one->what_kind == rowe::event::kind::warning;
   EXPECT_TRUE(told);
 }
 
@@ -922,17 +922,17 @@ TEST(core_shares, says_and_reports_refusals_that_repeat_so_often_and_counts_the_
   core_harness on;
   peer clumsy{on};
   on.cycle();
-  while (on.shown.try_event()) continue;
+  while (on.shared.try_event()) continue;
   for (int i = 0; i < 50; ++i) clumsy.say(R"({"op":"unsubscribe","topic":"/none"})");
   on.cycle();
   EXPECT_EQ(clumsy.hear().size(), 20U);
   EXPECT_EQ(on.count(counter::refusals_unsaid), 30U);
   int events = 0;
-  while (on.shown.try_event()) ++events;
+  while (on.shared.try_event()) ++events;
   EXPECT_EQ(events, 8);
   on.cycles(4, 500ms);
   std::string last;
-  while (const auto one = on.shown.try_event()) last = std::string_view{one->what};
+  while (const auto one = on.shared.try_event()) last = std::string_view{one->what};
   EXPECT_EQ(last, "42 more requests were refused");
 }
 

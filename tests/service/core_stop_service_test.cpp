@@ -407,7 +407,7 @@ TEST_F(stopping, of_one_peer_does_not_keep_others_from_waiting_for_their_answer)
 TEST_F(stopping, asked_for_by_this_process_needs_no_room_at_all) {
   peer operator_{on};
   start(operator_);
-  on.shown.stops.ask();
+  on.shared.stops.ask();
   on.cycle();
   EXPECT_FALSE(look());
 }
@@ -421,18 +421,18 @@ struct local_thread {
   void stop(std::string_view source, std::string_view reason = {}) {
     ++asked.stops;
     ASSERT_TRUE(asked.source.assign(source) && asked.reason.assign(reason));
-    on.shown.stops.hand_in(asked);
-    on.shown.stops.ask();
+    on.shared.stops.hand_in(asked);
+    on.shared.stops.ask();
   }
   void reset(std::uint64_t number = 0, rowe::rt::time_point until = rowe::rt::never) {
     ++asked.resets;
     asked.number = number;
-    asked.count_before_reset = on.shown.stops.count();
+    asked.count_before_reset = on.shared.stops.count();
     asked.until = until;
-    on.shown.stops.hand_in(asked);
+    on.shared.stops.hand_in(asked);
   }
   const rowe::service::local_stop_answered& hear() {
-    on.shown.stops.hear(heard);
+    on.shared.stops.hear(heard);
     return heard;
   }
 };
@@ -467,7 +467,7 @@ TEST_F(stopping, words_that_come_behind_it_are_shown) {
   peer operator_{on};
   start(operator_);
   local_thread thread{on};
-  on.shown.stops.ask();
+  on.shared.stops.ask();
   on.cycle();
   EXPECT_FALSE(look());
   EXPECT_EQ(thread.hear().stops, 0U);
@@ -621,10 +621,10 @@ TEST_F(stopping, is_not_reset_by_this_process_where_a_stop_without_words_comes_b
   local_thread thread{on};
   on.cycle();
   EXPECT_FALSE(look());
-  on.shown.stops.ask();
+  on.shared.stops.ask();
   thread.stop("button");
   thread.reset();
-  on.shown.stops.ask();
+  on.shared.stops.ask();
   on.cycle();
   ASSERT_EQ(thread.hear().resets, 1U);
   EXPECT_EQ(thread.heard.reset_outcome.code(), rowe::errc::refused);
@@ -635,7 +635,7 @@ TEST_F(stopping, is_reset_by_this_process_where_a_stop_without_words_came_before
   local_thread thread{on};
   on.cycle();
   EXPECT_FALSE(look());
-  on.shown.stops.ask();
+  on.shared.stops.ask();
   thread.reset();
   for (int i = 0; i < 4; ++i) {
     on.cycle();
@@ -791,7 +791,7 @@ TEST(stopping_without_a_latch, is_no_service) {
 TEST_F(stopping, is_an_event_however_many_statuses_peers_send) {
   peer operator_{on};
   start(operator_);
-  while (on.shown.try_event()) continue;
+  while (on.shared.try_event()) continue;
   for (std::uint32_t i = 0; i < on.options.limits.events_max; ++i) {
     peer says{on};
     for (int n = 0; n < 8; ++n) says.say(R"({"op":"status","level":"info","msg":"x"})");
@@ -803,7 +803,7 @@ TEST_F(stopping, is_an_event_however_many_statuses_peers_send) {
   operator_.say(stop_call);
   look();
   std::size_t told = 0;
-  while (const auto one = on.shown.try_event()) told += one->what_kind == rowe::event::kind::stop;
+  while (const auto one = on.shared.try_event()) told += one->what_kind == rowe::event::kind::stop;
   EXPECT_EQ(told, 1U);
 }
 

@@ -25,7 +25,7 @@ rowe::detail::queue_pair& subscribe_twist(core_harness& on, const rowe::topic_op
 
 std::vector<event> events(core_harness& on, event::kind of) {
   std::vector<event> all;
-  while (const auto one = on.shown.try_event()) {
+  while (const auto one = on.shared.try_event()) {
     if (one->what_kind == of) all.push_back(*one);
   }
   return all;

@@ -146,13 +146,13 @@ TEST_F(credit_test, asks_once_more_and_then_calls_the_peer_slow) {
   EXPECT_FALSE(ping());
   now += 1ms;
   EXPECT_TRUE(ping());
-  EXPECT_FALSE(of.slow(now));
+  EXPECT_FALSE(of.unresponsive(now));
   now += 121ms;
   EXPECT_FALSE(ping());
-  EXPECT_TRUE(of.slow(now));
+  EXPECT_TRUE(of.unresponsive(now));
   asked.pop_front(); // a peer may answer the latest only
   EXPECT_TRUE(pong());
-  EXPECT_FALSE(of.slow(now));
+  EXPECT_FALSE(of.unresponsive(now));
   EXPECT_EQ(of.in_flight(), 0U);
 }
 

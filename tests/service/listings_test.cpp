@@ -226,7 +226,7 @@ TEST_F(listings_test, close_a_peer_that_has_no_place_for_its_greeting) {
     ASSERT_TRUE(out.reply({0}, [](rowe::json::writer& into) { into.append("{}"); }));
   listed.greet(peer);
   EXPECT_FALSE(peer.open());
-  EXPECT_EQ(peer.close_reason, rowe::service::unread_sentence);
+  EXPECT_EQ(peer.close_reason, rowe::service::unread_diagnostic);
   forget(peer);
 }
 

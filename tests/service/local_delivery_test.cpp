@@ -201,10 +201,10 @@ TEST_F(local_delivery_test, fails_a_call_whose_reply_is_too_long_for_its_handle)
   EXPECT_EQ(counts.read(counter::too_big), 1U);
 }
 
-TEST_F(local_delivery_test, cuts_a_sentence_between_characters) {
+TEST_F(local_delivery_test, cuts_a_diagnostic_between_characters) {
   const pair_index by = call();
-  const std::string sentence = std::string(63, 'x') + "\u00e9 and more";
-  delivery.complete(of(by), {1, 1}, errc::refused, sentence);
+  const std::string diagnostic = std::string(63, 'x') + "\u00e9 and more";
+  delivery.complete(of(by), {1, 1}, errc::refused, diagnostic);
   EXPECT_EQ(taken(pair(by).user.completions), std::string(63, 'x'));
 }
 
@@ -223,7 +223,7 @@ TEST_F(local_delivery_test, says_what_of_a_reply_cannot_be_decoded) {
   const auto slot = ends.ring->try_pop();
   ASSERT_TRUE(slot);
   EXPECT_TRUE(ends.slots.header(*slot)->failed);
-  EXPECT_NE(ends.slots.header(*slot)->bytes, 0U) << "a sentence";
+  EXPECT_NE(ends.slots.header(*slot)->bytes, 0U) << "a diagnostic";
   EXPECT_EQ(counts.read(counter::undecodable), 1U);
 }
 

@@ -109,7 +109,7 @@ TEST_F(outliving, request_keeps_the_lane_until_it_is_gone) {
   std::optional<rowe::responder<json_text, json_text>> handle{core_harness::handle_of(one)};
   auto asked = std::optional{handle->try_next(on.now)};
   ASSERT_TRUE(*asked);
-  EXPECT_EQ(handle->try_next(on.now).code(), rowe::errc::empty); // a place for an answer is put aside
+  EXPECT_EQ(handle->try_next(on.now).code(), rowe::errc::empty); // a slot for an answer is parked
   handle.reset();
   close(one);
   EXPECT_EQ(one.lifecycle.look(), pair_phase::held);

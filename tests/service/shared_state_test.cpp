@@ -21,27 +21,27 @@ class showing : public ::testing::Test {
     return made;
   }
   rt::arena memory_{1 << 20, rt::page_lock::none};
-  shared_state shown_{memory_, bounds()};
+  shared_state shared_{memory_, bounds()};
 };
 
 TEST_F(showing, shows_who_is_connected) {
-  EXPECT_TRUE(shown_.connections().empty());
-  shown_.set_connection(2, 7, "127.0.0.1:50000");
-  shown_.set_connection(0, 1, "[2001:db8::1]:80");
-  const auto peers = shown_.connections();
+  EXPECT_TRUE(shared_.connections().empty());
+  shared_.set_connection(2, 7, "127.0.0.1:50000");
+  shared_.set_connection(0, 1, "[2001:db8::1]:80");
+  const auto peers = shared_.connections();
   ASSERT_EQ(peers.size(), 2U);
   EXPECT_EQ(peers[0].id, (rowe::connection{0, 1}));
   EXPECT_EQ(peers[0].address, "[2001:db8::1]:80");
   EXPECT_EQ(peers[1].id, (rowe::connection{2, 7}));
   EXPECT_EQ(peers[1].address, "127.0.0.1:50000");
-  shown_.set_connection(0, 0, {});
-  EXPECT_EQ(shown_.connections().size(), 1U);
-  EXPECT_EQ(shown_.generations()[0].load(std::memory_order_acquire), 0U); // pairs with set_connection()
+  shared_.set_connection(0, 0, {});
+  EXPECT_EQ(shared_.connections().size(), 1U);
+  EXPECT_EQ(shared_.generations()[0].load(std::memory_order_acquire), 0U); // pairs with set_connection()
 }
 
 TEST_F(showing, cuts_an_address_that_is_too_long) {
-  shown_.set_connection(1, 1, std::string(200, 'x'));
-  EXPECT_EQ(shown_.connections().at(0).address, std::string(63, 'x'));
+  shared_.set_connection(1, 1, std::string(200, 'x'));
+  EXPECT_EQ(shared_.connections().at(0).address, std::string(63, 'x'));
 }
 
 // A place is used again and again while others look: nobody sees half an address, or one with the generation
@@ -56,15 +56,15 @@ TEST_F(showing, never_shows_an_address_that_is_not_its_generations) {
   std::thread reader{[&] {
     std::uint64_t seen = 0;
     while (!done.load() || seen == 0) {
-      for (const peer& one : shown_.connections()) {
+      for (const peer& one : shared_.connections()) {
         ASSERT_EQ(one.address, address_of(one.id.generation));
         ++seen;
       }
     }
   }};
   for (std::uint32_t generation = 1; generation <= uses; ++generation) {
-    shown_.set_connection(1, 0, {});
-    shown_.set_connection(1, generation, address_of(generation));
+    shared_.set_connection(1, 0, {});
+    shared_.set_connection(1, generation, address_of(generation));
   }
   done.store(true);
   reader.join();

@@ -44,16 +44,16 @@ struct outside_fixture : testing::Test {
   rowe::json::reader validator = rowe::json::reader::create(bounds.message_bytes_max, 16).value();
   rowe::net::memory_transport to_peers{bounds.connections_max};
   harness::seeded_entropy random{1};
-  rowe::service::shared_state shown{memory, bounds};
+  rowe::service::shared_state shared{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
-  rowe::service::shared_inbox shared{memory, bounds};
+  rowe::service::shared_inbox inbox{memory, bounds};
   std::vector<std::unique_ptr<rowe::detail::pair_codecs>> codecs;
 
   rowe::service::core_options chosen_options() const {
     return rowe::service::core_options::from(options, ours, "robot");
   }
   rowe::service::shared_parts with_threads() {
-    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shown, submissions, shared};
+    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shared, submissions, inbox};
   }
   rowe::service::core_seams seams() { return {to_peers, random, validator, nullptr, protocols}; }
   static constexpr rowe::rt::time_point start_time{1s};
@@ -66,14 +66,14 @@ struct outside_fixture : testing::Test {
     rowe::detail::queue_pair& one = to.pairs[at];
     const std::size_t bytes = rowe::detail::pair_bytes(asked);
     if (one.memory.size() < bytes) one.memory = memory.carve_bytes(bytes);
-    rowe::detail::build_pair(one, asked, shown.generations());
-    one.peers_taking = shown.takers();
-    one.granted = &shown.permit;
+    rowe::detail::build_pair(one, asked, shared.generations());
+    one.peers_taking = shared.takers();
+    one.granted = &shared.permit;
     const auto& compiled = *codecs.emplace_back(std::make_unique<rowe::detail::pair_codecs>(
         std::move(rowe::detail::pair_codecs::compile(asked)).value()));
     one.encoder = compiled.encoder ? &*compiled.encoder : nullptr;
     one.decoder = compiled.decoder ? &*compiled.decoder : nullptr;
-    shown.use_pair(at.value);
+    shared.use_pair(at.value);
     one.lifecycle.offer();
     return at;
   }

@@ -50,7 +50,7 @@ struct stop_service_test : call_parts::call_parts {
   }
   // What the loop does in its period. Whether it may move.
   bool look(bool acknowledges = true) {
-    const bool engaged = rowe::detail::latch_engaged(shown.permit, words, own, cycle.now);
+    const bool engaged = rowe::detail::latch_engaged(shared.permit, words, own, cycle.now);
     if (engaged && acknowledges) rowe::detail::latch_acknowledge(words, own, cycle.now);
     return !engaged;
   }

@@ -132,7 +132,7 @@ class messaging_world : public sim_base {
 
   void cycle() {
     on_.core.cycle(on_.now);
-    const std::uint64_t gone = on_.count(rowe::service::counter::peers_joined) - on_.shown.peers();
+    const std::uint64_t gone = on_.count(rowe::service::counter::peers_joined) - on_.shared.peers();
     if (std::exchange(gone_, gone) != gone) book_.last_departure = on_.now;
     for (const auto& one : peers_) one->note_writes();
     for (const auto& one : leaving_) one->note_writes(); // up to the end

@@ -36,7 +36,7 @@ TEST(sim, loses_no_slot_when_everyone_has_left) {
     w.everyone_leaves();
     ASSERT_EQ(w.broken(), "") << "seed " << seed;
     ASSERT_EQ(w.on().core.slots_in_use(), 0U) << "seed " << seed;
-    ASSERT_EQ(w.on().shown.peers(), 0U) << "seed " << seed;
+    ASSERT_EQ(w.on().shared.peers(), 0U) << "seed " << seed;
     ASSERT_TRUE(w.on().core.drained()) << "seed " << seed;
   }
 }

@@ -91,7 +91,7 @@ std::string_view impossible(std::size_t row, std::size_t column) {
   if (is(state::times_in_turn) && !undone()) return "nothing undoes it";
   if (by == speaker::numbers_peer && is(state::subscription_queued, state::subscription_throttled))
     return "such a subscription has no options";
-  if (is(state::queue_refuses) && of.name == "thread_refusal") return "no sentence is so long";
+  if (is(state::queue_refuses) && of.name == "thread_refusal") return "no diagnostic is so long";
   if (by == speaker::thread && is(state::stop_unused)) return "threads can stop once there is a latch";
   if (r.own) return {};
   const member_rule& m = of.members[r.member];

@@ -319,7 +319,7 @@ class honest {
 
   // As endpoint_state::gone() and takes() say before somebody sends.
   bool is_full(rowe::detail::peer_ref of) const {
-    const auto& shown = in_.on.shown;
+    const auto& shown = in_.on.shared;
     // relaxed: as there
     const bool there = shown.generations()[of.index].load(std::memory_order_relaxed) == of.generation;
     return there && shown.takers()[of.index].load(std::memory_order_relaxed) != of.generation;

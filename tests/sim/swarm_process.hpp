@@ -241,7 +241,7 @@ class handle {
     if (!in_.random.one_in(6)) return;
     constexpr rowe::duration times[] = {1ms, 5ms, 20ms, 50ms};
     const rowe::duration timeout = in_.random.one_of(times);
-    d::find_place(*pair_);
+    d::reclaim_rows(*pair_);
     const auto started = caller.start("{\"a\":1}", timeout, in_.on.now);
     if (started) {
       gives_up_ = in_.on.now + timeout + d::word_late_max;

@@ -69,7 +69,7 @@ class threads {
   const rowe::service::local_stop_answered& heard() const { return heard_; }
   bool waits_for_stop() const { return asked_.stops != heard_.stops; }
   // After a cycle.
-  void listen() { on_.shown.stops.hear(heard_); }
+  void listen() { on_.shared.stops.hear(heard_); }
 
  private:
   rowe::duration time_of(choices& from, std::string_view how) const {
@@ -159,8 +159,8 @@ class threads {
   }
   void hand_in_words() {
     if (words_behind_) ++asked_.stops;
-    on_.shown.stops.hand_in(asked_);
-    on_.shown.stops.ask();
+    on_.shared.stops.hand_in(asked_);
+    on_.shared.stops.ask();
     note_stop();
     words_behind_ = false;
   }
@@ -177,7 +177,7 @@ class threads {
       ++asked_.stops;
       hand_in_words();
     } else {
-      on_.shown.stops.ask();
+      on_.shared.stops.ask();
       note_stop();
       words_behind_ = true;
     }
@@ -190,10 +190,10 @@ class threads {
     ++asked_.resets;
     asked_.number = static_cast<std::uint64_t>(said.number); // 0 where none is named
     asked_.until = rowe::rt::deadline_after(on_.now, time_of(from, value_of(what, "timeout")));
-    asked_.count_before_reset = on_.shown.stops.count();
+    asked_.count_before_reset = on_.shared.stops.count();
     stops_at_reset_.reset();
     reset_overtaken_ = false;
-    on_.shown.stops.hand_in(asked_);
+    on_.shared.stops.hand_in(asked_);
     return state::heard_nothing;
   }
   state hear() {

@@ -282,7 +282,7 @@ class world {
     }
     last.leave();
     for (int i = 0; i < 5; ++i) quiesce();
-    for (int left = 4000; left > 0 && !broken() && (on_.shown.peers() != 0 || !on_.all_slots_free()); --left)
+    for (int left = 4000; left > 0 && !broken() && (on_.shared.peers() != 0 || !on_.all_slots_free()); --left)
       quiesce(); // what has come is taken
     if (broken()) return;
     if (on_.core.slots_in_use() != 0)
@@ -297,8 +297,8 @@ class world {
                                : waits          ? "a message waits to be received"
                                                 : "one is lost"));
     }
-    if (on_.shown.peers() != 0)
-      result_.fail("end", std::to_string(on_.shown.peers()) + " peers are counted that have left, after " +
+    if (on_.shared.peers() != 0)
+      result_.fail("end", std::to_string(on_.shared.peers()) + " peers are counted that have left, after " +
                               std::to_string(on_.count(counter::messages_in)) + " messages");
   }
 
@@ -665,7 +665,7 @@ class world {
 
   // The permit, and who may have caused it. `reset_here`: a thread of this process.
   void check_stop(bool stopped, bool reset_here) {
-    const std::uint64_t word = on_.shown.permit.read();
+    const std::uint64_t word = on_.shared.permit.read();
     const bool running = rowe::detail::permit::time_of(word) != 0;
     check_latch(rowe::detail::permit::number_of(word));
     if (honest_.stop.fresh) {

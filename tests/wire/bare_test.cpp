@@ -35,12 +35,12 @@ class decoded {
   decoded(const decoded&) = delete;
 
   const request* operator->() const {
-    EXPECT_FALSE(wrong_) << text_ << ": " << sentence();
+    EXPECT_FALSE(wrong_) << text_ << ": " << diagnostic();
     return &request_;
   }
   const request& as_far_as_read() const { return request_; }
   op_member op() const { return op_; }
-  std::string sentence() const {
+  std::string diagnostic() const {
     std::array<char, refusal::text_bytes_max> room{};
     return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
   }
@@ -53,7 +53,7 @@ class decoded {
   std::optional<refusal> wrong_;
 };
 
-std::string sentence_for(std::string text) { return decoded{std::move(text)}.sentence(); }
+std::string diagnostic_for(std::string text) { return decoded{std::move(text)}.diagnostic(); }
 
 // Reading
 
@@ -180,10 +180,10 @@ TEST(bare_decode, leaves_other_errors_to_the_users) {
 
 struct wrong {
   const char* text;
-  const char* sentence;
+  const char* diagnostic;
 };
 
-TEST(bare_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
+TEST(bare_decode, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
   constexpr wrong table[] = {
       {R"({"message_id":1.5})", R"(the member "message_id" must be a string or an integer; it is 1.5)"},
       {R"({"message_id":null})", R"(the member "message_id" must be a string or an integer; it is null)"},
@@ -214,7 +214,7 @@ TEST(bare_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
       {R"({"message_id":1,"ttl_ms":null})",
        R"(the member "ttl_ms" must be a number of milliseconds; it is null)"},
   };
-  for (const wrong& row : table) EXPECT_EQ(sentence_for(row.text), row.sentence) << row.text;
+  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
 }
 
 TEST(bare_decode, keeps_the_id_for_the_answer_to_a_refusal) {
@@ -231,7 +231,7 @@ TEST(bare_decode, keeps_the_id_for_the_answer_to_a_refusal) {
   EXPECT_EQ(which.as_far_as_read().id_raw, "");
 }
 
-TEST(bare_decode, never_cuts_a_sentence_within_the_room_it_asks_for) {
+TEST(bare_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
   const std::string long_text(200, 'v');
   for (int kind = 0; kind <= static_cast<int>(refusal::kind::bad_characters); ++kind) {
     const refusal worst{.what = static_cast<refusal::kind>(kind),

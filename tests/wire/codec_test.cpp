@@ -43,14 +43,14 @@ struct received {
     auto reader = json::reader::create(64 * 1024);
     const std::string_view whole{text.data(), said.size()};
     EXPECT_TRUE(reader->validate(whole)) << said;
-    is = by.reads.decode(reader->last(), {.scratch = scratch, .sentence = sentence, .limits = limits},
+    is = by.reads.decode(reader->last(), {.scratch = scratch, .diagnostic = diagnostic, .limits = limits},
                          request, why);
   }
   received(const received&) = delete;
 
   std::string text;
   std::vector<char> scratch = std::vector<char>(decode_scratch_bytes(limits));
-  std::array<char, refusal::text_bytes_max> sentence{};
+  std::array<char, refusal::text_bytes_max> diagnostic{};
   rowe::wire::request request;
   diagnostic why;
   decoded is = decoded::refused;
@@ -183,7 +183,7 @@ TEST(codec, keeps_a_value_with_members_of_its_own_apart) {
 TEST(codec, writes_failures_that_the_other_end_tells_apart) {
   for_each_codec([](const codec& one, const protocol& by) {
     std::array<char, no_service_bytes_max> room;
-    const std::string_view unknown = no_service_sentence("/add", room);
+    const std::string_view unknown = no_service_diagnostic("/add", room);
     const std::pair<diagnostic, bool> cases[] = {{{.code = "no_service", .text = unknown}, true},
                                                  {{.code = "refused", .text = "not \"now\""}, false}};
     for (const auto& [why, unknown_service] : cases) {
@@ -194,10 +194,10 @@ TEST(codec, writes_failures_that_the_other_end_tells_apart) {
       EXPECT_EQ(failure.request.id_raw, "7");
       EXPECT_TRUE(failure.request.failed);
       std::array<char, 256> plain;
-      const auto sentence = json::to_string(json::root(failure.request.body_raw), plain);
-      ASSERT_TRUE(sentence);
-      EXPECT_EQ(*sentence, why.text);
-      EXPECT_EQ(one.means_no_service(failure.request, *sentence, "add"), unknown_service)
+      const auto diagnostic = json::to_string(json::root(failure.request.body_raw), plain);
+      ASSERT_TRUE(diagnostic);
+      EXPECT_EQ(*diagnostic, why.text);
+      EXPECT_EQ(one.means_no_service(failure.request, *diagnostic, "add"), unknown_service)
           << "with a slash or without";
     }
   });
@@ -324,12 +324,12 @@ TEST(json_decoder, tells_codecs_apart_by_the_member_op) {
     EXPECT_EQ(received(standard().find(""), text).request.codec, codec) << text;
 }
 
-TEST(json_decoder, refuses_with_a_code_a_sentence_and_the_id_of_the_answer) {
+TEST(json_decoder, refuses_with_a_code_a_diagnostic_and_the_id_of_the_answer) {
   struct refused {
     const char* text;
     decoded is;
     const char* code;
-    const char* sentence;
+    const char* diagnostic;
     const char* id_raw;
   };
   constexpr refused table[] = {
@@ -347,7 +347,7 @@ TEST(json_decoder, refuses_with_a_code_a_sentence_and_the_id_of_the_answer) {
     const received heard{standard().find(""), row.text};
     EXPECT_EQ(heard.is, row.is) << row.text;
     EXPECT_EQ(heard.why.code, row.code) << row.text;
-    EXPECT_EQ(heard.why.text, row.sentence) << row.text;
+    EXPECT_EQ(heard.why.text, row.diagnostic) << row.text;
     EXPECT_EQ(heard.request.id_raw, row.id_raw) << row.text;
   }
 }
@@ -391,9 +391,9 @@ TEST(json_decoder, sees_what_may_be_a_stop_by_its_beginning) {
 TEST(json_decoder, knows_no_binary_messages) {
   request into;
   diagnostic why;
-  std::array<char, refusal::text_bytes_max> sentence;
-  EXPECT_EQ(standard().find("").reads.decode_binary({}, {.scratch = {}, .sentence = sentence, .limits = {}},
-                                                    into, why),
+  std::array<char, refusal::text_bytes_max> diagnostic;
+  EXPECT_EQ(standard().find("").reads.decode_binary(
+                {}, {.scratch = {}, .diagnostic = diagnostic, .limits = {}}, into, why),
             decoded::unsupported);
 }
 
@@ -405,13 +405,13 @@ const codec& numbered() { return numbers::protocols().of(numbers::id); }
 struct received_binary {
   explicit received_binary(std::string bytes) : message{std::move(bytes)} {
     is = by_number().reads.decode_binary(std::as_bytes(std::span{message}),
-                                         {.scratch = {}, .sentence = sentence, .limits = limits}, request,
+                                         {.scratch = {}, .diagnostic = diagnostic, .limits = limits}, request,
                                          why);
   }
   received_binary(const received_binary&) = delete;
 
   std::string message;
-  std::array<char, refusal::text_bytes_max> sentence{};
+  std::array<char, refusal::text_bytes_max> diagnostic{};
   rowe::wire::request request;
   diagnostic why;
   decoded is;

@@ -26,12 +26,12 @@ class decoded {
   }
 
   const request& operator*() const {
-    EXPECT_FALSE(wrong_) << view() << ": " << sentence();
+    EXPECT_FALSE(wrong_) << view() << ": " << diagnostic();
     return request_;
   }
   const request* operator->() const { return &**this; }
   const request& as_far_as_read() const { return request_; }
-  std::string sentence() const {
+  std::string diagnostic() const {
     std::array<char, refusal::text_bytes_max> room{};
     return wrong_ ? std::string{wrong_->text(room)} : "it is not refused";
   }
@@ -46,6 +46,6 @@ class decoded {
   std::optional<refusal> wrong_;
 };
 
-inline std::string sentence_for(std::string text) { return decoded{std::move(text)}.sentence(); }
+inline std::string diagnostic_for(std::string text) { return decoded{std::move(text)}.diagnostic(); }
 
 } // namespace rowe::wire::rosbridge

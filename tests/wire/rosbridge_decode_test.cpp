@@ -168,7 +168,7 @@ TEST(rosbridge_decode, takes_set_level) {
 TEST(rosbridge_decode, checks_fragment_size_and_ignores_it) {
   EXPECT_EQ(
       decoded { R"({"op":"subscribe","topic":"/t","fragment_size":1000})" } -> what, verb::subscribe);
-  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","fragment_size":-1})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"subscribe","topic":"/t","fragment_size":-1})"),
             R"(subscribe: the member "fragment_size" must not be negative; it is -1)");
 }
 
@@ -223,10 +223,10 @@ TEST(rosbridge_decode, lets_depth_win_over_queue_length) {
 
 struct wrong {
   const char* text;
-  const char* sentence;
+  const char* diagnostic;
 };
 
-TEST(rosbridge_decode, refuses_with_a_sentence_that_names_member_value_and_limit) {
+TEST(rosbridge_decode, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
   constexpr wrong table[] = {
       {"[]", "a message must be one JSON object"},
       {"7", "a message must be one JSON object"},
@@ -313,7 +313,7 @@ TEST(rosbridge_decode, refuses_with_a_sentence_that_names_member_value_and_limit
       {R"({"op":"subscribe","topic":"/t","qos":{"depth":1,"depth":2}})",
        R"(subscribe: the member "qos.depth" stands there twice)"},
   };
-  for (const wrong& row : table) EXPECT_EQ(sentence_for(row.text), row.sentence) << row.text;
+  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
 }
 
 TEST(rosbridge_decode, refuses_every_known_member_that_stands_there_twice) {
@@ -321,10 +321,10 @@ TEST(rosbridge_decode, refuses_every_known_member_that_stands_there_twice) {
                                  "fragment_size", "latch", "queue_size", "qos", "service", "action", "args",
                                  "values", "result", "compression", "timeout", "id"}) {
     const std::string twice = "\"" + name + "\":1,\"" + name + "\":1";
-    EXPECT_EQ(sentence_for("{\"op\":\"publish\"," + twice + "}"),
+    EXPECT_EQ(diagnostic_for("{\"op\":\"publish\"," + twice + "}"),
               "publish: the member \"" + name + "\" stands there twice");
   }
-  EXPECT_EQ(sentence_for(R"({"op":"publish","\u006fp":"subscribe"})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"publish","\u006fp":"subscribe"})"),
             R"(the member "op" stands there twice)");
 }
 
@@ -332,13 +332,13 @@ TEST(rosbridge_decode, refuses_names_that_are_too_long) {
   const std::string most(32, 'x');
   EXPECT_EQ(
       decoded { R"({"op":"subscribe","topic":")" + most + R"("})" } -> topic, most);
-  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":")" + most + R"(y"})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"subscribe","topic":")" + most + R"(y"})"),
             R"(subscribe: the member "topic" is 33 bytes long; the limit is 32)");
-  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","type":")" + most + R"(y"})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"subscribe","topic":"/t","type":")" + most + R"(y"})"),
             R"(subscribe: the member "type" is 33 bytes long; the limit is 32)");
-  EXPECT_EQ(sentence_for(R"({"op":"subscribe","topic":"/t","id":")" + std::string(63, 'i') + R"("})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"subscribe","topic":"/t","id":")" + std::string(63, 'i') + R"("})"),
             R"(subscribe: the member "id" is 65 bytes long; the limit is 64)");
-  EXPECT_EQ(sentence_for(R"({"op":")" + std::string(65, 'o') + R"("})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":")" + std::string(65, 'o') + R"("})"),
             R"(the member "op" is 65 bytes long; the limit is 64)");
 }
 
@@ -349,7 +349,7 @@ TEST(rosbridge_decode, counts_names_after_their_escapes_are_resolved) {
   EXPECT_EQ(d->topic, std::string(32, 'a'));
   EXPECT_EQ(d->type, std::string(32, '/'));
   EXPECT_EQ(d->verb_text, "subscribe");
-  EXPECT_NE(sentence_for(R"({"op":"subscribe","topic":")" + topic + R"(\u0061"})").find("the limit is 32"),
+  EXPECT_NE(diagnostic_for(R"({"op":"subscribe","topic":")" + topic + R"(\u0061"})").find("the limit is 32"),
             std::string::npos);
 }
 
@@ -365,13 +365,13 @@ TEST(rosbridge_decode, keeps_operation_and_id_for_the_answer_to_a_refusal) {
 TEST(rosbridge_decode, shortens_long_values_between_characters) {
   std::string value;
   for (int i = 0; i < 40; ++i) value += "\xc3\xa9";
-  const std::string sentence =
-      sentence_for(R"({"op":"subscribe","topic":"/t","throttle_rate":")" + value + R"("})");
-  EXPECT_EQ(sentence, R"(subscribe: the member "throttle_rate" must be an integer; it is ")" +
-                          value.substr(0, 62) + "...");
+  const std::string diagnostic =
+      diagnostic_for(R"({"op":"subscribe","topic":"/t","throttle_rate":")" + value + R"("})");
+  EXPECT_EQ(diagnostic, R"(subscribe: the member "throttle_rate" must be an integer; it is ")" +
+                            value.substr(0, 62) + "...");
 }
 
-TEST(rosbridge_decode, never_cuts_a_sentence_within_the_room_it_asks_for) {
+TEST(rosbridge_decode, never_cuts_a_diagnostic_within_the_room_it_asks_for) {
   const std::string long_text(200, 'v');
   for (int kind = 0; kind <= static_cast<int>(refusal::kind::unknown_op); ++kind) {
     const refusal worst{.what = static_cast<refusal::kind>(kind),

@@ -120,9 +120,9 @@ TEST(rosbridge_services, takes_the_id_that_old_clients_write_behind_the_name) {
   const decoded most{R"({"op":"call_service","service":")" + name + "#" + id + R"("})"};
   EXPECT_EQ(most->service, name);
   EXPECT_EQ(most->id_raw, "\"" + id + "\"");
-  EXPECT_EQ(sentence_for(R"({"op":"call_service","service":"/s#)" + id + R"(i"})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"call_service","service":"/s#)" + id + R"(i"})"),
             R"(call_service: the member "id" is 65 bytes long; the limit is 64)");
-  EXPECT_EQ(sentence_for(R"({"op":"call_service","service":"#33"})"),
+  EXPECT_EQ(diagnostic_for(R"({"op":"call_service","service":"#33"})"),
             R"(call_service: the member "service" must not be empty)");
 }
 
@@ -144,10 +144,10 @@ TEST(rosbridge_services, keeps_operation_and_id_for_the_answer_to_a_refusal) {
 
 struct wrong {
   const char* text;
-  const char* sentence;
+  const char* diagnostic;
 };
 
-TEST(rosbridge_services, refuses_with_a_sentence_that_names_member_value_and_limit) {
+TEST(rosbridge_services, refuses_with_a_diagnostic_that_names_member_value_and_limit) {
   constexpr wrong table[] = {
       {R"({"op":"call_service"})", R"(call_service: the member "service" is missing)"},
       {R"({"op":"service_response"})", R"(service_response: the member "service" is missing)"},
@@ -188,7 +188,7 @@ TEST(rosbridge_services, refuses_with_a_sentence_that_names_member_value_and_lim
       {R"({"op":"service_response","service":"/s","result":true,"re\u0073ult":false})",
        R"(service_response: the member "result" stands there twice)"},
   };
-  for (const wrong& row : table) EXPECT_EQ(sentence_for(row.text), row.sentence) << row.text;
+  for (const wrong& row : table) EXPECT_EQ(diagnostic_for(row.text), row.diagnostic) << row.text;
 }
 
 // Writing

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // The user's side of handles that send messages, call and answer: sending, the table of a handle's own calls,
-// taking what arrived, and taking how calls ended.
+// taking what arrived, and taking the completions of calls.
 //
-// The *end* of a call is its completion. A call has a place in its handle's table from its beginning until
-// the slot of its end is released. There are as many slots in `completions` as places, so the service thread
-// always finds one, and no end can be lost. The place's generation is odd while the call is open, and taking
-// the end makes it even. A user that gives up earlier marks the place, and the end is dropped when it
-// arrives. The service thread is not told: the call ends at its deadline at the latest. Ends that were given
-// up are dropped by every function that takes, awaits or gives up a call, and by calls that wait and find no
-// place. So such a place becomes free whatever its handle does next. Starting a call does not look at ends:
-// each start would take half as long again.
+// The service thread completes each call once: with a reply, with an error, or at its deadline. A call has a
+// row in its handle's table from its start until the slot of its completion is released. `completions` has as
+// many slots as the table has rows, so the service thread always finds one, and no completion can be lost.
+// The row's generation is odd while the call is open; taking the completion makes it even.
+//
+// A user that gives up earlier marks the row, and the completion is dropped when it arrives. The service
+// thread is not told: the call ends at its deadline at the latest. Each function that takes, awaits or gives
+// up a call drops such completions; so do calls that wait and find no row. So the row becomes free whatever
+// its handle does next. Starting a call does not look at completions: each start would take half as long
+// again.
 //
 // All of it is for the handle's one thread. No function waits, allocates or enters the kernel, and each takes
 // steps bounded by the pair's depths, unless it says otherwise. The exercises of the handles that are made of
@@ -32,7 +34,7 @@ namespace rowe::detail {
 
 // The longest diagnostic of a refusal that is passed on; a longer one is cut. Slots for replies have at least
 // this capacity.
-inline constexpr std::size_t sentence_bytes_max = 192;
+inline constexpr std::size_t diagnostic_bytes_max = 192;
 
 // How much longer than its own deadline a call waits for the service thread's word: that comes within a
 // poll_period (10 ms at most) and a cycle, unless the service thread is kept from its core.
@@ -154,41 +156,41 @@ inline status post(queue_pair& on, const value_header& header, const body& text)
 
 // ---- the queue pair's own calls
 
-inline void free_place(queue_pair& on, std::uint32_t index) noexcept {
+inline void release_row(queue_pair& on, std::uint32_t index) noexcept {
   on.user.calls[index].next_free = on.user.free_call;
   on.user.free_call = index;
   --on.user.calls_open;
 }
 
-// Releases the slot of an end that arrived, and the call's place with it.
+// Releases the slot of a completion, and the call's row with it.
 inline void release_completion(queue_pair& on, std::uint32_t slot) noexcept {
   const std::uint32_t index = on.user.completions.slots.header(slot)->own.index;
   on.user.completions.free_ring->release(slot);
-  free_place(on, index);
+  release_row(on, index);
 }
 
-// Closes the call of an end that arrived. False when the call was given up; then the slot is released.
+// Closes the call that this completes. False when the call was given up; then the slot is released.
 inline bool accept_completion(queue_pair& on, std::uint32_t slot) noexcept {
-  pending_call& place = on.user.calls[on.user.completions.slots.header(slot)->own.index];
-  ++place.generation;
-  if (!place.cancelled) return true;
+  pending_call& row = on.user.calls[on.user.completions.slots.header(slot)->own.index];
+  ++row.generation;
+  if (!row.cancelled) return true;
   release_completion(on, slot);
   return false;
 }
 
-// For a caller that does not take this end now: drops it if its call was given up, else sets it aside until
+// For a caller that does not take this completion now: drops it if its call was given up, else parks it until
 // take_completion().
 inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
-  const pending_call& place = on.user.calls[on.user.completions.slots.header(slot)->own.index];
-  if (place.cancelled) {
+  const pending_call& row = on.user.calls[on.user.completions.slots.header(slot)->own.index];
+  if (row.cancelled) {
     (void)accept_completion(on, slot);
   } else {
     on.user.parked_completions.push(slot);
   }
 }
 
-// Frees the places of calls that were given up and have ended; other ends are set aside, in their order. At
-// most as many steps as there are places.
+// Releases the rows of calls that were given up and are completed; parks other completions, in their order.
+// At most as many steps as there are rows.
 [[gnu::noinline, gnu::cold]] inline void drop_unwanted_completions(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
   for (std::uint32_t left = mine.parked_completions.count; left != 0; --left)
@@ -197,23 +199,23 @@ inline void park_completion(queue_pair& on, std::uint32_t slot) noexcept {
     park_completion(on, *mine.completions.ring->try_pop());
 }
 
-// A place for a call, now open. Errors: too_many_calls.
+// A row for a call, now open. Errors: too_many_calls.
 inline result<call_ref> begin_call(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
   if (mine.free_call == mine.calls.size()) {
     return error{errc::too_many_calls, mine.calls_open, static_cast<std::int64_t>(mine.calls.size())};
   }
   const std::uint32_t index = mine.free_call;
-  pending_call& place = mine.calls[index];
-  mine.free_call = place.next_free;
-  ++place.generation;
-  place.cancelled = false;
+  pending_call& row = mine.calls[index];
+  mine.free_call = row.next_free;
+  ++row.generation;
+  row.cancelled = false;
   ++mine.calls_open;
-  return call_ref{index, place.generation};
+  return call_ref{index, row.generation};
 }
 
-// Before begin_call(), for calls that wait: a place is freed if one can be.
-inline void find_place(queue_pair& on) noexcept {
+// Before begin_call(), for calls that wait: releases rows of calls that were given up, if none is free.
+inline void reclaim_rows(queue_pair& on) noexcept {
   if (on.user.free_call == on.user.calls.size() && !ROWE_MUTANT(given_up_places))
     drop_unwanted_completions(on);
 }
@@ -221,7 +223,7 @@ inline void find_place(queue_pair& on) noexcept {
 // Takes back a call that never left.
 inline void withdraw_call(queue_pair& on, call_ref call) noexcept {
   ++on.user.calls[call.index].generation;
-  free_place(on, call.index);
+  release_row(on, call.index);
 }
 
 inline bool open(const queue_pair& on, call_ref call) noexcept {
@@ -229,12 +231,12 @@ inline bool open(const queue_pair& on, call_ref call) noexcept {
          on.user.calls[call.index].generation == call.generation;
 }
 
-// Gives the call up: its end will be dropped. Nothing happens to a call that has ended.
+// Gives the call up: its completion will be dropped. Does nothing for a call that is complete.
 inline void give_up(queue_pair& on, call_ref call) noexcept {
   if (open(on, call)) on.user.calls[call.index].cancelled = true;
 }
-// The same for a user, who may call nothing else afterwards: so it also drops the ends that have arrived of
-// calls that were given up.
+// The same for a user, who may call nothing else afterwards: so it also drops the completions that have
+// arrived for calls that were given up.
 inline void cancel(queue_pair& on, call_ref call) noexcept {
   give_up(on, call);
   drop_unwanted_completions(on);
@@ -299,12 +301,12 @@ inline result<call_id> named(const result<call_ref>& call) noexcept {
   return call_id{call->index, call->generation};
 }
 
-inline void give_back(queue_pair& on, const consumer_end& end, std::uint32_t slot) noexcept {
+inline void release_slot(queue_pair& on, const consumer_end& end, std::uint32_t slot) noexcept {
   if (&end == &on.user.completions) return release_completion(on, slot);
   end.free_ring->release(slot);
 }
 
-// The next end that arrived and is wanted, those set aside first.
+// The next completion that is wanted, parked ones first.
 inline std::optional<std::uint32_t> take_completion(queue_pair& on) noexcept {
   queue_pair::user_side& mine = on.user;
   while (mine.parked_completions.count != 0) {
@@ -318,7 +320,7 @@ inline std::optional<std::uint32_t> take_completion(queue_pair& on) noexcept {
   return std::nullopt;
 }
 
-// The end of this call, if it has arrived; ends of others are set aside.
+// The completion of this call, if it has arrived; parks those of others.
 inline std::optional<std::uint32_t> take_completion_of(queue_pair& on, call_ref call) noexcept {
   while (const auto slot = on.user.completions.ring->try_pop()) {
     if (on.user.completions.slots.header(*slot)->own == call) {
@@ -330,7 +332,7 @@ inline std::optional<std::uint32_t> take_completion_of(queue_pair& on, call_ref 
   return std::nullopt;
 }
 
-// The slot of the next end. Errors: empty (none has come), closed, misuse (an empty handle).
+// The slot of the next completion. Errors: empty (none has come), closed, misuse (an empty handle).
 inline result<std::uint32_t> next_completion(const pair_handle& on) noexcept {
   if (!on) return errc::misuse;
   const bool over = closed(*on); // before looking: what came before it closed is still there
@@ -348,12 +350,12 @@ constexpr value_header call_header(time_point now, duration timeout, connection 
   return message_header(entry::invocation, ref_of(to), now, rt::deadline_after(now, timeout));
 }
 
-inline error error_of(const value_header& end) noexcept {
-  return {end.outcome, end.outcome_value, end.outcome_limit};
+inline error error_of(const value_header& completion) noexcept {
+  return {completion.outcome, completion.outcome_value, completion.outcome_limit};
 }
 
-// Waits for the end of a call of this queue pair until `deadline`, or until the endpoint is closed; nothing
-// then, and the call is given up. Not real-time: sleeps in the kernel.
+// Waits for the completion of a call of this queue pair until `deadline`, or until the endpoint is closed;
+// nothing then, and the call is given up. Not real-time: sleeps in the kernel.
 inline std::optional<std::uint32_t> wait_completion(queue_pair& on, call_ref call,
                                                     time_point deadline) noexcept {
   std::optional<std::uint32_t> slot;
@@ -366,15 +368,16 @@ inline std::optional<std::uint32_t> wait_completion(queue_pair& on, call_ref cal
   return slot;
 }
 
-// Waits for the end of a call that was started at `now` with this time-out, and a little longer for the
-// service thread's word. Errors: timed_out, closed. Not real-time.
+// Waits for the completion of a call that was started at `now` with this time-out, and a little longer for
+// the service thread's word. Errors: timed_out, closed. Not real-time.
 inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time_point now,
                                        duration timeout) noexcept {
   on.wake_service();
   const time_point deadline = rt::deadline_after(rt::deadline_after(now, timeout), word_late_max);
   if (const auto slot = wait_completion(*on, {call.index, call.generation}, deadline)) {
-    value_header& end = *on->user.completions.slots.header(*slot);
-    if (end.failed && end.outcome == errc::timed_out) end.outcome_limit = timeout.count(); // known only here
+    value_header& completion = *on->user.completions.slots.header(*slot);
+    if (completion.failed && completion.outcome == errc::timed_out)
+      completion.outcome_limit = timeout.count(); // known only here
     return *slot;
   }
   if (closed(*on)) return errc::closed;
@@ -385,8 +388,8 @@ inline result<std::uint32_t> wait_call(const pair_handle& on, call_id call, time
 inline status wait_sent(queue_pair& on, call_ref call) noexcept {
   const auto slot = wait_completion(on, call, rt::never);
   if (!slot) return errc::closed;
-  const value_header& end = *on.user.completions.slots.header(*slot);
-  const status what = end.failed ? status{error_of(end)} : status{};
+  const value_header& completion = *on.user.completions.slots.header(*slot);
+  const status what = completion.failed ? status{error_of(completion)} : status{};
   release_completion(on, *slot);
   return what;
 }
@@ -446,22 +449,22 @@ inline status wait_room(const pair_handle& handle, peer_ref to, duration timeout
 }
 
 // The diagnostic that a call was refused with, kept by the calling handle.
-class sentence {
+class diagnostic {
  public:
   void assign(std::string_view from) noexcept {
-    bytes_ = from.size() < sentence_bytes_max ? from.size() : sentence_bytes_max;
+    bytes_ = from.size() < diagnostic_bytes_max ? from.size() : diagnostic_bytes_max;
     from.copy(text_.data(), bytes_);
   }
   std::string_view view() const noexcept { return {text_.data(), bytes_}; }
 
  private:
-  std::array<char, sentence_bytes_max> text_{};
+  std::array<char, diagnostic_bytes_max> text_{};
   std::size_t bytes_ = 0;
 };
 
-// Whether an error of a call comes with a sentence that says more: the provider's own, or which member of the
-// reply is not what was wanted.
-constexpr bool has_sentence(errc code) noexcept {
+// Whether an error of a call comes with a diagnostic that says more: the provider's own, or which member of
+// the reply is not what was wanted.
+constexpr bool has_diagnostic(errc code) noexcept {
   switch (code) {
   case errc::refused:
   case errc::no_service:
@@ -475,12 +478,12 @@ constexpr bool has_sentence(errc code) noexcept {
   }
 }
 
-// Of an end that failed: its error. Keeps its sentence and gives the slot back.
-inline error fail_with(queue_pair& on, std::uint32_t slot, sentence& refusal) noexcept {
-  const value_header& end = *on.user.completions.slots.header(slot);
-  const error why = error_of(end);
-  if (has_sentence(why.code)) {
-    refusal.assign({reinterpret_cast<const char*>(on.user.completions.slots.value(slot)), end.bytes});
+// The error of a call that failed. Keeps its diagnostic and releases the slot.
+inline error fail_with(queue_pair& on, std::uint32_t slot, diagnostic& refusal) noexcept {
+  const value_header& completion = *on.user.completions.slots.header(slot);
+  const error why = error_of(completion);
+  if (has_diagnostic(why.code)) {
+    refusal.assign({reinterpret_cast<const char*>(on.user.completions.slots.value(slot)), completion.bytes});
   }
   release_completion(on, slot);
   return why;

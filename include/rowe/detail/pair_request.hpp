@@ -18,7 +18,7 @@ struct pair_request {
   pair_kind kind = pair_kind::publish_value;
   std::string_view name = {}; // of the topic or service
   std::string_view type = {};
-  rowe::keep keep = rowe::keep::all; // of the one path that a topic's handle has
+  rowe::keep keep = rowe::keep::all; // of the one queue that a topic's handle has
   rowe::priority priority = rowe::priority::normal;
   bool latched = false;
   duration ttl = rt::for_ever;
@@ -26,7 +26,7 @@ struct pair_request {
   bool receives = false;                // talk
   duration loop_timeout = rt::for_ever; // stop_latch
 
-  std::uint32_t out_depth = 0; // slots of each path, 1 to 4096
+  std::uint32_t out_depth = 0; // slots of each queue, 1 to 4096
   std::uint32_t in_depth = 0;
   std::uint32_t completions_depth = 0;
   std::size_t out_bytes = 0; // of the largest value
@@ -47,15 +47,15 @@ constexpr std::size_t slot_bytes(std::uint32_t text_bytes_max) noexcept {
     return sizeof(T);
   }
 }
-// The same, but a refusal's sentence must fit too.
+// The same, but a refusal's diagnostic must fit too.
 template <class T>
 constexpr std::size_t answer_bytes(std::uint32_t text_bytes_max) noexcept {
   const auto bytes = slot_bytes<T>(text_bytes_max);
-  return bytes > sentence_bytes_max ? bytes : sentence_bytes_max;
+  return bytes > diagnostic_bytes_max ? bytes : diagnostic_bytes_max;
 }
 
-// Where the options leave it open, a path has as many slots as fill so many bytes, but not fewer than a burst
-// needs, nor more than anybody waits for.
+// Where the options leave it open, a queue has as many slots as fill so many bytes, but not fewer than a
+// burst needs, nor more than anybody waits for.
 struct usual_depth {
   std::size_t bytes;
   std::uint32_t least;

@@ -77,13 +77,13 @@ struct call_ref {
   friend bool operator==(const call_ref&, const call_ref&) = default;
 };
 
-// What a slot holds. A queue pair's own calls (`own`) are places in its table (pending_call). The service
-// thread's (`call`) are places in its own.
+// What a slot holds. A queue pair's own calls (`own`) are rows of its table (pending_call). The service
+// thread's (`call`) are rows of its own.
 enum class entry : std::uint8_t {
-  message,    // out: to `peer`, or to everyone; with `own`, that ends when it was written
+  message,    // out: to `peer`, or to everyone; with `own`, completed when it was written
   invocation, // out: of the queue pair's `own`; in: the service thread's `call`, to be named in the answer
-  reply,      // out: to the service thread's `call`; with `own`, that ends when it was written
-  refusal,    // out: likewise, with a sentence instead of a reply
+  reply,      // out: to the service thread's `call`; with `own`, completed when it was written
+  refusal,    // out: likewise, with a diagnostic instead of a reply
   completion, // completions: of the queue pair's `own`: a reply (none where a message was sent), or an error
 };
 
@@ -93,12 +93,12 @@ struct value_header {
   std::int64_t expires_ns = 0; // as stamped_ns: only in the cycle that takes it
   std::uint32_t bytes = 0;
   entry what = entry::message;
-  bool failed = false; // end: `outcome` is an error, and the text its sentence
+  bool failed = false; // completion: `outcome` is an error, and the text its diagnostic
   errc outcome = errc::misuse;
   peer_ref peer{}; // out: to whom; in: from whom
   call_ref call{};
   call_ref own{};
-  std::int64_t outcome_value = 0; // end: the error's; out: the service thread's own while it has the slot
+  std::int64_t outcome_value = 0; // completion: the error's; out: the service thread's own
   std::int64_t outcome_limit = 0;
 };
 inline constexpr std::size_t value_alignment = 64;
@@ -139,14 +139,14 @@ struct consumer_end {
 };
 
 // The calls of a handle that were begun and whose completion was not taken. User thread only. There is one
-// place for each slot of `completions`, so the service thread can always deliver a completion.
+// row for each slot of `completions`, so the service thread can always deliver a completion.
 struct pending_call {
   std::uint32_t generation = 0; // raised when a call begins; odd while one is open
   std::uint32_t next_free = 0;
   bool cancelled = false; // its completion is to be dropped
 };
 
-// Slot numbers that the user thread has set aside: a ring of its own.
+// Slot numbers that the user thread has parked: a ring of its own.
 struct parked_slots {
   std::span<std::uint32_t> places; // as many as there are slots
   std::uint32_t first = 0;

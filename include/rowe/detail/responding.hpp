@@ -39,7 +39,7 @@ class open_request {
     std::swap(asked_, from.asked_);
     return *this;
   }
-  // Unanswered: refused with a sentence that says so.
+  // Unanswered: refused with a diagnostic that says so.
 #if defined(__GNUC__) && !defined(__clang__) // gcc 12 sees pair_ read in an empty std::optional
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -81,9 +81,9 @@ class open_request {
     if (const status fits = check_fits(*pair_, text); !fits) return fits;
     return answer(by, entry::reply, text.text().data(), text.text().size(), now);
   }
-  status refuse(const pair_handle& by, std::string_view sentence, time_point now) noexcept {
-    sentence = sentence.substr(0, sentence_bytes_max);
-    return answer(by, entry::refusal, sentence.data(), sentence.size(), now);
+  status refuse(const pair_handle& by, std::string_view diagnostic, time_point now) noexcept {
+    diagnostic = diagnostic.substr(0, diagnostic_bytes_max);
+    return answer(by, entry::refusal, diagnostic.data(), diagnostic.size(), now);
   }
 
  private:

@@ -35,7 +35,7 @@ struct grants {
   grant stack_locked = {}; // touched in any case
   int cpu = -1;
   int priority = 0;
-  long priority_limit = 0; // RLIMIT_RTPRIO and RLIMIT_MEMLOCK as they were, for the sentence; -1: unlimited
+  long priority_limit = 0; // RLIMIT_RTPRIO and RLIMIT_MEMLOCK as they were, for the diagnostic; -1: unlimited
   long locked_bytes_limit = 0;
 
   // Nothing that was asked for was refused.

@@ -7,23 +7,23 @@
 
 namespace rowe::rt::detail {
 
-// A sentence in the making, in a buffer that may be too short: what does not fit is cut. Never allocates.
-class sentence {
+// A diagnostic in the making, in a buffer that may be too short: what does not fit is cut. Never allocates.
+class diagnostic {
  public:
-  explicit sentence(std::span<char> buffer) noexcept : buffer_{buffer} {}
-  sentence& say(std::string_view text) noexcept {
+  explicit diagnostic(std::span<char> buffer) noexcept : buffer_{buffer} {}
+  diagnostic& say(std::string_view text) noexcept {
     const std::size_t room = std::min(text.size(), buffer_.size() - used_);
     std::copy_n(text.data(), room, buffer_.data() + used_);
     used_ += room;
     return *this;
   }
-  sentence& say(long number) noexcept {
+  diagnostic& say(long number) noexcept {
     char digits[24];
     const auto end = std::to_chars(digits, digits + sizeof digits, number).ptr;
     return say({digits, static_cast<std::size_t>(end - digits)});
   }
   // Before every part but the first.
-  sentence& next(std::string_view separator) noexcept { return used_ == 0 ? *this : say(separator); }
+  diagnostic& next(std::string_view separator) noexcept { return used_ == 0 ? *this : say(separator); }
   std::string_view view() const noexcept { return {buffer_.data(), used_}; }
 
  private:
