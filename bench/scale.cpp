@@ -6,7 +6,7 @@
 //   peers_sending    each of so many peers publishes one message, which a handle takes
 //   peers_receiving  one message goes to so many peers; `raw` is a loop of `send` over as many bare sockets
 //   topics           one peer has subscribed to so many topics, another publishes on one after the other
-//   lanes            so many handles publish, one after the other, each on its own topic
+//   handles          so many handles publish, one after the other, each on its own topic
 //   calls            a peer asks one more question, and is answered, while so many calls are open
 // cpu_ns: what the thread that runs the core used for one message to or from one peer, by its own CPU clock,
 // from the bytes that lie in a socket or the value that lies in a handle's slots to the last byte given to
@@ -216,11 +216,12 @@ class stand {
     by.say(text);
     for (const auto due = count(counter::messages_in) + 1; count(counter::messages_in) < due;) cycle();
     tend();
+    ok = ok && count(counter::refused_requests) == 0;
   }
   detail::queue_pair& advertise(std::string_view topic) {
-    detail::queue_pair& lane = on.offer(detail::pair_kind::publish_text, topic, 64, {.depth = 8});
+    detail::queue_pair& made = on.offer(detail::pair_kind::publish_text, topic, 64, {.depth = 8});
     tend();
-    return lane;
+    return made;
   }
   void publish(detail::queue_pair& by) {
     constexpr std::string_view text = R"({"x":1.5,"y":-2.25,"theta":0.1})";
@@ -305,16 +306,16 @@ struct receiving final : subject {
     name = "peers_receiving";
     in = std::move(of);
     messages = static_cast<std::uint32_t>(in->peers.size());
-    lane_ = &in->advertise("/down");
+    publisher_ = &in->advertise("/down");
     for (client& one : in->peers) in->ask(one, subscribe_to("/down"));
   }
   double step() override {
-    in->publish(*lane_);
+    in->publish(*publisher_);
     const double took = in->until(counter::messages_out, messages);
     for (client& one : in->peers) one.hear();
     return took;
   }
-  detail::queue_pair* lane_;
+  detail::queue_pair* publisher_;
 };
 
 struct raw_receiving final : subject {
@@ -360,22 +361,24 @@ struct topics final : subject {
   std::size_t next_ = 0;
 };
 
-struct lanes final : subject {
-  explicit lanes(std::uint32_t count) {
-    name = "lanes";
-    in = std::make_shared<stand>(options_for(8), 1);
+struct handles final : subject {
+  explicit handles(std::uint32_t count) {
+    name = "handles";
+    endpoint_options options = options_for(8);
+    options.limits.subscriptions_max = 4 * count + 64; // one peer may hold no more than it leaves
+    in = std::make_shared<stand>(options, 1);
     for (std::uint32_t i = 0; i < count; ++i) {
-      lanes_.push_back(&in->advertise(topic_of(i)));
+      publishers_.push_back(&in->advertise(topic_of(i)));
       in->ask(in->peers[0], subscribe_to(topic_of(i)));
     }
   }
   double step() override {
-    in->publish(*lanes_[next_++ % lanes_.size()]);
+    in->publish(*publishers_[next_++ % publishers_.size()]);
     const double took = in->until(counter::messages_out, 1);
     in->peers[0].hear();
     return took;
   }
-  std::vector<detail::queue_pair*> lanes_;
+  std::vector<detail::queue_pair*> publishers_;
   std::size_t next_ = 0;
 };
 
@@ -421,7 +424,7 @@ subjects make_all() {
     all.back()->raw = raw;
   }
   for (const std::uint32_t n : sizes) add(n, std::make_unique<topics>(n));
-  for (const std::uint32_t n : {1U, 8U, 32U}) add(n, std::make_unique<lanes>(n));
+  for (const std::uint32_t n : {1U, 8U, 32U}) add(n, std::make_unique<handles>(n));
   for (const std::uint32_t n : sizes) add(n, std::make_unique<calls>(n));
   return all;
 }
@@ -476,7 +479,8 @@ int main(int count, char** arguments) {
     all = make_all();
     for (const auto& one : all) {
       if (!one->in || one->in->ok) continue;
-      std::fprintf(stderr, "connections failed; is `ulimit -n` at least 6000?\n");
+      std::fprintf(stderr, "%s: connections or requests were refused; is `ulimit -n` at least 6000?\n",
+                   std::string{one->name}.c_str());
       return false;
     }
     for (int round = 0; round < rounds; ++round) {

@@ -69,7 +69,7 @@ _path = "rowe's own path: messages of 300 B to one client, next to sockets alone
 _structs = "odometry published as structs, as a share of the encoder's own speed"
 _hear = "messages of 300 B from one client, as a share of a raw socket's"
 _idle = "echo with 1000 idle connections, in echoes with none"
-_scale = "a message with many peers, topics, lanes or calls, in one with one of them"
+_scale = "a message with many peers, topics, handles or calls, in one with one of them"
 _urgent = "urgent message behind a slow reader: default sockets' time in ours"
 
 targets = (
@@ -96,7 +96,7 @@ targets = (
     target(_scale, "scale", "peers_receiving/rowe/1000", "of_raw", at_most(1.25),
            of="1000 peers, all receive, in bare sends to as many sockets"),
     target(_scale, "scale", "topics/rowe/1000", "of_one", at_most(1.1), of="1000 topics"),
-    target(_scale, "scale", "lanes/rowe/32", "of_one", at_most(1.25), of="32 lanes"),
+    target(_scale, "scale", "handles/rowe/32", "of_one", at_most(1.25), of="32 handles"),
     target(_scale, "scale", "calls/rowe/1000", "of_one", at_most(1.1), of="1000 open calls"),
     target(_urgent, "urgent", "urgent/rowe", "default_over_this", at_least(400), of="on one connection",
            reason="What is left is the reader's time for the messages in front of it (`in_front`, some 30 of "

@@ -129,20 +129,23 @@ def whole(told, asked):
     if not asked.all:
         told.left_out.append("presets asan, tsan and bench, and the long runs: tools/test --all")
         return
+    # Nothing of these is compiled, or a sanitizer finds nothing that it does not find in others.
+    same_everywhere = "^(tidy|runner)/|^model/promela|^sim/golden|needs_every_memory_order"
     for preset in ("asan", "tsan"):
         build(told, preset, asked)
         terminal.heading(f"preset {preset}: testing")
-        run(told, preset, asked, ["-E", "^(tidy|runner)/|^model/promela"])  # nothing of them is compiled
+        run(told, preset, asked, ["-E", same_everywhere])
+    jobs = {"ROWE_SIM_JOBS": str(asked.jobs)}
     terminal.heading("the long runs: a million calls, 10 000 seeds, 10^8 messages, each call failing")
     for expression, environment in (
             ("^rt_contract/", {"ROWE_CONTRACT_CALLS": "1000000"}),
-            ("^sim/(sim|messaging_sim|swarm$)", {"ROWE_SIM_SEEDS": "10000"}),
+            ("^sim/(sim|messaging_sim|swarm$)", {"ROWE_SIM_SEEDS": "10000", **jobs}),
             ("^sim/growth", {"ROWE_GROWTH_MESSAGES": "100000000"}),
             ("^failures/", {"ROWE_FAILURES": "all"})):
         run(told, "release", asked, ["-R", expression], environment, "long")
     terminal.heading("the mutants of the service: each must be found")
     build(told, "release", asked, ["sim_swarm_mutants"])
-    run(told, "release", asked, ["-C", "all", "-R", "^sim/swarm_mutants$"], name="mutants")
+    run(told, "release", asked, ["-C", "all", "-R", "^sim/swarm_mutants$"], jobs, "mutants")
     build(told, "bench", asked)  # so that they go on to build; tools/benchmark runs them
 
 

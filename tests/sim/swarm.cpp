@@ -15,6 +15,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,8 @@
 namespace {
 
 constexpr std::uint64_t steps_default = 1500;
+constexpr std::size_t jobs_max = 64;
+constexpr std::uint64_t seeds_at_a_time = 25; // of one process
 // A seed takes a fraction of a second, and ten times as long under a sanitizer.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr unsigned hang_seconds = 300;
@@ -39,6 +42,7 @@ constexpr std::string_view help =
 
   --seeds N..M         run these seeds (default 1..1200, or as many as ROWE_SIM_SEEDS says)
   --steps N            steps of each (default 1500)
+  -j N                 so many processes at a time (default 1, or as ROWE_SIM_JOBS says)
   --without NAME       switch an invariant off; may be repeated; --invariants lists them
   --trace SEED         run one seed, print what everybody says and the error
   --shrink N           print the N first failures of each invariant, shrunk (default 1)
@@ -50,7 +54,7 @@ constexpr std::string_view help =
 )";
 
 struct arguments {
-  std::uint64_t first = 1, last = 1200, steps = steps_default;
+  std::uint64_t first = 1, last = 1200, steps = steps_default, jobs = 1;
   std::set<std::string> without;
   std::optional<std::uint64_t> trace;
   std::uint64_t shrink = 1;
@@ -219,6 +223,7 @@ arguments read(int count, char** words) {
   arguments asked;
   // As the other simulations.
   if (const char* const seeds = std::getenv("ROWE_SIM_SEEDS")) asked.last = number_of(seeds);
+  if (const char* const jobs = std::getenv("ROWE_SIM_JOBS")) asked.jobs = number_of(jobs);
   for (int i = 1; i < count; ++i) {
     const std::string_view word = words[i];
     const auto next = [&]() -> std::string_view {
@@ -233,6 +238,8 @@ arguments read(int count, char** words) {
       asked.last = dots == std::string_view::npos ? asked.first : number_of(range.substr(dots + 2));
     } else if (word == "--steps") {
       asked.steps = number_of(next());
+    } else if (word == "-j") {
+      asked.jobs = number_of(next());
     } else if (word == "--without") {
       asked.without.insert(invariant_of(next()));
     } else if (word == "--trace") {
@@ -256,55 +263,104 @@ arguments read(int count, char** words) {
       std::exit(word == "--help" ? 0 : 2);
     }
   }
+  if (asked.jobs < 1 || asked.jobs > jobs_max) {
+    std::fprintf(stderr, "sim_swarm: -j wants 1 to %zu processes, not %llu\n", jobs_max,
+                 static_cast<unsigned long long>(asked.jobs));
+    std::exit(2);
+  }
   return asked;
 }
 
 using failures_by_invariant = std::map<std::string, std::vector<failure>>;
 
-// All seeds, or up to the first one that fails.
-failures_by_invariant run_all(const arguments& asked, shared& out, bool first_only) {
-  failures_by_invariant failures;
-  for (std::uint64_t next = asked.first; next <= asked.last;) {
-    std::fflush(stdout);
-    out.result = {.seed = next};
-    const pid_t child = fork();
-    if (child == 0) { // runs seeds until one fails
-      for (std::uint64_t seed = next; seed <= asked.last; ++seed) {
-        swarm::coverage seen;
-        run_seed(seed, asked.steps, {}, asked, seen, out, false);
-        for (std::size_t i = 0; i < swarm::coverage::cells(); ++i) out.counts[i] += seen.counts()[i];
-        if (out.result.broken) break;
-      }
-      _exit(0);
-    }
-    int status = 0;
-    waitpid(child, &status, 0);
-    next = out.result.seed + 1;
-    if (out.result.done && !out.result.broken) continue;
-    const failure one = failure_of(out, status);
-    auto& same = failures[one.invariant];
-    same.push_back(one);
-    if (same.size() <= asked.shrink || first_only)
-      std::printf("seed %llu, step %llu: %s: %s\n", static_cast<unsigned long long>(one.seed),
-                  static_cast<unsigned long long>(one.step), one.invariant.c_str(), one.what.c_str());
-    if (first_only) break;
+// A process that runs some of the seeds, and its own share of memory.
+struct worker {
+  shared& out;
+  std::uint64_t next = 1; // of its seeds
+  std::uint64_t last = 0;
+  pid_t child = 0;
+};
+
+// Runs seeds of a worker until one fails.
+void start(worker& one, const arguments& asked) {
+  std::fflush(stdout);
+  one.out.result = {.seed = one.next};
+  one.child = fork();
+  if (one.child != 0) return;
+  for (std::uint64_t seed = one.next; seed <= one.last; ++seed) {
+    swarm::coverage seen;
+    run_seed(seed, asked.steps, {}, asked, seen, one.out, false);
+    for (std::size_t i = 0; i < swarm::coverage::cells(); ++i) one.out.counts[i] += seen.counts()[i];
+    if (one.out.result.broken) break;
   }
+  _exit(0);
+}
+
+void stop_all(std::vector<worker>& workers) {
+  for (worker& one : workers) {
+    if (one.child == 0) continue;
+    kill(one.child, SIGKILL);
+    waitpid(one.child, nullptr, 0);
+    one.child = 0;
+  }
+}
+
+// All seeds, or until one fails. Each worker has one of `outs`.
+failures_by_invariant run_all(const arguments& asked, std::span<shared* const> outs, bool first_only) {
+  failures_by_invariant failures;
+  std::uint64_t next = asked.first;
+  std::vector<worker> workers;
+  for (shared* const out : outs) workers.push_back({.out = *out});
+  const auto go_on = [&](worker& one) {
+    one.child = 0;
+    if (one.next > one.last && next <= asked.last) {
+      one.next = next;
+      one.last = std::min(next + seeds_at_a_time - 1, asked.last);
+      next = one.last + 1;
+    }
+    if (one.next <= one.last) start(one, asked);
+  };
+  for (worker& one : workers) go_on(one);
+  for (;;) {
+    int status = 0;
+    const pid_t ended = wait(&status);
+    if (ended < 0) break; // all have
+    const auto at = std::ranges::find(workers, ended, &worker::child);
+    if (at == workers.end()) continue;
+    const shared& out = at->out;
+    at->next = out.result.seed + 1;
+    if (!out.result.done || out.result.broken) {
+      const failure one = failure_of(out, status);
+      auto& same = failures[one.invariant];
+      same.push_back(one);
+      if (same.size() <= asked.shrink || first_only)
+        std::printf("seed %llu, step %llu: %s: %s\n", static_cast<unsigned long long>(one.seed),
+                    static_cast<unsigned long long>(one.step), one.invariant.c_str(), one.what.c_str());
+      if (first_only) {
+        at->child = 0;
+        stop_all(workers);
+        break;
+      }
+    }
+    go_on(*at);
+  }
+  for (auto& [invariant, all] : failures) std::ranges::sort(all, {}, &failure::seed);
   return failures;
 }
 
 // Each mutant must be found, and without one there is nothing to find.
-int run_mutants(const arguments& asked, shared& out) {
+int run_mutants(const arguments& asked, std::span<shared* const> outs) {
   int missed = 0;
   for (const swarm::mutant& one : swarm::mutants) {
     choose_mutant(one.name);
     std::printf("%s (without: %s)\n  ", std::string{one.name}.c_str(), std::string{one.takes_out}.c_str());
-    if (!run_all(asked, out, true).empty()) continue;
+    if (!run_all(asked, outs, true).empty()) continue;
     std::printf("NOT FOUND in %llu seeds\n", static_cast<unsigned long long>(asked.last - asked.first + 1));
     ++missed;
   }
   choose_mutant("");
   std::printf("none\n");
-  if (!run_all(asked, out, true).empty()) ++missed;
+  if (!run_all(asked, outs, true).empty()) ++missed;
   return missed == 0 ? 0 : 1;
 }
 
@@ -312,7 +368,10 @@ int run_mutants(const arguments& asked, shared& out) {
 
 int main(int count, char** words) {
   const arguments asked = read(count, words);
-  shared& out = *share<shared>(sizeof(shared) + swarm::coverage::cells() * sizeof(std::uint32_t));
+  std::vector<shared*> outs;
+  for (std::uint64_t i = 0; i < asked.jobs; ++i)
+    outs.push_back(share<shared>(sizeof(shared) + swarm::coverage::cells() * sizeof(std::uint32_t)));
+  shared& out = *outs.front();
   if (asked.trace) {
     const auto found = run_alone(*asked.trace, asked.steps, {}, asked, out, true);
     if (found)
@@ -320,9 +379,14 @@ int main(int count, char** words) {
                   found->invariant.c_str(), found->what.c_str());
     return found ? 1 : 0;
   }
-  if (asked.runs_mutants) return run_mutants(asked, out);
+  if (asked.runs_mutants) return run_mutants(asked, outs);
   const auto begin = std::chrono::steady_clock::now();
-  const auto failures = run_all(asked, out, false);
+  const auto failures = run_all(asked, outs, false);
+  for (const shared* const one : std::span{outs}.subspan(1)) {
+    out.steps += one->steps;
+    out.served += one->served;
+    for (std::size_t i = 0; i < swarm::coverage::cells(); ++i) out.counts[i] += one->counts[i];
+  }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::size_t failed = 0;
   for (const auto& [invariant, all] : failures) failed += all.size();
