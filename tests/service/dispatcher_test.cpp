@@ -86,7 +86,7 @@ TEST_F(dispatcher_test, lets_a_peer_that_came_for_the_stop_do_nothing_else) {
   say(peer, R"({"n":1})"); // a plain message
   EXPECT_FALSE(state.topics.find("/odom"));
   EXPECT_FALSE(peer.takes_messages);
-  EXPECT_TRUE(inbox.all_free());
+  EXPECT_TRUE(threads_inbox.all_free());
   say(peer, stop);
   EXPECT_EQ(stops(), 1U);
   say(peer, R"({"op":"call_service","id":"2","service":"/rowe/stop/reset"})");
@@ -95,14 +95,14 @@ TEST_F(dispatcher_test, lets_a_peer_that_came_for_the_stop_do_nothing_else) {
 
 TEST_F(dispatcher_test, parks_a_message_without_room_and_counts_it_once) {
   connection& peer = connect();
-  (void)inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
+  (void)threads_inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
   std::uint64_t said = 0;
   for (; !peer.unheard && said < 20; ++said) say(peer, R"({"n":1})");
   ASSERT_TRUE(peer.unheard);
   EXPECT_EQ(counts.read(counter::messages_in), said);
-  const auto slot = inbox.try_receive(cycle.now);
+  const auto slot = threads_inbox.try_receive(cycle.now);
   ASSERT_TRUE(slot);
-  (void)inbox.release(*slot); // nobody waits
+  (void)threads_inbox.release(*slot); // nobody waits
   say(peer, R"({"n":1})", true);
   EXPECT_EQ(counts.read(counter::messages_in), said);
   EXPECT_EQ(peer.messages_in, said);

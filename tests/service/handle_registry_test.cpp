@@ -123,7 +123,7 @@ TEST_F(handle_registry_test, gives_the_first_receiver_what_came_before_it) {
   EXPECT_EQ(taken(pair(first).user.in), "{\"n\":2}");
   EXPECT_EQ(taken(pair(second).user.in), "");
   EXPECT_EQ(taken(pair(sends).user.in), "");
-  EXPECT_TRUE(inbox.all_free());
+  EXPECT_TRUE(threads_inbox.all_free());
   close(first);
   ASSERT_TRUE(deliver("{\"n\":3}"));
   EXPECT_EQ(taken(pair(second).user.in), "{\"n\":3}") << "the next one receives";
@@ -132,12 +132,12 @@ TEST_F(handle_registry_test, gives_the_first_receiver_what_came_before_it) {
 TEST_F(handle_registry_test, leaves_what_came_to_a_thread_that_receives) {
   ASSERT_TRUE(deliver("{\"n\":1}"));
   ASSERT_TRUE(deliver("{\"n\":2}"));
-  const auto slot = inbox.try_receive(cycle.now);
+  const auto slot = threads_inbox.try_receive(cycle.now);
   ASSERT_TRUE(slot);
   const pair_index late = offer_lane();
   handles.scan();
   EXPECT_EQ(taken(pair(late).user.in), "");
-  (void)inbox.release(*slot); // nobody waits
+  (void)threads_inbox.release(*slot); // nobody waits
 }
 
 TEST_F(handle_registry_test, sends_what_a_handle_submitted_before_it_closed) {

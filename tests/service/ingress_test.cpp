@@ -35,7 +35,7 @@ struct ingress_test : reading_parts::reading_parts {
   static peer_index index(const connection& c) { return {c.id.index}; }
   // From now on the receiver has no room, or has it again.
   void refuse_all() {
-    (void)inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
+    (void)threads_inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
     rowe::detail::value_header header;
     header.expires_ns = rowe::rt::nanoseconds_of(rowe::rt::never);
     while (inbox.deliver(header, "{}")) {
@@ -43,7 +43,7 @@ struct ingress_test : reading_parts::reading_parts {
     handler.takes = [](peer_index, std::string_view) { return false; };
   }
   void admit_all() {
-    while (const auto slot = inbox.try_receive(cycle.now)) (void)inbox.release(*slot); // nobody waits
+    while (const auto slot = threads_inbox.try_receive(cycle.now)) (void)threads_inbox.release(*slot); // nobody waits
     ++cycle.places_freed;
     handler.takes = {};
   }

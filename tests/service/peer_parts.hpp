@@ -95,7 +95,7 @@ struct peer_parts : state_fixture::state_fixture {
   // The events since the last look.
   std::vector<rowe::event> events() {
     std::vector<rowe::event> all;
-    while (const auto one = shown.try_event()) all.push_back(*one);
+    while (const auto one = shared.try_event()) all.push_back(*one);
     return all;
   }
   void TearDown() override {

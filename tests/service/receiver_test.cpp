@@ -68,9 +68,9 @@ struct receiver_test : state_fixture::state_fixture {
   }
   // As a thread does: takes a message and releases its slot.
   void take() {
-    const auto slot = inbox.try_receive(cycle.now);
+    const auto slot = threads_inbox.try_receive(cycle.now);
     ASSERT_TRUE(slot);
-    (void)inbox.release(*slot); // nobody waits
+    (void)threads_inbox.release(*slot); // nobody waits
   }
   void TearDown() override { EXPECT_TRUE(inbox.check()); }
 };
@@ -78,7 +78,7 @@ struct receiver_test : state_fixture::state_fixture {
 TEST_F(receiver_test, is_the_shared_inbox_where_no_handle_receives) {
   EXPECT_FALSE(inbox.pair());
   EXPECT_FALSE(inbox.is_there()) << "until a thread has received";
-  EXPECT_FALSE(inbox.try_receive(cycle.now));
+  EXPECT_FALSE(threads_inbox.try_receive(cycle.now));
   EXPECT_TRUE(inbox.is_there());
 }
 
@@ -94,7 +94,7 @@ TEST_F(receiver_test, is_the_handle_that_was_attached_first) {
 }
 
 TEST_F(receiver_test, leaves_each_peer_its_claim) {
-  (void)inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
+  (void)threads_inbox.try_receive(cycle.now); // there is a receiver, which takes nothing
   for (std::uint32_t i = 0; i < 4; ++i) join(i);
   const int of_first = deliver_all(0);
   EXPECT_GT(of_first, 1) << "what nobody claims is for who comes first";
@@ -104,7 +104,7 @@ TEST_F(receiver_test, leaves_each_peer_its_claim) {
 }
 
 TEST_F(receiver_test, has_room_again_for_a_peer_whose_message_was_released) {
-  (void)inbox.try_receive(cycle.now);
+  (void)threads_inbox.try_receive(cycle.now);
   join(0);
   (void)deliver_all(0);
   ASSERT_EQ(inbox.admit({0}), admission::later);
@@ -116,7 +116,7 @@ TEST_F(receiver_test, has_room_again_for_a_peer_whose_message_was_released) {
 
 // The answer may be among those.
 TEST_F(receiver_test, charges_a_peer_until_all_that_was_submitted_before_the_release_is_taken) {
-  (void)inbox.try_receive(cycle.now);
+  (void)threads_inbox.try_receive(cycle.now);
   join(0);
   (void)deliver_all(0);
   for (int i = 0; i < 3; ++i) {
@@ -132,7 +132,7 @@ TEST_F(receiver_test, charges_a_peer_until_all_that_was_submitted_before_the_rel
 }
 
 TEST_F(receiver_test, charges_a_peer_for_answers_that_are_parked_on_the_way_to_it) {
-  (void)inbox.try_receive(cycle.now);
+  (void)threads_inbox.try_receive(cycle.now);
   join(0);
   ASSERT_EQ(inbox.admit({0}), admission::now);
   for (int i = 0; i < 16; ++i) inbox.count_answer({0});
@@ -142,7 +142,7 @@ TEST_F(receiver_test, charges_a_peer_for_answers_that_are_parked_on_the_way_to_i
 }
 
 TEST_F(receiver_test, charges_nobody_for_the_messages_of_a_peer_that_left) {
-  (void)inbox.try_receive(cycle.now);
+  (void)threads_inbox.try_receive(cycle.now);
   join(0);
   join(1);
   const int before = deliver_all(0);
@@ -154,7 +154,7 @@ TEST_F(receiver_test, charges_nobody_for_the_messages_of_a_peer_that_left) {
 }
 
 TEST_F(receiver_test, that_takes_nothing_for_long_is_absent) {
-  (void)inbox.try_receive(cycle.now);
+  (void)threads_inbox.try_receive(cycle.now);
   join(0);
   (void)deliver_all(0);
   cycle.now += rowe::service::receiver_absent_after;

@@ -46,14 +46,14 @@ struct outside_fixture : testing::Test {
   harness::seeded_entropy random{1};
   rowe::service::shared_state shared{memory, bounds};
   rowe::service::submission_queue submissions{memory, bounds};
-  rowe::service::shared_inbox inbox{memory, bounds};
+  rowe::service::shared_inbox threads_inbox{memory, bounds};
   std::vector<std::unique_ptr<rowe::detail::pair_codecs>> codecs;
 
   rowe::service::core_options chosen_options() const {
     return rowe::service::core_options::from(options, ours, "robot");
   }
   rowe::service::shared_parts with_threads() {
-    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shared, submissions, inbox};
+    return {memory.carve<rowe::detail::queue_pair>(bounds.lanes_max), shared, submissions, threads_inbox};
   }
   rowe::service::core_seams seams() { return {to_peers, random, validator, nullptr, protocols}; }
   static constexpr rowe::rt::time_point start_time{1s};

@@ -43,14 +43,14 @@ struct received {
     auto reader = json::reader::create(64 * 1024);
     const std::string_view whole{text.data(), said.size()};
     EXPECT_TRUE(reader->validate(whole)) << said;
-    is = by.reads.decode(reader->last(), {.scratch = scratch, .diagnostic = diagnostic, .limits = limits},
-                         request, why);
+    is = by.reads.decode(reader->last(), {.scratch = scratch, .diagnostic = room, .limits = limits}, request,
+                         why);
   }
   received(const received&) = delete;
 
   std::string text;
   std::vector<char> scratch = std::vector<char>(decode_scratch_bytes(limits));
-  std::array<char, refusal::text_bytes_max> diagnostic{};
+  std::array<char, refusal::text_bytes_max> room{};
   rowe::wire::request request;
   diagnostic why;
   decoded is = decoded::refused;
@@ -391,9 +391,9 @@ TEST(json_decoder, sees_what_may_be_a_stop_by_its_beginning) {
 TEST(json_decoder, knows_no_binary_messages) {
   request into;
   diagnostic why;
-  std::array<char, refusal::text_bytes_max> diagnostic;
-  EXPECT_EQ(standard().find("").reads.decode_binary(
-                {}, {.scratch = {}, .diagnostic = diagnostic, .limits = {}}, into, why),
+  std::array<char, refusal::text_bytes_max> room;
+  EXPECT_EQ(standard().find("").reads.decode_binary({}, {.scratch = {}, .diagnostic = room, .limits = {}},
+                                                    into, why),
             decoded::unsupported);
 }
 
@@ -405,13 +405,12 @@ const codec& numbered() { return numbers::protocols().of(numbers::id); }
 struct received_binary {
   explicit received_binary(std::string bytes) : message{std::move(bytes)} {
     is = by_number().reads.decode_binary(std::as_bytes(std::span{message}),
-                                         {.scratch = {}, .diagnostic = diagnostic, .limits = limits}, request,
-                                         why);
+                                         {.scratch = {}, .diagnostic = room, .limits = limits}, request, why);
   }
   received_binary(const received_binary&) = delete;
 
   std::string message;
-  std::array<char, refusal::text_bytes_max> diagnostic{};
+  std::array<char, refusal::text_bytes_max> room{};
   rowe::wire::request request;
   diagnostic why;
   decoded is;
