@@ -282,7 +282,7 @@ TEST(pair_life, has_the_accesses_that_the_sources_have) {
   const std::string audiences = "src/service/audiences.cpp", handles = "src/service/topic_handles.cpp",
                     loop = "src/service/service_loop.cpp", released = "src/service/pair_release.hpp";
   const source_access expected[] = {
-      {released, "end.free_ring->released()+aside==popped", 1},
+      {released, "end.free_ring->released()+parked==popped", 1},
       {audiences, "if(!row.attached||row.topic!=index)continue;", 1},
       {audiences, "pair.kind", 1},
       {handles,
