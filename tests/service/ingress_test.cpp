@@ -43,7 +43,8 @@ struct ingress_test : reading_parts::reading_parts {
     handler.takes = [](peer_index, std::string_view) { return false; };
   }
   void admit_all() {
-    while (const auto slot = threads_inbox.try_receive(cycle.now)) (void)threads_inbox.release(*slot); // nobody waits
+    while (const auto slot = threads_inbox.try_receive(cycle.now))
+      (void)threads_inbox.release(*slot); // nobody waits
     ++cycle.places_freed;
     handler.takes = {};
   }

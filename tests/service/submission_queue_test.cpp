@@ -180,7 +180,7 @@ TEST(submission_queue, tells_who_waits_that_there_is_room) {
   EXPECT_TRUE(h.queue.has_room(true));
   for (std::uint32_t i = 0; i != slots; ++i) h.submit("x");
   EXPECT_FALSE(h.queue.has_room(false));
-  EXPECT_FALSE(h.queue.wait_room(start, [&] { return h.queue.has_room(false); })) << "long past";
+  EXPECT_FALSE(h.queue.wait_room(rt::time_point{}, [&] { return h.queue.has_room(false); })) << "past";
   h.take();
   const watchdog dog{"a thread that waits for room"};
   std::atomic<int> looked{0};
