@@ -3,7 +3,10 @@
 one to the other. A row is judged by its own spread: it differs if it does so by more than either build
 differs from itself between turns, and in the same direction in every turn."""
 import dataclasses
+import hashlib
+import os
 import statistics
+import struct
 
 import words
 from pages import table
@@ -21,6 +24,7 @@ class compared:
     more_is_better: bool
     before: tuple
     after: tuple
+    same_code: bool = False  # both builds run the same instructions
 
     @property
     def ratios(self):
@@ -38,13 +42,46 @@ class compared:
         return max(max(values) / min(values) - 1 for values in (self.before, self.after))
 
     @property
-    def verdict(self):
-        beyond = max(self.ratio, 1 / self.ratio) - 1 > self.spread
-        if beyond and min(self.ratios) > 1:
+    def beyond(self):
+        """Whether it looks slower or faster, which without any difference of the code is chance."""
+        far = max(self.ratio, 1 / self.ratio) - 1 > self.spread
+        if far and min(self.ratios) > 1:
             return "slower"
-        if beyond and max(self.ratios) < 1:
+        if far and max(self.ratios) < 1:
             return "faster"
         return ""
+
+    @property
+    def verdict(self):
+        return "" if self.same_code else self.beyond
+
+
+def code_of(program):
+    """A digest of the instructions in a program (ELF, 64 bits): its section .text; nothing if it has none."""
+    try:
+        with open(program, "rb") as file:
+            image = file.read()
+    except OSError:
+        return None
+    if image[:5] != b"\x7fELF\x02":
+        return None
+    table, = struct.unpack_from("<Q", image, 0x28)
+    size, count, names_at = struct.unpack_from("<HHH", image, 0x3a)
+    sections = [struct.unpack_from("<IIQQQQ", image, table + i * size) for i in range(count)]
+    names = sections[names_at][4]
+    for name, _, _, _, offset, length in sections:
+        if image[names + name:].startswith(b".text\0"):
+            return hashlib.sha256(image[offset:offset + length]).hexdigest()
+    return None
+
+
+def same_code(one, folders):
+    """Whether two builds of a program, in these folders, run the same instructions. A program that starts
+    others is different, whatever it is itself: theirs are not looked at."""
+    if len(one.command) != 1 or one.starts_others:
+        return False
+    made = {code_of(one.command[0].format(bin=folder)) for folder in folders}
+    return len(made) == 1 and None not in made
 
 
 def _judged(value, unit_of_time):
@@ -57,8 +94,9 @@ def _judged(value, unit_of_time):
     return read.heading or value, read.unit in _rates
 
 
-def of_program(before, after):
-    """`before` and `after`: the results of one program in each turn. All that both builds measured."""
+def of_program(before, after, same=False):
+    """`before` and `after`: the results of one program in each turn; `same`: of one and the same code. All
+    that both builds measured."""
     if any(told.state != "ran" for told in (*before, *after)):
         return []
     found = []
@@ -70,7 +108,7 @@ def of_program(before, after):
                 continue
             b, a = (tuple(each.values.get(value, 0) for each in side) for side in sides)
             if min(*b, *a) > 0:
-                found.append(compared(row.name, *judged, b, a))
+                found.append(compared(row.name, *judged, b, a, same))
     return found
 
 
@@ -79,7 +117,7 @@ def _lines(rows):
         yield [one.row, one.heading, words.number(statistics.median(one.before)),
                words.number(statistics.median(one.after)), f"{one.ratio:.2f}",
                f"{min(one.ratios):.2f}–{max(one.ratios):.2f}", f"{one.spread:.2f}",
-               f"**{one.verdict}**" if one.verdict else ""]
+               f"**{one.verdict}**" if one.verdict else ("same code" if one.same_code else "")]
 
 
 _heads = ["row", "value", "before", "after", "time of before", "in each turn", "own spread", ""]
@@ -96,6 +134,8 @@ well; the median over the turns. A row's own spread is how much one build differ
 A row is slower, or faster, where it is so in each turn, and by more than that spread.
 
 {count} values: {slower} slower, {faster} faster. The median of all ratios is {median:.3f}.
+Where the instructions of a program are the same in both builds, what differs is chance: of {same} such values
+{chance} would have counted as slower or faster.
 """
 
 
@@ -109,6 +149,8 @@ def page(programs, found, facts, before, after, turns, rounds, command):
         rounds=f", with {rounds} rounds" if rounds else "",
         slower=sum(one.verdict == "slower" for one in every),
         faster=sum(one.verdict == "faster" for one in every),
+        same=sum(one.same_code for one in every),
+        chance=sum(one.same_code and one.beyond != "" for one in every),
         median=statistics.median(one.ratio for one in every) if every else 1)]
     for word in ("slower", "faster"):
         those = [one for one in every if one.verdict == word]

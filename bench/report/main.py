@@ -79,7 +79,8 @@ def run_by_turns(asked):
                 sides[programs_in].append(runner.run(one, programs_in, folder, asked.rounds))
         for told in {each.why for side in sides.values() for each in side} - {""}:
             print(f"   {told}", flush=True)
-        found[one.name] = compare.of_program(*sides.values())
+        same = compare.same_code(one, sides)
+        found[one.name] = compare.of_program(*sides.values(), same)
         for each in found[one.name]:
             if each.verdict:
                 print(f"   {each.verdict}: {each.row}, {each.heading}: {each.ratio:.2f}", flush=True)

@@ -8,6 +8,7 @@ A program is named without its `bench_`. What it is like (`kind`):
     text        the page shows what it prints as it is
 
 `source` is the file in bench/ whose opening comment says what is measured: bench/README.md is made of these.
+`starts_others`: it starts the servers of bench/peers.
 `command` is what is run; {bin} stands for the folder of the programs.
 """
 import dataclasses
@@ -21,6 +22,7 @@ class program:
     source: str = ""
     command: tuple = ()
     takes_rounds: bool = True
+    starts_others: bool = False  # servers to compare with
 
     def __post_init__(self):
         if not self.source:
@@ -35,9 +37,9 @@ programs = (
     program("instructions", "Instructions of a call", kind="callgrind", takes_rounds=False),
     program("json_write", "JSON, written"),
     program("json_read", "JSON, read"),
-    program("round_trip", "Round trip"),
-    program("throughput", "Throughput"),
-    program("fan_out", "Fan-out"),
+    program("round_trip", "Round trip", starts_others=True),
+    program("throughput", "Throughput", starts_others=True),
+    program("fan_out", "Fan-out", starts_others=True),
     program("arrivals", "Publish to arrival"),
     program("invoke", "Invoke"),
     program("sending", "Throughput, one peer"),

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -274,6 +275,31 @@ class builds_by_turns(unittest.TestCase):
 
     def test_a_program_that_failed_once_is_left_out(self):
         self.assertEqual(self.of([1, 1], [2, 2], state="failed"), [])
+
+    def test_what_differs_between_builds_of_the_same_code_is_chance(self):
+        sides = [[results.result("expiry", state="ran", rows=[results.row("recent/rowe", "ns", {"time": each})])
+                  for each in side] for side in ([10, 10], [13, 13])]
+        found = compare.of_program(*sides, same=True)
+        self.assertEqual([(one.verdict, one.beyond) for one in found], [("", "slower")])
+        text = compare.page(programs.programs, {"expiry": found}, {}, "aaa", "bbb", 2, None, "x")
+        self.assertIn("1 values: 0 slower, 0 faster.", text)
+        self.assertIn("of 1 such values\n1 would have counted", text)
+        self.assertIn("| same code |", text)
+
+    def test_code_is_the_same_whatever_surrounds_it(self):
+        with tempfile.TemporaryDirectory() as folder:
+            folders = [os.path.join(folder, name) for name in "abc"]
+            for where, made in zip(folders, ("return x;", "return x;", "return x + 1;")):
+                os.mkdir(where)
+                with open(f"{where}/it.c", "w", encoding="utf-8") as file:
+                    file.write(f'const char* name = "{where}"; int f(int x) {{ {made} }}\n')
+                subprocess.run(["cc", "-c", f"{where}/it.c", "-o", f"{where}/bench_it"], check=True)
+            it = programs.program("it", "It")
+            self.assertTrue(compare.same_code(it, folders[:2]))
+            self.assertFalse(compare.same_code(it, folders[1:]))
+            self.assertFalse(compare.same_code(it, [folders[0], "/nowhere"]))
+            starts = programs.program("it", "It", starts_others=True)
+            self.assertFalse(compare.same_code(starts, folders[:2]))
 
     def test_the_page_has_the_slower_ones_first(self):
         found = {"hand_over": self.of([10, 10], [12, 12]) + self.of([10, 10], [10, 10], value="p99_us")}
