@@ -16,6 +16,7 @@
 #include "service/memory_plan.hpp"
 #include "service/names.hpp"
 #include "service/pair_release.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/protocols.hpp"
 
@@ -23,10 +24,6 @@ namespace rowe::detail {
 namespace {
 
 using service::counter;
-
-// How long set-up waits for queue pairs that are being given back: a peer that takes nothing is cut after a
-// second.
-constexpr duration closing_max = std::chrono::milliseconds{1500};
 
 constexpr std::uint32_t depth_max = 4096;
 
@@ -175,7 +172,7 @@ status endpoint_state::start(service::side ours) {
 void endpoint_state::tell_refused(const rt::grants& granted) noexcept {
   if (!granted.pinned.refused() && !granted.fifo.refused()) return;
   constexpr std::string_view begin = "the service thread is not as asked: ";
-  std::array<char, 224> room;
+  std::array<char, service::event_text_bytes_max> room;
   const std::size_t begin_bytes = begin.copy(room.data(), room.size());
   const std::size_t rest_bytes = granted.text(std::span{room}.subspan(begin_bytes)).size();
   event warning;
@@ -243,7 +240,7 @@ status endpoint_state::check_service(const pair_request& asked) const noexcept {
 // waits no longer than for the peer itself, and only once: the peer may never come. It does not wait for a
 // queue pair that still has views: perhaps only this thread can release them.
 void endpoint_state::release_pairs() noexcept {
-  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), closing_max);
+  const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), service::closing_time_max);
   for (std::size_t i = 0; i < pairs_.size(); ++i) {
     queue_pair& one = pairs_[i];
     given_up_[i] = given_up_[i] || !one.lifecycle.wait_while_closing(one.arrival, deadline);

@@ -22,14 +22,12 @@ namespace rowe::net {
 using service::close_cause;
 using service::close_how;
 using service::connection_id;
+using service::stop_place_kept_for;
 using service::transport_sink;
 
 namespace {
 
 constexpr std::size_t pieces_per_call_max = IOV_MAX;
-
-// How long a peer that came to stop has its place for sure, against those of other sources.
-constexpr rt::duration stop_place_time = std::chrono::seconds{1};
 
 // How much goes into a limited send buffer at once. The kernel takes a write as one segment, however small
 // the buffer is, and no other until that is acknowledged; but a receiver that sends something now and then
@@ -114,7 +112,7 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
 // Of loopback each connection is a visit of its own, but for one that comes back.
 bool established::goes_on(const visit& one) const noexcept {
   if (one.connections != 0) return !is_loopback(one.source);
-  return now_ - one.left_at < stop_place_time;
+  return now_ - one.left_at < stop_place_kept_for;
 }
 
 std::uint32_t established::begin_visit(const socket_address& source) noexcept {
@@ -132,17 +130,17 @@ std::uint32_t established::begin_visit(const socket_address& source) noexcept {
   return static_cast<std::uint32_t>(found - stop_visits_.begin());
 }
 
-// Who comes to stop gets a place as long as there is any, also one of those that are kept. Then another one
-// on the path gives way: the oldest, but for those that have just stopped the robot, by the sink's account.
+// A peer that comes to stop gets a place while any is free, a reserved one too. Then another peer on the path
+// is displaced: the oldest one, unless the sink says that it has just stopped the robot.
 //
-// Peers that come in crowds are to keep nobody out. So one source, loopback apart, has one of the kept
-// places: when it comes again it loses that one, and so it does beyond connections_per_address_max. To
-// another source only who has had its place for stop_place_time gives way, which is enough for a stop and its
-// answer. The time is that of the source: closing and coming back does not begin it anew.
+// A crowd of peers must keep nobody out. So one source, except loopback, has only one of the reserved places.
+// When it comes again, or beyond connections_per_address_max, its own connection is displaced. A connection
+// of another source is displaced only when that source has had its place for stop_place_kept_for. The time is
+// counted for the source, so closing and coming back does not begin it anew.
 bool established::make_room_for_stop(const socket_address& peer, transport_sink& sink) noexcept {
   const auto of_its_own = [&](const connection& one) { return same_source(one.peer, peer); };
   const auto held_long = [&](const connection& one) {
-    return now_ - stop_visits_[one.stop_visit].since >= stop_place_time;
+    return now_ - stop_visits_[one.stop_visit].since >= stop_place_kept_for;
   };
   report_ended(sink);
   const bool instead = !is_loopback(peer) &&

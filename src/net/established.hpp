@@ -90,7 +90,7 @@ class established {
     rt::time_point opened_at{};   // purpose::stop, as is this:
     std::uint32_t stop_visit = 0; // index
   };
-  // That a source is here to stop, with pauses shorter than stop_place_time, whatever places it had.
+  // That a source is here to stop, with pauses shorter than stop_place_kept_for, whatever places it had.
   struct visit {
     socket_address source;
     std::uint32_t connections = 0;

@@ -60,7 +60,7 @@ struct socket_limits {
   rt::duration page_timeout = std::chrono::seconds{10};   // a page written whole
   rt::duration connect_timeout = std::chrono::seconds{5}; // client: one attempt, resolving the name included
   rt::duration write_timeout = std::chrono::seconds{1};   // a write refused, and nothing acknowledged since
-  rt::duration close_timeout = std::chrono::seconds{1};   // waiting for the peer's end of a flushed close
+  rt::duration close_timeout = service::close_time_max;   // waiting for the peer's end of a flushed close
   // For peers that must not be pinged: after about so long without an answer of any kind from the peer's
   // kernel, which ours asks for now and then (TCP keep-alive), the connection ends: timed_out, or reset where
   // the network knows better. In whole seconds, rounded up, 5 at least and 32767 at most. 0 or less: never.

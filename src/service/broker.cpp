@@ -103,14 +103,15 @@ void broker::tell_undecodable(pair_index pair, const published_by& who, std::str
   if (!first && !tells) return;
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out text{room};
-  text.add("publish ").add_shortened(state_.topics.name(topic), 64).add(": ").add_shortened(why, 320);
+  text.add("publish ").add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
+  text.add(": ").add_shortened(why, diagnosis_bytes_shown);
   if (tells) refusals_.send_status(*c, who.id_raw, text.text());
   if (!first) return;
   told_at = state_.cycle.now;
   const bool by_peer = c != nullptr && c->ours == side::server;
   state_.events.report(by_peer ? event::kind::refused_request : event::kind::warning,
                        c != nullptr ? c->peer() : std::string_view{},
-                       json::utf8_prefix(text.text(), event_log::text_bytes_max),
+                       json::utf8_prefix(text.text(), event_text_bytes_max),
                        "publish what the subscriber's type says, or set its option `fill_missing`");
 }
 

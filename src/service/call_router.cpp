@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "service/checked_text.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
 namespace {
@@ -53,7 +54,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   if (c.stop_only && !stop_gate::is_for_stop_peers(of_stop))
     return refuse(cause::peer, "refused", stop_only_diagnostic);
   if (!state_.calls.admits({c.id.index})) {
-    std::array<char, 160> why;
+    std::array<char, busy_text_bytes_max> why;
     const limits& bounds = state_.bounds();
     const int bytes =
         std::snprintf(why.data(), why.size(),

@@ -57,7 +57,7 @@ inline bool direct_messages::has_room_for(const direct_message& m) noexcept {
     any = true;
   }
   // Messages that are pending until a peer comes leave a quarter of the slots free.
-  return !any && pending() < slots_.count() - slots_.count() / 4;
+  return !any && pending() < slots_.count() - reserve_of(slots_.count());
 }
 
 // False: it must be parked. Else its sender is told the outcome, at once or later.

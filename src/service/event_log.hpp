@@ -10,14 +10,13 @@
 
 #include "service/cycle_state.hpp"
 #include "service/rate_limit.hpp"
+#include "service/service_limits.hpp"
 #include "service/shared_state.hpp"
 
 namespace rowe::service {
 
 class event_log {
  public:
-  static constexpr std::size_t text_bytes_max = 224; // of event::what
-
   event_log(const cycle_state& cycle, shared_state& shared) noexcept : cycle_{cycle}, shared_{shared} {}
 
   // What has no place in the ring is counted as lost; so are too many events of peers that come and go.
@@ -37,7 +36,7 @@ class event_log {
  private:
   const cycle_state& cycle_;
   shared_state& shared_;
-  rate_limit comings_{std::chrono::milliseconds{20}, 128};
+  rate_limit comings_{coming_events_period, coming_events_burst};
 };
 
 } // namespace rowe::service

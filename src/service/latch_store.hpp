@@ -14,6 +14,7 @@
 
 #include "service/index_list.hpp"
 #include "service/indexed_pool.hpp"
+#include "service/service_limits.hpp"
 #include "service/shares.hpp"
 #include "service/slot_pool.hpp"
 
@@ -32,9 +33,8 @@ struct latch_owner {
 };
 
 struct latch_block {
-  static constexpr std::size_t bytes_max = 1020;
   block_id next{};
-  std::array<char, bytes_max> text;
+  std::array<char, latch_block_bytes_max> text;
 };
 
 struct latched_value {

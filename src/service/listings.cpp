@@ -22,7 +22,7 @@ constexpr std::array own_services{wire::stop_name,          wire::stop_reset_nam
                                   wire::stop_state_name,    wire::stats_name,      wire::list_topics_name,
                                   wire::list_services_name, wire::topic_type_name, wire::publishers_name,
                                   wire::service_type_name};
-static_assert(own_services.size() < service_directory::first_number);
+static_assert(own_services.size() < first_service_number);
 // A peer that was told nothing yet.
 constexpr std::uint64_t never_told = UINT64_MAX;
 // With its escapes.
@@ -61,11 +61,11 @@ listed listings::topic_in(topic_id row) const noexcept {
 
 // First the endpoint's own, by their numbers, then the directory.
 listed listings::service_in(std::uint32_t row) const noexcept {
-  if (row < service_directory::first_number) {
+  if (row < first_service_number) {
     const std::string_view name = service_numbered(row);
     return name.empty() ? listed{} : listed{.number = row, .name = name};
   }
-  const service_index index{row - service_directory::first_number};
+  const service_index index{row - first_service_number};
   if (!service_directory_.in_use(index)) return {};
   return {.number = service_directory_.at(index).number,
           .name = service_directory_.name(index),
@@ -73,7 +73,7 @@ listed listings::service_in(std::uint32_t row) const noexcept {
 }
 
 std::string_view listings::service_numbered(std::uint32_t number) const noexcept {
-  if (number >= service_directory::first_number) {
+  if (number >= first_service_number) {
     const service_index found = service_directory_.find_number(number);
     return !found ? std::string_view{} : service_directory_.name(found);
   }

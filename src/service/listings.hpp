@@ -17,6 +17,7 @@
 #include "service/outbox.hpp"
 #include "service/rate_limit.hpp"
 #include "service/service_directory.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 #include "wire/codec.hpp"
 #include "wire/request.hpp"
@@ -60,7 +61,7 @@ class listings {
   };
   struct part;
   static std::size_t rows_of_peer(const limits& bounds) noexcept {
-    return std::size_t{bounds.topics_max} + service_directory::first_number + bounds.services_max;
+    return std::size_t{bounds.topics_max} + first_service_number + bounds.services_max;
   }
   std::span<std::uint32_t> told(peer_index peer) const noexcept {
     const std::size_t count = rows_of_peer(state_.bounds());

@@ -20,16 +20,15 @@
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/window.hpp>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 
 // What threads of this process have asked for so far.
 struct local_stop_asked {
-  static constexpr std::size_t source_bytes_max = 63;
-  static constexpr std::size_t reason_bytes_max = 192;
-
   std::uint64_t stops = 0;
-  fixed_string<source_bytes_max> source; // of the last stop
-  fixed_string<reason_bytes_max> reason;
+  fixed_string<stop_source_bytes_max> source; // of the last stop
+  fixed_string<stop_reason_bytes_max> reason;
   std::uint64_t resets = 0;
   std::uint64_t number = 0;             // of the stop that the last reset is to end; 0: whichever there is
   std::uint32_t count_before_reset = 0; // local_stop::count() when the last reset was asked for

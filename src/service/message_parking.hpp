@@ -21,6 +21,7 @@
 #include "service/core_state.hpp"
 #include "service/outbox.hpp"
 #include "service/receiver.hpp"
+#include "service/shares.hpp"
 
 namespace rowe::service {
 
@@ -40,7 +41,7 @@ class message_parking {
   // Begins the turn of a sender with this many slots: a handle, or the submission queue.
   void begin_turn(std::uint32_t slots, bool of_receiver) noexcept {
     ++turn_;
-    now_ = {.slots = of_receiver ? slots : slots - slots / 4, .of_receiver = of_receiver};
+    now_ = {.slots = of_receiver ? slots : slots - reserve_of(slots), .of_receiver = of_receiver};
     if (of_receiver) receiver_.begin_answers();
   }
   // Whether a message to the peer, or to everyone, was parked in this turn.

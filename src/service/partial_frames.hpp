@@ -15,6 +15,7 @@
 #include "service/core_state.hpp"
 #include "service/message_store.hpp"
 #include "service/outbox.hpp"
+#include "service/service_limits.hpp"
 #include "wire/codec.hpp"
 #include "wire/websocket.hpp"
 
@@ -71,7 +72,7 @@ class partial_frames {
     if (!stalled_due_) return;
     stalled_due_ = false;
     if (!waits_) return;
-    rt::time_point next = state_.cycle.now + time_min;
+    rt::time_point next = state_.cycle.now + partial_time_min;
     for (const peer_index peer : state_.peers.ids()) {
       const partial_frame& frame = frames_[peer];
       if (!state_.peers[peer].open() || !frame) continue;
@@ -92,10 +93,6 @@ class partial_frames {
   bool check() const noexcept;
 
  private:
-  // How long a frame may be partly written while others wait for its slot, and in addition some for its
-  // bytes.
-  static constexpr rt::duration time_min = std::chrono::milliseconds{500};
-
   bool may_begin_all_the_same(peer_index peer, slot_id slot) noexcept;
   rt::time_point due_of(const partial_frame& frame) noexcept;
   void look_again_from(std::uint32_t first) noexcept;

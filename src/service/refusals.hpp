@@ -40,8 +40,6 @@ class refusals {
     core_state& state;
     outbox& out;
   };
-  static constexpr rt::duration flood_time_max = std::chrono::seconds{5}; // a longer flood closes the peer
-
   static std::size_t footprint_bytes(const limits& bounds) noexcept {
     return rt::arena::bytes_for<row>(bounds.connections_max);
   }

@@ -10,6 +10,7 @@
 #include <rowe/limits.hpp>
 #include <rowe/rt/arena.hpp>
 
+#include "service/service_limits.hpp"
 #include "service/slot_pool.hpp"
 #include "service/transport.hpp"
 #include "wire/request.hpp"
@@ -52,8 +53,6 @@ class service_directory {
   std::string_view type(service_index index) const noexcept {
     return {names(index) + name_bytes_max_, entries_[index].type_bytes};
   }
-  // Numbers begin behind those of the endpoint's own.
-  static constexpr std::uint32_t first_number = 64;
   service_index find_number(std::uint32_t number) const noexcept; // or none
   // How often one was added or removed.
   std::uint64_t changes() const noexcept { return changes_; }
@@ -73,7 +72,7 @@ class service_directory {
   std::size_t name_bytes_max_;
   std::uint32_t count_ = 0;
   std::uint32_t of_peers_ = 0;
-  std::uint32_t next_number_ = first_number;
+  std::uint32_t next_number_ = first_service_number;
   std::uint64_t changes_ = 0;
 };
 

@@ -4,12 +4,15 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <type_traits>
 
 #include <rowe/detail/calls.hpp>
+#include <rowe/event.hpp>
 #include <rowe/rt/clock.hpp>
 #include <rowe/rt/slab.hpp>
 #include <rowe/rt/timer_wheel.hpp>
 
+#include "service/ids.hpp"
 #include "service/transport.hpp"
 #include "wire/codec.hpp"
 #include "wire/refusal.hpp"
@@ -60,6 +63,21 @@ inline constexpr std::size_t listed_bytes = 128;
 inline constexpr std::size_t held_topic_work_bytes = 4;
 static_assert(held_topic_work_bytes < push_work);
 
+// ---- pools
+
+// One piece in so many of a pool is kept for what would otherwise find none.
+inline constexpr std::uint32_t reserve_one_in = 4;
+static_assert(reserve_one_in > 2); // direct messages leave two such reserves (shares.hpp)
+// One slot in so many of the receiver is kept for claims.
+inline constexpr std::uint32_t receiver_claims_one_in = 4;
+// Topics of the endpoint itself: the statistics, and the stop's state.
+inline constexpr std::uint32_t endpoint_topics = 2;
+// The first number of a service in the directory. Lower ones are for the endpoint's own services.
+inline constexpr std::uint32_t first_service_number = 64;
+// Bytes of a latched value in one block. With the number of the next block they fill 1 KiB.
+inline constexpr std::size_t latch_block_bytes_max = 1020;
+static_assert(latch_block_bytes_max + sizeof(block_id) == 1024);
+
 // ---- what is read
 
 // What one read of a peer takes, when others want to be read too.
@@ -97,18 +115,24 @@ static_assert(batch_bytes_max < 65'483);
 inline constexpr std::size_t mask_buffer_bytes = 4096;
 static_assert(mask_buffer_bytes % 4 == 0);
 
+// Bytes of the JSON around the text of a relayed message, besides its name and its id.
+inline constexpr std::size_t envelope_bytes_fixed = 64;
+// Bytes of one byte of a name in JSON, at most: \u001f.
+inline constexpr std::size_t escaped_bytes_max = 6;
+
 // Replies that wait to be written to one peer. A backpressured peer may have fewer: else a few peers that ask
 // and never read would take everybody's slots.
 inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
 
-// Bytes of a name that the diagnostic of a refusal repeats.
-inline constexpr std::size_t name_bytes_shown = 128;
-static_assert(name_bytes_shown + 64 <= wire::refusal::text_bytes_max);
 // Events about refusals to one peer at once; then one a second.
 inline constexpr std::uint32_t refusal_events_burst = 8;
-// The rate at which a partial frame is to go on: that of a poor radio link.
+// A peer is closed when it has exceeded a rate for so long.
+inline constexpr rt::duration flood_time_max = std::chrono::seconds{5};
+// How long a frame may stay partly written while others wait, and the rate at which longer frames get more
+// time: that of a poor radio link.
+inline constexpr rt::duration partial_time_min = std::chrono::milliseconds{500};
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
 // Peers that get lists of topics and services are told of changes this often at most, but this many times
 // without a pause.
@@ -120,10 +144,56 @@ inline constexpr std::uint32_t listings_queued_max = 4;
 inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
 static_assert(listings_queued_max < replies_max_backpressured);
 
+// What one report of the statistics may spend on topics that only peers hold, and on connections: one byte in
+// so many of message_bytes_max. The rest of the report always finds room.
+inline constexpr std::uint32_t report_topics_one_in = 8;
+inline constexpr std::uint32_t report_connections_one_in = 2;
+static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // together less than all
+
+// ---- texts for people: diagnostics and events, in bytes
+
 // The diagnostic of a failed call, as handles keep it, is no longer than what a peer is told.
 static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
 
+// The text of an event.
+inline constexpr std::size_t event_text_bytes_max = 224;
+static_assert(std::is_same_v<decltype(event::what), event::text<event_text_bytes_max>>);
+// Events about peers that come and go: one in this period, after a first burst.
+inline constexpr rt::duration coming_events_period = std::chrono::milliseconds{20};
+inline constexpr std::uint32_t coming_events_burst = 128;
+
+// How much a diagnostic repeats of a name, of a verb, of a topic or a type beside other text, and of what the
+// decoder says about a message. Longer ones are shortened.
+inline constexpr std::size_t name_bytes_shown = 128;
+inline constexpr std::size_t verb_bytes_shown = 24;
+inline constexpr std::size_t topic_bytes_shown = 96;
+inline constexpr std::size_t type_bytes_shown = 96;
+inline constexpr std::size_t diagnosis_bytes_shown = 320;
+static_assert(name_bytes_shown + 64 <= detail::diagnostic_bytes_max);
+static_assert(topic_bytes_shown + 2 * type_bytes_shown + 64 <= wire::refusal::text_bytes_max);
+// An event has less place.
+inline constexpr std::size_t event_topic_bytes_shown = 64;
+inline constexpr std::size_t event_type_bytes_shown = 56;
+static_assert(event_topic_bytes_shown + 2 * event_type_bytes_shown + 48 <= event_text_bytes_max);
+static_assert(event_topic_bytes_shown + diagnosis_bytes_shown + 16 <= wire::refusal::text_bytes_max);
+
+// Of single diagnostics, each with the longest numbers and options: a share is used up; an option that would
+// help; how many more refusals there were; too many calls. A type is replaced: longer names are cut.
+inline constexpr std::size_t share_text_bytes_max = 384;
+static_assert(verb_bytes_shown + topic_bytes_shown + 192 <= share_text_bytes_max);
+inline constexpr std::size_t remedy_bytes_max = 128;
+static_assert(std::is_same_v<decltype(event::remedy), event::text<192>> && remedy_bytes_max <= 192);
+inline constexpr std::size_t missed_text_bytes_max = 64;
+inline constexpr std::size_t busy_text_bytes_max = 160;
+static_assert(busy_text_bytes_max <= detail::diagnostic_bytes_max);
+inline constexpr std::size_t replaced_type_text_bytes_max = 640;
+
 // ---- the stop
+
+// The source and the reason of a stop by a thread of this process.
+inline constexpr std::size_t stop_source_bytes_max = 63;
+inline constexpr std::size_t stop_reason_bytes_max = 192;
+static_assert(stop_reason_bytes_max < event_text_bytes_max); // an event repeats it
 
 // A member of a request for the stop, as text.
 inline constexpr std::size_t stop_member_bytes_max = 1024;
@@ -138,8 +208,6 @@ static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_buffe
 inline constexpr int stops_awaited_per_peer = 2;
 // Places for the stops of this process, besides one for each connection.
 inline constexpr std::size_t stops_awaited_of_process = 8;
-// A peer on stop_path that stopped a robot that could move keeps its place for so long.
-inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
 // How often the state is shown to whoever is no guard, in ticks.
 inline constexpr int stop_ticks_for_others = 10;
 
@@ -147,13 +215,20 @@ inline constexpr int stop_ticks_for_others = 10;
 
 // After this time without a take, a receiver is absent: messages that find no room are dropped.
 inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};
-// One in so many of its slots is kept for claims.
-inline constexpr std::uint32_t receiver_claims_one_in = 4;
 // How often an event reports messages of a topic that handles cannot decode.
 inline constexpr rt::duration undecodable_period = std::chrono::seconds{1};
 
 // ---- time
 
+// How long the endpoint waits at most until its connections are closed, and a handle until its queue pair is
+// released; the transport closes connections sooner.
+inline constexpr rt::duration closing_time_max = std::chrono::milliseconds{1500};
+static_assert(close_time_max < closing_time_max);
+// The longest sleep meanwhile.
+inline constexpr rt::duration closing_look_period = std::chrono::milliseconds{10};
+static_assert(closing_look_period < closing_time_max - close_time_max);
+// A full period of the rates that the service of the statistics reports.
+inline constexpr rt::duration rates_period = std::chrono::seconds{1};
 // Each peer is checked this often. So silence, or an unfinished message, is noticed at most this much too
 // late.
 inline constexpr rt::duration liveness_period = std::chrono::milliseconds{500};

@@ -5,13 +5,12 @@
 
 #include <algorithm>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 namespace {
 
 using clock = rt::monotonic_clock;
-
-constexpr rt::duration closing_time_max =
-    std::chrono::milliseconds{1500}; // the transport cuts slow peers after 1 s
 
 // How long to wait for the answer to a call that was given to a handle, before anything else is done.
 constexpr rt::duration answer_wait = std::chrono::microseconds{1};
@@ -99,7 +98,7 @@ void service_loop::close_peers() noexcept {
   core_.close_all(now_);
   while (core_.peers() != 0 && now_ < until) {
     cycle();
-    transport_.wait(now_, std::min(until, now_ + std::chrono::milliseconds{10}));
+    transport_.wait(now_, std::min(until, now_ + closing_look_period));
     now_ = clock::now();
   }
 }

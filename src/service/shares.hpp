@@ -19,6 +19,8 @@
 
 #include <rowe/limits.hpp>
 
+#include "service/service_limits.hpp"
+
 namespace rowe::service {
 
 // The claims to a pool of `pool` pieces. One in `one_in` of them is kept: 2 keeps a half. Each holder has a
@@ -62,10 +64,13 @@ class claims {
   std::uint32_t wanted_; // what all are still to take of their claims
 };
 
+// The part of a pool that is kept for what would otherwise find nothing there.
+constexpr std::uint32_t reserve_of(std::uint32_t count) noexcept { return count / reserve_one_in; }
+
 // How many of `count` pieces all peers together may have, if this process wants `own` of them. It gets at
 // most three quarters.
 constexpr std::uint32_t share_of_peers(std::uint32_t count, std::uint32_t own) noexcept {
-  const std::uint32_t most = count - count / 4;
+  const std::uint32_t most = count - reserve_of(count);
   return count - (own < most ? own : most);
 }
 
@@ -73,7 +78,7 @@ constexpr std::uint32_t services_of_peers(const limits& bounds) noexcept {
   return share_of_peers(bounds.services_max, bounds.lanes_max);
 }
 constexpr std::uint32_t calls_of_peers(const limits& bounds) noexcept {
-  return share_of_peers(bounds.calls_max, bounds.calls_max / 4);
+  return share_of_peers(bounds.calls_max, reserve_of(bounds.calls_max));
 }
 
 // How many of those are free when peers hold `taken`.
@@ -90,14 +95,14 @@ constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) no
 // How many slots of a size class may be partial at once: a quarter at most. A partial frame cannot be taken
 // back, so each of `connections` may keep one by not reading.
 constexpr std::uint32_t partial_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
-  const std::uint32_t quarter = slots / 4;
+  const std::uint32_t quarter = reserve_of(slots);
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
 }
 
 // How many slots of a size class direct messages may have, which are kept until they are sent. A quarter is
 // for other messages, besides the slots that may be partial.
 constexpr std::uint32_t message_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
-  const std::uint32_t others = slots / 4 + partial_slots_max(slots, connections);
+  const std::uint32_t others = reserve_of(slots) + partial_slots_max(slots, connections);
   return slots > others ? slots - others : 1;
 }
 

@@ -23,6 +23,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/indexed_pool.hpp"
+#include "wire/websocket.hpp"
 
 namespace rowe::service {
 
@@ -37,7 +38,7 @@ enum class slot_use : std::uint8_t { ordinary, stop };
 
 class slot_pool {
  public:
-  static constexpr std::size_t headroom_bytes = 16; // the longest frame header is 14
+  static constexpr std::size_t headroom_bytes = wire::frame_headroom_bytes;
   static constexpr std::uint32_t kept_for_stop = 1; // of each class
 
   // Slots are numbered from 0, small ones first.

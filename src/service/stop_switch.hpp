@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "service/core_state.hpp"
+#include "service/service_limits.hpp"
 #include "service/stop_rules.hpp"
 
 namespace rowe::service {
@@ -41,7 +42,7 @@ class stop_switch {
  private:
   void report(std::string_view reason) noexcept {
     reported_running_ = stop_rules_.running();
-    std::array<char, event_log::text_bytes_max> text;
+    std::array<char, event_text_bytes_max> text;
     auto put = [at = std::size_t{0}, &text](std::string_view piece) mutable {
       at += piece.copy(text.data() + at, std::min(piece.size(), text.size() - at));
       return std::string_view{text.data(), at};

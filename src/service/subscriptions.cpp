@@ -5,6 +5,7 @@
 #include <array>
 
 #include "service/names.hpp"
+#include "service/service_limits.hpp"
 #include "wire/refusal.hpp"
 #include "wire/text_out.hpp"
 
@@ -161,10 +162,11 @@ void subscriptions::tell_other_type(connection& c, std::string_view id_raw, topi
                                     std::string_view asked) noexcept {
   std::array<char, wire::refusal::text_bytes_max> room;
   wire::text_out why{room};
-  why.add("subscribe ").add_shortened(state_.topics.name(topic), 96).add(": the topic has the type ");
-  why.add_shortened(state_.topics.type(topic), 96);
+  why.add("subscribe ").add_shortened(state_.topics.name(topic), topic_bytes_shown);
+  why.add(": the topic has the type ");
+  why.add_shortened(state_.topics.type(topic), type_bytes_shown);
   if (!asked.empty()) {
-    why.add(", not ").add_shortened(asked, 96);
+    why.add(", not ").add_shortened(asked, type_bytes_shown);
   } else {
     why.add(", not the one that was asked for");
   }

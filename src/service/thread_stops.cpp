@@ -6,12 +6,13 @@
 
 #include <rowe/detail/mutation_points.hpp>
 
+#include "service/service_limits.hpp"
 #include "service/stop_gate.hpp"
 
 namespace rowe::service {
 
-// Of what a thread says who it is, the rules keep all.
-static_assert(local_stop_asked::source_bytes_max <= stop_rules::source_bytes_max);
+// The rules must store a thread's whole source.
+static_assert(stop_source_bytes_max <= stop_rules::source_bytes_max);
 
 // It may be seen before its source and reason; these come with a second call then.
 void thread_stops::carry_out_stop() noexcept {

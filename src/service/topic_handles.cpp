@@ -86,12 +86,12 @@ void topic_handles::detach(pair_index pair) noexcept {
 
 // Set-up gets only an error code, which cannot name the types. An event does.
 void topic_handles::report_conflict(topic_id topic, const detail::queue_pair& asked) noexcept {
-  std::array<char, event_log::text_bytes_max> room;
+  std::array<char, event_text_bytes_max> room;
   wire::text_out what{room};
   what.add(detail::subscribes(asked.kind) ? "subscribe " : "advertise ")
-      .add_shortened(state_.topics.name(topic), 64);
-  what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), 56);
-  what.add(", not ").add_shortened(asked.type(), 56);
+      .add_shortened(state_.topics.name(topic), event_topic_bytes_shown);
+  what.add(": the topic has the type ").add_shortened(state_.topics.type(topic), event_type_bytes_shown);
+  what.add(", not ").add_shortened(asked.type(), event_type_bytes_shown);
   state_.events.report(event::kind::warning, {}, what.text(),
                        "use the same type, or leave the option `type` empty");
 }

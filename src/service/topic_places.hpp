@@ -22,8 +22,6 @@ class topic_places {
     const advertisement_table& advertised;
     refusals& refused;
   };
-  static constexpr std::uint32_t own_topics = 2; // statistics, and the stop's state
-
   topic_places(const needs& parts) noexcept
       : state_{parts.state}, advertisement_table_{parts.advertised}, refusals_{parts.refused} {}
 

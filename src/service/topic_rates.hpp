@@ -8,6 +8,7 @@
 #include <rowe/rt/clock.hpp>
 
 #include "service/core_state.hpp"
+#include "service/service_limits.hpp"
 
 namespace rowe::service {
 
@@ -40,13 +41,11 @@ class topic_rates {
   // The service may be asked at any time, whether or not somebody listens to the topic. Its rates cover the
   // last one to two seconds: a full period, and the one that has not ended.
   void mark_if_due() noexcept {
-    if (state_.cycle.now - marked_[0] >= marks_period) mark();
+    if (state_.cycle.now - marked_[0] >= rates_period) mark();
   }
   rt::time_point marks_began() const noexcept { return marked_[1]; }
 
  private:
-  static constexpr rt::duration marks_period = std::chrono::seconds{1};
-
   void mark() noexcept;
 
   core_state& state_;

@@ -10,6 +10,7 @@
 // What is carried is the byte stream *behind* the upgrade handshake: WebSocket frames, which the core reads
 // and writes itself. The transport does the handshake, HTTP and, later, TLS.
 #pragma once
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -28,6 +29,12 @@ struct connection_id {
 // The path for peers that want only to stop, and to see the stop's state. Places are kept for them
 // (docs/stop.md).
 inline constexpr std::string_view stop_path = "/rowe/stop";
+// Such a peer keeps its place for so long, which is enough for a stop and its answer. The transport counts
+// from when its source came, the core from the stop of a robot that could move.
+inline constexpr rt::duration stop_place_kept_for = std::chrono::seconds{1};
+
+// Within this time a transport ends a connection that it is to close, even if the peer does not read.
+inline constexpr rt::duration close_time_max = std::chrono::seconds{1};
 
 // What we are on a connection; decides who masks.
 enum class side : std::uint8_t { server, client };
