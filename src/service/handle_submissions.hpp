@@ -73,13 +73,12 @@ class handle_submissions {
   void retry(pair_index pair) noexcept;
   void take_values(pair_index pair) noexcept;
   void take_newest(pair_index pair) noexcept;
-  void publish(pair_index pair, std::uint32_t slot) noexcept;
+  void publish(pair_index pair, pair_slot slot) noexcept;
   void take_entries(pair_index pair) noexcept;
   std::size_t take_new_entries(pair_index pair) noexcept;
-  bool take_entry(pair_index pair, std::uint32_t slot, bool parked) noexcept;
+  bool take_entry(pair_index pair, pair_slot slot, bool parked) noexcept;
   void tell_those_who_ask(bool anywhere) noexcept;
-  void answer(pair_index pair, std::uint32_t slot, const call_endpoint& us,
-              const call_endpoint& waits) noexcept;
+  void answer(pair_index pair, pair_slot slot, const call_endpoint& us, const call_endpoint& waits) noexcept;
 
   core_state& state_;
   sender& sender_;
