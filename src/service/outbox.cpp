@@ -77,9 +77,8 @@ void outbox::forget(peer_index peer) noexcept {
   for (queue& direct : queues_[peer].direct) drop_all(direct, counter::lost_with_peer);
 }
 
-// Evicts message after message of the peer that holds most, until a slot is free. So a peer that holds less
-// loses nothing because slots ran out ("longest queue drop": Suter, Lakshman, Stiliadis and Choudhury, IEEE
-// INFOCOM 1998).
+// Evicts messages of the peer that holds most, until a slot is free ("longest queue drop": Suter, Lakshman,
+// Stiliadis and Choudhury, IEEE INFOCOM 1998). Direct messages are not evicted.
 bool outbox::evict_for(slot_class of) noexcept {
   for (unsigned left = evictions_max; left != 0; --left) {
     const peer_index most = holds_most(of);
@@ -90,7 +89,8 @@ bool outbox::evict_for(slot_class of) noexcept {
   return false;
 }
 
-// A peer that holds more than an equal share; of several that hold as much, a backpressured one.
+// The peer found last, while it holds more than an equal share; else a peer that holds most, a backpressured
+// one if there is any.
 peer_index outbox::holds_most(std::optional<slot_class> of) noexcept {
   const std::uint32_t all = of ? slots_.count(*of) : state_.bounds().queued_max;
   return entries_.longest(of, equal_share(all, state_.peers.count()),

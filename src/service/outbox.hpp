@@ -82,8 +82,8 @@ class outbox {
 
   // ---- giving back
 
-  // Frees a slot of this class if it can: a peer that has more than an equal share of them queued loses its
-  // oldest. False: there is nothing to evict, or a bounded number of evictions freed none.
+  // Frees a slot of this class if it can: the peer that holds most loses its oldest message. False: nothing
+  // can be evicted, or a bounded number of evictions freed none.
   bool evict_for(slot_class of) noexcept;
   // Drops all that is queued for a peer, except in its subscriptions.
   void forget(peer_index peer) noexcept;

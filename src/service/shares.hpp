@@ -86,8 +86,9 @@ constexpr std::uint32_t left_of(std::uint32_t share, std::uint32_t taken) noexce
   return share > taken ? share - taken : 0;
 }
 
-// What each of `peers` gets of `count` pieces that are divided equally. No peer loses a queued message while
-// it holds no more.
+// What each of `peers` gets of `count` pieces that are divided equally. When slots run out, the peer that
+// holds most loses its oldest message. Where queued topic messages hold all slots, that peer holds at least
+// this share; where direct messages hold many, it may hold less.
 constexpr std::uint32_t equal_share(std::uint32_t count, std::uint32_t peers) noexcept {
   return count / (peers < 1 ? 1 : peers);
 }
