@@ -27,11 +27,13 @@ void local_stops::stop_loops() noexcept {
   transport_.wake();
 }
 
-// Sleeps until `is(answered)`, or the service thread has ended, or `deadline` has come. What is asked for by
-// several at once is told by whoever comes first, so each looks into what all have heard. True: it is so.
+// Sleeps until `is(answered)` is true, the service thread has ended, or `deadline` has come. Whichever thread
+// comes first reads the answers for all that wait, so each thread looks at what any of them has read. Returns
+// whether `is(answered)` is true.
 template <class Is>
 bool local_stops::wait_heard(time_point deadline, answered& into, Is&& is) noexcept {
   bool heard = false;
+  // Its result is not needed: it is also true when the service thread has ended.
   (void)queue_.wait_room(deadline, [&] {
     const bool over = ended(); // before looking: what was told before it ended is still there
     const std::lock_guard hearing{hearing_};

@@ -101,7 +101,7 @@ inline bool direct_messages::send(const direct_message& m) noexcept {
         add(counter::outbox_full); // it would overtake a message parked for that peer
       } else {
         if (has_room(i, m.priority)) {
-          (void)queue_to(i, slot);
+          (void)queue_to(i, slot); // has_room() said so
         } else {
           add(counter::outbox_full);
         }

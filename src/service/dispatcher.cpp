@@ -241,7 +241,7 @@ inline void dispatcher::take_message(connection& c, const wire::request& asked,
   case admission::later: return ingress_.park({c.id.index});
   case admission::never: return state_.counts.add(counter::inbox_full);
   }
-  // A message that is too long is counted there.
+  // Its status is not needed: a message that is too long is counted there.
   (void)receiver_.deliver(
       {.stamped_ns = rt::nanoseconds_of(state_.cycle.now),
        .expires_ns = rt::nanoseconds_of(state_.options.inbound_expiry(state_.cycle.now, asked.ttl_ns)),
@@ -266,7 +266,7 @@ bool dispatcher::is_stop(peer_index from, std::span<const std::byte> message, bo
   return find_stop(c, read, asked, known, why) == stop_verb::stop;
 }
 
-// Of a message beyond its peer's rate, which is no stop: true, counted.
+// True, and counted, if the message exceeds its peer's rate and is no stop.
 bool dispatcher::drops_excess() noexcept {
   if (excess_) state_.counts.add(counter::over_rate);
   return excess_;

@@ -96,6 +96,7 @@ void receiver::count_released(std::size_t taken) noexcept {
   // Slots that were released after the mark are found with the next mark.
   if (taken != 0) ++looks_wanted_;
   if (!counted_) {
+    // How many slots are free now is not needed here.
     (void)state_.threads_inbox.collect_marked([this](detail::peer_ref from) { note_taken(from); });
     return;
   }

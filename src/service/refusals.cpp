@@ -99,7 +99,7 @@ void refusals::fail_call(connection& c, wire::codec_id in, const wire::call_orig
                          const wire::diagnostic& why) noexcept {
   const wire::codec& codec = state_.seams.protocols.of(in);
   if (codec.fails_as_refusal()) add(counter::refused_requests);
-  // lost: counted
+  // Its slot is not needed: nobody tracks the answer, and one that is lost is counted.
   (void)outbox_.reply({c.id.index}, [&](json::writer& into) { return codec.write_failure(into, call, why); });
 }
 

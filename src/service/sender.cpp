@@ -93,7 +93,7 @@ void sender::flush_urgent(peer_index peer) noexcept {
   const recipient to{peer, state_.peers[peer], outbox_.of(peer), urgent_.masks(peer)};
   if (!to.queues.blocked) {
     batch next{buffer_, pieces_};
-    (void)gather_urgent(to, next);
+    (void)gather_urgent(to, next); // no message follows in this batch
     write(to, next);
   }
   outbox_.schedule(peer);
