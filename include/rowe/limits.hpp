@@ -16,7 +16,8 @@ namespace rowe {
 // The defaults stay below 8 MiB together, Debian's limit on locked memory for ordinary users.
 struct limits {
   // Peers.
-  // Of connections and handshakes the last two are kept for the stop (docs/stop.md), of two or three one.
+  // The last two connections and handshakes are reserved for the stop (docs/stop.md); one, if the limit is 2
+  // or 3.
   std::uint32_t connections_max = 40;            // established connections; one more is answered 503
   std::uint32_t connections_per_address_max = 8; // from one address (a /64 of IPv6) that is not loopback
   std::uint32_t handshakes_max = 32; // sockets not yet upgraded; one more takes the oldest silent one's place

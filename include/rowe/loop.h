@@ -3,9 +3,8 @@
 // thread each, and JSON text read and written in place.
 //
 // - Functions marked ROWE_RT never wait, allocate, lock or enter the kernel, and end after a bounded number
-// of
-//   steps. They return rowe_ok or an error, and leave rowe_last_error() alone. Errors that all functions of
-//   handles share: closed (the endpoint is), misuse (a NULL). The others are for set-up.
+//   of steps. They return rowe_ok or an error, and leave rowe_last_error() alone. Errors that all functions
+//   of handles share: closed (the endpoint is), misuse (a NULL). The others are for set-up.
 // - `now_ns` is the loop's time in nanoseconds, from rowe_now_ns(), best read once a cycle. Times to live and
 //   timeouts count from it; they are milliseconds, and a negative one is for ever.
 // - Messages are JSON text: `text` of `bytes` bytes, which need not end in '\0'. They are copied.
@@ -100,7 +99,7 @@ ROWE_RT int rowe_lane_start(struct rowe_lane* lane, const char* text, size_t byt
 // The next call that has ended; each ends once. Errors: empty; `into` as in rowe_lane_try_receive().
 ROWE_RT int rowe_lane_try_finish(struct rowe_lane* lane, struct rowe_call_end* into);
 
-// Its end is not wanted any more. Nothing happens to a call that has ended.
+// Gives the call up: its end is not reported. Nothing happens to a call that has ended.
 ROWE_RT void rowe_lane_cancel(struct rowe_lane* lane, struct rowe_call call);
 
 // Answers a call that this lane received, once; `call` is still to be released. Errors: full, too_big,

@@ -89,8 +89,8 @@ class value_view {
  private:
   template <class U>
   friend class subscriber;
-  // Of a slot of a window, which is not given back: said here, so that a view whose handle is gone does not
-  // ask the lane, which may be another one's.
+  // Marks a slot of a window, which is never released. The mark is in the view, because a view may outlive
+  // its handle, and the pair may then belong to another one.
   static constexpr std::uint32_t of_window = std::uint32_t{1} << 31;
   value_view(detail::queue_pair& on, const detail::consumer_end&, std::uint32_t slot) noexcept
       : pair_{&on}, slot_{slot} {}

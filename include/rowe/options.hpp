@@ -103,7 +103,7 @@ struct topic_options {
                            // many as 64 KiB hold, but 16 to 64
   rowe::priority priority = rowe::priority::normal;
   bool latched = false; // a late subscriber gets the last value
-  // A topic whose values live less than their period, and than 10 ms, is polled even so.
+  // A topic whose ttl is shorter than its period and than 10 ms is not predicted, but polled.
   duration period = {}; // advertise: how often it is published, for idle::phase; 100 us to 1 h; 0: not known
   std::string_view type = {}; // the type's name on the wire; empty: the schema's, or none
   // subscribe, of a struct: members that a message leaves out are what T{} has, as with ROS's own bridge;
@@ -120,7 +120,7 @@ struct service_options {
   std::uint32_t text_bytes_max = 4096; // of json_text: the longest request or reply
 };
 
-// endpoint::open_lane. As it stands, a lane takes 170 KiB of the limit `lane_bytes`.
+// endpoint::open_lane. With the defaults a lane takes 170 KiB of `lane_bytes`.
 struct lane_options {
   std::uint32_t depth = 16;            // messages towards the service thread; 1 to 4096
   std::uint32_t inbox_depth = 16;      // messages that wait to be taken; 1 to 4096

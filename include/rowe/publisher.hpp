@@ -13,9 +13,9 @@
 
 namespace rowe {
 
-// Publishes values of one type: a struct that has a schema, or json_text. Of json_text each value is one JSON
-// object, as a message or as text. The service thread validates it. What is no object is dropped there, and
-// counted as `malformed`. Move-only; one thread at a time.
+// Publishes values of one type: a struct that has a schema, or json_text. For json_text each value is one
+// JSON object, as a message or as text. The service thread validates it. A value that is no object is dropped
+// there, and counted as `malformed`. Move-only; one thread at a time.
 template <class T>
 class publisher {
   using payload = detail::payload<T>;

@@ -43,7 +43,7 @@ class subscriber {
     return over ? errc::closed : errc::empty;
   }
 
-  // The newest value; older ones that were not taken are given back unread. Errors as try_take(). Never
+  // The newest value. Older values that were not taken are released unread. Errors as try_take(). Never
   // waits, never allocates, no system call; at most `depth` steps.
   ROWE_RT result<view> latest() noexcept {
     result<view> newest = try_take();

@@ -10,8 +10,8 @@
 //
 // Service thread, but open() and the destructor. What libwebsockets does in here allocates from a heap of its
 // own, of a fixed size (net/lws_memory.hpp); it does so per handshake and page, never per message. A server
-// looks before each of these whether there is room for it, because not every path in libwebsockets has
-// thought of a refusal; a client makes one attempt at a time, for which there always is.
+// checks the free memory before each of them, because libwebsockets does not handle every failed allocation.
+// A client makes one attempt at a time, and there is always memory for one.
 #pragma once
 #include <array>
 #include <cstddef>

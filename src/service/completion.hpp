@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How a thread learns what became of its submission, and who releases the slot that both sides know: the
-// submitter waits with a deadline, the service thread comes once and never waits. One word; both sides change
-// it only by exchanges, so of the two that meet in time-out and completion exactly one finds the other's
-// mark:
+// How a thread learns what became of its submission, and who releases the slot that both sides know. The
+// submitter waits with a deadline; the service thread comes once and never waits. They share one word. Both
+// sides change the word only by exchanges. If time-out and completion meet, exactly one side finds the
+// other's mark:
 //
 //   submitter                                service thread
 //     word := asleep; was it completed? done   (write the outcome)

@@ -25,7 +25,7 @@ inline constexpr std::string_view stop_only_diagnostic =
     "a connection on /rowe/stop may only stop the robot (/rowe/stop) and see that (/rowe/stop/state)";
 
 inline constexpr std::string_view no_binary_diagnostic = "binary messages have no meaning here";
-// Of a peer that lost a list which it must get.
+// The close reason of a peer that lost a list which it needs.
 inline constexpr std::string_view unread_diagnostic = "the peer does not read which topics there are";
 
 struct connection {

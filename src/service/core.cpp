@@ -296,7 +296,7 @@ void core::forget(connection& c) noexcept {
 void core::close(connection& c, std::uint16_t code, std::string_view reason) noexcept {
   if (!c.open()) return;
   c.state = connection::phase::closing; // from here on only control frames are written
-  stop_service_.leave(c);               // nor is anything read: a guard has left
+  stop_service_.leave(c);               // nothing is read from it any more, so for the stop a guard has left
   c.close_reason = reason;
   sender_.send_close({c.id.index}, code, reason);
   state_.seams.to_peers.close(c.id, close_how::flushed);

@@ -114,8 +114,8 @@ void credit::note_round_trip(rt::duration took, rt::time_point now) noexcept {
   limited_ = confirmed_ = false;
 }
 
-// What was written to a peer that has nothing else to read says how fast we write, not how fast it reads; so
-// does all that is slower than what was seen before, unless the round trip says that there was a queue.
+// A fast answer to little data measures our rate, not the peer's. So does any lower rate, unless the round
+// trip shows a queue.
 void credit::note_rate(std::uint64_t bytes, rt::duration took, rt::duration round_trip) noexcept {
   const double known = rate_;
   double seen = static_cast<double>(bytes) / std::max(seconds(took), 1e-6);

@@ -132,7 +132,7 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
 void handle_registry::detach(pair_index pair) noexcept {
   detail::queue_pair& queues = state_.pairs[pair];
   pair_row& row = state_.pair_rows[pair];
-  call_requests_.forget_pair(pair); // its rings are set-up's from here on
+  call_requests_.forget_pair(pair); // from here on set-up owns its rings
   if (row.attached && !row.topic) {
     detach_talker(pair);
     count_refusals(queues);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Takes what handles of this process submit: values to publish, messages, requests and replies, a stated
-// budget of each in a cycle. What finds no room is parked: in a list through the headers of the slots, which
-// belong to the service thread until the slots are released. So one peer that does not read delays neither
-// messages to other peers nor the expiry of messages. Service thread only; nothing waits or allocates. A
-// user thread that sleeps is woken, which enters the kernel.
+// budget of each in a cycle. What finds no room is parked. Parked slots form a list, linked through their
+// headers. They belong to the service thread until released. So one peer that does not read delays neither
+// messages to other peers nor the expiry of messages. Service thread only; nothing waits or allocates. A user
+// thread that sleeps is woken, which enters the kernel.
 #pragma once
 #include <cstddef>
 #include <cstdint>

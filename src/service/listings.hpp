@@ -43,8 +43,9 @@ class listings {
   // A peer that wants to be told has come: who we are, and what there is.
   void greet(connection& c) noexcept;
   void forget(peer_index peer) noexcept;
-  // Once a cycle: tells peers what is gone and what is new. A peer that does not read what it was told last
-  // waits, and is told later what is different then. Where changes never pause, all wait in between.
+  // Once a cycle: tells peers what is gone and what is new. A peer that has not read the last part waits.
+  // Later it is told what differs then. If changes never pause, all peers are told at most every
+  // listings_period.
   void tell_changes() noexcept {
     if (readers_count_ != 0) tell_readers();
   }

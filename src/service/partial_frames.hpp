@@ -23,11 +23,11 @@ namespace rowe::service {
 
 // The rest of it is written before anything else.
 struct partial_frame {
-  slot_id slot{};          // none
-  std::size_t written = 0; // of header and payload together
-  wire::mask_key key{};    // client side: the rest is masked with the same key
-  bool own_head = false;   // as subscription::own_head; and that
-  wire::message_head head{};
+  slot_id slot{};            // none
+  std::size_t written = 0;   // of header and payload together
+  wire::mask_key key{};      // client side: the rest is masked with the same key
+  bool own_head = false;     // the peer's codec writes its own head:
+  wire::message_head head{}; // that head
   rt::time_point since{};
 
   explicit operator bool() const noexcept { return static_cast<bool>(slot); }

@@ -23,7 +23,7 @@ namespace rowe::service {
 class throttle_guard {
  public:
   static constexpr rt::duration yield_time = std::chrono::microseconds{100};
-  // The part of each yield in which the kernel switches threads; others cannot use it.
+  // The part of each yield that the kernel needs to switch threads.
   static constexpr rt::duration call_cost = std::chrono::microseconds{15};
 
   // The thread has been awake until `now`.

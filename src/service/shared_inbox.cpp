@@ -30,11 +30,11 @@ shared_inbox::shared_inbox(rt::arena& memory, const limits& bounds) noexcept
 
 // ---- Any thread.
 //
-// The ring has a place for every slot, so it is never full, and the number of an entry is read from its place
-// *before* the entry is claimed: if the claim succeeds, the place held that number all the time. For it to be
-// written again, the service thread must have delivered as many numbers as there are slots and have one more
-// in hand; so one of those was taken out since and released, and with it, in order, the entry in question was
-// claimed: not by this thread, whose claim then fails.
+// The ring has a place for every slot, so it is never full. A thread reads a number from its place *before*
+// it claims the entry. If the claim succeeds, the place held that number all the time. To write the place
+// again, the service thread needs one number more than there are slots, so one slot was taken out and
+// released in between. Entries are claimed in order, so another thread had claimed the entry by then, and the
+// claim of this thread fails.
 
 bool shared_inbox::pop(std::uint32_t& slot) noexcept {
   // acquire: pairs with the release of whoever claimed the entry before, so that the tail is not behind

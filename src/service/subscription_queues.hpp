@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The queues of subscriptions: what each may hold, how often it may be written, and whose turn it is. A
-// subscription that may be written now is on the ready list of its peer and priority (outbox.hpp), where the
-// sender finds it. Of a throttled one the timer says when that is.
+// subscription that may be written now is on the ready list of its peer and priority (peer_queues.hpp), where
+// the sender finds it. A timer says when a throttled subscription may be written again.
 //
 // Service thread only; nothing waits or allocates.
 #pragma once

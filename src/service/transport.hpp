@@ -69,8 +69,8 @@ struct http_request {
   bool accepts_gzip = false;
 };
 
-// An answer whose texts must outlive the writing of it (static assets, or memory of the core that does not
-// change before the next poll()).
+// The texts of an answer must stay valid until it is written: they are static assets, or memory of the core
+// that does not change before the next poll().
 struct http_answer {
   std::uint16_t status = 404;
   std::string_view content_type = "text/plain; charset=utf-8";
@@ -147,9 +147,9 @@ class transport {
   virtual std::size_t write(connection_id connection,
                             std::span<const std::span<const std::byte>> pieces) noexcept = 0;
 
-  // Hands over the rest of a frame that write() took a part of, beyond what the transport holds otherwise:
-  // nothing can go to the peer before it anyway. Returns the bytes taken; 0 where a transport cannot.
-  // on_writable() follows as after write().
+  // write() took part of a frame. This hands over the rest, even beyond the transport's usual limit: nothing
+  // else can be sent before it. Returns the bytes taken; 0 if the transport cannot do that. on_writable()
+  // follows as after write().
   virtual std::size_t write_rest(connection_id connection, std::span<const std::byte> rest) noexcept {
     (void)connection, (void)rest;
     return 0;

@@ -102,7 +102,7 @@ bool urgent_frames::may_go_on(peer_index peer, batch& into) noexcept {
 
 void urgent_frames::take_pong(peer_index peer, std::span<const std::byte> payload) noexcept {
   output& to = outputs_[peer];
-  // Of nobody's ping: having been heard is all it is for.
+  // It answers no ping of ours; it only shows that the peer is alive.
   if (!to.credit.take_pong(payload, state_.cycle.now)) return;
   to.unresponsive = false;
   if (to.low_rtt != to.credit.low_rtt()) {

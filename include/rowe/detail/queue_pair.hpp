@@ -168,8 +168,8 @@ struct queue_pair {
 
   alignas(rt::line_bytes) pair_lifecycle<> lifecycle;
 
-  // The handle's thread sleeps until there is room: another number each time. 0: it does not. Here, since the
-  // service thread looks at this line in any case.
+  // Not 0 while the handle's thread sleeps until there is room; each wait uses another number. It shares this
+  // cache line because the service thread reads the line anyway.
   rt::std_atomics::variable<std::uint32_t> room_asked{0};
 
   // Written by set-up before `offered` is stored, constant while the queue pair is not free.
@@ -189,7 +189,7 @@ struct queue_pair {
   bool receives = false;        // talk: it may be the generic receiver
   // The generations of the endpoint's connections (shared_state): a peer that is gone has another one.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peer_generations;
-  // The same of those that take messages; 0 of one that has its share of what waits.
+  // The same for peers that accept messages; 0 for a peer whose share of parked messages is used up.
   std::span<const rt::std_atomics::variable<std::uint32_t>> peers_taking;
   const permit_word<>* granted = nullptr; // stop_latch
   duration loop_timeout = rt::for_ever;   // stop_latch: the longest pause between two looks
@@ -203,7 +203,7 @@ struct queue_pair {
     std::span<pending_call> calls;
     std::uint32_t free_call = 0; // the list's head; calls.size(): none
     std::uint32_t calls_open = 0;
-    parked_slots parked_completions; // that came while another one was waited for
+    parked_slots parked_completions; // that arrived while the handle waited for another one
     parked_slots spare_replies;      // respond: out slots that were reserved and not needed
     latch_memory latch;
     std::uint32_t room_waits = 0; // how often it has waited for room
@@ -271,8 +271,7 @@ class pair_handle {
 
  private:
   void reset() noexcept {
-    if (state_)
-      close_pair(*state_, *pair_); // without, in a harness of tests, the queue pair is the harness's
+    if (state_) close_pair(*state_, *pair_); // without a state, in a test, the harness owns the pair
     pair_ = nullptr;
     state_.reset();
   }
@@ -281,8 +280,8 @@ class pair_handle {
   queue_pair* pair_ = nullptr;
 };
 
-// Something lies in `out`. Under idle::wake the service thread is told; under the other policies it finds it
-// by itself, and all that this costs is looking which it is.
+// Called when something was pushed to `out`. Wakes the service thread under idle::wake; under other policies
+// it polls, and this costs one comparison.
 [[gnu::noinline, gnu::cold]] inline void wake_for(queue_pair& on) noexcept { on.waker->wake(on.epoch); }
 inline void announce(queue_pair& on) noexcept {
   if (on.waker != nullptr) [[unlikely]]
