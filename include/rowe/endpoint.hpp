@@ -148,7 +148,7 @@ class endpoint {
   // Says no, with a diagnostic (cut at 192 bytes), and returns at once. Errors: as try_reply().
   status refuse(const received& call, std::string_view diagnostic);
 
-  // ---- peers and what happens
+  // ---- peers and events
 
   // Waits until at least one peer is connected, at most `timeout` (negative: for ever). Errors: timed_out,
   // closed.
@@ -186,7 +186,7 @@ class endpoint {
   std::shared_ptr<detail::endpoint_state> state_;
 };
 
-// ---- how handles are asked for
+// ---- set-up of handles
 
 template <class T>
 result<publisher<T>> endpoint::advertise(std::string_view topic, const topic_options& options) {

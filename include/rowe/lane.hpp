@@ -177,7 +177,7 @@ class lane {
   detail::diagnostic refusal_;
 };
 
-// ---- what waits
+// ---- calls that wait
 
 inline status lane::send(body object, duration ttl, connection to) noexcept {
   if (!pair_) return errc::misuse;

@@ -61,7 +61,7 @@ struct limits {
   // What an endpoint with these limits takes, before it is opened. Never allocates.
   std::size_t footprint_bytes() const noexcept;
 
-  // ---- by their names, for programs that let their users choose
+  // ---- limits by name, for programs that let their users choose
 
   // All of them, "topics_max", in the order above. Never allocates.
   static std::span<const std::string_view> names() noexcept;

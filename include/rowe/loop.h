@@ -23,7 +23,7 @@ extern "C" {
 // CLOCK_MONOTONIC.
 ROWE_RT int64_t rowe_now_ns(void);
 
-// ---- What has arrived
+// ---- Arrivals
 
 // A message, call or reply, looked at where it lies, in a slot of the handle that it was taken from. Give it
 // back with rowe_view_release(), on the handle's thread and before the handle is freed: one that is kept is a

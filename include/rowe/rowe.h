@@ -227,7 +227,7 @@ int rowe_async_reply(const struct rowe_endpoint* endpoint, const struct rowe_obj
 int rowe_refuse(const struct rowe_endpoint* endpoint, const struct rowe_object* invocation,
                 const char* diagnostic);
 
-// ---- What happened
+// ---- Events
 
 enum rowe_event_kind {
   rowe_event_peer_joined,

@@ -321,7 +321,7 @@ void endpoint_state::close_pair(queue_pair& gone) noexcept {
   transport_->wake();
 }
 
-// ---- the rest
+// ---- closing
 
 status endpoint_state::close(duration drain) noexcept {
   const std::lock_guard set_up{set_up_};

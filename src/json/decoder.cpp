@@ -98,7 +98,7 @@ class decoder::run {
   }
 
  private:
-  // ---- what can go wrong ----
+  // ---- errors ----
 
   const char* fail(errc code, std::size_t value, std::size_t limit = 0) noexcept {
     failed_ = {code, static_cast<std::int64_t>(value), static_cast<std::int64_t>(limit)};

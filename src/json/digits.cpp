@@ -219,7 +219,7 @@ char* write_real(char* at, Real x, Real integers_end) noexcept {
 
 [[gnu::noinline]] char* write_any_double(char* at, double x) noexcept { return write_real(at, x, 0x1p53); }
 
-// ---- doubles of everyday size ----
+// ---- common doubles ----
 
 constexpr int mantissa_bits = std::numeric_limits<double>::digits - 1;
 constexpr std::uint64_t hidden_bit = std::uint64_t{1} << mantissa_bits;

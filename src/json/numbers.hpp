@@ -54,7 +54,7 @@ whole_number to_whole(const decimal& d) noexcept;
 // no exponent. Nothing when it is another text.
 std::optional<whole_number> read_quoted_whole(std::string_view escaped) noexcept;
 
-// ---- how most numbers are read ----
+// ---- common numbers ----
 
 namespace detail {
 

@@ -107,7 +107,7 @@ connection_id established::open(descriptor socket, const socket_address& peer, p
   return id_of(one);
 }
 
-// ---- places for the stop
+// ---- reserved places for the stop
 
 // Of loopback each connection is a visit of its own, but for one that comes back.
 bool established::goes_on(const visit& one) const noexcept {

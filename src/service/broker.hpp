@@ -77,7 +77,7 @@ class broker {
   const advertisement_table& advertisement_table_;
 };
 
-// ---- inline
+// ---- inline definitions
 
 template <class WriteBody>
 void broker::publish(topic_id index, rt::time_point published, rt::time_point expires, latch_owner latches,

@@ -209,7 +209,7 @@ void call_completion::close(call_index index) noexcept {
   state_.calls.close(index);
 }
 
-// ---- peers and handles that leave
+// ---- lost peers and handles
 
 void call_completion::forget(connection_id peer) noexcept {
   for (const auto i : state_.calls.ids()) {
@@ -236,7 +236,7 @@ void call_completion::forget_pair(pair_index pair) noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 // Each call in flight has a caller, and a callee that may still answer.
 bool call_completion::check() const noexcept {

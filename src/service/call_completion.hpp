@@ -59,7 +59,7 @@ class call_completion {
     if (unarmed_count_ != 0) arm_all_open();
   }
 
-  // ---- answered
+  // ---- replies
 
   // A handle or a thread answers a call that was given to it and has not ended. `waits` is told when the
   // answer is written. Errors: there is nobody to answer; the text is no JSON; the answer has expired; there
@@ -74,7 +74,7 @@ class call_completion {
     end_without_room(call, finish_with(call, text));
   }
 
-  // ---- not answered
+  // ---- failures
 
   // The call fails; the caller is told the code and the diagnostic.
   void fail(call_index call, const error& why, std::string_view diagnostic = {}) noexcept;

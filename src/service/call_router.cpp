@@ -26,7 +26,7 @@ call_router::call_router(const needs& parts) noexcept
       endpoint_services_{parts.own},
       stop_service_{parts.stop} {}
 
-// ---- asked by peers
+// ---- calls of peers
 
 rt::time_point call_router::time_limit(std::int64_t time_ns) const noexcept {
   const rt::duration asked = time_ns < 0 ? state_.options.call_timeout : rt::duration{time_ns};
@@ -80,7 +80,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
   return true;
 }
 
-// ---- asked by this process
+// ---- calls of this process
 
 // Validates what is called. Returns the service, as a call's text names it where that is an object.
 result<std::string_view> call_router::service_of(const call_start& asked, std::span<char> room) noexcept {
@@ -130,7 +130,7 @@ void call_router::start(const call_start& asked) noexcept {
   route(index, request, asked.to);
 }
 
-// ---- who answers
+// ---- routes
 
 void call_router::route(call_index index, const call_request& asked, detail::peer_ref to) noexcept {
   const bool from_here = state_.calls.at(index).caller.who != call_endpoint::kind::peer;

@@ -201,7 +201,7 @@ void core::take_ping(connection& c, std::span<const std::byte> payload) noexcept
   refusals_.note_excess(c);
 }
 
-// ---- a connection's life
+// ---- connections
 
 void core::on_open(connection_id id, const peer_info& peer) noexcept {
   assert(id.index < state_.peers.size() && state_.peers[{id.index}].state == connection::phase::free);
@@ -320,7 +320,7 @@ void core::cut(connection& c, std::string_view reason) noexcept {
   state_.seams.to_peers.close(c.id, close_how::aborted);
 }
 
-// ---- as a client
+// ---- client
 
 void core::on_refused(const refusal& reason) noexcept {
   if (state_.options.ours == side::server) {
@@ -345,7 +345,7 @@ void core::reconnect_later() noexcept {
   state_.due.arm(timer::reconnect, state_.cycle.now + wait - wait / 4 * share / 65536);
 }
 
-// ---- peers that came on stop_path
+// ---- peers on stop_path
 //
 // The transport reserves places for them, so that the robot can be stopped even when everybody else is
 // refused. Hence such a peer may stop, see the state of the stop, and nothing else. It keeps its place only
@@ -363,7 +363,7 @@ void core::displace(connection_id id) noexcept {
   close(*c, wire::close_code::try_again_later, "the next one needs this place for the stop");
 }
 
-// ---- the rest
+// ---- pages
 
 http_answer core::on_http(const http_request& request) noexcept { return state_.seams.page(request); }
 

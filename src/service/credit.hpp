@@ -46,7 +46,7 @@ class credit {
   // A new connection. Until then, and for peers that must not be pinged, there is no bound.
   void begin(std::uint64_t nonce) noexcept;
 
-  // ---- before writing
+  // ---- next write
 
   // How many bytes may be written before the last frame of the priority is begun. What is urgent has more
   // room, and does not wait for a ping's place.
@@ -60,13 +60,13 @@ class credit {
   // Ask as soon as possible whether the peer is alive.
   void ask() noexcept { asked_ = pings_ == 0; }
 
-  // ---- afterwards
+  // ---- progress
 
   void wrote(std::size_t bytes, rt::time_point now) noexcept;
   // False when it answers no ping of ours: ignored.
   bool take_pong(std::span<const std::byte> payload, rt::time_point now) noexcept;
 
-  // ---- what is known
+  // ---- state
 
   bool begun() const noexcept { return begun_; }
   bool ping_under_way() const noexcept { return pings_ != 0; }

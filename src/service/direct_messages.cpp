@@ -134,7 +134,7 @@ inline void direct_messages::end_queueing(slot_id slot) noexcept {
   if (slots_.references(slot) == 1) complete(slot, false);
 }
 
-// ---- of calls
+// ---- requests and replies
 
 status direct_messages::send_request(slot_id slot, peer_index to, detail::call_ref call,
                                      bool stops) noexcept {
@@ -163,7 +163,7 @@ void direct_messages::cancel(slot_ref which) noexcept {
   if (message_store_.cancel(which)) trackers_.forget(which.index);
 }
 
-// ---- ends
+// ---- outcomes
 
 void direct_messages::complete_outcomes() noexcept {
   for (outcome what; message_store_.take_outcome(what);) {
@@ -204,7 +204,7 @@ inline void direct_messages::end(slot_id slot, const status& outcome) noexcept {
   local_delivery_.complete(over.sender, over.own, outcome);
 }
 
-// ---- what is pending
+// ---- pending messages
 
 void direct_messages::deliver_pending(peer_index peer) noexcept {
   for (slot_id slot = trackers_.first_pending(); slot; slot = trackers_.first_pending()) {
@@ -242,7 +242,7 @@ void direct_messages::close() noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 // Each message under way has a tracked slot, unless its outcome is still to be taken.
 bool direct_messages::check() const noexcept {

@@ -53,7 +53,7 @@ class direct_messages {
 
   void forget(peer_index peer) noexcept { parking_.forget(peer); }
 
-  // ---- from this process
+  // ---- messages of this process
 
   // The turns of senders, and what is parked in them.
   message_parking& parking() noexcept { return parking_; }
@@ -61,7 +61,7 @@ class direct_messages {
   // that peer in order.
   bool post(const direct_message& m) noexcept;
 
-  // ---- of calls
+  // ---- requests and replies
 
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the
   // caller of this function ends the call.
@@ -71,7 +71,7 @@ class direct_messages {
   // The call has ended: its request is not sent any more, unless a socket is in the middle of it.
   void cancel(slot_ref which) noexcept;
 
-  // ---- what is pending
+  // ---- pending messages
 
   // Gives pending messages to a peer, in order, as far as it has room: it has just connected, or another peer
   // left before they were written to it. The others stay pending. A request goes to the first peer with room.

@@ -59,7 +59,7 @@ bool handle_registry::quiet() const noexcept {
                      [](const detail::queue_pair& one) { return one.epoch.quiet(); });
 }
 
-// ---- they come
+// ---- attach
 
 // Set-up is answered last: then a first value finds its listener.
 void handle_registry::attach(pair_index pair) noexcept {
@@ -126,7 +126,7 @@ void handle_registry::take_over_inbox(pair_index pair) noexcept {
   }
 }
 
-// ---- they go
+// ---- detach
 
 // A handle is closed, and all that it submitted is taken. Only the service thread knows the pair now.
 void handle_registry::detach(pair_index pair) noexcept {
@@ -164,7 +164,7 @@ void handle_registry::count_refusals(const detail::queue_pair& queues) noexcept 
   state_.counts.add(counter::inbound_expired, queues.expired_here.get());
 }
 
-// ---- as a client
+// ---- client
 
 void handle_registry::announce_all(connection& c) noexcept {
   for (const pair_index i : state_.pairs.ids()) {

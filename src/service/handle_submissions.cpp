@@ -229,7 +229,7 @@ void handle_submissions::answer(pair_index pair, pair_slot slot, const call_endp
   if (!done) local_delivery_.complete(waits, header.own, done);
 }
 
-// ---- what is left
+// ---- unsent submissions
 
 bool handle_submissions::has_unsent(pair_index pair) noexcept {
   pair_row& row = state_.pair_rows[pair];

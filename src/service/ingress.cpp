@@ -43,7 +43,7 @@ ingress::ingress(rt::arena& memory, const needs& parts) noexcept
   }
 }
 
-// ---- who is there
+// ---- peers
 
 void ingress::open(peer_index peer) noexcept {
   input& of = inputs_[peer];
@@ -261,7 +261,7 @@ bool ingress::take_if_stop(peer_index peer, std::span<const std::byte> frame) no
   return stops;
 }
 
-// ---- for tests
+// ---- checks
 
 // A peer with a parked message is not read. A peer with a backlog is in one ring, once.
 bool ingress::check() const noexcept {

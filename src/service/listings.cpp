@@ -114,7 +114,7 @@ std::string_view listings::put_names(const connection& c, wire::request& asked) 
                                   : "subscribe: this peer gave the number to another topic";
 }
 
-// ---- who is told
+// ---- readers
 
 // Some of what is gone or new, as one message.
 struct listings::part {

@@ -103,7 +103,7 @@ bool message_store::take_outcome(outcome& into) noexcept {
   return true;
 }
 
-// ---- for tests
+// ---- checks
 
 bool message_store::check() const noexcept {
   if (!slots_.check()) return false;

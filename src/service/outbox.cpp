@@ -44,7 +44,7 @@ bool outbox::push_direct(peer_index to, priority at, slot_id slot) noexcept {
   return true;
 }
 
-// ---- evicting and releasing
+// ---- eviction and release
 
 // Drops the message at the front if it is freed or expired. False: the queue is empty, or begins with a
 // message that is to be sent.
@@ -148,7 +148,7 @@ void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 bool outbox::check() const noexcept {
   std::uint32_t left = entries_.in_use();

@@ -34,7 +34,7 @@ class outbox {
   static std::size_t footprint_bytes(const limits& bounds) noexcept;
   outbox(rt::arena& memory, core_state& state, message_store& store) noexcept;
 
-  // ---- composing
+  // ---- composition
 
   // As message_store::compose(). The peer that holds most makes room.
   template <class WriteText>
@@ -68,7 +68,7 @@ class outbox {
     return of.replies.count < (of.backpressured() ? replies_max_backpressured : replies_max);
   }
 
-  // ---- queueing
+  // ---- queues
 
   // Whether a peer's queue of direct messages takes one more.
   bool has_room(peer_index to, priority at) noexcept {
@@ -80,7 +80,7 @@ class outbox {
   // taken after all.
   bool push_direct(peer_index to, priority at, slot_id slot) noexcept;
 
-  // ---- giving back
+  // ---- eviction
 
   // Frees a slot of this class if it can: the peer that holds most loses its oldest message. False: nothing
   // can be evicted, or a bounded number of evictions freed none.
@@ -88,7 +88,7 @@ class outbox {
   // Drops all that is queued for a peer, except in its subscriptions.
   void forget(peer_index peer) noexcept;
 
-  // ---- for the sender
+  // ---- sender
 
   peer_queues& of(peer_index peer) noexcept { return queues_[peer]; }
   const peer_queues& of(peer_index peer) const noexcept { return queues_[peer]; }
@@ -134,7 +134,7 @@ class outbox {
   std::uint64_t room_changes() const noexcept { return entries_.popped() + slots_.freed(); }
   const queue_entries& entries() const noexcept { return entries_; }
 
-  // ---- of the cycle
+  // ---- cycle
 
   // No message is queued, and no peer is scheduled.
   bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }

@@ -211,7 +211,7 @@ rt::time_point publish_predictor::look_for_answer(rt::time_point now) noexcept {
   return answer_ == window::open ? now : rt::never;
 }
 
-// ---- waiting
+// ---- waits
 
 rt::time_point publish_predictor::wait_until(rt::time_point now, rt::duration poll_period) noexcept {
   pay(now);

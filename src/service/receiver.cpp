@@ -17,7 +17,7 @@ receiver::receiver(rt::arena& memory, const needs& parts) noexcept
       held_{memory.carve<held>(state_.bounds().connections_max)},
       claims_{state_.threads_inbox.slots(), state_.claimants(), receiver_claims_one_in} {}
 
-// ---- who it is
+// ---- selection
 
 pair_index receiver::first_but(pair_index but) const noexcept {
   pair_index first{};
@@ -172,7 +172,7 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
   return done;
 }
 
-// ---- for tests
+// ---- checks
 
 // The totals are the sums over peers, and the kept claims are what peers have not taken.
 bool receiver::check() const noexcept {

@@ -118,7 +118,7 @@ void refusals::say(connection& c, wire::codec_id in, std::string_view id_raw,
   outbox_.reply_written({c.id.index}, text, kind);
 }
 
-// ---- how often
+// ---- rates
 
 bool refusals::admits(connection& c, event::kind kind, std::string_view why,
                       std::string_view remedy) noexcept {

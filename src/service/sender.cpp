@@ -35,7 +35,7 @@ sender::sender(rt::arena& memory, const needs& parts) noexcept
       buffer_{memory.carve_bytes(buffer_bytes(state_.bounds()))},
       pieces_{memory.carve<batch_piece>(batch_pieces_max)} {}
 
-// ---- who is there
+// ---- peers
 
 void sender::forget(peer_index peer) noexcept {
   if (!partial_.of(peer)) return;
@@ -52,7 +52,7 @@ void sender::ignore_credit(peer_index peer) noexcept {
   if (outbox_.of(peer).out_of_credit) outbox_.schedule(peer);
 }
 
-// ---- in turn
+// ---- turns
 
 // A peer that has more to write after its turn goes behind those that have not had theirs. Until all have had
 // their turn, no more values are taken from handles: newer values would evict what was not offered yet.
@@ -110,7 +110,7 @@ inline void sender::write(const recipient& to, batch& what) noexcept {
   if (partial_.of(to.index) && partial_.is_worth_handing_over(to.index)) hand_over_rest(to);
 }
 
-// ---- gathering
+// ---- selection
 
 // Gathers what is written first: a partial frame, then urgent frames. False: no message may follow.
 inline bool sender::gather_urgent(const recipient& to, batch& into) noexcept {
@@ -173,7 +173,7 @@ inline bool sender::gather_queue(const recipient& to, queue& from, subscription_
   return true;
 }
 
-// ---- what the socket took
+// ---- commit
 
 // Frames that were written whole are done, one may be partial, and the others stay queued.
 inline void sender::commit(const recipient& to, batch& sent, std::size_t taken) noexcept {
@@ -228,7 +228,7 @@ void sender::hand_over_rest(const recipient& to) noexcept {
   commit(to, rest, taken);
 }
 
-// ---- frames that pass messages
+// ---- urgent frames
 
 void sender::send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept {
   (void)urgent_.add_control(peer, what, payload); // a peer without control frames gets none
@@ -254,7 +254,7 @@ void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::m
   outbox_.schedule(peer);
 }
 
-// ---- for tests
+// ---- checks
 
 // Whoever has something to write is scheduled, or waits for something that will schedule it: room in the
 // transport, a pong, or the end of a partial frame.

@@ -66,7 +66,7 @@ class sender {
   // the kernel's limit holds.
   void ignore_credit(peer_index peer) noexcept;
 
-  // ---- frames that pass messages
+  // ---- urgent frames
 
   void send_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
   // Writes a close frame after all that goes before it; none in the middle of another frame.

@@ -22,7 +22,7 @@
 
 namespace rowe::service {
 
-// ---- what one cycle takes
+// ---- work of a cycle
 
 // Values taken from one handle in a cycle; more if no subscriber loses one by it. Messages, requests and
 // replies taken from one handle, or from all threads together.
@@ -78,7 +78,7 @@ inline constexpr std::uint32_t first_service_number = 64;
 inline constexpr std::size_t latch_block_bytes_max = 1020;
 static_assert(latch_block_bytes_max + sizeof(block_id) == 1024);
 
-// ---- what is read
+// ---- reading
 
 // What one read of a peer takes, when others want to be read too.
 inline constexpr std::size_t staging_bytes =
@@ -104,7 +104,7 @@ static_assert(our_call_id_bytes_max <= call_id_bytes_max);
 inline constexpr std::size_t subscribe_requests_max = 4;
 static_assert(subscribe_requests_max <= UINT8_MAX);
 
-// ---- what is written
+// ---- writing
 
 // A batch ends with the frame that reaches this, or before one for which there is no room. A little less than
 // a segment of TCP can be (65 483 bytes on loopback): a longer batch leaves a tiny segment behind it.
@@ -150,7 +150,7 @@ inline constexpr std::uint32_t report_topics_one_in = 8;
 inline constexpr std::uint32_t report_connections_one_in = 2;
 static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // together less than all
 
-// ---- texts for people: diagnostics and events, in bytes
+// ---- diagnostics and events, in bytes
 
 // The diagnostic of a failed call, as handles keep it, is no longer than what a peer is told.
 static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
@@ -188,7 +188,7 @@ inline constexpr std::size_t busy_text_bytes_max = 160;
 static_assert(busy_text_bytes_max <= detail::diagnostic_bytes_max);
 inline constexpr std::size_t replaced_type_text_bytes_max = 640;
 
-// ---- the stop
+// ---- stop
 
 // The source and the reason of a stop by a thread of this process.
 inline constexpr std::size_t stop_source_bytes_max = 63;
@@ -211,7 +211,7 @@ inline constexpr std::size_t stops_awaited_of_process = 8;
 // How often the state is shown to whoever is no guard, in ticks.
 inline constexpr int stop_ticks_for_others = 10;
 
-// ---- who receives
+// ---- receiver
 
 // After this time without a take, a receiver is absent: messages that find no room are dropped.
 inline constexpr rt::duration receiver_absent_after = std::chrono::seconds{8};

@@ -343,7 +343,7 @@ void stop_rules::write_permit(detail::permit_word<>& into) noexcept {
   running_ ? into.grant(latch_, until_) : into.withdraw(latch_);
 }
 
-// ---- shown
+// ---- state for peers
 
 void stop_rules::write_state(json::writer& into, rt::time_point now) const noexcept {
   const auto text_or_null = [&](std::string_view key, std::string_view text) {

@@ -54,7 +54,7 @@ class stop_rules {
   // A loop that goes while the robot may move stops it.
   void remove_loop(std::uint32_t loop, rt::time_point now) noexcept;
 
-  // ---- what peers ask. `peer` tells one from another; two requests with the same peer and source are
+  // ---- requests of peers. `peer` tells one from another; two requests with the same peer and source are
   // repeats.
   void request(std::string_view source, std::uint64_t peer, rt::time_point now) noexcept;
 
@@ -75,7 +75,7 @@ class stop_rules {
   // What update() and the requests granted or withdrew, for the permit.
   void write_permit(detail::permit_word<>& into) noexcept;
 
-  // ---- what it is
+  // ---- state
   bool running() const noexcept { return running_; }
   // Below 2^53, which browsers can count to, for half a century of five million stops a second.
   std::uint64_t number() const noexcept { return number_; }

@@ -43,7 +43,7 @@ stop_service::stop_service(rt::arena& memory, const needs& parts) noexcept
       rows_{memory.carve<row>(state_.bounds().connections_max)},
       waiters_{memory.carve<waiter>(waiters_of(state_.bounds()))} {}
 
-// ---- loops and peers come and go
+// ---- attach and detach
 
 status stop_service::attach(pair_index pair) noexcept {
   const detail::queue_pair& queues = state_.pairs[pair];
@@ -73,7 +73,7 @@ void stop_service::stop_all() noexcept {
   switch_.write_permit();
 }
 
-// ---- what is asked
+// ---- requests
 
 void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::string_view args) noexcept {
   const connection* const c = peer_of(asker.who);
@@ -199,7 +199,7 @@ void stop_service::answer(stop_verb which, const stop_asker& asker, rt::time_poi
   sender_.add_stop_reply({c->id.index}, {room.data(), text.overflowed() ? 0 : text.bytes()}, kind);
 }
 
-// ---- the clock
+// ---- time
 
 void stop_service::look() noexcept {
   if (threads_.look()) {

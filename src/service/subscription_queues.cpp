@@ -112,7 +112,7 @@ void subscription_queues::place_owed(peer_index peer) noexcept {
   }
 }
 
-// ---- for the sender
+// ---- sender
 
 // The next message is due one period after this one was due; if that is long past, one period after now.
 void subscription_queues::begin_throttle(subscription& s) noexcept {
@@ -159,7 +159,7 @@ void subscription_queues::drop(subscription_id index) noexcept {
   }
 }
 
-// ---- for tests
+// ---- checks
 
 bool subscription_queues::any_due(peer_index peer) const noexcept {
   const auto any_in = [this](const queue& in) {

@@ -42,7 +42,7 @@ class subscription_queues {
   // Drops all that a subscription has queued; it is not ready any more.
   void drop(subscription_id subscription) noexcept;
 
-  // ---- for the sender
+  // ---- sender
 
   // Queues the latched value of one ready subscription that waits for it.
   void place_owed(peer_index peer) noexcept;

@@ -106,7 +106,7 @@ bool topic_handles::has_other(topic_id topic, bool that_reads) const noexcept {
   return false;
 }
 
-// ---- what is taken
+// ---- budget
 
 // Messages that are written together cost one system call. But no message may be lost because it was taken
 // too early. So more are taken only if every subscriber reads and has room for them, and if all handles
@@ -139,7 +139,7 @@ queue* topic_handles::queue_to_server(pair_index pair) noexcept {
   return nullptr;
 }
 
-// ---- as a client
+// ---- client
 
 void topic_handles::announce_to_servers(pair_index pair, bool begins) noexcept {
   for (connection& c : state_.peers) {

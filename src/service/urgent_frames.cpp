@@ -21,7 +21,7 @@ void urgent_frames::open(peer_index peer) noexcept {
   outputs_[peer].credit.begin(std::bit_cast<std::uint64_t>(nonce));
 }
 
-// ---- what is to be written
+// ---- pending frames
 
 bool urgent_frames::add_control(peer_index peer, wire::opcode what,
                                 std::span<const std::byte> payload) noexcept {

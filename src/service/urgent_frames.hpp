@@ -42,7 +42,7 @@ class urgent_frames {
     return state_.peers[peer].ours == side::client && state_.peers[peer].protocol->can.masks;
   }
 
-  // ---- what is to be written
+  // ---- pending frames
 
   // False: the peer's protocol has no control frames.
   bool add_control(peer_index peer, wire::opcode what, std::span<const std::byte> payload) noexcept;
