@@ -95,9 +95,9 @@ void advertisements::replace_type(topic_id topic, std::string_view type) noexcep
   }
 }
 
-// Frees a place for a topic of this process. The peer that holds most topics that only peers have loses one
-// of them, and all its holders are told. Peers can have more than their part of the places, because a handle
-// may leave a topic to the peers that subscribed. False if there is no such topic.
+// Frees a place for a topic of this process. Only topics without a handle of this process count. The peer
+// that holds most of them loses one, and all holders of that topic are told. Peers can have more than their
+// share, because a handle may leave a topic to the peers that subscribed. False if there is no such topic.
 bool advertisements::take_back_topic() noexcept {
   peer_index most{};
   std::uint32_t held_by_most = 0;

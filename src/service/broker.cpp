@@ -89,8 +89,8 @@ void broker::deliver_to(pair_index pair, std::span<const char> body, const publi
   tell_undecodable(pair, who, why.text(room));
 }
 
-// A handle that subscribed cannot decode a message: two programs disagree about the type. The sender is told
-// by a status, and this process by an event. Each is told at most once a second for a topic, because usually
+// A handle that subscribed cannot decode a message: two programs disagree about the type. A status tells the
+// sender, and an event tells this process. Each is told at most once a second for a topic, because usually
 // every message fails.
 void broker::tell_undecodable(pair_index pair, const published_by& who, std::string_view why) noexcept {
   const topic_id topic = state_.pair_rows[pair].topic;

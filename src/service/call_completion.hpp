@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Ends calls: by the answers of this process and of peers, or by an error, and tells the caller. A reply that
-// finds no room is an error of the callee, which may try again; everything else closes the call. Only the
-// service thread decides which of reply, refusal, time-out and loss comes first. Nothing waits or allocates.
+// Ends calls, by an answer of this process, an answer of a peer, or an error, and tells the caller. A reply
+// that finds no room is an error of the callee, which may try again; everything else closes the call. Only
+// the service thread decides which of reply, refusal, time-out and loss comes first. Nothing waits or
+// allocates.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -67,7 +68,7 @@ class call_completion {
   // try again.
   status answer(const call_endpoint& callee, detail::call_ref which, const local_reply& with) noexcept;
   status refuse(const call_endpoint& callee, detail::call_ref which, std::string_view why) noexcept;
-  // By a peer.
+  // A peer answers.
   void take_reply(connection& c, const wire::request& said) noexcept;
   // The endpoint itself answers, and does not try again: a reply that finds no room is lost.
   void complete(call_index call, std::string_view text) noexcept {

@@ -82,7 +82,7 @@ bool call_router::take_call(connection& c, const wire::request& asked) noexcept 
 
 // ---- calls of this process
 
-// Validates what is called. Returns the service, as a call's text names it where that is an object.
+// Validates the call. Returns the name of the service; if the call is an object, its text has the name.
 result<std::string_view> call_router::service_of(const call_start& asked, std::span<char> room) noexcept {
   const wire::call_args& what = asked.what;
   if (what.is == form::object) {
@@ -174,8 +174,8 @@ bool call_router::goes_to_receiver(std::string_view service, stop_verb of_stop) 
   return !(state_.options.relay && peer != nullptr && peer->open());
 }
 
-// A call of this process that no service in the directory takes: a client asks its server; a server asks the
-// first peer that takes messages, if the call is one. Where there is none, it waits for one.
+// A call of this process whose service is not in the directory. A client asks its server. A server asks the
+// first peer that takes plain messages, if the call is one; if there is no such peer, the call waits for one.
 void call_router::ask_anyone(call_index index, const call_request& asked) noexcept {
   const bool object = asked.what.is == form::object;
   if (state_.options.ours == side::client) {

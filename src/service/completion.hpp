@@ -12,8 +12,8 @@
 //       was it completed? done, after all          and the slot is the submitter's
 //       else the slot is the service thread's
 //
-// The service thread may still be on its way to wake when the submitter has seen the outcome, released the
-// slot, and another submits by it; that one is then woken early, looks, and sleeps on.
+// A wake-up may come late: the submitter has seen the outcome and released the slot, and another thread has
+// submitted by the same slot. That thread is woken early, looks at the word, and sleeps again.
 #pragma once
 #include <cassert>
 #include <cstdint>
@@ -36,10 +36,10 @@ class completion {
   completion(const completion&) = delete;
   completion& operator=(const completion&) = delete;
 
-  // Begins anew, before the slot is handed to the service thread, whose acquire of it orders this. When
-  // nobody will wait, it is as if the submitter had left already.
+  // Begins anew, before the slot is handed to the service thread, whose acquire of the slot orders this. If
+  // nobody will wait, the word says that the submitter has left.
   void arm(bool somebody_waits) noexcept {
-    // relaxed: what hands over the slot releases this as well; the service thread's exchange comes after that
+    // relaxed: the hand-over of the slot releases this as well; the service thread's exchange comes after it
     word_.store(somebody_waits ? pending : abandoned, std::memory_order_relaxed);
   }
 

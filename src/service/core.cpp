@@ -11,7 +11,7 @@
 namespace rowe::service {
 namespace {
 
-// Whether a peer's address is of this machine.
+// Whether the peer is on this machine.
 bool is_loopback(std::string_view address) noexcept {
   return address.starts_with("127.") || address.starts_with("[::1]");
 }
@@ -26,14 +26,14 @@ core::core(rt::arena& memory, const core_options& options, const shared_parts& w
 
 // ---- timers
 
-// Most calls are answered in the cycle that begins them, and most messages are written in the cycle that
-// composes them: those never need the wheel. This puts the others on it.
+// Arms the timers of the calls and messages of this cycle that are left. Most calls are answered, and most
+// messages written, in the cycle that begins them; these never need the wheel.
 inline void core::arm_what_stays() noexcept {
   message_store_.arm_unwritten();
   call_completion_.arm_open();
 }
 
-// Tells submitters that wait for room where it came.
+// Tells submitters that wait for room that there may be some.
 inline void core::tell_room() noexcept {
   const bool came = thread_submissions_.tell_room(direct_messages_.parking().renew_room());
   handle_submissions_.tell_room(came);
@@ -347,9 +347,9 @@ void core::reconnect_later() noexcept {
 
 // ---- peers on stop_path
 //
-// The transport reserves places for them, so that the robot can be stopped even when everybody else is
-// refused. Hence such a peer may stop, see the state of the stop, and nothing else. It keeps its place only
-// until another peer on stop_path needs it.
+// The transport reserves places for them, so the robot can be stopped even when all other peers are refused.
+// Such a peer may stop, and see the state of the stop; nothing else. It keeps its place only until another
+// peer on stop_path needs it.
 
 bool core::may_displace(connection_id id) const noexcept {
   const connection* const c = find(id);

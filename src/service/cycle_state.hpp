@@ -19,8 +19,8 @@ struct cycle_state {
   std::uint64_t places_freed = 0; // how often room came elsewhere than in queues and slots
   bool closing = false;           // the endpoint is closing: nothing new is taken
 
-  // When something of this process expires. If it expires when it was stamped, that means: in the cycle that
-  // takes it, however long it was queued.
+  // When a submission of this process expires. One that expires when it was stamped lives until the cycle
+  // that takes it, however long it was queued.
   rt::time_point expiry_of(rt::time_point stamped, rt::time_point expires) const noexcept {
     return expires == stamped ? now : expires;
   }

@@ -57,8 +57,8 @@ class direct_messages {
 
   // The turns of senders, and what is parked in them.
   message_parking& parking() noexcept { return parking_; }
-  // False: the message is to be parked until its sender's next turn. What one sender has for a peer reaches
-  // that peer in order.
+  // False: the message must be parked until its sender's next turn. The messages of one sender reach a peer
+  // in order.
   bool post(const direct_message& m) noexcept;
 
   // ---- requests and replies
@@ -66,7 +66,7 @@ class direct_messages {
   // Sends the composed request of a call. `to` none: to the first peer that has room. Errors: full; then the
   // caller of this function ends the call.
   status send_request(slot_id slot, peer_index to, detail::call_ref call, bool stops) noexcept;
-  // Who answered a call is told when its reply has been written.
+  // Tells whoever answered a call when the reply has been written.
   void track_reply(slot_id slot, const call_endpoint& sender, detail::call_ref own) noexcept;
   // The call has ended: its request is not sent any more, unless a socket is in the middle of it.
   void cancel(slot_ref which) noexcept;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What happened, for the ring that this process's threads read. Service thread only; nothing waits or
+// Posts events to the ring that threads of this process read. Service thread only; nothing waits or
 // allocates.
 #pragma once
 #include <chrono>
@@ -19,7 +19,8 @@ class event_log {
  public:
   event_log(const cycle_state& cycle, shared_state& shared) noexcept : cycle_{cycle}, shared_{shared} {}
 
-  // What has no place in the ring is counted as lost; so are too many events of peers that come and go.
+  // An event that finds no place in the ring is counted as lost, and so are too many events about peers that
+  // come and go.
   void report(event::kind kind, std::string_view peer, std::string_view what,
               std::string_view remedy = {}) noexcept {
     const bool of_coming = kind == event::kind::peer_joined || kind == event::kind::peer_left ||

@@ -57,8 +57,8 @@ inline void handle_submissions::take_newest(pair_index pair) noexcept {
   publish(pair, pair_slot{found.slot});
 }
 
-// A server gets every value. A value that finds no room in the queue to it stays with the handle, and its
-// publisher is told `full`.
+// A server must get every value. A value that finds no room in the queue to the server stays with the handle,
+// and when its slots run out the publisher is told `full`.
 inline void handle_submissions::take_values(pair_index pair) noexcept {
   const detail::consumer_end& end = state_.pairs[pair].service.out;
   std::size_t budget = values_per_cycle;

@@ -55,8 +55,8 @@ class handle_submissions {
   // Whether something that a closing handle submitted is still to be taken, or to be written to a server.
   // What other handles publish on the same topic meanwhile does not count.
   bool has_unsent(pair_index pair) noexcept;
-  // At the end of a cycle: tells handles that wait for room where it came. `anywhere`: room came at a peer,
-  // or elsewhere outside the handle.
+  // At the end of a cycle: tells handles that wait for room that there may be some. `anywhere`: there is new
+  // room at a peer, or elsewhere outside the handle.
   void tell_room(bool anywhere) noexcept {
     if (std::exchange(some_ask_room_, false)) tell_those_who_ask(anywhere);
   }

@@ -55,7 +55,7 @@ bool outbox::drop_expired_front(queue& from) noexcept {
     if (slots_.expires(front.index) >= state_.cycle.now) return false;
     message_store_.expire(front.index); // in all queues at once, and counted
     if (slots_.alive(front)) {
-      // Another peer's socket is in the middle of it, so only this queue drops it.
+      // Another peer's socket has taken a part of it, so only this queue drops it.
       state_.counts.add(counter::expired);
       message_store_.release(front.index);
     }
@@ -103,8 +103,8 @@ void outbox::evict_entry() noexcept {
   if (most) evict(most, std::nullopt);
 }
 
-// Evicts the oldest message of the longest queue of a peer; first of the queues whose front is a slot of the
-// class, if there are any. The peer has something queued.
+// Evicts the oldest message of the peer's longest queue. Queues whose front is a slot of the class come
+// first. The peer must have something queued.
 void outbox::evict(peer_index from, std::optional<slot_class> of) noexcept {
   state_.cycle.work_bytes += eviction_work;
   peer_queues& its = queues_[from];

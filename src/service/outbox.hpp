@@ -43,7 +43,7 @@ class outbox {
     const auto make_room = [this](slot_class of) { (void)evict_for(of); }; // compose() looks again
     return message_store_.compose(expires, write_text, what, make_room);
   }
-  // As compose(): a topic's message, whose body `write_body(json::writer&)` writes.
+  // The same for a topic's message; `write_body(json::writer&)` writes its body.
   template <class WriteBody>
   slot_id compose_message(topic_id topic, rt::time_point published, rt::time_point expires,
                           WriteBody&& write_body) noexcept;
@@ -126,7 +126,7 @@ class outbox {
     while (!from.empty() && !message_store_.is_due(entries_.front(from)) && drop_expired_front(from)) {
     }
   }
-  // Takes the message at the front off.
+  // Drops the message at the front.
   void drop_front(queue& from) noexcept { message_store_.release(entries_.pop(from).index); }
   // Drops all that is queued, and counts it.
   void drop_all(queue& from, counter as) noexcept;
@@ -139,8 +139,8 @@ class outbox {
   // No message is queued, and no peer is scheduled.
   bool drained() const noexcept { return entries_.in_use() == 0 && scheduled_.empty(); }
 
-  // The queues have the lengths that they count, and peers are charged for what theirs hold. A slot has one
-  // reference for each live entry and partial frame, and one if it is kept.
+  // The queues are as long as their counts say, and each peer is charged for what its queues hold. A slot has
+  // one reference for each live entry and partial frame, and one if it is kept.
   bool check() const noexcept;
 
  private:

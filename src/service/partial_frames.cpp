@@ -57,7 +57,7 @@ rt::time_point partial_frames::due_of(const partial_frame& frame) noexcept {
   return frame.since + partial_time_min + for_bytes;
 }
 
-// Begins with one peer, so that the peer that was in the way comes last.
+// Begins with one peer, so the peer that held up the others comes last.
 void partial_frames::look_again_from(std::uint32_t first) noexcept {
   waits_ = false; // until one finds that it may not
   for (std::uint32_t i = 0; i < state_.peers.size(); ++i) {

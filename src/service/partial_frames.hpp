@@ -57,8 +57,8 @@ class partial_frames {
   void begin(peer_index peer, const partial_frame& frame) noexcept;
   // The last byte is written, or the peer has left.
   void end(peer_index peer) noexcept;
-  // Whether the transport should keep the rest of the frame itself. That costs system calls; it is worth them
-  // for a large slot when sockets hold another one already, or may hold no more.
+  // Whether the transport should keep the rest of the frame itself. That costs system calls. It is worth them
+  // for a large slot if two large frames are partial, or no more may be.
   bool is_worth_handing_over(peer_index peer) const noexcept;
 
   // The timer: peers that wait to begin a frame check whether they may.
@@ -86,7 +86,7 @@ class partial_frames {
     }
     state_.due.arm(timer::partial_frames, next);
   }
-  // Somebody waits to begin, and will look again.
+  // A peer waits to begin, and the timer will let it look again.
   bool wakes_who_waits() const noexcept { return waits_ && state_.due.armed(timer::partial_frames); }
 
   // Each slot has as many partial frames as it says.

@@ -122,7 +122,7 @@ inline std::uint32_t receiver::slots() const noexcept {
 
 inline bool receiver::has_share(peer_index peer) const noexcept {
   const peer_queues& queues = outbox_.of(peer);
-  // Answers to its calls have fewer places while the peer does not read.
+  // A peer that does not read has fewer places for answers to its calls.
   const bool replies_wait =
       queues.backpressured() &&
       queues.replies.count + state_.calls.open_calls_of(peer) >= replies_max_backpressured;
@@ -174,7 +174,7 @@ status receiver::deliver(const detail::value_header& header, std::string_view te
 
 // ---- checks
 
-// The totals are the sums over peers, and the kept claims are what peers have not taken.
+// The totals are the sums over peers. The kept claims are the parts that peers have not taken.
 bool receiver::check() const noexcept {
   held sum;
   std::uint32_t wanted = claims_.connections() * claims_.claim();

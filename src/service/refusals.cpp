@@ -13,7 +13,7 @@
 namespace rowe::service {
 namespace {
 
-// Why a peer is closed that says too much.
+// The close reason of a peer that sends too much.
 close_reason flood_reason(std::string_view what, std::uint32_t per_second, std::string_view remedy,
                           std::string_view option) noexcept {
   std::array<char, wire::close_reason_bytes_max> room;

@@ -144,8 +144,9 @@ inline bool sender::gather_partial(const recipient& to, batch& into) noexcept {
   return frames_.add_shared(to.masked, frame.written, into, piece);
 }
 
-// Gathers as much of a queue as the batch takes; of a throttled subscription, one message. False: the batch
-// is full, or the peer's credit is used up. Any credit at all is enough to begin a frame, however long.
+// Gathers as much of a queue as the batch takes; one message, if the subscription is throttled. False: the
+// batch is full, or the peer's credit is used up. One byte of credit is enough to begin a frame of any
+// length.
 inline bool sender::gather_queue(const recipient& to, queue& from, subscription_id of, batch& into) noexcept {
   outbox_.drop_expired(from);
   const bool one = of && subscription_rows_[of].throttle > rt::duration{0};
@@ -256,8 +257,8 @@ void sender::add_stop_state(peer_index peer, std::span<const char> text, wire::m
 
 // ---- checks
 
-// Whoever has something to write is scheduled, or waits for something that will schedule it: room in the
-// transport, a pong, or the end of a partial frame.
+// A peer with something to write is scheduled, or it waits for what will schedule it: room in the transport,
+// a pong, or the end of a partial frame.
 bool sender::check() const noexcept {
   for (const peer_index i : state_.peers.ids()) {
     const peer_queues& queues = outbox_.of(i);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The bounds of the service that are no option, each with its unit and its reason, and the assertions that
+// The bounds of the service that are not options, each with its unit and its reason, and the assertions that
 // tie them to each other. What a user may choose is in rowe/limits.hpp.
 #pragma once
 #include <cstddef>
@@ -40,26 +40,26 @@ inline constexpr std::uint32_t stops_ahead_max = 64; // stops that are carried o
 static_assert(transport_sink::read_bytes_in_turn / read_work_bytes < read_work_per_cycle);
 static_assert(transport_sink::read_bytes_alone / read_work_bytes < read_work_per_cycle);
 
-// Work of writing, beyond which the next peer waits for the next cycle: a call of the transport counts as
-// one, and so does each 16 KiB. About 200 us on a fast core.
+// Work of writing in one cycle; after that, other peers wait for the next cycle. A call of the transport
+// counts as one, and so does each 16 KiB. About 200 us on a fast core.
 inline constexpr std::size_t write_work_per_cycle = 32;
 inline constexpr std::size_t write_work_bytes = 16 * 1024;
 inline constexpr unsigned batches_per_cycle = 8; // to one peer
 // One peer leaves most of a cycle's writing to others.
 static_assert(batches_per_cycle * 2 < write_work_per_cycle);
 
-// Work that is no message, as the time to compose so many bytes: one push to a queue, one eviction, and one
+// Other work, given in bytes whose composition takes as long: one push to a queue, one eviction, and one
 // answer of the endpoint itself, which walks all topics, services or counters.
 inline constexpr std::size_t push_work = 128;
 inline constexpr std::size_t eviction_work = 1024;
 inline constexpr std::size_t answer_work = 10 * 1024;
 static_assert(push_work < eviction_work && answer_work / read_work_bytes < read_work_per_cycle);
-// Messages that are dropped until one slot is free.
+// Messages that may be dropped until one slot is free.
 inline constexpr unsigned evictions_max = 64;
-// Topics or services that one message lists, and what it takes for one beside its name and type.
+// Topics or services that one message lists, and the bytes for each besides its name and type.
 inline constexpr std::size_t listed_max = 64;
 inline constexpr std::size_t listed_bytes = 128;
-// Looking at one place that a peer holds for a topic.
+// The work of looking at one place that a peer holds for a topic.
 inline constexpr std::size_t held_topic_work_bytes = 4;
 static_assert(held_topic_work_bytes < push_work);
 
@@ -80,7 +80,7 @@ static_assert(latch_block_bytes_max + sizeof(block_id) == 1024);
 
 // ---- reading
 
-// What one read of a peer takes, when others want to be read too.
+// The bytes of one read of a peer while others are readable too, and the tailroom behind them.
 inline constexpr std::size_t staging_bytes =
     transport_sink::read_bytes_in_turn + transport_sink::tailroom_bytes;
 // How much of a message is looked at for a stop, and how long the frame of a stop is.
@@ -100,7 +100,7 @@ inline constexpr std::size_t our_call_id_bytes_max = 64;
 static_assert(call_id_bytes_max == wire::name_limits{}.id_bytes_max);
 static_assert(our_call_id_bytes_max <= call_id_bytes_max);
 
-// Of one subscription, by their ids.
+// Requests, with different ids, that one subscription merges.
 inline constexpr std::size_t subscribe_requests_max = 4;
 static_assert(subscribe_requests_max <= UINT8_MAX);
 
@@ -111,7 +111,7 @@ static_assert(subscribe_requests_max <= UINT8_MAX);
 inline constexpr std::size_t batch_bytes_max = 60 * 1024;
 inline constexpr std::size_t batch_pieces_max = 256;
 static_assert(batch_bytes_max < 65'483);
-// Bytes for masks that are drawn at once; a key has four.
+// Random bytes for masks that are fetched at once; a key has four.
 inline constexpr std::size_t mask_buffer_bytes = 4096;
 static_assert(mask_buffer_bytes % 4 == 0);
 
@@ -120,8 +120,8 @@ inline constexpr std::size_t envelope_bytes_fixed = 64;
 // Bytes of one byte of a name in JSON, at most: \u001f.
 inline constexpr std::size_t escaped_bytes_max = 6;
 
-// Replies that wait to be written to one peer. A backpressured peer may have fewer: else a few peers that ask
-// and never read would take everybody's slots.
+// Replies that may wait to be written to one peer. A backpressured peer may have fewer: otherwise a few peers
+// that ask and never read would take the slots of all.
 inline constexpr std::uint32_t replies_max = 64;
 inline constexpr std::uint32_t replies_max_backpressured = 16;
 static_assert(replies_max_backpressured < replies_max);
@@ -134,11 +134,11 @@ inline constexpr rt::duration flood_time_max = std::chrono::seconds{5};
 // time: that of a poor radio link.
 inline constexpr rt::duration partial_time_min = std::chrono::milliseconds{500};
 inline constexpr std::int64_t partial_bytes_per_second = 64 * 1024;
-// Peers that get lists of topics and services are told of changes this often at most, but this many times
-// without a pause.
+// Peers that get lists of topics and services are told of changes once in this period at most, after a first
+// burst of so many.
 inline constexpr rt::duration listings_period = std::chrono::milliseconds{250};
 inline constexpr std::uint32_t listings_burst = 4;
-// A peer with so many replies gets no further part of a list until it has read some; that is looked at anew
+// A peer with so many replies gets no further part of a list until it has read some. This is checked again
 // after a pause.
 inline constexpr std::uint32_t listings_queued_max = 4;
 inline constexpr rt::duration listings_retry = std::chrono::milliseconds{1};
@@ -152,7 +152,7 @@ static_assert(report_topics_one_in > 2 && report_connections_one_in >= 2); // to
 
 // ---- diagnostics and events, in bytes
 
-// The diagnostic of a failed call, as handles keep it, is no longer than what a peer is told.
+// Handles keep no longer diagnostic of a failed call than a peer is sent.
 static_assert(wire::refusal::text_bytes_max >= detail::diagnostic_bytes_max);
 
 // The text of an event.
@@ -171,14 +171,14 @@ inline constexpr std::size_t type_bytes_shown = 96;
 inline constexpr std::size_t diagnosis_bytes_shown = 320;
 static_assert(name_bytes_shown + 64 <= detail::diagnostic_bytes_max);
 static_assert(topic_bytes_shown + 2 * type_bytes_shown + 64 <= wire::refusal::text_bytes_max);
-// An event has less place.
+// An event has less space.
 inline constexpr std::size_t event_topic_bytes_shown = 64;
 inline constexpr std::size_t event_type_bytes_shown = 56;
 static_assert(event_topic_bytes_shown + 2 * event_type_bytes_shown + 48 <= event_text_bytes_max);
 static_assert(event_topic_bytes_shown + diagnosis_bytes_shown + 16 <= wire::refusal::text_bytes_max);
 
-// Of single diagnostics, each with the longest numbers and options: a share is used up; an option that would
-// help; how many more refusals there were; too many calls. A type is replaced: longer names are cut.
+// Buffers of single diagnostics: a share is used up; which option helps; how many more requests were refused;
+// too many calls; a type is replaced. Only the last one may have to cut names.
 inline constexpr std::size_t share_text_bytes_max = 384;
 static_assert(verb_bytes_shown + topic_bytes_shown + 192 <= share_text_bytes_max);
 inline constexpr std::size_t remedy_bytes_max = 128;
@@ -208,7 +208,7 @@ static_assert(stop_answer_bytes_max + wire::frame_header_bytes_max <= stop_buffe
 inline constexpr int stops_awaited_per_peer = 2;
 // Places for the stops of this process, besides one for each connection.
 inline constexpr std::size_t stops_awaited_of_process = 8;
-// How often the state is shown to whoever is no guard, in ticks.
+// How often the state is shown to peers that are no guards, in ticks.
 inline constexpr int stop_ticks_for_others = 10;
 
 // ---- receiver
@@ -237,7 +237,7 @@ inline constexpr rt::duration liveness_period = std::chrono::milliseconds{500};
 // not wake for that slot before its entries are due.
 inline constexpr rt::duration liveness_step = 256 * rt::timer_wheel::tick;
 static_assert(liveness_step % rt::timer_wheel::tick == rt::duration{0} && liveness_step < liveness_period);
-// A ping may be unanswered for so many times silence_max, whatever else its peer says.
+// A ping may stay unanswered for so many times silence_max, whatever else the peer sends.
 inline constexpr int silences_unanswered_max = 2;
 
 // The longest sleep while a handle may submit what a peer waits for, or something waits for room.
@@ -245,7 +245,7 @@ inline constexpr rt::duration talking_rest = std::chrono::milliseconds{10};
 // The longest sleep otherwise: sockets and set-up wake the thread.
 inline constexpr rt::duration idle_rest = std::chrono::milliseconds{250};
 static_assert(talking_rest < detail::word_late_max && talking_rest < idle_rest);
-// While a loop is to acknowledge a stop: not long at first.
+// The sleeps while a loop has yet to acknowledge a stop: short at first.
 inline constexpr rt::duration acknowledgment_rest_min = std::chrono::microseconds{50};
 inline constexpr rt::duration acknowledgment_rest_max = std::chrono::milliseconds{1};
 static_assert(acknowledgment_rest_min < acknowledgment_rest_max && acknowledgment_rest_max < talking_rest);

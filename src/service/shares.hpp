@@ -8,8 +8,8 @@
 //
 // Of the rest, a peer may take no more than it leaves. This is the dynamic threshold with a factor of one
 // (Choudhury and Hahne, "Dynamic queue length thresholds for shared-memory packet switches", IEEE/ACM
-// Transactions on Networking 6, 1998). Alone it is fair only for what is released soon: of what is held for
-// long, the first peer takes a half, the second a quarter, and the tenth finds nothing.
+// Transactions on Networking 6, 1998). Alone, this rule is fair only for what is released soon. If pieces are
+// held for long, the first peer takes a half, the second a quarter, and the tenth finds nothing.
 //
 // A part of each pool belongs to this process and to no peer: places for all its handles, or a quarter.
 #pragma once
@@ -23,9 +23,9 @@
 
 namespace rowe::service {
 
-// The claims to a pool of `pool` pieces. One in `one_in` of them is kept: 2 keeps a half. Each holder has a
-// count of what it holds; all counts begin with 0. If the pool has less than one piece for each, the first
-// who come get one.
+// The claims to a pool of `pool` pieces. One piece in `one_in` is kept for claims: 2 keeps a half. Each
+// holder has a count of what it holds; all counts begin with 0. If the pool has less than one piece for each
+// holder, those that come first get one.
 class claims {
  public:
   claims(std::uint32_t pool, std::uint32_t connections, std::uint32_t one_in = 2) noexcept
@@ -49,7 +49,7 @@ class claims {
     if (count > left) return false;
     return held + count <= claim_ || held + count + kept() <= left - count + 1;
   }
-  // How many pieces are kept for holders of less than their claim.
+  // How many pieces are kept for holders that have less than their claim.
   std::uint32_t kept() const noexcept { return std::min(wanted_, kept_max_); }
   std::uint32_t claim() const noexcept { return claim_; }
   // How much of their claims all holders have not taken: the sum of kept_for(held).
@@ -100,7 +100,7 @@ constexpr std::uint32_t partial_slots_max(std::uint32_t slots, std::uint32_t con
   return quarter == 0 ? 1 : quarter < connections ? quarter : connections;
 }
 
-// How many slots of a size class direct messages may have, which are kept until they are sent. A quarter is
+// How many slots of a size class direct messages may have; they keep a slot until they are sent. A quarter is
 // for other messages, besides the slots that may be partial.
 constexpr std::uint32_t message_slots_max(std::uint32_t slots, std::uint32_t connections) noexcept {
   const std::uint32_t others = reserve_of(slots) + partial_slots_max(slots, connections);

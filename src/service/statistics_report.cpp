@@ -22,7 +22,7 @@ std::size_t connections_bytes_max(const limits& bounds) noexcept {
 
 double seconds(rt::duration d) noexcept { return std::chrono::duration<double>(d).count(); }
 
-// Three digits are plenty for people, and short.
+// Three decimal digits are enough for people, and short.
 double rounded(double value) noexcept {
   return static_cast<double>(static_cast<std::int64_t>(value * 1000 + 0.5)) / 1000;
 }

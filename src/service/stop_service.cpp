@@ -86,8 +86,8 @@ void stop_service::carry_out(stop_verb which, const stop_asker& asker, std::stri
     return text.value_or(std::string_view{});
   };
   if (!args.empty()) args = json::root(args).raw;
-  // Waiters are told what the loops did until now, before this raises the number. Otherwise a peer that stops
-  // more often than a loop looks would leave everyone without an answer.
+  // Before this raises the number, waiters are told what the loops have done. Otherwise nobody would get an
+  // answer if a peer stops more often than a loop looks.
   switch_.update();
   answer_acknowledged();
   auto refused = stop_rules::refusal::none;

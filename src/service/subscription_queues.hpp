@@ -33,9 +33,9 @@ class subscription_queues {
   void fan_out(topic_id topic, slot_id slot) noexcept;
   // The latched value of a topic. None: the topic has none, or no slot is free, which is counted.
   slot_id compose_latched(topic_id topic) noexcept;
-  // The topic of a new subscription has a latched value: the subscription is to be given it.
+  // The topic of a new subscription has a latched value: the subscription must get it.
   void owe_latched(subscription_id subscription) noexcept;
-  // What a peer asked of a subscription has changed: depth, throttle, or how often its topic is kept.
+  // The requests for a subscription have changed, or the `keep` of its topic: sets its depth and throttle.
   void merge_requests(subscription_id subscription) noexcept;
   // The throttle of a subscription allows its next message.
   void throttle_over(subscription_id subscription) noexcept;

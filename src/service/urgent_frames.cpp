@@ -66,7 +66,7 @@ bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
   // A partial frame goes on before any other.
   const bool stop_first = to.stop.begun();
   if (stop_first) into.add(to.stop.rest(), {.is = batch_piece::origin::stop});
-  // With a ping that has to wait the next batch begins.
+  // A ping that has to wait begins the next batch.
   if (open && to.credit.wants_ping(state_.cycle.now) && !gather_ping(peer, into.bytes)) into.more = true;
   if (!to.control.rest().empty()) into.add(to.control.rest(), {.is = batch_piece::origin::control});
   if (!open) return false;
@@ -74,8 +74,8 @@ bool urgent_frames::gather(peer_index peer, bool open, batch& into) noexcept {
   return true;
 }
 
-// Puts a ping among the control frames; `in_front` bytes are written before these. False when it has to wait
-// until the control frames that are there are gone.
+// Adds a ping to the control frames; `in_front` bytes are written before these. False: it has to wait until
+// the control frames that are there are written.
 bool urgent_frames::gather_ping(peer_index peer, std::size_t in_front) noexcept {
   output& to = outputs_[peer];
   if (!to.control.rest().empty()) return false;
