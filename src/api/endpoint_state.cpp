@@ -114,8 +114,8 @@ endpoint_state::endpoint_state(const endpoint_options& options, std::unique_ptr<
       name_{options.name.empty() ? host_name() : options.name},
       transport_{std::move(sockets)} {}
 
-// All handles are gone, and so is the service thread. Views may be left, by mistake: then the memory stays
-// mapped, and they stay valid.
+// All handles are gone, and so is the service thread. If views are left, by mistake, the memory stays mapped,
+// so they stay valid.
 endpoint_state::~endpoint_state() {
   (void)close(duration::zero()); // nobody is left to tell
   const bool looked_at = std::any_of(pairs_.begin(), pairs_.end(), [](queue_pair& one) {
@@ -235,9 +235,9 @@ status endpoint_state::check_service(const pair_request& asked) const noexcept {
   return {};
 }
 
-// Waits until the queue pairs of handles that were just destroyed are free again, so that a program that
-// replaces handles finds the memory it had. For a queue pair whose last values a peer does not take this
-// waits no longer than for the peer itself, and only once: the peer may never come. It does not wait for a
+// Waits until the queue pairs of handles that were just destroyed are free again, so a program that replaces
+// handles finds the memory it had. If a peer does not take the last values of a queue pair, this waits no
+// longer than for the peer itself, and only once, because the peer may never come. It does not wait for a
 // queue pair that still has views: perhaps only this thread can release them.
 void endpoint_state::release_pairs() noexcept {
   const auto deadline = rt::deadline_after(rt::monotonic_clock::now(), service::closing_time_max);
@@ -247,7 +247,7 @@ void endpoint_state::release_pairs() noexcept {
   }
 }
 
-// The first gap of so many bytes between the queue pairs that are in use; empty when there is none.
+// The first gap of so many bytes between queue pairs in use; empty if there is none.
 std::span<std::byte> endpoint_state::find_pair_memory(std::size_t bytes) const noexcept {
   std::byte* at = pair_memory_.data();
   for (;;) {
@@ -344,7 +344,8 @@ status endpoint_state::close(duration drain) noexcept {
   return error{errc::timed_out, 0, drain.count()};
 }
 
-// What was published and nobody will take now. The service thread is gone, so its ends are ours.
+// Counts what was published and nobody will take now. The service thread is gone, so this thread may use its
+// ends.
 void endpoint_state::count_left(const queue_pair& in) noexcept {
   if (in.lifecycle.is_detached()) return;
   const consumer_end& end = in.service.out;
